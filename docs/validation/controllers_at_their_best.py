@@ -14,7 +14,7 @@ from stillhook.analysis.loop_stability.margins import rms_above
 from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
 from stillhook.analysis.tuning.objective import Limits, Score, hold_out, loop_margins, scenarios, scored
 from stillhook.analysis.tuning.parameters import present, with_settings
-from stillhook.analysis.tuning.tune import VARIATIONS, Outcome, Point, outcomes, variations
+from stillhook.analysis.tuning.tune import VARIATIONS, Outcome, Point, outcomes, scaled, variations
 from stillhook.engine.scenario.problem import summaries
 from stillhook.units import show
 
@@ -394,7 +394,7 @@ def slow(which: Sequence[Controller]) -> str:
         tip = f"sine {v / 60.0 * 600.0 / 6.283185307:.6f} m 600 s"
         machine, column = CRANE, []
         for what in winch_is:
-            machine = VARIATIONS[what][0](machine)
+            machine = scaled(machine, VARIATIONS[what][0])
         for k in which:
             case = Scenario(
                 load=load,

@@ -13,9 +13,9 @@ from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane
 from stillhook.analysis.operating_envelope.figures import layer_figure, load_speed_figure, setting_figure
-from stillhook.analysis.operating_envelope.load_speed import envelope, setting_curves, wire_out_on
+from stillhook.analysis.operating_envelope.load_speed import envelope, setting_curves
 from stillhook.analysis.steady.limits import Direction, Station, Top
-from stillhook.analysis.steady.steady_state import speed_limit, steady
+from stillhook.analysis.steady.steady_state import speed_limit, steady, wire_out_on
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode

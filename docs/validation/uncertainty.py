@@ -17,8 +17,8 @@ import xarray
 from blocks import HERE, claims_table, percent, save, table
 
 from stillhook import Sine
+from stillhook.analysis.uncertainty.draws import Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS
-from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.analysis.uncertainty.figures import band_figure, index_figure
 from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
 from stillhook.analysis.uncertainty.report import Limit, band, chance, chances, failures, paired_difference
@@ -188,8 +188,8 @@ def follows_from(cases: Sequence[Any]) -> str:
     for case in cases:
         digest.update(json.dumps(case.to_dict(), sort_keys=True).encode())
     folder = Path(str(stillhook.analysis.__file__)).parent / "uncertainty"
-    for name in ("bands", "distribution", "factors", "factors_file", "monte_carlo", "samples", "sobol"):
-        digest.update((folder / f"{name}.py").read_bytes())
+    for path in sorted(p for p in folder.iterdir() if p.suffix in (".py", ".toml")):
+        digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

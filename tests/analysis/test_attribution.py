@@ -8,8 +8,8 @@ import pytest
 from stillhook import Scenario, Sine, load_crane
 from stillhook.analysis import Alternative, Figure, attribute, sensitivity
 from stillhook.analysis.uncertainty.attribution import Verdict
+from stillhook.analysis.uncertainty.draws import Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS
-from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.winches.circuits.tables import ServoVariant

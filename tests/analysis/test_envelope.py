@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.operating_envelope.load_speed import PHYSICAL, envelope, gain, setting_curves, wire_out_on
+from stillhook.analysis.operating_envelope.load_speed import PHYSICAL, envelope, gain, setting_curves
 from stillhook.analysis.steady.limits import Direction, Limit, Station
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, operating_point
+from stillhook.analysis.steady.steady_state import wire_out_on
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import changed

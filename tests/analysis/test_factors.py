@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
+from stillhook.analysis.uncertainty.draws import HELD, Drawing, Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS, Distribution, Law, distribution
-from stillhook.analysis.uncertainty.factors_file import Uncertainty
-from stillhook.analysis.uncertainty.samples import HELD, Drawing
 from stillhook.engine.pack.winch import gains
 from stillhook.errors import SpecError, StillhookError, UnitError
 from stillhook.library import changed, cranes

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.axes import axes_of, middle_of, quantities
+from stillhook.analysis.axes import axes_of, quantities
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.maps.operability import NUMBERS, map_of, operability_map
 from stillhook.analysis.maps.result import BEST_CLASSIC, MARKS, RULES, SATURATION_SHARE, Map, cause_of
+from stillhook.analysis.steady.steady_state import wire_out_on
 from stillhook.errors import ScenarioError, SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.physics.load_path.drum import layers_filled
@@ -31,7 +32,7 @@ def found() -> Map:
 def alone(load: str, speed: float, mode: str, period: float = 12.0) -> Scenario:
     """One cell of the map as a person would write it; speed in m/min."""
     tip = Sine.from_si(speed / 60.0 * period / (2.0 * np.pi), period)
-    return Scenario(load=load, s_w=f"{middle_of(CRANE, 12)!r} m", tip=tip, mode=mode, duration="30 s", warm_up="10 s")
+    return Scenario(load=load, s_w=f"{wire_out_on(CRANE, 12)!r} m", tip=tip, mode=mode, duration="30 s", warm_up="10 s")
 
 
 def cell(found: Map, name: str, label: str, load: int, speed: int) -> float:
@@ -78,7 +79,7 @@ class TestCells:
 
         drum = drum_record(CRANE)
         for layer in (1, 6, 12):
-            assert layer - 1 < layers_filled(drum.L_full - middle_of(CRANE, layer), drum) < layer
+            assert layer - 1 < layers_filled(drum.L_full - wire_out_on(CRANE, layer), drum) < layer
 
     def test_finished_cells_are_kept_and_found_again(self, tmp_path, monkeypatch):
         first = map_of(CRANE, ["ssc"], loads="50 t", speeds=SPEEDS, store=tmp_path)

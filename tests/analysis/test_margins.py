@@ -23,7 +23,6 @@ from stillhook.analysis.loop_stability.models.reduced import gain_limit
 from stillhook.analysis.loop_stability.models.transfer import (
     ContinuousLoop,
     loop_matrices,
-    open_loop,
     position_loop,
     sampled,
 )
@@ -42,13 +41,19 @@ cranes = st.sampled_from(CRANES)
 delays = st.sampled_from([0.0, 0.003, 0.01, 0.05, 0.0537, 0.2])
 
 
+def loop_system(crane, alpha_m: float) -> control.StateSpace:
+    """The cut position loop at K_p = 1 as a system of python-control."""
+    A, B, C = loop_matrices(crane, alpha_m)
+    return control.ss(A, B[:, None], C[None, :], 0.0)
+
+
 @pytest.mark.slow
 @few
 @given(cranes, alphas)
 def test_continuous_margins_agree_with_python_control(crane, alpha_m: float):
     K_p = crane.control.K_p
     ours = margins(position_loop(crane, alpha_m), K_p)
-    gm, pm, sm, wpc, wgc, wms = control.stability_margins(K_p * open_loop(crane, alpha_m))
+    gm, pm, sm, wpc, wgc, wms = control.stability_margins(K_p * loop_system(crane, alpha_m))
     assert (ours.gain_margin, ours.omega_c, ours.omega_gc) == pytest.approx((gm, wpc, wgc), rel=1e-7)
     assert math.degrees(ours.phase_margin) == pytest.approx(pm, rel=1e-7)
     assert (1.0 / ours.sensitivity_peak, ours.omega_s) == pytest.approx((sm, wms), rel=1e-6)
@@ -60,7 +65,7 @@ def test_sampled_margins_agree_with_python_control(alpha_m: float):
     T = CRANE.control.t_cycle
     ours = margins(sampled(position_loop(CRANE, alpha_m), T), CRANE.control.K_p)
     gm, pm, _, wpc, wgc, _ = control.stability_margins(
-        CRANE.control.K_p * control.c2d(open_loop(CRANE, alpha_m), T, "zoh")
+        CRANE.control.K_p * control.c2d(loop_system(CRANE, alpha_m), T, "zoh")
     )
     assert (ours.gain_margin, ours.omega_c, ours.omega_gc) == pytest.approx((gm, wpc, wgc), rel=FRD)
     assert math.degrees(ours.phase_margin) == pytest.approx(pm, rel=FRD)

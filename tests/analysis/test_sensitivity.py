@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.analysis.uncertainty.factors_file import Uncertainty, even
+from stillhook.analysis.uncertainty.draws import Uncertainty, even
 from stillhook.analysis.uncertainty.sobol import design, indices, sensitivity
 from stillhook.errors import StillhookError
 from stillhook.library import changed

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.analysis.axes import middle_of
 from stillhook.analysis.maps.settling import (
     AFTER,
     BAND,
@@ -18,6 +17,7 @@ from stillhook.analysis.maps.settling import (
     settling_map,
     settling_of,
 )
+from stillhook.analysis.steady.steady_state import wire_out_on
 from stillhook.engine import batch as many
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.library import changed
@@ -45,7 +45,7 @@ def found():
 
 def single(load: str, v: float, mode: str):
     """One test as a run of its own, with its series; v in m/s."""
-    s_w = middle_of(CRANE, 12) + v * (0.5 * RAMP + HOLD)
+    s_w = wire_out_on(CRANE, 12) + v * (0.5 * RAMP + HOLD)
     times = {"duration": f"{START + AFTER!r} s", "warm_up": f"{START!r} s"}
     case = Scenario(load=load, s_w=f"{s_w!r} m", mode=mode, operator=operator_of(v, DV, False), gas_held=True, **times)
     return simulate(CRANE, case, every="0.01 s")
@@ -61,7 +61,7 @@ class TestTest:
     def test_the_step_is_made_in_the_middle_of_the_layer(self):
         run = single("150 t", 110.0 / 60.0, "ssc")
         assert float(run["s_w"].sel(time=START, method="nearest")) == pytest.approx(
-            middle_of(CRANE, 12), abs=PLACE_TOLERANCE
+            wire_out_on(CRANE, 12), abs=PLACE_TOLERANCE
         )
         assert int(np.ceil(run["layer"].min())) == int(np.ceil(run["layer"].max())) == 12
 
@@ -140,9 +140,9 @@ class TestTime:
         asked = {"loads": "50 t, 150 t, 250 t", "speeds": "10 m/min, 40 m/min, 110 m/min"}
         with distributed.Client(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as client:
             away = settling_of(CRANE, **asked, client=client)
-            monkeypatch.setattr(many, "results_hash", lambda: "other code")
+            monkeypatch.setattr(many, "run_packed", lambda packed: (None, "other code"))
             with pytest.raises(
-                SimulationError, match=r"^cluster: a worker runs Stillhook .*, this machine other code\."
+                SimulationError, match=r"^cluster: a worker runs Stillhook other code, this machine .*\."
             ):
                 settling_of(CRANE, **asked, client=client)
         for name, a in found.values.items():

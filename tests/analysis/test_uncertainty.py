@@ -9,7 +9,7 @@ import pytest
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.maps.monte_carlo import monte_carlo_map
 from stillhook.analysis.maps.operability import operability_map
-from stillhook.analysis.uncertainty.factors_file import Uncertainty, draws, load_uncertainty
+from stillhook.analysis.uncertainty.draws import Uncertainty, draws, load_uncertainty
 from stillhook.analysis.uncertainty.monte_carlo import monte_carlo, pair_of_draw
 from stillhook.analysis.uncertainty.report import (
     Limit,

@@ -6,8 +6,7 @@ import pytest
 from stillhook import load_crane
 from stillhook.errors import LiftError
 from stillhook.response.winch.duty import Duty
-from stillhook.response.winch.grid import ResidualGrid, identify_grid
-from stillhook.response.winch.identify import identify_residual
+from stillhook.response.winch.identify import ResidualGrid, identify_grid, identify_residual
 
 BETWEEN = 0.15  # of what is left, half way between tables a factor of 1.6 in tension and four layers apart
 OMEGA = np.array([0.5, 0.8, 1.3])

@@ -24,7 +24,7 @@ from stillhook.analysis.uncertainty.attribution import Alternative as Alternativ
 from stillhook.analysis.uncertainty.attribution import Attribution as Attribution
 from stillhook.analysis.uncertainty.attribution import Figure as Figure
 from stillhook.analysis.uncertainty.attribution import attribute as attribute
-from stillhook.analysis.uncertainty.factors_file import Uncertainty as Uncertainty
-from stillhook.analysis.uncertainty.factors_file import load_uncertainty as load_uncertainty
+from stillhook.analysis.uncertainty.draws import Uncertainty as Uncertainty
+from stillhook.analysis.uncertainty.draws import load_uncertainty as load_uncertainty
 from stillhook.analysis.uncertainty.monte_carlo import monte_carlo as monte_carlo
 from stillhook.analysis.uncertainty.sobol import sensitivity as sensitivity

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from stillhook.analysis.steady.steady_state import layer_row
+from stillhook.analysis.steady.steady_state import wire_out_on
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import ScenarioError, UnitError
 from stillhook.physics.load_path.drum import wire_usable
@@ -46,6 +46,11 @@ class Axes(NamedTuple):
         """Cells of one controller along load, speed, layer, period."""
         return len(self.loads), len(self.speeds), len(self.layers), len(self.periods)
 
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """Dimensions that the map does not go over."""
+        return tuple(name for name, axis in (("layer", self.layers), ("period", self.periods)) if axis == (None,))
+
     def cells(self) -> Iterator[tuple[float, float, float, float | None]]:
         """Load, speed, wire paid out and period of every cell, the last axis fastest."""
         return itertools.product(self.loads, self.speeds, self.s_w, self.periods)
@@ -81,7 +86,11 @@ def axes_of(
     chosen: Sequence[int] = (
         [crane.drum.layers] if layers is None else [layers] if isinstance(layers, int) else list(layers)
     )
-    wire = (_wire(crane, s_w),) if s_w is not None else tuple(middle_of(crane, n) for n in _layers(crane, chosen))
+    if not chosen:
+        raise ScenarioError("layers: empty. Name at least one, counted from the bare drum.")
+    if twice := next((n for n in chosen if chosen.count(n) > 1), None):
+        raise ScenarioError(f"layers: {twice} is named twice. Name each layer once.")
+    wire = (_wire(crane, s_w),) if s_w is not None else tuple(wire_out_on(crane, n) for n in chosen)
     return Axes(
         loads=masses,
         speeds=peaks,
@@ -100,25 +109,6 @@ def _wire(crane: Crane, s_w: str) -> float:
             " between."
         )
     return value
-
-
-def _layers(crane: Crane, chosen: Sequence[int]) -> Sequence[int]:
-    if not chosen:
-        raise ScenarioError("layers: empty. Name at least one, counted from the bare drum.")
-    for n in chosen:
-        if isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= crane.drum.layers:
-            raise ScenarioError(
-                f'layers: {quote(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
-            )
-    if twice := next((n for n in chosen if list(chosen).count(n) > 1), None):
-        raise ScenarioError(f"layers: {twice} is named twice. Name each layer once.")
-    return chosen
-
-
-def middle_of(crane: Crane, layer: int) -> float:
-    """Wire paid out that leaves half of this layer on the drum [m]: room for the waves on both sides."""
-    row = layer_row(crane, layer)
-    return float(row["wire_out"] + 0.5 * row["wire_length"])
 
 
 def quantities(texts: Texts, kind: str, where: str, *, percent_of: float | None = None) -> tuple[float, ...]:

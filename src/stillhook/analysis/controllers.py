@@ -195,10 +195,10 @@ def _values(node: Changes, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[s
 
 def _from_file(path: Path) -> Controller:
     if path.stem in KEPT or "$" in path.stem:
-        kept = ", ".join(f'"{name}"' for name in (*KEPT, "$"))
+        reserved = ", ".join(f'"{name}"' for name in (*KEPT, "$"))
         raise SpecError(
-            f"{quote(path.name)}: its name becomes the controller's, and answers keep {kept} for themselves. Rename the"
-            " file."
+            f"{quote(path.name)}: its name becomes the controller's, and answers keep {reserved} for themselves. Rename"
+            " the file."
         )
     start = 'Start it with mode = "ssc", and settings under [control].'
     return read_toml(path, FileKind.CONTROLLER, SpecError, _controller, start=start)

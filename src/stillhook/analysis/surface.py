@@ -25,14 +25,6 @@ from stillhook.units import parse
 if TYPE_CHECKING:
     import xarray
 
-KINDS = {
-    Over.LEAKAGE: "leakage",
-    Over.DAMPING: "viscous_torque",
-    Over.BULK_MODULUS: "pressure",
-    Over.DELAY: "time",
-}
-"""Quantities that a sweep goes over; displacement and layer are pure numbers."""
-
 
 def stability(
     crane: Crane, alpha_m: float | None = None, *, layer: int | None = None, v_tip: str = "0 m/s", delay: str = "0 s"
@@ -89,12 +81,8 @@ def sweep(
     Parameters: over as there; values with their unit, such as ["0 ms", "50 ms"], and numbers of displacements and
     layers alone; alpha_m [-]; delay "50 ms". Errors: UnitError for a quantity without its unit, else as there.
     """
-    kind = KINDS.get(Over(over)) if over in tuple(Over) else None
-    at = (
-        [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)]
-        if kind is not None and values is not None
-        else values
-    )
+    kind = sweeps.AXES[Over(over)].kind if over in tuple(Over) else ""
+    at = [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)] if kind and values is not None else values
     return sweeps.sweep(crane, over, at, alpha_m=alpha_m, delay=parse(delay, "time", "delay"))  # type: ignore[arg-type]
 
 

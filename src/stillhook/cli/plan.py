@@ -131,10 +131,10 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
     if last is not Tier.CLOSED_FORM:
         say_if_compiling(lift_plan.crane)
     if last is Tier.TIME:
-        from stillhook.engine.lowering.run import KIND
+        from stillhook.engine.lowering.run import LiftBlock
         from stillhook.plan.tiers.time_domain.tier import expected
 
-        say_if_compiling(lift_plan.crane, kind=KIND)
+        say_if_compiling(lift_plan.crane, kind=LiftBlock.kind)
         resume_note = (
             f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )

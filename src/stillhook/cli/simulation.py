@@ -294,7 +294,7 @@ def lower(
 
     Example: stillhook lower anchor-to-3000m --out anchor
     """
-    from stillhook.engine.lowering.run import KIND
+    from stillhook.engine.lowering.run import LiftBlock
     from stillhook.engine.simulate import simulate
     from stillhook.formats.lift_file import load_lift
     from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
@@ -305,7 +305,7 @@ def lower(
     file = load_lift(lift, seed=seed, duration=duration)
     try:
         with progress_bar(file.lift.name) as bar:
-            progress = started(file.crane, bar, series=True, kind=KIND)
+            progress = started(file.crane, bar, series=True, kind=LiftBlock.kind)
             run = simulate(file.crane, file.lift, step=step or file.step, every=file.every, progress=progress)
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {str(e).replace('z_0 ', 'start ')}") from None

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook import units
+from stillhook._version import __version__
 from stillhook.engine.pack.winch import Packed
 from stillhook.errors import ScenarioError, SpecError
+from stillhook.kernels.build import kernel_hash
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.load_path.wire import wire_damping
 from stillhook.spec.crane import Crane
@@ -23,6 +25,9 @@ from stillhook.spec.scenario import Scenario
 from stillhook.variables import attributes
 from stillhook.winches.interface import Stiffness
 from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
+
+if TYPE_CHECKING:
+    import xarray
 
 RK4_LIMIT = 2.6
 """Largest |h lambda| that is accepted; the method itself is stable up to 2.785 (negative real axis) and 2.83 (imaginary
@@ -41,13 +46,13 @@ def fastest_rates(packed: Packed, c: float | None = None) -> dict[str, float]:
     c damping of the wire [N s/m], default that of the load on it.
     """
     p = packed.params
-    h, own = p.hoist, packed.plant.stiffness(p)
+    h, stiffness = p.hoist, packed.plant.stiffness(p)
     J = shaft_inertia_without_wire(h)
     rates = {
-        **own.rates,
+        **stiffness.rates,
         "bristle with its damping": (h.bristle.sigma_1 + (h.bristle.sigma_0 * J) ** 0.5) / J,
-        **_hoist_rates(h, J, own.n_max, float(wire_damping(h.s_w_0, h.load.m, h.wire)) if c is None else c),
-        "viscous friction against the winch's inertia": (h.n_motors * h.friction.Y_5 + own.viscous) / J,
+        **_hoist_rates(h, J, stiffness.n_max, float(wire_damping(h.s_w_0, h.load.m, h.wire)) if c is None else c),
+        "viscous friction against the winch's inertia": (h.n_motors * h.friction.Y_5 + stiffness.viscous) / J,
     }
     if h.bristle.regular > 0.5:
         rates["regularised friction"] = dry_level_bound(packed) * h.bristle.i_omega_r * drum_geometry(packed.s_w, h).i_J
@@ -70,8 +75,8 @@ def dry_level_bound(packed: Packed) -> float:
     at relief."""
     h = packed.params.hoist
     T_d = h.load.W * 0.5 * h.drum.d_max
-    own: Stiffness = packed.plant.stiffness(packed.params)
-    return float(h.n_motors * system_friction_dry(0.0, T_d, h.friction) + own.dry)
+    stiffness: Stiffness = packed.plant.stiffness(packed.params)
+    return float(h.n_motors * system_friction_dry(0.0, T_d, h.friction) + stiffness.dry)
 
 
 def substeps(t_cycle: float, longest: float) -> int:
@@ -91,17 +96,18 @@ def check_step(packed: Packed, step: float) -> None:
     name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
     if rate * step <= RK4_LIMIT:
         return
-    t_cycle = packed.params.plc.t_cycle
-    parts = substeps(t_cycle, RK4_LIMIT / rate)
-    advice = (
-        f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.'
-        if parts <= MOST_STEPS
-        else "Check the number behind it."
-    )
     raise SpecError(
         f"step {step * 1e3:.3g} ms is too long for this crane: {name} has {rate:.0f} 1/s, step times rate"
-        f" {rate * step:.2f} (allowed {RK4_LIMIT}). {advice}"
+        f" {rate * step:.2f} (allowed {RK4_LIMIT}). {step_advice(packed.params.plc.t_cycle, RK4_LIMIT / rate)}"
     )
+
+
+def step_advice(t_cycle: float, longest: float) -> str:
+    """What to do where a step of at most `longest` [s] is needed, in a sentence."""
+    parts = substeps(t_cycle, longest)
+    if parts > MOST_STEPS:
+        return "Check the number behind it."
+    return f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.'
 
 
 Case = Scenario | Lowering | InSea
@@ -222,18 +228,34 @@ def summary_columns(summaries: Sequence[Mapping[str, Any]], *, single: bool) -> 
     return columns
 
 
-def series_columns(names: Sequence[str], rows: Sequence[NDArray[np.float64]], *, single: bool) -> dict[str, Any]:
-    """Time series of every run, (n, len(names)) each, as variables of a Dataset; NaN beyond the end of the shorter
-    ones."""
-    table = np.full((len(rows), max(len(r) for r in rows), len(names)), np.nan)
-    for i, row in enumerate(rows):
-        table[i, : len(row)] = row
-    dims = ("time",) if single else ("case", "time")
-    return {
-        name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name)) for j, name in enumerate(names)
+def labelled(
+    columns: dict[str, Any],
+    coords: dict[str, Any],
+    attrs: Mapping[str, Any],
+    *,
+    step: float,
+    single: bool,
+    series: Series | None,
+) -> xarray.Dataset:
+    """Numbers of runs, and their series where there are, as a Dataset with what repeats the run; step [s]. Beyond the
+    end of the shorter series stands NaN."""
+    import xarray  # heavy: not wanted for the command line's first table
+
+    if series is not None:
+        table = np.full((len(series.rows), max(len(r) for r in series.rows), len(series.names)), np.nan)
+        for i, row in enumerate(series.rows):
+            table[i, : len(row)] = row
+        dims = ("time",) if single else ("case", "time")
+        columns |= {
+            name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name))
+            for j, name in enumerate(series.names)
+        }
+        coords["time"] = "time", np.arange(table.shape[1]) * series.dt, {"units": "s", "long_name": "time"}
+    repeats = {
+        "single": int(single),
+        "stillhook_version": __version__,
+        "stillhook_kernel": kernel_hash(),
+        "step": step,
+        "every": series.dt if series is not None else 0.0,
     }
-
-
-def time_axis(series: Series) -> tuple[str, NDArray[Any], dict[str, str]]:
-    """Times of the longest series, as a coordinate of a Dataset."""
-    return "time", np.arange(max(len(r) for r in series.rows)) * series.dt, {"units": "s", "long_name": "time"}
+    return xarray.Dataset(columns, coords=coords, attrs={**attrs, **repeats})

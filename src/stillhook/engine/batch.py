@@ -97,22 +97,6 @@ class Problem(Protocol):
         """Summaries of cases (by their columns, with status and notes) and series as a labelled Dataset; step [s]."""
 
 
-class Answers(NamedTuple):
-    """What a task gives back."""
-
-    rows: list[Row]  # of each of its cases
-    made_by: str  # code that made them, see `results_hash`
-
-
-def check_each(cranes: Sequence[Crane], cases: Sequence[Any], check: Callable[[Crane, Any], None]) -> None:
-    """Check every case. Errors: that of the first one that cannot be run, with its place among several."""
-    for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
-        try:
-            check(crane, case)
-        except StillhookError as e:
-            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
-
-
 def run_batch(
     problem: Problem,
     cranes: Sequence[Crane],
@@ -140,11 +124,11 @@ def run_batch(
     """
     check_threads(threads)
     problem.check(cranes, cases)
-    kept = _StoredRuns(problem, store, cranes, cases, n_sub) if store is not None else None
-    results = kept.stored() if kept is not None else {}
+    stored_runs = _StoredRuns(problem, store, cranes, cases, n_sub) if store is not None else None
+    results = stored_runs.stored() if stored_runs is not None else {}
     missing = [i for i in range(len(cases)) if i not in results]
-    if kept is not None and missing:
-        kept.check_room()
+    if stored_runs is not None and missing:
+        stored_runs.check_room()
     meter = Meter(len(cases), progress, done=len(results))
     meter.tell()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
@@ -155,10 +139,10 @@ def run_batch(
     ]
     landed = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
     with closing(landed):  # a store that fails stops the threads, or the cluster, at once
-        for task, answers in landed:
-            if kept is not None:
-                kept.put(task.indices, answers.rows)
-            for i, row in zip(task.indices, answers.rows, strict=True):
+        for task, rows in landed:
+            if stored_runs is not None:
+                stored_runs.put(task.indices, rows)
+            for i, row in zip(task.indices, rows, strict=True):
                 results[i] = summary_of(row, problem.columns(cranes[i], cases[i]))
     return [results[i] for i in range(len(cases))]
 
@@ -179,47 +163,36 @@ class Task(NamedTuple):
 
     def part(self, start: int, end: int) -> Task:
         """Some of its cases."""
-        return Task(
-            problem=self.problem,
-            indices=self.indices[start:end],
-            cranes=self.cranes[start:end],
-            cases=self.cases[start:end],
-            n_sub=self.n_sub,
-        )
+        places = slice(start, end)
+        return self._replace(indices=self.indices[places], cranes=self.cranes[places], cases=self.cases[places])
 
     def light(self) -> Task:
         """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""
-        bare = {id(c): c for c in self.cranes}
-        bare = {key: c.model_copy(update={"sources": {}}) for key, c in bare.items()}
+        each = {id(c): c for c in self.cranes}
+        bare = {key: c.model_copy(update={"sources": {}}) for key, c in each.items()}
         return self._replace(cranes=[bare[id(c)] for c in self.cranes])
 
 
 def _cut(
     problem: Problem, cranes: Sequence[Crane], cases: Sequence[Any], missing: Sequence[int], workers: int
 ) -> list[list[int]]:
-    """Places of the missing cases in tasks: cases that can share a block of lanes lie together."""
+    """Places of the missing cases in tasks of full blocks of lanes: cases that can share a block are together."""
     groups: dict[Hashable, list[int]] = {}
     for i in missing:
         groups.setdefault(problem.group(cranes[i], cases[i]), []).append(i)
-    sized = [
-        (problem.seconds(cranes[group[0]], cases[group[0]]), problem.sort(group, cases)) for group in groups.values()
-    ]
-    return in_tasks(sized, workers)
-
-
-def in_tasks(groups: Sequence[tuple[float, Sequence[int]]], workers: int) -> list[list[int]]:
-    """Groups of cases, each with the simulated time of one case [s], in tasks of whole blocks of lanes."""
-    fair = math.ceil(sum(len(group) for _, group in groups) / (TASKS_EACH * workers) / VL) * VL
+    fair = math.ceil(len(missing) / (TASKS_EACH * workers) / VL) * VL
     out: list[list[int]] = []
-    for seconds, group in groups:
+    for group in groups.values():
+        seconds, places = problem.seconds(cranes[group[0]], cases[group[0]]), problem.sort(group, cases)
         worth = math.ceil(max(TASK_SECONDS, TASK_SECONDS_EACH * workers) / seconds / VL) * VL
         size = max(VL, min(fair, worth))
-        out += [list(group[k : k + size]) for k in range(0, len(group), size)]
+        out += [places[k : k + size] for k in range(0, len(places), size)]
     return out
 
 
-def work(task: Task, progress: Progress | None = None) -> Answers:
-    """Run one task on one thread: block by block, each summed up while its motions are at hand."""
+def work(task: Task, progress: Progress | None = None) -> list[Row]:
+    """Summaries of the cases of one task, run on one thread: block by block, each summed up while its motions are at
+    hand."""
     rows: list[Row] = []
     total = len(task.indices)
     for k in range(0, total, VL):
@@ -230,39 +203,29 @@ def work(task: Task, progress: Progress | None = None) -> Answers:
             if progress is not None:
                 progress((before + share * size) / total)
 
-        rows += _rows(block, places, report)
-    return Answers(rows, results_hash())
+        results = block.problem.results(
+            block.cranes,
+            block.cases,
+            n_sub=block.n_sub,
+            lanes=VL,
+            every=0,
+            threads=1,
+            progress=report,
+            places=places,
+        )
+        rows += map(block.problem.row, block.cranes, block.cases, results)
+    return rows
 
 
-def _rows(block: Task, places: Sequence[int] | None, progress: Progress) -> list[Row]:
-    """Summaries of one block of lanes."""
-    results = block.problem.results(
-        block.cranes,
-        block.cases,
-        n_sub=block.n_sub,
-        lanes=VL,
-        every=0,
-        threads=1,
-        progress=progress,
-        places=places,
-    )
-    return [block.problem.row(w, c, r) for w, c, r in zip(block.cranes, block.cases, results, strict=True)]
-
-
-def work_packed(task: bytes) -> Answers:
-    """`work` on a pickled task: a cluster need not look into what it carries."""
-    return work(pickle.loads(task))
-
-
-def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[tuple[Task, Answers], None, None]:
-    """Tasks with their answers, as they finish."""
+def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[tuple[Task, list[Row]], None, None]:
+    """Tasks with the summaries of their cases, as they finish."""
     if threads == 1 or len(tasks) < 2:
         for task in tasks:
             yield task, work(task, meter.part(len(task.indices)))
         return
     driver(tasks[0].cranes[0].plant.value, VL, tasks[0].problem.kind)
     with ThreadPoolExecutor(threads) as pool:
-        waiting: dict[Future[Answers], Task] = {
+        waiting: dict[Future[list[Row]], Task] = {
             pool.submit(work, task, meter.part(len(task.indices))): task for task in tasks
         }
         try:
@@ -274,32 +237,33 @@ def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[t
             raise
 
 
-def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Generator[tuple[Task, Answers], None, None]:
-    """Tasks with their answers, as they finish."""
-    with closing(spread(tasks, lambda task: task.light(), work_packed, client)) as answered:
-        for task, answers in answered:
+def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Generator[tuple[Task, list[Row]], None, None]:
+    """Tasks with the summaries of their cases, as they finish."""
+    with closing(spread(tasks, Task.light, work, client)) as answered:
+        for task, rows in answered:
             meter.part(len(task.indices))(1.0)
-            yield task, answers
-
-
-class MadeBy(Protocol):
-    """An answer that says by which code it was made (`results_hash`)."""
-
-    @property
-    def made_by(self) -> str: ...
+            yield task, rows
 
 
 Job = TypeVar("Job")
-Answer = TypeVar("Answer", bound=MadeBy)
+Answer = TypeVar("Answer")
+
+
+def run_packed(packed: bytes) -> tuple[Any, str]:
+    """The result of a pickled function and its argument, into which a cluster need not look, and the hash of the code
+    that made it."""
+    run, job = pickle.loads(packed)
+    return run(job), results_hash()
 
 
 def spread(
-    jobs: Sequence[Job], light: Callable[[Job], Any], run: Callable[[bytes], Answer], client: Any
+    jobs: Sequence[Job], light: Callable[[Job], Any], run: Callable[[Any], Answer], client: Any
 ) -> Generator[tuple[Job, Answer], None, None]:
     """Jobs with their answers, as they finish; a few are under way for each thread of the cluster, and a lost worker's
     are given again.
 
-    light: what of a job crosses the network, pickled; run: makes the answer of that on a worker.
+    light: what of a job crosses the network, pickled; run: function of a module that makes the answer of that on a
+    worker.
     Errors: those of a job; SimulationError where the cluster fails, or runs other code.
     """
     from distributed import as_completed
@@ -310,7 +274,7 @@ def spread(
 
     def submit_next(put: Callable[[Any], None]) -> None:
         for job in itertools.islice(rest, 1):
-            future = client.submit(run, pickle.dumps(light(job), pickle.HIGHEST_PROTOCOL), pure=False)
+            future = client.submit(run_packed, pickle.dumps((run, light(job)), pickle.HIGHEST_PROTOCOL), pure=False)
             submitted[future.key] = future, job
             put(future)
 
@@ -330,7 +294,7 @@ def _answer_of(future: Any) -> Any:
     """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code
     than this machine."""
     try:
-        answer = future.result()
+        answer, made_by = future.result()
     except StillhookError:
         raise
     except Exception as e:
@@ -338,9 +302,9 @@ def _answer_of(future: Any) -> Any:
         raise SimulationError(
             f"cluster: a task failed ({error[:200]}). Look at its workers, and run again; a store keeps what is done."
         ) from None
-    if answer.made_by != results_hash():
+    if made_by != results_hash():
         raise SimulationError(
-            f"cluster: a worker runs Stillhook {answer.made_by}, this machine {results_hash()}. Install the same"
+            f"cluster: a worker runs Stillhook {made_by}, this machine {results_hash()}. Install the same"
             " version everywhere."
         )
     return answer

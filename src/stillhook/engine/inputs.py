@@ -75,15 +75,15 @@ def shape(crane: Crane, case: Scenario) -> tuple[int, int, int]:
 
 def _only_the_tip_moves(case: Scenario) -> bool:
     s = case.sensors
-    plain = (
-        not case.modes
-        and not case.operator.profile
-        and not case.operator.steps
-        and case.power_loss is None
-        and case.commands is None
-    )
-    return plain and not any(
+    return not _events(case) and not any(
         (s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip)
+    )
+
+
+def _events(case: Scenario) -> bool:
+    """Whether mode, operator, pumps or recorded commands change over the run."""
+    return bool(
+        case.modes or case.operator.profile or case.operator.steps or case.power_loss or case.commands is not None
     )
 
 
@@ -153,9 +153,8 @@ class CycleInputs:
     @cached_property
     def steady(self) -> bool:
         """Whether tip and its image alone change over the run."""
-        case, s = self.case, self.case.sensors
-        varies = case.modes or case.operator.profile or case.operator.steps or case.power_loss or case.commands
-        return not varies and s.noise_s_w == 0.0 and s.noise_F == 0.0
+        s = self.case.sensors
+        return not _events(self.case) and s.noise_s_w == 0.0 and s.noise_F == 0.0
 
     @cached_property
     def rest(self) -> FloatArray:
@@ -184,7 +183,9 @@ class CycleInputs:
         out[:, 11] = self._noise.wire[k : k + n]
         out[:, 12] = self._noise.load[k : k + n]
         out[:, 13], _ = pump_shares(case.power_loss, self._passive_pumps, t)
-        out[:, 14:] = _overrides(case, t)
+        out[:, 14:] = 0.0
+        if case.commands is not None:
+            out[:, 14:] = np.column_stack([np.ones_like(t), *case.commands.at(t)])
         return out
 
     def _measured(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
@@ -216,7 +217,7 @@ def _extremes(
     first: int,
     t_cycle: float,
 ) -> tuple[float, float, float, float]:
-    """Highest wire speed asked for [m/s], peak-to-peak of the tip, least and most wire out above that at the start [m].
+    """Highest wire speed requested [m/s], peak-to-peak of the tip, least and most wire out above that at the start [m].
 
     Taken in pieces; remembered, because cranes and loads are compared on the same motion.
     """
@@ -277,22 +278,15 @@ def mode_codes(mode: str, modes: Sequence[tuple[float, str]], t: FloatArray) -> 
 
 
 def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Share of a circuit's pump flow that is there, and the share that the PLC reckons with; pumps one for each power
+    """Share of a circuit's pump flow that is there, and the share that the PLC assumes; pumps one for each power
     unit."""
     share = np.ones_like(t)
     if loss is None or loss.unit > len(pumps):
         return share, share
-    left = 1.0 - pumps[loss.unit - 1] / sum(pumps)
+    remaining = 1.0 - pumps[loss.unit - 1] / sum(pumps)
     gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
-    known = np.where(t >= loss.time + loss.detection, left, 1.0)
-    return 1.0 - (1.0 - left) * gone, known
-
-
-def _overrides(case: Scenario, t: FloatArray) -> FloatArray:
-    """Whether commands are varies at each time, and which: columns varies, u_p, u_m."""
-    if case.commands is None:
-        return np.zeros((len(t), 3))
-    return np.column_stack([np.ones_like(t), *case.commands.at(t)])
+    assumed = np.where(t >= loss.time + loss.detection, remaining, 1.0)
+    return 1.0 - (1.0 - remaining) * gone, assumed
 
 
 NO_CERTIFICATE = "no certificate: the twin is not validated (level 1)"

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from enum import StrEnum
-from typing import Any, Generic, NamedTuple, NotRequired, Protocol, TypedDict, TypeVar
+from typing import Any, Generic, NotRequired, Protocol, TypedDict, TypeVar
 
 import numpy as np
 
@@ -56,53 +56,51 @@ class Ready(Protocol):
 
 
 Case = TypeVar("Case")
+T = TypeVar("T")
 R = TypeVar("R", bound=Ready)
 
 
-def ready_cases(
-    cranes: Sequence[Any], cases: Sequence[Case], make: Callable[[Any, Case], R], places: Sequence[int] | None = None
-) -> list[R]:
-    """Every case checked and packed by `make`; places: their numbers in a longer list, for messages.
+def each_case(
+    cranes: Sequence[Any], cases: Sequence[Case], make: Callable[[Any, Case], T], places: Sequence[int] | None = None
+) -> list[T]:
+    """The results of `make` for every case; places: their numbers in a longer list, for messages.
 
-    Errors: those of make for the first case that cannot be run, with its place.
+    Errors: those of make for the first case that cannot be run, with its place among several.
     """
-    ready = []
+    results = []
     for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
         try:
-            ready.append(make(crane, case))
+            results.append(make(crane, case))
         except StillhookError as e:
             named = places is not None or len(cases) > 1
             raise type(e)(f"case {i if places is None else places[i]}: {e}" if named else str(e)) from None
-    return ready
+    return results
 
 
 def run_blocks(
     ready: Sequence[R],
-    alike: Callable[[R], Hashable],
-    make: Callable[[list[R]], Block[R]],
+    block_type: type[Block[R]],
     *,
-    kind: str,
+    n_sub: int,
     lanes: int,
+    every: int,
     threads: int,
     progress: Progress | None,
 ) -> list[Any]:
-    """Results of all cases, those with the same `alike` in blocks of `lanes` (1 or 16) that threads share.
-
-    make gives the block of some cases; kind: driver that runs it, see `stillhook.kernels.build.driver`. A failed case
-    is marked and spoils no other.
-    """
+    """Results of all cases, those that are alike in blocks of `lanes` (1 or 16) that threads share; see `RunOptions`. A
+    failed case is marked and spoils no other."""
     groups: dict[Hashable, list[int]] = {}
     for i, r in enumerate(ready):
-        groups.setdefault((r.winch.extra_controllers, alike(r)), []).append(i)
+        groups.setdefault((r.winch.extra_controllers, block_type.alike(r)), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
     for winch in {r.winch.extra_controllers: r.winch for r in ready}.values():  # compiled before threads share it
-        driver(winch.name, lanes, kind, winch.extra_controllers)
+        driver(winch.name, lanes, block_type.kind, winch.extra_controllers)
     meter = Meter(len(blocks), progress)
     meter.tell()
     results: dict[int, Any] = {}
 
     def work(indices: list[int]) -> None:
-        block = make([ready[i] for i in indices])
+        block = block_type([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
         reached = meter.part(1.0)
         for share in block.steps():
             reached(share)
@@ -122,32 +120,37 @@ def run_blocks(
     return [results[i] for i in range(len(ready))]
 
 
-class Shape(NamedTuple):
-    """What a kind of run adds to a block: driver, driver of its winch alone, windowed signals, columns of a series."""
-
-    driver: Any
-    winch: Any
-    windows: int
-    columns: int
-
-
 class Block(ABC, Generic[R]):
     """Runs of equal length side by side in one flat array; missing lanes repeat the first case."""
 
-    def __init__(self, ready: Sequence[R], shape: Shape, *, lanes: int, n_sub: int, every: int) -> None:
+    kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
+
+    def __init__(self, ready: Sequence[R], *, lanes: int, n_sub: int, every: int) -> None:
         self.ready = list(ready)
         self.lanes = [self.ready[i] if i < len(self.ready) else self.ready[0] for i in range(lanes)]
         self.drive, self.n_sub, self.every = self.ready[0].drive, n_sub, every
-        self.d, self.shape = shape.driver, shape
-        self.n_x = size(shape.winch.State)
+        winch = self.ready[0].winch
+        self.d = driver(winch.name, lanes, self.kind, winch.extra_controllers)
+        self.of_winch, windows, columns = self.sizes(self.d)
+        self.n_x = size(self.of_winch.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
         self.n_win = round(WINDOW / self.drive.t_cycle) + 1
-        self.W = aligned(blank_window(self.n_win, lanes, shape.windows))
+        self.W = aligned(blank_window(self.n_win, lanes, windows))
         rows = self.drive.n_ticks // every + 1 if every else 0
-        self.out = np.empty((rows, shape.columns, lanes))
+        self.out = np.empty((rows, columns, lanes))
         self.failed: dict[int, float] = {}
         self.A = aligned(np.array(self.records()).T)
-        shape.winch.at_rest(self.A.reshape(-1))
+        self.of_winch.at_rest(self.A.reshape(-1))
+
+    @staticmethod
+    @abstractmethod
+    def alike(r: Any) -> Hashable:
+        """What cases must have alike to run side by side."""
+
+    @staticmethod
+    @abstractmethod
+    def sizes(driver: Any) -> tuple[Any, int, int]:
+        """Of a driver: the driver of its winch alone, windowed signals, columns of a series."""
 
     @abstractmethod
     def record(self, r: R) -> list[float]:
@@ -172,7 +175,7 @@ class Block(ABC, Generic[R]):
     def reset(self, i: int) -> None:
         """Set a lane to rest again."""
         fresh = np.repeat(np.array(self.record(self.lanes[i]))[:, None], len(self.lanes), axis=1)
-        self.shape.winch.at_rest(fresh.reshape(-1))
+        self.of_winch.at_rest(fresh.reshape(-1))
         self.A[:, i] = fresh[:, i]
 
     def steps(self) -> Iterator[float]:

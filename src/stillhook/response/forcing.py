@@ -71,17 +71,22 @@ def forcing_of_series(
         raise SeaError(
             f"{series.source}: {headings.size} headings for {len(series)} records. Enter one for all, or one for each."
         )
-    offsets = (np.arange(parts) + 0.5) / parts - 0.5
-    omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
-    width = np.repeat(series.width / parts, parts)
+    omega, width, wave = _parted(series, parts)
     distinct, row = np.unique(np.mod(headings.ravel(), 2.0 * math.pi), return_inverse=True)
     power, cross = (
         np.array(each)
         for each in zip(*(tip_by_wave(omega, vessel, x, y, b, spread, depth) for b in distinct), strict=True)
     )
-    wave = np.repeat(series.S, parts, axis=1) * width
     rows = row.ravel() if headings.ndim else np.zeros(1, dtype=int)
     return Forcing(omega, width, wave * power[rows], wave, wave * cross[rows])
+
+
+def _parted(series: SpectrumSeries, parts: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Frequencies (m,), widths (m,) [rad/s] and variances of the surface (n, m) [m^2] of the bands, each in `parts`."""
+    offsets = (np.arange(parts) + 0.5) / parts - 0.5
+    omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
+    width = np.repeat(series.width / parts, parts)
+    return omega, width, np.repeat(series.S, parts, axis=1) * width
 
 
 def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, *, depth: float = math.inf) -> Forcing:
@@ -93,15 +98,15 @@ def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, 
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     shape = (len(listed), len(omega))
     tip, wave, mixed = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=complex)
-    known: dict[tuple[float, float | None], tuple[FloatArray, ComplexArray]] = {}
+    transfers: dict[tuple[float, float | None], tuple[FloatArray, ComplexArray]] = {}
     for n, sea in enumerate(listed):
         for train in sea.trains:
             key = (train.beta, train.spread)
-            if key not in known:
-                known[key] = tip_by_wave(omega, vessel, x, y, *key, depth)
+            if key not in transfers:
+                transfers[key] = tip_by_wave(omega, vessel, x, y, *key, depth)
             S = train.spectrum.density(omega) * STEP
-            tip[n] += known[key][0] * S
-            mixed[n] += known[key][1] * S
+            tip[n] += transfers[key][0] * S
+            mixed[n] += transfers[key][1] * S
             wave[n] += S
     return Forcing(omega, np.full(len(omega), STEP), tip, wave, mixed)
 
@@ -143,13 +148,10 @@ def forcing_of_directional(
     directions = series.directional
     if directions is None:
         raise SeaError(f"{series.source}: contains no directions. Enter the direction of the waves from the bow.")
-    offsets = (np.arange(parts) + 0.5) / parts - 0.5
-    omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
-    width = np.repeat(series.width / parts, parts)
+    omega, width, wave = _parted(series, parts)
     each = [tip_by_wave(omega, vessel, x, y, relative(float(theta), ship), None) for theta in directions.theta]
     power = np.array([p for p, _ in each]).reshape(len(each), -1, parts).transpose(1, 0, 2)  # band, direction, part
     cross = np.array([c for _, c in each]).reshape(len(each), -1, parts).transpose(1, 0, 2)
-    wave = np.repeat(series.S, parts, axis=1) * width
     tip, mixed = np.empty_like(wave), np.empty(wave.shape, dtype=complex)
     for i in range(0, len(series), BLOCK):
         rows = slice(i, min(i + BLOCK, len(series)))
@@ -191,12 +193,12 @@ def forcing_of_states(
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     if ship is None:
         beta = 0.0 if beta is None else beta
-        place, known = np.zeros(len(states), dtype=int), np.ones(len(states), dtype=bool)
+        place, valid = np.zeros(len(states), dtype=int), np.ones(len(states), dtype=bool)
     else:
-        beta, known = relative(0.0, ship), np.isfinite(states.come_from)
-        place = -GRID * np.round(np.degrees(np.where(known, states.come_from, 0.0))).astype(int) // 360
+        beta, valid = relative(0.0, ship), np.isfinite(states.come_from)
+        place = -GRID * np.round(np.degrees(np.where(valid, states.come_from, 0.0))).astype(int) // 360
     wave = _waves(states, omega)
-    wave[~known & (np.nan_to_num(states.H_m0) > 0.0)] = np.nan
+    wave[~valid & (np.nan_to_num(states.H_m0) > 0.0)] = np.nan
     distinct, row = np.unique(place, return_inverse=True)
     power, cross = _about(omega, vessel, x, y, float(beta), distinct, spread)
     if not np.isfinite(wave).any():

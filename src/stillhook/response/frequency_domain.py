@@ -272,7 +272,7 @@ def frequency_response(
 
     if not (math.isfinite(duration) and duration > 0.0):
         raise LiftError(f"duration {duration:g} s must be longer than 0 s. Enter the length of the operation.")
-    known = np.isfinite(forcing.tip).all(axis=1)
+    valid = np.isfinite(forcing.tip).all(axis=1)
     z, v, a = (forcing.deviation(order) for order in range(3))
     with_winch, braked = (sigmas(forcing, load, winch) for winch in (residual, Residual.constant(1.0)))
     columns = {"sigma_z": z, "sigma_v": v, "sigma_a": a, "T_z": zero_crossing_period(z, v)}
@@ -290,7 +290,7 @@ def frequency_response(
         columns |= {f"{name}{suffix}": values for name, values in _of_load(s, load, duration).items()}
     labels = list(names) if names is not None else [str(i) for i in range(len(forcing))]
     data = xarray.Dataset(
-        {name: ("case", np.where(known, values, np.nan), _attrs(name)) for name, values in columns.items()},
+        {name: ("case", np.where(valid, values, np.nan), attributes_of(name)) for name, values in columns.items()},
         coords={"case": labels},
     )
     data.attrs = {
@@ -327,7 +327,8 @@ def _less(sigma: FloatArray, z: FloatArray) -> FloatArray:
     return 1.0 - np.divide(sigma, z, out=np.full_like(z, np.nan), where=z > 0.0)
 
 
-def _attrs(name: str) -> dict[str, str]:
+def attributes_of(name: str) -> dict[str, str]:
+    """Unit and meaning of a number, also of one with the winch on its brake, for a Dataset."""
     row = BY_NAME[name.removesuffix("_braked")]
     braked = ", with the winch on its brake" if name.endswith("_braked") else ""
     return {"units": row.unit, "long_name": f"{row.meaning}{braked}"}

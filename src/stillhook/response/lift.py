@@ -26,10 +26,10 @@ from stillhook.response.forcing import (
     forcing_of_series,
     forcing_of_states,
 )
-from stillhook.response.frequency_domain import frequency_response, sigmas
+from stillhook.response.frequency_domain import attributes_of, frequency_response, sigmas
 from stillhook.response.suspended_load import SuspendedLoad, answers, natural_periods, suspended_load
 from stillhook.response.winch.identify import Steps, identify_residual
-from stillhook.response.winch.linear_form import Residual
+from stillhook.response.winch.linear_form import Residual, neighbours
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea
@@ -38,7 +38,6 @@ from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.spec.scenario import Mode, mode_of
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import parse, show
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     import xarray
@@ -184,6 +183,8 @@ def response_at(
 ) -> LiftResponse:
     """The same at z [m] and over a duration [s]; see `lift_response`."""
     check_place(file)
+    assert file.vessel is not None
+    assert file.at is not None
     mode = file.lift.controller if mode is None else mode_of(mode)
     if not mode.compensates:
         others = ", ".join(m.value for m in Mode if m.compensates)
@@ -195,7 +196,7 @@ def response_at(
             f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Choose a smaller depth."
         )
     load = suspended_load(file.crane, file.lift, z)
-    forcing = forcing_of(waves, file)
+    forcing = forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
     steps = Steps(progress)
     duty = replace(load.duty, sensors=file.lift.sensors)
     residual = identify_residual(file.crane, duty, mode, progress=steps)
@@ -213,13 +214,6 @@ def check_place(file: LiftFile) -> None:
             f"{missing}: missing. The frequency-domain method requires vessel and tip; a prescribed motion of the tip"
             " is simulated in time only."
         )
-
-
-def forcing_of(waves: Waves, file: LiftFile) -> Forcing:
-    """Forcing by the waves at the lift's crane tip and load."""
-    assert file.vessel is not None
-    assert file.at is not None
-    return forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
 
 
 def forcing_of_waves(waves: Waves, vessel: Rao, x: float, y: float) -> Forcing:
@@ -243,11 +237,7 @@ def _labelled(data: xarray.Dataset, waves: Waves) -> xarray.Dataset:
         dim = "time"
         data = data.drop_vars("case").rename(case=dim).assign_coords(time=waves.of.time.astype("datetime64[ns]"))
         columns |= {name: np.asarray(getattr(waves.of, name)) for name in ("H_m0", "T_p", "T_m02")}
-    return data.assign({name: (dim, values, _attrs(name)) for name, values in columns.items()})
-
-
-def _attrs(name: str) -> dict[str, str]:
-    return {"units": BY_NAME[name].unit, "long_name": BY_NAME[name].meaning}
+    return data.assign({name: (dim, values, attributes_of(name)) for name, values in columns.items()})
 
 
 def _with_flags(data: xarray.Dataset, load: SuspendedLoad, residual: Residual, SWL: float) -> xarray.Dataset:
@@ -259,7 +249,7 @@ def _with_flags(data: xarray.Dataset, load: SuspendedLoad, residual: Residual, S
         "slack": data["slack_chance"].values > LIKELY,
         "overload": data["DAF"].values * load.end.m > SWL,
     }
-    share = (dim, saturation_share(residual, v, T_z), _attrs("saturation_share"))
+    share = (dim, saturation_share(residual, v, T_z), attributes_of("saturation_share"))
     return data.assign({"saturation_share": share} | {name: (dim, flag) for name, flag in flags.items()})
 
 
@@ -291,11 +281,8 @@ def table_at(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatA
     ends hold."""
     knots = np.concatenate(([0.0], speeds))
     rows = np.array([np.interp(v, knots, [0.0, *row]) for row in table])
-    at = np.log(2.0 * math.pi / np.where(T > 0.0, T, np.nan))
-    places, each = np.log(omega), np.arange(len(v))
-    low = np.clip(np.searchsorted(places, np.nan_to_num(at), side="right") - 1, 0, max(len(places) - 2, 0))
-    high = np.minimum(low + 1, len(places) - 1)
-    part = np.clip((at - places[low]) / np.where(high > low, places[high] - places[low], 1.0), 0.0, 1.0)
+    low, high, part = neighbours(np.log(omega), np.log(2.0 * math.pi / np.where(T > 0.0, T, np.nan)))
+    each = np.arange(len(v))
     return np.asarray(rows[low, each] + part * (rows[high, each] - rows[low, each]))
 
 
@@ -331,21 +318,21 @@ def answer_of(response: LiftResponse, file: LiftFile, waves: Waves, *, records: 
             | {"notes": notes_of(response, file)}
         )
     times = np.datetime_as_string(data["time"].values, unit="s")
-    known = np.isfinite(data["sigma_z"].values)
+    valid = np.isfinite(data["sigma_z"].values)
     head |= {
         "file": waves.of.source,  # type: ignore[union-attr]
         "n_records": len(times),
-        "n_valid": int(known.sum()),
-        "n_missing": int((~known).sum()),
+        "n_valid": int(valid.sum()),
+        "n_missing": int((~valid).sum()),
     }
     head |= {"start": f"{times[0]}Z", "end": f"{times[-1]}Z"}
-    head |= {f"n_{name}": int(np.count_nonzero(data[name].values & known)) for name in FLAGS}
-    in_sum = {name: _in_sum(name, data[name].values, times, known) for name in numbers}
+    head |= {f"n_{name}": int(np.count_nonzero(data[name].values & valid)) for name in FLAGS}
+    in_sum = {name: _in_sum(name, data[name].values, times, valid) for name in numbers}
     report = head | _nested(in_sum) | {"notes": [*waves.of.notes, *notes_of(response, file)]}  # type: ignore[union-attr]
     if records:
         columns = _nested({name: data[name].values.tolist() for name in numbers})
         flags = {name: [bool(x) for x in data[name].values] for name in FLAGS}
-        report["records"] = {"time": [f"{t}Z" for t in times], "valid": known.tolist()} | columns | flags
+        report["records"] = {"time": [f"{t}Z" for t in times], "valid": valid.tolist()} | columns | flags
     return report
 
 
@@ -355,9 +342,9 @@ def _nested(values: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if not name.endswith("_braked")} | {"braked": braked}
 
 
-def _in_sum(name: str, x: FloatArray, times: NDArray[np.str_], known: NDArray[np.bool_]) -> dict[str, Any]:
+def _in_sum(name: str, x: FloatArray, times: NDArray[np.str_], valid: NDArray[np.bool_]) -> dict[str, Any]:
     """First, mean, least and largest, and when the worst was."""
-    rows = np.flatnonzero(known & np.isfinite(x))
+    rows = np.flatnonzero(valid & np.isfinite(x))
     if not len(rows):
         return {"first": math.nan, "mean": math.nan, "min": math.nan, "max": math.nan, "worst": ""}
     values = x[rows]
@@ -400,7 +387,8 @@ def stamped(data: xarray.Dataset, answer: dict[str, Any]) -> xarray.Dataset:
 
 def spectra(response: LiftResponse) -> dict[str, FloatArray]:
     """Densities of height of the first sea over the forcing's frequencies [m^2 s/rad]: tip, wire's upper end, load on
-    the brake, load compensated. The remnant of the winch (its error beside C) is in the deviations and not in these."""
+    the brake, load compensated. The remnant of the winch (its error in addition to C) is in the deviations and not
+    in these."""
     f, load = response.forcing, response.load
     sigma_v = float(f.deviation(1)[0])
     densities = {"crane tip": f.tip[0] / f.width}

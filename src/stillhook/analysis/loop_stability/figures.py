@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.analysis.loop_stability.models.transfer import about, full_matrices, motor_poles
 from stillhook.analysis.loop_stability.stability import range_of_modes
-from stillhook.analysis.loop_stability.sweeps import bode, root_locus, slow_sweep, sweep
+from stillhook.analysis.loop_stability.sweeps import AXES, bode, root_locus, slow_sweep, sweep
 from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.engine.pack.winch import gains
 from stillhook.report.plots.run import COLOURS, GREY
@@ -89,7 +89,7 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
     axes = np.atleast_1d(figure.subplots(math.ceil(len(sweeps) / columns), columns, squeeze=False)).ravel()
     for ax, data in zip(axes, sweeps, strict=False):
         name = str(data["K_p_ms"].dims[0])
-        kind, label = SWEPT_AXES[name]
+        kind, label = next((axis.kind, axis.label) for axis in AXES.values() if axis.name == name)
         x = [in_display(v, kind) if kind else v for v in data[name].values]
         ax.plot(x, data["K_p_ms"], color=COLOURS[0], label="published loop")
         ax.plot(x, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label="with PLC and delay")
@@ -107,16 +107,6 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
         f"{crane.name}: what the gain limit depends on, motors at {sweeps[0].attrs['alpha_m']:g}", fontsize="medium"
     )
     return figure
-
-
-SWEPT_AXES = {
-    "layer": ("", "layer"),
-    "C_leak": ("leakage", "leakage [L/min/bar]"),
-    "B_v": ("viscous_torque", "viscous friction B_v [N m s/rad]"),
-    "bulk_modulus": ("pressure", "bulk modulus [bar]"),
-    "delay": ("time", "delay of the position feedback [s]"),
-    "alpha_m": ("", "motor displacement [-]"),
-}
 
 
 def bode_figure(crane: Crane, alphas: tuple[float, ...] = (1.0,), *, delay: float = 0.0) -> Figure:

@@ -170,12 +170,12 @@ def strongest_up_to(
     `strongest_gain`."""
     cycles = np.unique(np.linspace(0, loop.n, min(loop.n, DELAYS) + 1).astype(int))
     bare = replace(loop, n=0, Gamma_0=loop.Gamma_0 + loop.Gamma_1, Gamma_1=np.zeros_like(loop.Gamma_1))
-    held = (
+    loops = (
         [bare, *(replace(loop, n=int(n)) for n in cycles)]
         if np.any(loop.Gamma_1)
         else [replace(loop, n=int(n)) for n in cycles]
     )
-    return min(strongest(each, gain_margin, phase_margin, sensitivity) for each in held)
+    return min(strongest(each, gain_margin, phase_margin, sensitivity) for each in loops)
 
 
 def strongest(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -28,13 +28,12 @@ from stillhook.analysis.loop_stability.margins import Margins, gain_limit_of, ma
 from stillhook.analysis.loop_stability.models.linearisation import linearise, plant_loop, plc_loop, settled_displacement
 from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.transfer import (
-    About,
     Loop,
     SampledLoop,
+    about_at,
     command_pole,
     effective_radius,
     full_matrices,
-    motor_slope,
     on_layer,
     position_loop,
     sampled,
@@ -42,14 +41,11 @@ from stillhook.analysis.loop_stability.models.transfer import (
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.analysis.steady.steady_state import motor_law, steady
 from stillhook.control.registry import DEFAULT_MODE, USUAL
-from stillhook.engine.pack.winch import drum_record, gains, wire_speed_max
+from stillhook.engine.pack.winch import drum_record, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import K_wire as ratio_of
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-
-if TYPE_CHECKING:
-    pass
 
 
 class Stability(NamedTuple):
@@ -130,8 +126,8 @@ def published_stability(
     alpha = steady(machine, -v_tip, DEFAULT_MODE, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
     e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
     plain = position_loop(machine, alpha, K_wire=K_wire)
-    held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
-    at = _about(machine, v_tip, alpha, K_wire)
+    with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
+    at = about_at(machine, v_tip, alpha, -v_tip / effective_radius(machine, K_wire), K_wire=K_wire)
     v_full = wire_speed_max(crane, alpha) / K_wire
     if abs(v_tip) > v_full:
         raise StillhookError(
@@ -147,7 +143,7 @@ def published_stability(
         "zeta": e.zeta,
         "period": e.period,
     }
-    result = _stability(crane, where, values, (plain, held), delay, np.linalg.eigvals(A), strong=strong)
+    result = _stability(crane, where, values, (plain, with_plc), delay, np.linalg.eigvals(A), strong=strong)
     settles = abs(command_pole(machine, at, K_wire=K_wire)) < 1.0
     return result._replace(stable_plc=result.stable_plc and settles)
 
@@ -183,7 +179,7 @@ def full_stability(
 
     point = settled_displacement(crane, at, mode) if alpha_m is None else at(alpha_m)
     linear = linearise(point)
-    plain, held = plant_loop(linear), plc_loop(crane, point, mode=mode, delay=delay)
+    plain, with_plc = plant_loop(linear), plc_loop(crane, point, mode=mode, delay=delay)
     swing = max((m for m in linear.modes() if m.pole.imag > 0.0), key=lambda m: m.share("p_a", "p_b", "omega_m"))
     limit = margins(plain, crane.control.K_p)
     where = {
@@ -199,9 +195,9 @@ def full_stability(
         "zeta": swing.zeta,
         "period": 2.0 * math.pi / swing.omega_0,
     }
-    z = held.closed_poles(crane.control.K_p)
-    poles = np.log(z[np.abs(z) > 1e-6]) / held.t_cycle
-    return _stability(crane, where, values, (plain, held), delay, poles), point
+    z = with_plc.closed_poles(crane.control.K_p)
+    poles = np.log(z[np.abs(z) > 1e-6]) / with_plc.t_cycle
+    return _stability(crane, where, values, (plain, with_plc), delay, poles), point
 
 
 class BothLoops(NamedTuple):
@@ -293,21 +289,6 @@ def _check(v_tip: float, delay: float) -> None:
         raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to 10 s.")
 
 
-def _about(crane: Crane, v_tip: float, alpha_m: float, K_wire: float) -> About:
-    """Steady operation at a displacement that need not be that of SSC."""
-    omega_m = -v_tip / effective_radius(crane, K_wire)
-    u_ff = -gains(crane).K_1 * v_tip * K_wire * alpha_m
-    dp = crane.control.B_v * omega_m / (crane.active.motor.D_total * alpha_m)
-    return About(
-        v_tip=v_tip,
-        alpha_m=alpha_m,
-        u_ff=u_ff,
-        omega_m=omega_m,
-        dp=dp,
-        slope=motor_slope(crane, DEFAULT_MODE, alpha_m, u_ff),
-    )
-
-
 def _stability(
     crane: Crane,
     where: Mapping[str, float],
@@ -319,21 +300,21 @@ def _stability(
     strong: bool = True,
 ) -> Stability:
     K_p = crane.control.K_p
-    plain, held = (margins(loop, K_p) for loop in loops)
+    plain, with_plc = (margins(loop, K_p) for loop in loops)
     return Stability(
         **where,
         **values,
         **_named(plain, ""),
-        **_named(held, "_plc"),
+        **_named(with_plc, "_plc"),
         K_p=K_p,
         t_cycle=crane.control.t_cycle,
         delay=delay,
-        K_p_ms_plc=held.gain_margin * K_p,
-        omega_c_plc=held.omega_c,
+        K_p_ms_plc=with_plc.gain_margin * K_p,
+        omega_c_plc=with_plc.omega_c,
         K_p_strong=strongest_up_to(loops[1]) if strong else math.nan,
         poles=tuple(complex(p) for p in sorted(poles, key=lambda p: (abs(p), p.imag))),
         stable=plain.stable,
-        stable_plc=held.stable,
+        stable_plc=with_plc.stable,
     )
 
 

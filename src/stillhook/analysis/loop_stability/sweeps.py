@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from stillhook.control.registry import CLASSIC, DEFAULT_MODE
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.spec.crane import Crane
+from stillhook.units import KINDS
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
@@ -44,11 +45,44 @@ class Over(StrEnum):
     DELAY = "delay"
 
 
-VARIED = {Over.LEAKAGE: "C_leak", Over.DAMPING: "B_v", Over.BULK_MODULUS: "bulk_modulus"}
-"""Name, in the nomenclature, of the crane's number that a sweep changes."""
 TIMES = np.geomspace(0.25, 4.0, 17)
 """Default of those sweeps: the crane's own number times these. No source: wide enough for wear, aeration and a poor
 guess."""
+
+
+class Axis(NamedTuple):
+    """What varies along a sweep: name in the nomenclature, kind of quantity ("": a pure number), label of pictures,
+    default values for a crane [SI], and the number of the crane that it changes, as a dotted path."""
+
+    name: str
+    kind: str
+    label: str
+    default: Callable[[Crane], FloatArray]
+    path: str = ""
+
+
+AXES: Mapping[Over, Axis] = {
+    Over.ALPHA_M: Axis("alpha_m", "", "motor displacement [-]", lambda crane: np.linspace(0.05, 1.0, 39)),
+    Over.LAYER: Axis("layer", "", "layer", lambda crane: np.arange(1.0, crane.drum.layers + 1.0)),
+    Over.LEAKAGE: Axis(
+        "C_leak", "leakage", "leakage [L/min/bar]", lambda crane: crane.active.C_leak * TIMES, "active.C_leak"
+    ),
+    Over.DAMPING: Axis(
+        "B_v",
+        "viscous_torque",
+        "viscous friction B_v [N m s/rad]",
+        lambda crane: crane.control.B_v * TIMES,
+        "control.B_v",
+    ),
+    Over.BULK_MODULUS: Axis(
+        "bulk_modulus",
+        "pressure",
+        "bulk modulus [bar]",
+        lambda crane: crane.active.line.bulk_modulus * TIMES,
+        "active.line.bulk_modulus",
+    ),
+    Over.DELAY: Axis("delay", "time", "delay of the position feedback [s]", lambda crane: np.linspace(0.0, 1.0, 41)),
+}
 SWEPT = (
     "K_p_ms",
     "omega_c",
@@ -125,8 +159,8 @@ def sweep(
     if over not in tuple(Over):
         raise StillhookError(f'over = "{over}": choose one of {", ".join(Over)}.')
     variable = Over(over)
-    name = VARIED.get(variable, variable.value)
-    at = np.asarray(_default(crane, variable) if values is None else list(values), dtype=np.float64)
+    name = AXES[variable].name
+    at = np.asarray(AXES[variable].default(crane) if values is None else list(values), dtype=np.float64)
     rows = [_swept(crane, variable, float(v), alpha_m, delay) for v in at]
     data = {n: (name, [getattr(r, n) for r in rows], attributes(n)) for n in SWEPT}
     fixed = {} if variable is Over.ALPHA_M else {"alpha_m": alpha_m}
@@ -138,32 +172,21 @@ def sweep(
     )
 
 
-def _default(crane: Crane, variable: Over) -> FloatArray:
-    nominal = {
-        Over.LEAKAGE: crane.active.C_leak,
-        Over.DAMPING: crane.control.B_v,
-        Over.BULK_MODULUS: crane.active.line.bulk_modulus,
-    }
-    if variable in nominal:
-        return np.asarray(nominal[variable] * TIMES, dtype=np.float64)
-    if variable is Over.LAYER:
-        return np.arange(1.0, crane.drum.layers + 1.0)
-    return np.linspace(0.0, 1.0, 41) if variable is Over.DELAY else np.linspace(0.05, 1.0, 39)
-
-
 def _swept(crane: Crane, variable: Over, value: float, alpha_m: float, delay: float) -> Stability:
-    if variable is Over.ALPHA_M:
-        return published_stability(crane, value, None, 0.0, delay, strong=False)
-    if variable is Over.LAYER:
-        return published_stability(crane, alpha_m, int(value), 0.0, delay, strong=False)
-    if variable is Over.DELAY:
-        return published_stability(crane, alpha_m, None, 0.0, value, strong=False)
-    changes: dict[Over, Mapping[str, Any]] = {
-        Over.LEAKAGE: {"active": {"C_leak": f"{value!r} m^3/s/Pa"}},
-        Over.DAMPING: {"control": {"B_v": f"{value!r} N m s/rad"}},
-        Over.BULK_MODULUS: {"active": {"line": {"bulk_modulus": f"{value!r} Pa"}}},
-    }
-    return published_stability(changed(crane, changes[variable]), alpha_m, None, 0.0, delay, strong=False)
+    axis, machine = AXES[variable], crane
+    if axis.path:
+        changes: Any = f"{value!r} {KINDS[axis.kind].si}"
+        for name in reversed(axis.path.split(".")):
+            changes = {name: changes}
+        machine = changed(crane, changes)
+    return published_stability(
+        machine,
+        value if variable is Over.ALPHA_M else alpha_m,
+        int(value) if variable is Over.LAYER else None,
+        0.0,
+        value if variable is Over.DELAY else delay,
+        strong=False,
+    )
 
 
 def bode(
@@ -174,10 +197,10 @@ def bode(
     import xarray
 
     plain = position_loop(crane, alpha_m, K_wire=K_wire)
-    held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
-    w = np.geomspace(0.01, held.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
+    with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
+    w = np.geomspace(0.01, with_plc.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
     data = {}
-    for end, loop in (("", plain), ("_plc", held)):
+    for end, loop in (("", plain), ("_plc", with_plc)):
         L = crane.control.K_p * loop.response(w)
         data[f"loop_gain{end}"] = ("omega", np.abs(L), attributes(f"loop_gain{end}"))
         data[f"loop_phase{end}"] = ("omega", np.unwrap(np.angle(L)), attributes(f"loop_phase{end}"))

@@ -62,8 +62,8 @@ def value_figure(
     rows = [result.labels.index(x) for x in labels or result.labels]
     usable = result.applicable[:, :, :, layer, period]
     values = result.values[name][:, :, :, layer, period] * factor
-    known = values[rows][usable[rows] & np.isfinite(values[rows])]
-    low, high = (float(known.min()), float(known.max())) if known.size and np.ptp(known) > 0.0 else (0.0, 1.0)
+    finite = values[rows][usable[rows] & np.isfinite(values[rows])]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size and np.ptp(finite) > 0.0 else (0.0, 1.0)
     causes = _causes(result, rows, layer, period)
     figure, axes = _panels(len(rows))
     for ax, i in zip(axes, rows, strict=False):
@@ -97,8 +97,8 @@ def change_figure(
     figure, axes = _panels(len(wanted) * len(changes), across=len(changes))
     panels = [(label, name) for label in wanted for name in changes]
     parts = {(x, n): 100.0 * changes[n][result.labels.index(x), :, :, layer, period] for x, n in panels}
-    known = np.concatenate([p[np.isfinite(p)] for p in parts.values()])
-    most = float(np.max(np.abs(known))) if known.size else 1.0
+    finite = np.concatenate([p[np.isfinite(p)] for p in parts.values()])
+    most = float(np.max(np.abs(finite))) if finite.size else 1.0
     for ax, (label, name) in zip(axes, panels, strict=False):
         ax.set_facecolor(SHADE)
         mesh = _mesh(ax, result, parts[label, name], DIVERGING, -most, most)
@@ -161,8 +161,8 @@ def _contours(ax: Any, result: Map, values: FloatArray, low: float, high: float)
     from matplotlib.ticker import MaxNLocator
 
     levels = [x for x in MaxNLocator(LEVELS).tick_values(low, high) if low < x < high]
-    known = values[np.isfinite(values)]
-    crossed = [x for x in levels if known.size and known.min() < x < known.max()]
+    finite = values[np.isfinite(values)]
+    crossed = [x for x in levels if finite.size and finite.min() < x < finite.max()]
     if min(values.shape) < 2 or not crossed:
         return
     colours = [LIGHT if x < 0.6 * high + 0.4 * low else LINES for x in crossed]

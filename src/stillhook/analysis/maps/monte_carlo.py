@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from stillhook._version import __version__
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.maps.operability import Cells, cells_of
-from stillhook.analysis.maps.result import cause_of
-from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
+from stillhook.analysis.maps.result import DIMS, cause_of, over_axes
+from stillhook.analysis.uncertainty.draws import Drawing, Draws, Uncertainty, draws
 from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_drawings, part_of, run_draws
 from stillhook.analysis.uncertainty.report import INSIDE, chance
-from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.registry import CLASSIC, USUAL
@@ -75,9 +74,9 @@ def monte_carlo_map(
     Errors: as of `operability_map` and `monte_carlo`, before anything runs.
     """
     cells = cells_of(crane, controllers, **grid)
-    known = (uncertainty or Uncertainty.default()).on(*zip(cells.cranes, cells.cases, strict=True))
-    table = draws(known, n, seed)
-    drawings = base_drawings(cells.cranes, cells.cases, known, table)
+    uncertain = (uncertainty or Uncertainty.default()).on(*zip(cells.cranes, cells.cases, strict=True))
+    table = draws(uncertain, n, seed)
+    drawings = base_drawings(cells.cranes, cells.cases, uncertain, table)
     statistics = _Statistics(cells, n)
     places, at_once = statistics.places(), max(AT_ONCE // (n * len(cells.controllers)), 1)
     options = {"step": step, "threads": threads, "store": store, "client": client}
@@ -90,7 +89,7 @@ def monte_carlo_map(
         for j, place in enumerate(some):
             part = slice(j * len(place), (j + 1) * len(place))
             statistics.take(place, rows[part], status[part], crane.SWL)
-    return _dataset(crane, cells, statistics, table, known, seed, drawings)
+    return _dataset(crane, cells, statistics, table, uncertain, seed, drawings)
 
 
 class _Statistics:
@@ -151,14 +150,12 @@ def _dataset(
     cells: Cells,
     statistics: _Statistics,
     table: Draws,
-    known: Uncertainty,
+    uncertain: Uncertainty,
     seed: int,
     drawings: Sequence[Drawing],
 ) -> xarray.Dataset:
-    import xarray  # heavy
-
     axes, labels = cells.axes, [c.name for c in cells.controllers]
-    shape, dims = (len(labels), *axes.shape), ("controller", "load", "speed", "layer", "period")
+    shape, dims = (len(labels), *axes.shape), DIMS
     columns: dict[str, Any] = {}
     for name, flat in (*statistics.values.items(), *((f"{n}_change", x) for n, x in statistics.changes.items())):
         columns[name] = ((*dims, "quantile"), flat.reshape(*shape, -1), attributes(name))
@@ -175,25 +172,13 @@ def _dataset(
         "interval": list(INTERVAL),
         "factor": list(table.columns),
     }
-    coords["load"] = ("load", list(axes.loads), {"units": "kg", "long_name": "payload on the hook"})
-    coords["speed"] = ("speed", list(axes.speeds), {"units": "m/s", "long_name": "peak speed of the tip"})
-    coords["s_w"] = ("layer", list(axes.s_w), {"units": "m", "long_name": "wire paid out at the start"})
-    if axes.layers != (None,):
-        coords["layer"] = (
-            "layer",
-            list(axes.layers),
-            {"long_name": "layer of wire in use, counted from the bare drum"},
-        )
-    if axes.periods != (None,):
-        coords["period"] = ("period", list(axes.periods), {"units": "s", "long_name": "period of the wave"})
-    data = xarray.Dataset(columns, coords=coords)
-    data = data.squeeze([d for d, axis in (("layer", axes.layers), ("period", axes.periods)) if axis == (None,)])
+    data = over_axes(columns, coords, axes, "peak speed of the tip")
     bases = [drawings[i].crane for i in statistics.places()[0]]
     data.attrs = {
-        "title": f"Stillhook map of {crane.name} under {len(table.values)} draws of {len(known.factors)} factors",
+        "title": f"Stillhook map of {crane.name} under {len(table.values)} draws of {len(uncertain.factors)} factors",
         "crane": crane_toml(crane),
         "controllers": json.dumps({label: crane_toml(base) for label, base in zip(labels, bases, strict=True)}),
-        "factors": json.dumps(known.to_dict()),
+        "factors": json.dumps(uncertain.to_dict()),
         "seed": seed,
         "sampler": SAMPLER,
         "stillhook_version": __version__,

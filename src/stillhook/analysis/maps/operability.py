@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,9 +23,6 @@ from stillhook.sea.motion.text import scaled_to, speed_peak
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
 from stillhook.units import parse, quote, show
-
-if TYPE_CHECKING:
-    pass
 
 DURATION, WARM_UP = "30 s", "10 s"
 """Paper E neglects the first 10 s and counts 20 s (section 4.1, figure 6)."""
@@ -96,7 +93,7 @@ def map_of(
         warm_up=warm_up,
     )
     answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
-    shape, known = (len(chosen), *axes.shape), numbers_of(crane)
+    shape, available = (len(chosen), *axes.shape), numbers_of(crane)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
     causes = [cause_of(s, m, k.load / crane.SWL) for s, m, k in zip(answers, modes, cases, strict=True)]
     return Map(
@@ -107,7 +104,7 @@ def map_of(
         values={
             name: np.array([s[name] for s in answers], dtype=np.float64).reshape(shape)
             for name in NUMBERS
-            if name in known
+            if name in available
         },
         status=np.array([s["status"] for s in answers], dtype=object).reshape(shape),
         cause=np.array(causes, dtype=object).reshape(shape),

@@ -6,10 +6,12 @@ Where on a map a controller can be used, and if not, why: one table of rules, wo
 
 from __future__ import annotations
 
+import csv
 import functools
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
 import numpy as np
@@ -82,7 +84,7 @@ class Map:
     def with_best_classic(self) -> Map:
         """The map with one more controller, "best classic": cell by cell the applicable one of NS and HS with the lower
         value of `better`, and where neither is applicable the lower of both, with its cause. The same map where neither
-        was asked for."""
+        was requested."""
         rows = [i for i, mode in enumerate(self.modes) if mode in CLASSIC]
         if not rows:
             return self
@@ -138,57 +140,33 @@ class Map:
         """Everything as plain data in SI, for JSON: nested lists over load, speed, and layer and period where the map
         has them."""
         cells: dict[str, Any] = {}
+        unused = tuple(DIMS.index(name) - 1 for name in self.axes.unused)
         changes = self.changes()
         for i, label in enumerate(self.labels):
             columns = {**{n: a[i] for n, a in self.values.items()}, **{f"{n}_change": a[i] for n, a in changes.items()}}
             columns |= {"applicable": self.applicable[i], "cause": self.cause[i], "status": self.status[i]}
-            cells[label] = {name: self._without_empty(a).tolist() for name, a in columns.items()}
+            cells[label] = {name: a.squeeze(axis=unused).tolist() for name, a in columns.items()}
         axes: dict[str, Any] = {
             "load": list(self.axes.loads),
             "speed": list(self.axes.speeds),
             "s_w": list(self.axes.s_w),
         }
-        if self.axes.layers != (None,):
-            axes["layer"] = list(self.axes.layers)
-        if self.axes.periods != (None,):
-            axes["period"] = list(self.axes.periods)
+        axes |= {"layer": list(self.axes.layers), "period": list(self.axes.periods)}
+        axes = {name: values for name, values in axes.items() if name not in self.axes.unused}
         who = {"crane": self.crane.name, "twin": twin_line(self.crane), "notes": list(implausible_values(self.crane))}
         return {**who, **self.about, **axes, "controllers": cells, "summary": self.summary()}
 
-    def _without_empty(self, a: NDArray[Any], before: int = 0) -> NDArray[Any]:
-        """The array without the dimensions that the map does not go over; `before` dimensions precede load and
-        speed."""
-        gone = [k for k, axis in ((2, self.axes.layers), (3, self.axes.periods)) if axis == (None,)]
-        return a.squeeze(axis=tuple(before + k for k in gone))
-
     def dataset(self) -> xarray.Dataset:
         """The map as a labelled Dataset; names, units and meaning from `stillhook.variables`."""
-        import xarray  # heavy: not wanted for a table
-
-        layered, waved = self.axes.layers != (None,), self.axes.periods != (None,)
-        dims = ("controller", "load", "speed", *(("layer",) if layered else ()), *(("period",) if waved else ()))
         columns = {
             **self.values,
             **{f"{n}_change": a for n, a in self.changes().items()},
             "applicable": self.applicable,
         }
         columns |= {"cause": self.cause.astype(str), "status": self.status.astype(str)}
-        coords: dict[str, Any] = {"controller": list(self.labels)}
-        coords["load"] = ("load", list(self.axes.loads), {"units": "kg", "long_name": "payload on the hook"})
-        coords["speed"] = ("speed", list(self.axes.speeds), {"units": "m/s", "long_name": str(self.about["speed_is"])})
-        wire = {"units": "m", "long_name": "wire paid out at the start"}
-        coords["s_w"] = ("layer", list(self.axes.s_w), wire) if layered else ((), self.axes.s_w[0], wire)
-        if layered:
-            coords["layer"] = (
-                "layer",
-                list(self.axes.layers),
-                {"long_name": "layer of wire in use, counted from the bare drum"},
-            )
-        if waved:
-            coords["period"] = ("period", list(self.axes.periods), {"units": "s", "long_name": "period of the wave"})
-        data = xarray.Dataset(
-            {n: (dims, self._without_empty(a, 1), _attrs(n)) for n, a in columns.items()}, coords=coords
-        )
+        labels = {"controller": list(self.labels)}
+        fields = {n: (DIMS, a, _attrs(n)) for n, a in columns.items()}
+        data = over_axes(fields, labels, self.axes, str(self.about["speed_is"]))
         data.attrs = {
             "title": f"Stillhook map of {self.crane.name}",
             "crane": crane_toml(self.crane),
@@ -199,6 +177,24 @@ class Map:
             "stillhook_kernel": kernel_hash(),
         }
         return data
+
+
+DIMS = ("controller", "load", "speed", "layer", "period")
+
+
+def over_axes(fields: dict[str, Any], coords: dict[str, Any], axes: Axes, speed_is: str) -> xarray.Dataset:
+    """Fields over `DIMS` as a Dataset with the axes of a map, without the dimensions that it does not go over."""
+    import xarray  # heavy: not wanted for a table
+
+    along = {
+        "load": ("load", axes.loads, {"units": "kg", "long_name": "payload on the hook"}),
+        "speed": ("speed", axes.speeds, {"units": "m/s", "long_name": speed_is}),
+        "s_w": ("layer", axes.s_w, {"units": "m", "long_name": "wire paid out at the start"}),
+        "layer": ("layer", axes.layers, {"long_name": "layer of wire in use, counted from the bare drum"}),
+        "period": ("period", axes.periods, {"units": "s", "long_name": "period of the wave"}),
+    }
+    coords |= {name: (dim, list(x), attrs) for name, (dim, x, attrs) in along.items() if name not in axes.unused}
+    return xarray.Dataset(fields, coords=coords).squeeze(axes.unused)
 
 
 def _attrs(name: str) -> dict[str, str]:
@@ -228,111 +224,33 @@ theta - theta cos theta): less than what friction costs."""
 
 
 class Rule(NamedTuple):
-    """cause in words; mark of a few letters for tables; whether it holds, from summary, mode and load over SWL; reason
-    in words."""
+    """A row of `rules.csv`: cause in words; mark of a few letters for tables; limit that is passed, a word of a run's
+    status or "load of mode"; reason in words."""
 
     cause: str
     mark: str
-    holds: Callable[[Mapping[str, Any], Mode, float], bool]
+    limit: str
     reason: str
 
 
-def _status(word: str) -> Callable[[Mapping[str, Any], Mode, float], bool]:
-    """Whether the run's status names this limit, however short it was passed."""
-
-    def holds(summary: Mapping[str, Any], mode: Mode, share: float) -> bool:
-        return word in summary["status"].split(", ")
-
-    return holds
-
-
-def _saturated(summary: Mapping[str, Any], mode: Mode, share: float) -> bool:
-    return bool(summary["saturation_time"] > SATURATION_SHARE * summary["counted_time"])
-
-
-def _too_heavy(summary: Mapping[str, Any], mode: Mode, share: float) -> bool:
-    return share > mode.law.swl_share * (1.0 + 1e-9)
+def _rules() -> Iterator[Rule]:
+    """The rows of `rules.csv`, with one for each limit that a winch type alone has; its word in the status is its
+    mark."""
+    with Path(__file__).with_name("rules.csv").open(encoding="utf-8", newline="") as table:
+        rows = [Rule(**row) for row in csv.DictReader(table)]
+    common = {rule.limit for rule in rows}
+    for rule in rows:
+        if rule.limit == "saturated":
+            for word in dict.fromkeys(word for winch in WINCH_TYPES.values() for word in winch.causes.values()):
+                if word not in common:
+                    yield Rule(f"{word} limit", word, word, "a limit of this winch type is passed; none is tolerated")
+        yield rule
 
 
-_LIMITS = (
-    Rule("diverged", "div", _status("diverged"), "the run diverged: a state is no longer finite"),
-    Rule(
-        "energy does not add up",
-        "audit",
-        _status("audit"),
-        "the energy balance is not closed; the results are not reliable",
-    ),
-    Rule("unstable", "unst", _status("unstable"), "K_p above the gain of marginal stability of the linear loop"),
-    Rule("slack wire", "slack", _status("slack"), "the wire is slack for a time; none is tolerated"),
-    Rule(
-        "wire at its end",
-        "wire",
-        _status("wire"),
-        "last turns of wire, or the hook at the crane tip; none is tolerated",
-    ),
-    Rule(
-        "accumulator at its end",
-        "acc",
-        _status("accumulator"),
-        "the passive circuit stops carrying the load; none is tolerated",
-    ),
-    Rule(
-        "motors too fast",
-        "fast",
-        _status("overspeed"),
-        "above the maker's limit at this displacement; none is tolerated",
-    ),
-    Rule("cavitation", "cav", _status("cavitation"), "a line at or below zero gauge; none is tolerated"),
-    Rule("relief valves", "rel", _status("relief"), "no pressure is left for what was not planned; none is tolerated"),
-    Rule(
-        "hydraulic power",
-        "pow",
-        _status("power"),
-        "the power units are at their limit, or more is fed back than they take",
-    ),
-    Rule(
-        "boost exhausted",
-        "boost",
-        _status("boost"),
-        "the boost pump is at its limit, cavitation follows; none is tolerated",
-    ),
-)
-_COMMON_STATUS = (
-    *("diverged", "audit", "unstable", "slack", "wire"),
-    *("accumulator", "overspeed", "cavitation", "relief", "power", "boost"),
-)
-"""Words of a status that these rules name."""
-
-
-def _own_limits() -> Iterator[Rule]:
-    """A rule for each limit that a winch type alone has; its word in the status is its mark."""
-    words = dict.fromkeys(word for winch in WINCH_TYPES.values() for word in winch.causes.values())
-    for word in words:
-        if word not in _COMMON_STATUS:
-            yield Rule(f"{word} limit", word, _status(word), "a limit of this winch type is passed; none is tolerated")
-
-
-RULES = (
-    *_LIMITS,
-    *_own_limits(),
-    Rule(
-        "pumps saturated",
-        "sat",
-        _saturated,
-        "full pumps for more than a tenth of the counted time: the speed demanded is not available",
-    ),
-    Rule("uncompensated", "unc", _status("uncompensated"), "the error is about as large as the tip's motion"),
-    Rule(
-        "load above limit of mode",
-        "load",
-        _too_heavy,
-        "more than the controller may carry; HS 60 % of the SWL (paper C)",
-    ),
-)
+RULES = tuple(_rules())
 """Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is not a cause:
 it shows in e_c_mean, and pure active winches have one by design. Limits without a tolerated time are passed or not:
-what they guard does not
-wait."""
+what they guard does not wait."""
 MARKS: Mapping[str, str] = {r.cause: r.mark for r in RULES}
 
 
@@ -342,4 +260,9 @@ def cause_of(summary: Mapping[str, Any], mode: Mode, share: float) -> str:
     Parameters: summary of the cell's run (keys and SI of `stillhook.variables.SUMMARY`); mode of the controller; share
     load over SWL [-].
     """
-    return next((r.cause for r in RULES if r.holds(summary, mode, share)), "")
+    passed = set(summary["status"].split(", ")) - {"saturated"}
+    if summary["saturation_time"] > SATURATION_SHARE * summary["counted_time"]:
+        passed.add("saturated")
+    if share > mode.law.swl_share * (1.0 + 1e-9):
+        passed.add("load of mode")
+    return next((rule.cause for rule in RULES if rule.limit in passed), "")

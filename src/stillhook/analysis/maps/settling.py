@@ -3,10 +3,9 @@ figures 9 to 11)."""
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,14 +23,10 @@ from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.engine.scenario.problem import Result, run_cases, summarise
 from stillhook.errors import ScenarioError
-from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, Scenario
 from stillhook.units import parse, show
-
-if TYPE_CHECKING:
-    pass
 
 STEP = "5 m/min"
 BAND = 0.02
@@ -215,8 +210,8 @@ def _responses(blocks: Sequence[_Block], threads: int, client: Any, progress: Pr
     """Responses in order; blocks on this machine's threads, or as tasks of a cluster."""
     if client is not None:
         responses: dict[int, list[Response]] = {}
-        for i, answer in spread(range(len(blocks)), lambda i: blocks[i], respond_packed, client):
-            responses[i] = answer.responses
+        for i, answered in spread(range(len(blocks)), lambda i: blocks[i], respond, client):
+            responses[i] = answered
             progress(len(responses) / len(blocks))
         yield from (r for i in range(len(blocks)) for r in responses[i])
         return
@@ -237,18 +232,6 @@ def respond(share: _Block, threads: int = 1) -> list[Response]:
         _response(crane, case, result, float(t), share.dv)
         for crane, case, result, t in zip(share.cranes, share.cases, results, times, strict=True)
     ]
-
-
-class Responses(NamedTuple):
-    """Result of a task of a cluster, and the hash of the code that made it."""
-
-    responses: list[Response]
-    made_by: str
-
-
-def respond_packed(share: bytes) -> Responses:
-    """`respond` on a pickled share."""
-    return Responses(respond(pickle.loads(share)), results_hash())
 
 
 def _speed_rise(case: Scenario, result: Result) -> FloatArray:

@@ -178,9 +178,9 @@ def _hyperbolas(ax: Any, layer_data: xarray.Dataset, crane: Crane, right: float)
         weight = layer_data["load"].values + crane.hook_mass
         power = float(np.nanmedian(layer_data[name].values * weight))  # speed times weight is the same at every load
         speeds = _display(power / (loads + crane.hook_mass), "speed")
-        seen = speeds <= right
-        if seen.any():
-            ax.plot(speeds[seen], _display(loads[seen], "mass"), color=GREY, lw=1.3, ls=style, label=label)
+        inside = speeds <= right
+        if inside.any():
+            ax.plot(speeds[inside], _display(loads[inside], "mass"), color=GREY, lw=1.3, ls=style, label=label)
 
 
 def _coloured(data: xarray.Dataset) -> list[tuple[str, str]]:

@@ -4,8 +4,8 @@ speed."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from stillhook._version import __version__
 from stillhook.analysis.axes import Texts, quantities
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top
-from stillhook.analysis.steady.steady_state import layer_row, steady
+from stillhook.analysis.steady.steady_state import steady, wire_out_on
 from stillhook.base.progress import Progress
 from stillhook.control.commands import displacement_calc_min
 from stillhook.control.registry import CLASSIC, Mode
@@ -40,14 +40,6 @@ SPEEDS = 121
 """Default number of wire speeds of setting curves."""
 CELL = ("mode", "layer", "load", "direction")
 Controllers = Sequence[Mode | str | Controller]
-
-
-class Cell(NamedTuple):
-    """One place of the envelope: indices of mode, layer, load and direction, the station and its highest speed."""
-
-    at: tuple[int, int, int, int]
-    station: Station
-    top: Top
 
 
 def envelope(
@@ -101,16 +93,20 @@ def envelope_at(
     progress: Progress | None = None,
 ) -> xarray.Dataset:
     """The same at loads in kg; see `envelope`."""
-    _check_share("reserve", reserve)
-    chosen, numbers = _controllers(modes), _layers(crane, layers)
-    kg = list(loads)
+    if not 0.0 <= reserve <= 1.0:
+        raise StillhookError(f"reserve = {reserve:g}: a part of the load, from 0 to 1. Give a value in between.")
+    chosen, kg = _controllers(modes), list(loads)
+    numbers = [crane.drum.layers] if layers is None else list(layers)
+    wire = [wire_out_on(crane, n) for n in numbers or [0]]
     cranes = [*(c.on(crane) for c in chosen), crane]
     shape = (len(cranes), len(numbers), len(kg), len(Direction))
-    cells = _cells(crane, cranes, [c.mode for c in chosen], numbers, kg, reserve)
     columns = _columns(shape)
     columns["load_most"] = np.array([*(c.mode.law.swl_share * crane.SWL for c in chosen), crane.SWL])
-    for done, cell in enumerate(cells):
-        _store(columns, cell)
+    for done, at in enumerate(np.ndindex(*shape)):
+        i, j, k, n = at
+        station = Station(cranes[i], kg[k], wire[j], tuple(Direction)[n], reserve)
+        top = station.top_of_mode(chosen[i].mode) if i < len(chosen) else station.top_of_machine()
+        _store(columns, at, station, top)
         if progress is not None:
             progress((done + 1) / math.prod(shape))
     attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve}
@@ -160,7 +156,7 @@ def setting_curves(
     Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
     """
     chosen, way, mass = _controllers(modes), Direction(direction), parse(load, "mass", "load")
-    number = _layers(crane, None if layer is None else [layer])[0]
+    number = crane.drum.layers if layer is None else layer
     stations = [Station(c.on(crane), mass, wire_out_on(crane, number), way) for c in chosen]
     K_wire = 1.0 if layer is None else stations[0].ratio
     fastest = 1.1 * wire_speed_max(crane, min(s.crane.active.motor.alpha_min for s in stations)) / K_wire
@@ -194,12 +190,6 @@ def gain(data: xarray.Dataset, mode: str, over: str) -> xarray.DataArray:
     return v.sel(mode=mode) / v.sel(mode=over) - 1.0
 
 
-def wire_out_on(crane: Crane, layer: int) -> float:
-    """Wire paid out with the middle of a layer's wire leaving the drum [m]."""
-    row = layer_row(crane, layer)
-    return float(row["wire_out"]) + 0.5 * float(row["wire_length"])
-
-
 def _ideal(crane: Crane, mode: Mode, v: float, load: float, K_wire: float) -> tuple[float, float]:
     """Motors and pumps of the ideal machine [-]; the pumps beyond 1 where they cannot."""
     s = steady(crane, v, mode, load, K_wire=K_wire)
@@ -214,13 +204,12 @@ def _crossings(
     for c, s in zip(chosen, stations, strict=True):
         base = Station(crane, load, s.winch.s_w, Direction.HOISTING)
         cross.append([_meeting(s.displacement(c.mode), base.displacement(m)(0.0), fastest) for m in CLASSIC])
-        still = [steady(crane, 0.0, m, load, K_wire=K_wire).alpha_m for m in CLASSIC]
-        ideal.append([_meeting(_ideal_motors(s.crane, c.mode, load, K_wire), a, fastest) for a in still])
+
+        def motors(v: float, machine: Crane = s.crane, mode: Mode = c.mode) -> float:
+            return steady(machine, v, mode, load, K_wire=K_wire).alpha_m
+
+        ideal.append([_meeting(motors, motors(0.0, crane, m), fastest) for m in CLASSIC])
     return {"v_w_cross": (("mode", "classic"), cross), "v_w_cross_ideal": (("mode", "classic"), ideal)}
-
-
-def _ideal_motors(crane: Crane, mode: Mode, load: float, K_wire: float) -> Callable[[float], float]:
-    return lambda v: steady(crane, v, mode, load, K_wire=K_wire).alpha_m
 
 
 def _meeting(alpha_m: Callable[[float], float], classic: float, fastest: float) -> float:
@@ -251,38 +240,6 @@ def _controllers(modes: Controllers) -> list[Controller]:
     return chosen
 
 
-def _layers(crane: Crane, layers: Sequence[int] | None) -> list[int]:
-    numbers = [crane.drum.layers] if layers is None else list(layers)
-    for n in numbers or [0]:
-        if not 1 <= n <= crane.drum.layers:
-            raise StillhookError(f'layer {n}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.')
-    return numbers
-
-
-def _check_share(name: str, value: float) -> None:
-    if not 0.0 <= value <= 1.0:
-        raise StillhookError(f"{name} = {value:g}: a part of the load, from 0 to 1. Give a value in between.")
-
-
-def _cells(
-    crane: Crane,
-    cranes: Sequence[Crane],
-    modes: Sequence[Mode],
-    layers: Sequence[int],
-    loads: Sequence[float],
-    reserve: float,
-) -> Iterator[Cell]:
-    """Every place of the envelope; the last crane is the machine without a controller."""
-    for j, layer in enumerate(layers):
-        s_w = wire_out_on(crane, layer)
-        for k, load in enumerate(loads):
-            for n, way in enumerate(Direction):
-                for i, each in enumerate(cranes):
-                    s = Station(each, load, s_w, way, reserve)
-                    top = s.top_of_mode(modes[i]) if i < len(modes) else s.top_of_machine()
-                    yield Cell((i, j, k, n), s, top)
-
-
 def _columns(shape: tuple[int, int, int, int]) -> dict[str, Any]:
     names = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
     by_load = ("alpha_least", "alpha_reserve", "alpha_pm_hold", "v_w_power", "v_w_power_rule")
@@ -294,9 +251,9 @@ def _columns(shape: tuple[int, int, int, int]) -> dict[str, Any]:
     }
 
 
-def _store(columns: Mapping[str, Any], cell: Cell) -> None:
-    """One place's numbers; those that depend on layer and load alone are written with the machine's own cell."""
-    s, top, at = cell.station, cell.top, cell.at
+def _store(columns: Mapping[str, Any], at: tuple[int, ...], s: Station, top: Top) -> None:
+    """The numbers of one mode, layer, load and direction; those that depend on layer and load alone are last written
+    for the machine."""
     columns["v_w_top"][at], columns["binds"][at] = top.v_w, top.binds.value
     for n, limit in enumerate(Limit):
         columns["v_w_limit"][(*at, n)] = top.limits.get(limit, math.nan if limit is top.binds else math.inf)

@@ -107,8 +107,8 @@ class Station:
     def carried(self) -> Carried:
         """What other motors than the active ones hold."""
         w = self.winch
-        found: Carried = w.plant.carried(w.params, w.geometry, self.F_w)
-        return found
+        held_by_others: Carried = w.plant.carried(w.params, w.geometry, self.F_w)
+        return held_by_others
 
     @property
     def alpha_pm(self) -> float:

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import ModuleType
 from typing import Any, NamedTuple
 
 from scipy.optimize import brentq
 
+from stillhook.analysis.steady.steady_state import check_displacement
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.checks import check
@@ -134,7 +135,16 @@ def operating_point(
     Source: the plants of Moslatt 2020 section 2.5 as in `stillhook.winches`. Valid for an instant: the accumulator
     fills or empties. Pump settings beyond 1 are reported, not held; a relief valve that is open counts with its flow.
     """
-    case = _case(load, s_w, water, friction)
+    if not all(isinstance(y, int | float) and math.isfinite(y) for y in (load, s_w)):
+        raise StillhookError(f"load = {load} kg, s_w = {s_w} m: give finite numbers in SI.")
+    case = Scenario(
+        load=f"{float(load)!r} kg",
+        s_w=f"{float(s_w)!r} m",
+        water=water,
+        friction=friction,
+        mode=MANUAL_MODE,
+        operator=Operator(),
+    )
     check(crane, case)
     return operate(winch_at(crane, case), v_w, alpha_m, v_tip=v_tip, V_o=V_o, alpha_pp=alpha_pp)
 
@@ -174,8 +184,12 @@ def operate(
     alpha_pp: float | None = None,
 ) -> OperatingPoint:
     """The operating point of a prepared winch; parameters and errors as `operating_point`."""
-    _check_numbers(v_w, alpha_m, v_tip)
-    p, geo = _with_motor_stop(winch.params, alpha_m), winch.geometry
+    if not (math.isfinite(v_w) and math.isfinite(v_tip)):
+        raise StillhookError(f"v_w = {v_w:g} m/s, v_tip = {v_tip:g} m/s: give finite speeds.")
+    check_displacement(alpha_m)
+    p, geo, servo = winch.params, winch.geometry, winch.params.active.motor_servo
+    if alpha_m < servo.lo:  # the motors' stop is moved
+        p = p._replace(active=p.active._replace(motor_servo=servo._replace(lo=alpha_m)))
     tip, omega_m = Tip(0.0, v_tip), v_w / geo.r_eff
     F_w = p.hoist.load.W - drag_force(v_w + v_tip, p.hoist.load)
     if F_w <= 0.0:
@@ -183,8 +197,10 @@ def operate(
             f"v_w = {show(v_w, 'speed')}: the load sinks slower in water than the wire is paid out; it goes slack. Go"
             " slower."
         )
-    given = {name: value for name, value in (("V_o", V_o), ("alpha_pp", alpha_pp)) if value is not None}
-    x, u = _at_rest_but_for_the_active_circuit(winch, p, F_w, omega_m, v_w + v_tip, alpha_m, given)
+    parts = {name: value for name, value in (("V_o", V_o), ("alpha_pp", alpha_pp)) if value is not None}
+    for name in sorted(parts.keys() - inspect.signature(winch.plant.steady).parameters.keys()):
+        raise StillhookError(f'{name}: "{winch.name}" has no such part. Leave it out.')
+    x, u = winch.plant.steady(p, geo, F_w, omega_m, v_w + v_tip, alpha_m, **parts)
     path = winch.driver.path.start(winch.s_w, _STILL, p)
     path = path._replace(s_load=-F_w / wire_stiffness(winch.s_w, p.hoist.wire), v_load=v_w + v_tip)
     x = winch.driver.State(x, path)
@@ -193,43 +209,6 @@ def operate(
     x = x._replace(winch=wx)
     u = u._replace(u_p=wx.alpha_p)
     return _point(winch, x, u, tip, p, flows, v_w, F_w)
-
-
-def _case(load: float, s_w: float, water: Water | None, friction: FrictionModel) -> Scenario:
-    if not all(isinstance(y, int | float) and math.isfinite(y) for y in (load, s_w)):
-        raise StillhookError(f"load = {load} kg, s_w = {s_w} m: give finite numbers in SI.")
-    fields: dict[str, Any] = {
-        "load": f"{float(load)!r} kg",
-        "s_w": f"{float(s_w)!r} m",
-        "water": water,
-        "friction": friction,
-    }
-    return Scenario(mode=MANUAL_MODE, operator=Operator(), **fields)
-
-
-def _check_numbers(v_w: float, alpha_m: float, v_tip: float) -> None:
-    if not (math.isfinite(v_w) and math.isfinite(v_tip)):
-        raise StillhookError(f"v_w = {v_w:g} m/s, v_tip = {v_tip:g} m/s: give finite speeds.")
-    if not 0.0 < alpha_m <= 1.0:
-        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")
-
-
-def _with_motor_stop(p: Any, alpha_m: float) -> Any:
-    """Params whose active motors reach alpha_m."""
-    servo = p.active.motor_servo
-    return p if alpha_m >= servo.lo else p._replace(active=p.active._replace(motor_servo=servo._replace(lo=alpha_m)))
-
-
-def _at_rest_but_for_the_active_circuit(
-    w: Winch, p: Any, F_w: float, omega_m: float, v_op: float, alpha_m: float, given: Mapping[str, float]
-) -> tuple[Any, Any]:
-    """State and command of the winch with the rest where the PLC puts it; v_op what the operator hoists with [m/s]."""
-    known = inspect.signature(w.plant.steady).parameters
-    for name in given:
-        if name not in known:
-            raise StillhookError(f'{name}: "{w.name}" has no such part. Leave it out.')
-    x, u = w.plant.steady(p, w.geometry, F_w, omega_m, v_op, alpha_m, **given)
-    return x, u
 
 
 def _sliding(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
@@ -307,7 +286,7 @@ def _point(w: Winch, x: Any, u: Any, tip: Tip, p: Any, f: ActiveFlows, v_w: floa
         p = p._replace(active=A._replace(pump_servo=A.pump_servo._replace(lo=-1.0, hi=1.0)))
     q = w.driver.path_point(x, w.geometry, tip, p)
     c, wx = w.plant.circuit(x.winch, q, u, w.geometry, p), x.winch
-    seen = w.plant.signals(c, wx, q, u, w.geometry, p)
+    signals = w.plant.signals(c, wx, q, u, w.geometry, p)
     T_f = w.plant.powers(c, wx, q, p).friction / wx.omega_m if wx.omega_m else 0.0
     relief_open = f.Q_relief_a + f.Q_relief_b > 0.0
     return OperatingPoint(
@@ -323,9 +302,9 @@ def _point(w: Winch, x: Any, u: Any, tip: Tip, p: Any, f: ActiveFlows, v_w: floa
         p_b=wx.p_b,
         T_f=T_f,
         z=wx.z,
-        alpha_pm=getattr(seen, "alpha_pm", 0.0),
-        alpha_pp=getattr(seen, "alpha_pp", 0.0),
-        p_hp=getattr(seen, "p_hp", 0.0),
+        alpha_pm=getattr(signals, "alpha_pm", 0.0),
+        alpha_pp=getattr(signals, "alpha_pp", 0.0),
+        p_hp=getattr(signals, "p_hp", 0.0),
         flows=f,
         reachable=reachable,
         relief_open=relief_open,

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from stillhook.engine.pack.winch import drum_record, gains, inertia_record, plc_record, wire_speed_max
 from stillhook.engine.pack.winch import motor_law as law_of_plc
-from stillhook.errors import StillhookError
+from stillhook.errors import ScenarioError, StillhookError
 from stillhook.physics.load_path.drum import (
     K_wire,
     layer_diameter,
@@ -25,6 +25,7 @@ from stillhook.physics.load_path.drum import (
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
+from stillhook.units import quote
 
 
 class Steady(NamedTuple):
@@ -63,17 +64,16 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
         raise StillhookError(
             f"v_w = {v_w:g} m/s, load = {load} kg: give a finite speed, and a load that is not negative."
         )
-    if not 1.0 <= K_wire < math.inf:
-        raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
+    check_K_wire(K_wire)
     x = gains(crane).K_1 * abs(v_w) * K_wire
     alpha_m = settled(motor_law(crane, Mode(mode), F, K_wire), x)
     v_full = wire_speed_max(crane, alpha_m) / K_wire
     u_p = v_w / v_full
-    held = max(-1.0, min(u_p, 1.0))
-    reached = held * v_full
+    clipped = max(-1.0, min(u_p, 1.0))
+    reached = clipped * v_full
     return Steady(
         alpha_m=alpha_m,
-        u_p=held,
+        u_p=clipped,
         omega_m=reached * 2.0 * crane.i_hD * K_wire / crane.drum.d_max,
         v_w=reached,
         saturated=abs(u_p) > 1.0,
@@ -111,6 +111,18 @@ def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0) -> 
     return law_of_plc(crane, mode, F, K_wire, plc=plc._replace(motors=plc.motors._replace(K_outer=1.0)))
 
 
+def check_displacement(alpha_m: float) -> None:
+    """Errors: StillhookError for a displacement that motors do not have."""
+    if not 0.0 < alpha_m <= 1.0:
+        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")
+
+
+def check_K_wire(K_wire: float) -> None:
+    """Errors: StillhookError for a diameter in use that is larger than the largest."""
+    if not 1.0 <= K_wire < math.inf:
+        raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
+
+
 def moves(crane: Crane, mode: Mode) -> bool:
     """Whether a controller moves the motors with the feedforward."""
     law = motor_law(crane, mode)
@@ -129,18 +141,29 @@ def settled(law: Callable[[float], float], x: float) -> float:
 
 def layer_row(crane: Crane, layer: int) -> dict[str, Any]:
     """Layer number, diameter of its wire's centre [m], K_wire, wire on it [m], wire on the drum with it full [m], wire
-    paid out then [m], inertia at the motor shaft then [kg m^2]."""
+    paid out then [m], inertia at the motor shaft then [kg m^2]. Errors: ScenarioError for a layer that the drum does
+    not have."""
+    if isinstance(layer, bool) or not isinstance(layer, int) or not 1 <= layer <= crane.drum.layers:
+        raise ScenarioError(
+            f'layer = {quote(layer)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
+        )
     drum, n = drum_record(crane), float(layer)
-    d, left = layer_diameter(n, drum), wire_to_layer(n, drum)
+    d, remaining = layer_diameter(n, drum), wire_to_layer(n, drum)
     return {
         "layer": layer,
         "d_wire_centre": d,
         "K_wire": K_wire(d, drum),
-        "wire_length": left - wire_to_layer(n - 1.0, drum),
-        "wire_left": left,
-        "wire_out": drum.L_full - left,
-        "J_m": shaft_inertia(left, n, drum, inertia_record(crane)),
+        "wire_length": remaining - wire_to_layer(n - 1.0, drum),
+        "wire_left": remaining,
+        "wire_out": drum.L_full - remaining,
+        "J_m": shaft_inertia(remaining, n, drum, inertia_record(crane)),
     }
+
+
+def wire_out_on(crane: Crane, layer: int) -> float:
+    """Wire paid out that leaves half of a layer on the drum [m]: room for the waves on both sides."""
+    row = layer_row(crane, layer)
+    return float(row["wire_out"] + 0.5 * row["wire_length"])
 
 
 def inertia_parts(crane: Crane, s_w: float) -> dict[str, float]:
@@ -148,7 +171,7 @@ def inertia_parts(crane: Crane, s_w: float) -> dict[str, float]:
 
     Source: the split of Moslatt 2020 figure 2.19, whose bars are not printed as numbers.
     """
-    drum, part, left = drum_record(crane), inertia_record(crane), drum_record(crane).L_full - s_w
-    wire = wire_inertia(left, layers_filled(left, drum), drum) * part.i_i2
+    drum, part, remaining = drum_record(crane), inertia_record(crane), drum_record(crane).L_full - s_w
+    wire = wire_inertia(remaining, layers_filled(remaining, drum), drum) * part.i_i2
     shares = {"J_motor": part.J_motor, "J_gear": part.J_gear, "J_drum": part.J_drum * part.i_i2, "J_wire": wire}
     return {"s_w": s_w, **shares, "J_m": sum(shares.values())}

@@ -64,11 +64,8 @@ class Limits:
     and in the complete plant where the mode is slow, from the empty hook to the heaviest payload that it carries,
     `load` at most [kg], on the scenarios' wires (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed
     with the pumps full, for every load [m/s] (None: that of the start, "speed capacity kept"). Always kept: no
-    saturation, no relief valve open, no motor overspeed, no cavitation, no slack wire, in any scenario; and in the fast
-    runs beside them nothing that the
-    start
-    does not do
-    there either."""
+    saturation, no relief valve open, no motor overspeed, no cavitation, no slack wire, in any scenario; and in
+    the fast runs nothing that the start does not do there either."""
 
     p_max: float = math.inf
     gain_margin: float = GAIN_MARGIN
@@ -237,8 +234,8 @@ OURS = ("saturated", "relief", "overspeed", "cavitation", "slack", "unstable", "
 """Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its
 business."""
 SHARES_OF_FASTEST = (0.95, 0.9, 0.85, 0.8, 0.7, 0.6)
-"""Peak speeds of the fast runs, as parts of the speed with the pumps full: the first that the start manages is asked of
-all settings."""
+"""Peak speeds of the fast runs, as parts of the speed with the pumps full: all settings must
+manage the first that the start manages."""
 NEAR = 0.01
 """Part by which a limit may be missed and still counts as active."""
 

@@ -64,7 +64,7 @@ def described(name: str) -> tuple[str, str, str]:
     """Kind, SI unit and meaning of a setting."""
     if name in BY_NAME:
         return BY_NAME[name].kind, BY_NAME[name].unit, BY_NAME[name].meaning
-    setting = next(own[name] for law in CONTROLLERS.values() if name in (own := searched(law)))
+    setting = next(settings[name] for law in CONTROLLERS.values() if name in (settings := searched(law)))
     return setting.kind, KINDS[setting.kind].si if setting.kind else "1", setting.meaning
 
 
@@ -75,11 +75,11 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
     never lowered.
     Errors: StillhookError for a setting that this law does not know, or one named twice.
     """
-    known = tunable(mode)
+    names = tunable(mode)
     for name in free:
-        if name not in known:
+        if name not in names:
             raise StillhookError(
-                f'free: "{name}" is not a setting of {mode.value}, which has {", ".join(known)}{nearest(name, known)}'
+                f'free: "{name}" is not a setting of {mode.value}, which has {", ".join(names)}{nearest(name, names)}'
             )
         if list(free).count(name) > 1:
             raise StillhookError(f'free: "{name}" is named twice. Name each setting once.')
@@ -98,7 +98,7 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
         **{name: setting.search for name, setting in searched(mode.law).items() if setting.search is not None},
     }
     start = present(crane)
-    wanted = free or known
+    wanted = free or names
     return tuple(
         Setting(n, min(ends[n][0], start[n]), max(ends[n][1], start[n])) for n in wanted if ends[n][1] > ends[n][0]
     )
@@ -144,9 +144,9 @@ def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
             raise StillhookError(f"{name} = {value!r}: outside the range of a crane file.")
     control: dict[str, Any] = {name: value for name, value in values.items() if "." not in name}
     for law in CONTROLLERS.values():
-        own = {n.partition(".")[2]: value for n, value in values.items() if n.startswith(f"{law.field}.")}
-        if own:
-            control[law.field] = own_table(crane.control, law).model_copy(update=own)
+        of_law = {n.partition(".")[2]: value for n, value in values.items() if n.startswith(f"{law.field}.")}
+        if of_law:
+            control[law.field] = own_table(crane.control, law).model_copy(update=of_law)
     alpha_min = control.pop("alpha_min", None)
     if alpha_min is None:
         return crane.model_copy(update={"control": crane.control.model_copy(update=control)})

@@ -80,15 +80,10 @@ class Search:
         progress: Progress | None,
     ) -> None:
         self.crane, self.mode, self.cases, self.settings = crane, mode, list(cases), settings
-        self.objective, self.limits, self.budget, self.threads, self.progress = (
-            objective,
-            limits,
-            budget,
-            threads,
-            progress,
-        )
+        self.objective, self.limits, self.budget = objective, limits, budget
+        self.threads, self.progress = threads, progress
         self.trials: list[Trial] = []
-        self.asked, self.interrupted = 0, False
+        self.evaluations, self.interrupted = 0, False
         self.fast: list[Fast] = []
         self.wires = wires_of(self.cases)
 
@@ -100,16 +95,16 @@ class Search:
         """Run the start, which the scores are parts of; "speed capacity kept" becomes a number, and a fast run for each
         period, both from the crane that is the reference."""
         values = {s.name: present(self.crane)[s.name] for s in self.settings}
-        kept = self.limits.v_w_capacity
-        if kept is None:
+        capacity = self.limits.v_w_capacity
+        if capacity is None:
             self.limits = replace(self.limits, v_w_capacity=min(capacity_of(reference, self.mode, self.cases)))
         ladders = fast_candidates(reference, self.mode, self.cases[0])
         results = summaries(reference, [c for ladder in ladders for c in ladder], threads=self.threads)
         for i, ladder in enumerate(ladders):
-            met = [attributed_limits(str(s["status"])) for s in results[i * len(ladder) : (i + 1) * len(ladder)]]
+            passed = [attributed_limits(str(s["status"])) for s in results[i * len(ladder) : (i + 1) * len(ladder)]]
             self.fast += [
                 Fast(c, reasons)
-                for c, reasons in zip(ladder, met, strict=True)
+                for c, reasons in zip(ladder, passed, strict=True)
                 if not reasons & {"saturated", "diverged"}
             ][:1]
         self.runs = [*self.cases, *(f.case for f in self.fast)]
@@ -118,19 +113,19 @@ class Search:
         self.before = relative(start, start, self.objective)
         self.x_0 = np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0)
         self.trials.append(Trial(tuple(values[s.name] for s in self.settings), self.before))
-        self.asked = 1
+        self.evaluations = 1
 
     def ranks(self, X: FloatArray) -> FloatArray:
         """Rank of every point of the unit cube (columns), least best; points beyond the budget are not tried."""
         points = np.atleast_2d(np.asarray(X, dtype=np.float64).T)
-        room = self.budget - self.asked
+        room = self.budget - self.evaluations
         if room <= 0:
             raise BudgetUsed
         out = np.full(len(points), math.inf)
         out[:room] = self._run(points[:room])
-        self.asked += min(len(points), room)
+        self.evaluations += min(len(points), room)
         if self.progress is not None:
-            self.progress(min(self.asked / self.budget, 1.0))
+            self.progress(min(self.evaluations / self.budget, 1.0))
         return out
 
     def _run(self, points: FloatArray) -> FloatArray:
@@ -215,18 +210,9 @@ class Search:
 
     def polish(self) -> None:
         """The rest of the budget from the best point on: Nelder and Mead's simplex, held in the unit cube."""
-        x = np.array(
-            to_vector(self.settings, dict(zip((s.name for s in self.settings), self.best().values, strict=True)))
-        )
-        corners = np.vstack(
-            [
-                x,
-                *[
-                    np.where(np.arange(len(x)) == i, x + (SIMPLEX if x[i] < 0.5 else -SIMPLEX), x)
-                    for i in range(len(x))
-                ],
-            ]
-        )
+        best = dict(zip((s.name for s in self.settings), self.best().values, strict=True))
+        x = np.array(to_vector(self.settings, best))
+        corners = np.vstack([x, x + np.diag(np.where(x < 0.5, SIMPLEX, -SIMPLEX))])
         options = {"initial_simplex": corners, "maxfev": self.budget, "xatol": 1e-4, "fatol": 1e-5}
         minimize(
             lambda y: float(self.ranks(y)[0]), x, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(x), options=options

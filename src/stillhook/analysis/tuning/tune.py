@@ -12,7 +12,8 @@ and as a trade of control error against pressure.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import operator
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -125,12 +126,12 @@ def tune(
     The start is among what is tried, so where it keeps the limits the result is never worse. An interrupt (Ctrl-C)
     keeps the best found.
 
-    Errors: StillhookError for a setting that there is not, a budget too small, scenarios that this crane cannot be
-    asked.
+    Errors: StillhookError for a setting that there is not, a budget too small, scenarios that this crane cannot do.
     Source: Storn and Price 1997 (differential evolution, scipy), Nelder and Mead 1965; ranking of what breaks limits by
     Deb 2000.
     """
-    goal = Objective(objective) if objective in tuple(Objective) else _no_objective(objective)
+    if objective not in tuple(Objective):
+        raise StillhookError(f'objective "{objective}" is not one of {", ".join(Objective)}.')
     if type(budget) is not int or budget < LEAST_BUDGET:
         raise StillhookError(f"budget = {budget!r}: give a whole number from {LEAST_BUDGET} on.")
     start = controller_of(controller)
@@ -140,8 +141,8 @@ def tune(
     settings = space(plain, start.mode, free, delay=max(c.sensors.delay for c in mode_cases))
     if not settings:
         raise StillhookError(f'"{start.name}": no setting is free. Name other settings.')
-    kept = limits if isinstance(limits, Limits) else parse_limits(limits or ())
-    search = Search(plain, start.mode, mode_cases, settings, goal, kept, budget, threads, progress)
+    required = limits if isinstance(limits, Limits) else parse_limits(limits or ())
+    search = Search(plain, start.mode, mode_cases, settings, Objective(objective), required, budget, threads, progress)
     search.begin((start if reference is None else controller_of(reference)).on(crane))
     try:
         search.evolve(seed)
@@ -151,10 +152,6 @@ def tune(
     except KeyboardInterrupt:
         search.interrupted = True
     return _result(search, crane, start, seed)
-
-
-def _no_objective(text: object) -> Objective:
-    raise StillhookError(f'objective "{text}" is not one of {", ".join(Objective)}.')
 
 
 def _result(search: Search, crane: Crane, start: Controller, seed: int) -> Tuned:
@@ -181,7 +178,7 @@ def _result(search: Search, crane: Crane, start: Controller, seed: int) -> Tuned
         search.before,
         after,
         active,
-        search.asked,
+        search.evaluations,
         seed,
         search.interrupted,
         tuple(search.trials),
@@ -247,6 +244,7 @@ FRICTION = 0.3
 """Change of all system friction among the variations [-]: the published sets of the thesis differ by more."""
 WORN, NEW = 2.0, 0.5
 """Leak of pumps and active motors over that of their tables, among the variations [-]."""
+SYSTEM_FRICTION = tuple(f"friction.system.{Y}" for Y in ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6"))
 SOFT = 0.7
 """Effective bulk modulus over that of the crane, among the variations [-]: 1 % of free air in the oil does as much."""
 
@@ -292,44 +290,32 @@ def _outcome(rows: Sequence[Mapping[str, float | str]]) -> Outcome:
     return Outcome(float(np.mean(e)), float(np.max(e)), float(np.max(p)), beyond)
 
 
-def _unchanged(crane: Crane) -> Crane:
+LEAKS = ("active.motor.C_1", "active.motor.C_2", "active.pump.leak_scale")
+VARIATIONS: Mapping[str, tuple[Mapping[str, float], float]] = {
+    "as it should be": ({}, 0.0),
+    f"motion signal {LATE:g} s later": ({}, LATE),
+    f"friction {FRICTION:.0%} less".replace("%", " %"): (dict.fromkeys(SYSTEM_FRICTION, 1.0 - FRICTION), 0.0),
+    f"friction {FRICTION:.0%} more".replace("%", " %"): (dict.fromkeys(SYSTEM_FRICTION, 1.0 + FRICTION), 0.0),
+    f"leakage x {NEW:g}": (dict.fromkeys(LEAKS, NEW), 0.0),
+    f"leakage x {WORN:g}": (dict.fromkeys(LEAKS, WORN), 0.0),
+    f"bulk modulus x {SOFT:g}": ({"active.line.bulk_modulus": SOFT}, 0.0),
+}
+"""What may be wrong about the winch, as factors on its numbers, and by how much the motion signal is later than the
+controllers assume [s]."""
+
+
+def scaled(crane: Crane, factors: Mapping[str, float]) -> Crane:
+    """The crane with some numbers, by their dotted paths, times a factor; a number that it leaves out counts as 1."""
+    for path, factor in factors.items():
+        value = operator.attrgetter(path)(crane)
+        crane = with_value(crane, path, factor * (1.0 if value is None else value))
     return crane
 
 
-def _friction(scale: float) -> Callable[[Crane], Crane]:
-    def change(crane: Crane) -> Crane:
-        s = crane.friction.system
-        system = s.model_copy(update={n: scale * getattr(s, n) for n in ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")})
-        return crane.model_copy(update={"friction": crane.friction.model_copy(update={"system": system})})
-
-    return change
-
-
-def _leak(scale: float) -> Callable[[Crane], Crane]:
-    def change(crane: Crane) -> Crane:
-        a = crane.active
-        motor = a.motor.model_copy(update={"C_1": scale * a.motor.C_1, "C_2": scale * a.motor.C_2})
-        pump = a.pump.model_copy(update={"leak_scale": scale * (a.pump.leak_scale or 1.0)})
-        return crane.model_copy(update={"active": a.model_copy(update={"motor": motor, "pump": pump})})
-
-    return change
-
-
-def _soft_oil(crane: Crane) -> Crane:
-    line = crane.active.line.model_copy(update={"bulk_modulus": SOFT * crane.active.line.bulk_modulus})
-    return crane.model_copy(update={"active": crane.active.model_copy(update={"line": line})})
-
-
-VARIATIONS: Mapping[str, tuple[Callable[[Crane], Crane], float]] = {
-    "as it should be": (_unchanged, 0.0),
-    f"motion signal {LATE:g} s later": (_unchanged, LATE),
-    f"friction {FRICTION:.0%} less".replace("%", " %"): (_friction(1.0 - FRICTION), 0.0),
-    f"friction {FRICTION:.0%} more".replace("%", " %"): (_friction(1.0 + FRICTION), 0.0),
-    f"leakage x {NEW:g}": (_leak(NEW), 0.0),
-    f"leakage x {WORN:g}": (_leak(WORN), 0.0),
-    f"bulk modulus x {SOFT:g}": (_soft_oil, 0.0),
-}
-"""What may be wrong about the winch, and by how much the motion signal is later than the controllers think [s]."""
+def with_value(record: Any, path: str, value: Any) -> Any:
+    """A copy of a record with one field, by its dotted path, changed; nothing is checked."""
+    name, _, inner = path.partition(".")
+    return record.model_copy(update={name: with_value(getattr(record, name), inner, value) if inner else value})
 
 
 def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[Scenario]) -> dict[str, list[Outcome]]:
@@ -338,8 +324,8 @@ def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[
     Derived gains K_1 and K_2 come from numbers that no variation changes.
     """
     out = {}
-    for name, (change, late) in VARIATIONS.items():
-        machine = change(crane)
+    for name, (factors, late) in VARIATIONS.items():
+        machine = scaled(crane, factors)
         sensed = [
             c.model_copy(update={"sensors": c.sensors.model_copy(update={"delay": c.sensors.delay + late})})
             for c in cases
@@ -356,17 +342,17 @@ def _fixed(controller: Controller, crane: Crane, machine: Crane) -> Crane:
     """The changed machine under the settings that the controller has on the crane of the file."""
     tuned = controller.on(crane)
     motor = tuned.active.motor
-    kept = {n: getattr(motor, n) for n in ("alpha_min", "servo", "variant", "offset", "hysteresis")}
-    active = machine.active.model_copy(update={"motor": machine.active.motor.model_copy(update=kept)})
+    settings = {n: getattr(motor, n) for n in ("alpha_min", "servo", "variant", "offset", "hysteresis")}
+    active = machine.active.model_copy(update={"motor": machine.active.motor.model_copy(update=settings)})
     return machine.model_copy(update={"control": tuned.control, "active": active})
 
 
 def front(trials: Iterable[Trial], names: Sequence[str]) -> list[Point]:
     """The trials that keep all limits and that no other such trial beats in both mean error and highest pressure, by
     pressure."""
-    kept = sorted((t.score.p_max, t.score.e_c_pp_mean, t.values) for t in trials if not t.score.broken)
+    sound = sorted((t.score.p_max, t.score.e_c_pp_mean, t.values) for t in trials if not t.score.broken)
     out: list[Point] = []
-    for p, e, values in kept:
+    for p, e, values in sound:
         if not out or e < out[-1].e_c_pp_mean:
             out.append(Point(e, p, dict(zip(names, values, strict=True))))
     return out
@@ -406,13 +392,13 @@ def pareto(
         return done[-1]
 
     low = add(Objective.PRESSURE, first, limits)
-    kept = low.limits  # "speed capacity kept" is that of the start, whatever later searches start from
+    required = low.limits  # "speed capacity kept" is that of the start, whatever later searches start from
     if not low.met:
         raise StillhookError(f"{first.name}: no setting keeps the limits ({'; '.join(low.stops)}). Relax one of them.")
-    high = add(Objective.ERROR, first, kept)
+    high = add(Objective.ERROR, first, required)
     if high.met and not (low.interrupted or high.interrupted):
         for p in np.linspace(low.after.p_max, high.after.p_max, points + 2)[1:-1]:
-            bound = replace(kept, p_max=min(float(p), kept.p_max))
+            bound = replace(required, p_max=min(float(p), required.p_max))
             add(Objective.ERROR, low.controller, bound)
             if done[-1].interrupted:
                 break

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.uncertainty.draws import Drawing, Uncertainty
 from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS, Distribution, Law
-from stillhook.analysis.uncertainty.factors_file import Uncertainty
-from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import SpecError
 from stillhook.spec.crane import Crane
@@ -295,8 +294,8 @@ def attribute(
     """
     if not runs or not figures:
         raise SpecError("attribute: runs or figures: none. Give at least one of each.")
-    known = uncertainty.on(*runs.values()) if uncertainty is not None else _everything(runs)
-    ends = list(_ends(known, runs))
+    uncertain = uncertainty.on(*runs.values()) if uncertainty is not None else _everything(runs)
+    ends = list(_ends(uncertain, runs))
     options: list[tuple[str, Change, Alternative | None]] = [(c.cause, c, None) for c in ends]
     options += [(a.group or a.label, Change(a.label, "", math.nan), a) for a in alternatives]
     _check_ends(ends, runs)
@@ -305,11 +304,11 @@ def attribute(
         wanted += [
             (a, b) for a, b in itertools.combinations(options, 2) if a[0] != b[0] and (a[0], b[0]) not in EXCLUSIVE
         ]
-    kept: dict[tuple[str, ...], Runs] = {}
+    changed_runs: dict[tuple[str, ...], Runs] = {}
     made, possible = [], []
     for some in wanted:
         try:
-            made.append(_changed(runs, [o[1:] for o in some], kept))
+            made.append(_changed(runs, [o[1:] for o in some], changed_runs))
         except SpecError:
             if len(some) < 2:
                 raise
@@ -341,10 +340,10 @@ def _everything(runs: Runs) -> Uncertainty:
     return Uncertainty({n: (factors | parts)[n] for n in FACTORS if n in factors or n in parts})
 
 
-def _ends(known: Uncertainty, runs: Runs) -> Iterator[Change]:
+def _ends(uncertain: Uncertainty, runs: Runs) -> Iterator[Change]:
     """Both ends of every factor."""
     u = np.array([0.5 * (1.0 - SHARE), 0.5 * (1.0 + SHARE)])
-    for name, law in known.factors.items():
+    for name, law in uncertain.factors.items():
         if not isinstance(law, Distribution):
             raise SpecError(
                 f'factor {name}: set "{law.name}" has no two ends. Give a distribution, such as {{ normal = [1.0,'
@@ -378,17 +377,17 @@ def _shown(x: float, kind: str) -> str:
 
 
 def _changed(
-    runs: Runs, changes: Sequence[tuple[Change, Alternative | None]], kept: dict[tuple[str, ...], Runs]
+    runs: Runs, changes: Sequence[tuple[Change, Alternative | None]], changed_runs: dict[tuple[str, ...], Runs]
 ) -> Runs:
     """The runs with some changes: alternatives first, then factors on what they made; kept: what alternatives made
     before, by labels."""
     others = [alternative for _, alternative in changes if alternative is not None]
     key = tuple(a.label for a in others)
-    if key not in kept:
+    if key not in changed_runs:
         before = [(c, a) for c, a in changes if a is not None and a is not others[-1]]
-        kept[key] = others[-1].change(_changed(runs, before, kept)) if others else runs
+        changed_runs[key] = others[-1].change(_changed(runs, before, changed_runs)) if others else runs
     unknown = [c for c, alternative in changes if alternative is None]
     if not unknown:
-        return kept[key]
+        return changed_runs[key]
     values, names = np.array([[c.value for c in unknown]]), [c.cause for c in unknown]
-    return {name: next(Drawing(*pair, names).pairs(values)) for name, pair in kept[key].items()}
+    return {name: next(Drawing(*pair, names).pairs(values)) for name, pair in changed_runs[key].items()}

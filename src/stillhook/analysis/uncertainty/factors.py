@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import math
 import operator
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -158,14 +160,8 @@ def _value(x: Any, kind: str, where: str) -> float:
 CASE = "case."
 """Begin of the paths that lie in the scenario; all others lie in the crane."""
 CIRCUITS = ("active", "passive")
-LONGEST_DELAY = 10.0
-"""Largest delay of the tip's signals that a scenario takes [s]."""
 LEAST_RATIO = 1e-3
 """Low end of a positive number over its high end, where the file gives 0 [-]."""
-"""Deviations of a normal distribution that hold 95 % on either side of its mean."""
-RESPONSE = (0.7, 1.0, 3.5)
-"""Time that a motor takes to swivel [s]: shortest, that of 5 rad/s, longest. Source: Moslatt 2020 paper F section 2.2,
-paper C."""
 
 
 class Target(NamedTuple):
@@ -201,10 +197,6 @@ def _of_scaled_inertia(crane: Crane) -> float:
     ratio, circuits = inertia_ratio_without_wire(crane), [circuit.motor for circuit in crane.circuits.values()]
     others = sum(m.count * m.J for m in crane.motors if not any(m is motor for motor in circuits))
     return ratio if others == 0.0 else 1.0 / (1.0 / ratio - others / effective_inertia(crane))
-
-
-def _scaled(*paths: str) -> tuple[Target, ...]:
-    return tuple(Target(path, _all) for path in paths)
 
 
 @dataclass(frozen=True)
@@ -279,202 +271,38 @@ def between(low: float, high: float) -> Distribution:
 
 
 PASSIVE_LOSS = "passive_motor_loss"
-LOSSES = ("X_1", "X_2", "X_3", "X_4", "X_5")
-DRY_AND_VISCOUS = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
-MOTOR_LEAKS = tuple(f"{c}.motor.{C}" for c in CIRCUITS for C in ("C_1", "C_2"))
-PUMP_LEAKS = tuple(f"{c}.pump.leak_scale" for c in CIRCUITS)
+WIDTHS = {"wire_damping": lambda crane: between(*damping_range(crane.wire))}
+"""Factors whose distribution a crane file gives."""
+SHARES: Mapping[str, Callable[[Crane], float] | None] = {
+    "inertia_share": _of_scaled_inertia,
+    "scaled": _all,
+    "value": None,
+}
+"""Keys of `factors.toml` that name the numbers of a factor, with the share of them that follows it."""
 
 
-def _normal(deviation: float) -> Distribution:
-    return Distribution(Law.NORMAL, (1.0, deviation))
+def _factor(name: str, row: dict[str, Any]) -> Factor:
+    """A factor from its table in `factors.toml`."""
+    targets: list[Target] = []
+    for key, share in SHARES.items():
+        paths = row.pop(key, ())
+        each = dict.fromkeys(path.format(circuit=c) for c in CIRCUITS for path in paths)
+        targets += [Target(path, share) for path in each]
+    (law, values), outside = row.pop("default").popitem(), row.pop("outside", None)
+    return Factor(
+        name=name,
+        targets=tuple(targets),
+        default=Distribution(Law(law), tuple(values)),
+        of=WIDTHS.get(name),
+        outside=None if outside is None else tuple(outside),
+        **row,
+    )
 
 
-def _lognormal(spread: float) -> Distribution:
-    return Distribution(Law.LOGNORMAL, (1.0, spread))
-
-
-def _triangular(low: float, high: float, peak: float = 1.0) -> Distribution:
-    return Distribution(Law.TRIANGULAR, (low, peak, high))
-
-
-_TABLE = (
-    Factor(
-        "friction",
-        "system friction of gears, bearings, sheaves and wire: Y_1, Y_2, Y_3, Y_5, Y_6 together",
-        _scaled(*(f"friction.system.{Y}" for Y in DRY_AND_VISCOUS)),
-        _lognormal(1.3),
-        "assumed; published sets of three cranes differ by up to a factor of 5 per motor at the same drum torque",
-    ),
-    Factor(
-        "motor_loss",
-        "torque loss of all motors: X_1 to X_5 together",
-        _scaled(*(f"{c}.motor.loss.{X}" for c in CIRCUITS for X in LOSSES)),
-        _normal(0.1),
-        "paper D: friction of motors in place lies within 10 % of its average over displacements; 0.5 to 1.5 outside"
-        " the fit is assumed",
-        outside=(0.5, 1.5),
-    ),
-    Factor(
-        "leakage",
-        "leakage of all motors and pumps together",
-        _scaled(*MOTOR_LEAKS, *PUMP_LEAKS),
-        _lognormal(1.3),
-        "assumed: new to worn; cranes of the thesis have 0.28 to 0.42 L/min/bar",
-    ),
-    Factor(
-        "pump_leakage",
-        "leakage of all pumps",
-        _scaled(*PUMP_LEAKS),
-        _lognormal(1.3),
-        "assumed, as leakage",
-        by_default=False,
-    ),
-    Factor(
-        "motor_leakage",
-        "leakage of all motors: C_1, C_2",
-        _scaled(*MOTOR_LEAKS),
-        _lognormal(1.3),
-        "assumed, as leakage",
-        by_default=False,
-    ),
-    Factor(
-        "inertia",
-        "J_m_eff with a full drum; motors, gears and drum share the difference, the wire keeps its mass",
-        (
-            *(
-                Target(path, _of_scaled_inertia)
-                for path in (*(f"{c}.motor.J" for c in CIRCUITS), "inertia.J_gear", "inertia.J_drum")
-            ),
-            Target("inertia.J_m_eff", _all),
-        ),
-        _normal(0.05),
-        "assumed: published with two digits, its parts are ours",
-    ),
-    Factor(
-        "bulk_modulus",
-        "effective bulk modulus of the oil in all lines",
-        _scaled(*(f"{c}.line.bulk_modulus" for c in CIRCUITS)),
-        _triangular(0.6, 1.1),
-        "assumed: 17 500 bar is near the top for oil in pipes; air and hoses lower it",
-    ),
-    Factor(
-        "line_volume",
-        "oil volume of the active lines",
-        _scaled("active.line.V"),
-        _triangular(0.8, 1.25),
-        "assumed; 80 L in paper E",
-    ),
-    Factor(
-        "pump_servo",
-        "natural frequency of the pumps' displacement control; the PLC's K_2 is not changed",
-        _scaled(*(f"{c}.pump.servo.omega_n" for c in CIRCUITS)),
-        _triangular(0.85, 1.15),
-        "assumed; fitted to measurements with a good fit (paper F figure 6)",
-    ),
-    Factor(
-        "pump_zeta",
-        "damping ratio of the pumps' displacement control; the PLC's K_2 is not changed",
-        _scaled(*(f"{c}.pump.servo.zeta" for c in CIRCUITS)),
-        _triangular(0.8, 1.2),
-        "assumed, as pump_servo",
-    ),
-    Factor(
-        "motor_servo",
-        "natural frequency of the motors' displacement control",
-        _scaled(*(f"{c}.motor.servo.omega_n" for c in CIRCUITS)),
-        _triangular(RESPONSE[1] / RESPONSE[2], RESPONSE[1] / RESPONSE[0]),
-        "published: responses of 0.7 to 3.5 s (papers C and F), 1 s at the 5 rad/s of the library",
-    ),
-    Factor(
-        "motor_offset",
-        "open loop: displacement of the active motors above its command, part of D_max",
-        (Target("active.motor.offset", None),),
-        Distribution(Law.UNIFORM, (0.05, 0.10)),
-        "published: up to 20 of 215 cm^3/rev (paper E section 5.1.1)",
-        most=0.99,
-    ),
-    Factor(
-        "boost",
-        "boost pressure of the active circuit",
-        _scaled("active.boost.p"),
-        _triangular(0.9, 1.1),
-        "assumed; 25 bar in paper E",
-    ),
-    Factor(
-        "gas_pressure",
-        "gas charge of the accumulator, and with it the set point of the passive pumps",
-        _scaled("passive.accumulator.gas.p_0"),
-        _normal(0.03),
-        "assumed: 10 K of gas temperature at the charge",
-    ),
-    Factor(
-        "delay",
-        "delay of the tip's motion signals",
-        (Target(f"{CASE}sensors.delay", None),),
-        Distribution(Law.UNIFORM, (0.0, 0.020)),
-        "assumed: at most a PLC cycle of 10 ms and a sample of a motion unit at 100 Hz",
-        kind="time",
-        most=LONGEST_DELAY,
-    ),
-    Factor(
-        "wire_damping",
-        "damping ratio of the load on the wire",
-        (Target("wire.zeta", None),),
-        Distribution(Law.LOGNORMAL, (0.0224, 2.146)),
-        "assumed: 95 % within the crane's wire.zeta_low to wire.zeta_high, in the library 0.005 to 0.1 about the 0.01"
-        " of deep lifts",
-        most=9.9,
-        of=lambda crane: between(*damping_range(crane.wire)),
-    ),
-    Factor(
-        "boost_flow",
-        "flow that the boost pumps give",
-        _scaled("active.boost.Q_max"),
-        _triangular(0.6, 1.5),
-        "assumed, as boost.Q_max is",
-    ),
-    Factor(
-        "hydraulic_power",
-        "power that the hydraulic power units give and take back",
-        _scaled("hpu.P_max", "hpu.P_back"),
-        _triangular(0.6, 1.3),
-        "assumed, as hpu is; units are often smaller than the pumps' corner power",
-    ),
-    Factor(
-        "swash_rate",
-        "highest rate of the pumps' and motors' displacement",
-        _scaled(*RATES),
-        _triangular(0.5, 2.0),
-        "assumed, as rate_max is",
-    ),
-    Factor(
-        "computing_delay",
-        "time from reading to writing in a PLC cycle, over the cycle",
-        (Target("control.compute_share", None),),
-        Distribution(Law.UNIFORM, (0.0, 1.0)),
-        "assumed: outputs are written at once, or as late as the end of the cycle",
-        most=1.0,
-    ),
-    Factor(
-        "wire_stiffness",
-        "elastic modulus of the wire",
-        _scaled("wire.E"),
-        _normal(0.1),
-        "assumed, as the wire's fill is",
-    ),
-    Factor("load", "mass of the payload", _scaled(f"{CASE}load"), _triangular(0.97, 1.03), "assumed: weighed to 3 %"),
-    Factor(
-        PASSIVE_LOSS,
-        "torque loss of passive motors that work outside the range of their fit, as with an empty hook at a few per"
-        " cent of displacement; in addition to motor_loss, which holds for all motors",
-        _scaled(*(f"passive.motor.loss.{X}" for X in LOSSES)),
-        _triangular(0.3, 2.0),
-        "assumed: paper A finds the accuracy drastically reduced below 120 cm^3/rev, and near zero stroke the pistons"
-        " rub less, or stick",
-    ),
-)
-
-FACTORS: Mapping[str, Factor] = {f.name: f for f in _TABLE}
+FACTORS: Mapping[str, Factor] = {
+    name: _factor(name, row)
+    for name, row in tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")).items()
+}
 """Every factor by name, in the order in which tables show them."""
 EXCLUSIVE = (("leakage", "pump_leakage"), ("leakage", "motor_leakage"))
 """Pairs that would count the same thing twice."""

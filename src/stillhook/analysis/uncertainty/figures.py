@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.analysis.uncertainty.report import Limit, bands, exceedance
-from stillhook.analysis.uncertainty.sobol import MATTERS, Sensitivity
+from stillhook.analysis.uncertainty.sobol import MATTERS, Sensitivity, largest_totals
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display
 
@@ -39,23 +39,10 @@ def band_figure(run: xarray.Dataset, title: str = "") -> Figure:
             ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.45, ms=4, mew=0)
             b = results[case][name]
             low, median, high = (float(in_display(x, kind)) for x in (b.low, b.median, b.high))
-            ax.plot(
-                [low, high],
-                [y - 0.08, y - 0.08],
-                color=colour,
-                lw=5,
-                solid_capstyle="butt",
-                label="5 to 95 %" if y == 0 else None,
-            )
+            of_band, of_base = ("5 to 95 %", "as described") if y == 0 else (None, None)
+            ax.plot([low, high], [y - 0.08, y - 0.08], color=colour, lw=5, solid_capstyle="butt", label=of_band)
             ax.plot(median, y - 0.08, "|", color="white", ms=9, mew=2)
-            ax.plot(
-                _shown(np.array([at_values[case][name]]), kind),
-                y - 0.28,
-                "^",
-                color=GREY,
-                ms=6,
-                label="as described" if y == 0 else None,
-            )
+            ax.plot(_shown([at_values[case][name]], kind), y - 0.28, "^", color=GREY, ms=6, label=of_base)
         ax.set_xlabel(words)
         ax.set_yticks(range(len(cases)), [c.upper() if len(c) < 4 else c for c in cases])
         ax.set_ylim(len(cases) - 0.5, -0.5)
@@ -75,23 +62,12 @@ def exceedance_figure(run: xarray.Dataset, limits: Sequence[Limit] = (), title: 
         words, kind = SHOWN[name]
         for case, colour in zip((str(c) for c in run["case"].values), COLOURS * run.sizes["case"], strict=False):
             values, share = exceedance(run[name].sel(case=case).values)
-            ax.step(
-                _shown(values, kind),
-                SHARE * share,
-                where="post",
-                color=colour,
-                label=case.upper() if len(case) < 4 else case,
-            )
-        for limit in limits:
-            if limit.name == name:
-                ax.axvline(in_display(limit.value, kind), color=GREY, ls="--", lw=1)
-                ax.annotate(
-                    "limit",
-                    (in_display(limit.value, kind), 100.0),
-                    xytext=(3, -9),
-                    textcoords="offset points",
-                    fontsize="small",
-                )
+            label = case.upper() if len(case) < 4 else case
+            ax.step(_shown(values, kind), SHARE * share, where="post", color=colour, label=label)
+        for limit in (limit for limit in limits if limit.name == name):
+            x = in_display(limit.value, kind)
+            ax.axvline(x, color=GREY, ls="--", lw=1)
+            ax.annotate("limit", (x, 100.0), xytext=(3, -9), textcoords="offset points", fontsize="small")
         ax.set_xlabel(words)
         ax.set_ylim(0.0, SHARE)
         ax.grid(alpha=0.3)
@@ -108,7 +84,8 @@ def index_figure(results: Sequence[Sensitivity], title: str = "", least: float =
     """
     from matplotlib.figure import Figure
 
-    names = _worth(results, least)
+    largest = largest_totals(results)
+    names = [name for name, x in largest.items() if x >= least] or list(largest)[:1]
     cases, outputs = list(dict.fromkeys(s.case for s in results)), list(dict.fromkeys(s.output for s in results))
     size = (4.2 * len(cases) + 1.0, len(outputs) * (0.34 * len(names) + 1.1) + 0.6)
     figure = Figure(figsize=size, layout="constrained")
@@ -128,43 +105,14 @@ def index_figure(results: Sequence[Sensitivity], title: str = "", least: float =
     return figure
 
 
-def _worth(results: Sequence[Sensitivity], least: float) -> list[str]:
-    """Factors to show, largest total index anywhere first; at least one."""
-    most: dict[str, float] = {}
-    for s in results:
-        for name, x in s.indices.items():
-            most[name] = max(most.get(name, 0.0), x.total.value)
-    ranked = sorted(most, key=lambda name: -most[name])
-    return [name for name in ranked if most[name] >= least] or ranked[:1]
-
-
 def _bars(ax: Any, s: Sensitivity, names: Sequence[str]) -> None:
     for y, name in enumerate(names):
         if (x := s.indices.get(name)) is None:
             continue
-        first = y == 0
-        ax.barh(
-            y,
-            SHARE * x.total.value,
-            height=0.7,
-            color=COLOURS[5],
-            alpha=0.5,
-            label="with interactions (total)" if first else None,
-        )
-        ax.barh(
-            y,
-            SHARE * max(x.first.value, 0.0),
-            height=0.4,
-            color=COLOURS[0],
-            label="alone (first order)" if first else None,
-        )
-        ax.plot(
-            [SHARE * x.first.low, SHARE * x.first.high],
-            [y, y],
-            color="black",
-            lw=1,
-            label="95 % of the first" if first else None,
-        )
+        labels = ("with interactions (total)", "alone (first order)", "95 % of the first") if y == 0 else (None,) * 3
+        ax.barh(y, SHARE * x.total.value, height=0.7, color=COLOURS[5], alpha=0.5, label=labels[0])
+        ax.barh(y, SHARE * max(x.first.value, 0.0), height=0.4, color=COLOURS[0], label=labels[1])
+        ax.plot([SHARE * x.first.low, SHARE * x.first.high], [y, y], color="black", lw=1, label=labels[2])
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.axvline(0.0, color=GREY, lw=0.8)

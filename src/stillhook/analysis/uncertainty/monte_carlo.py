@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook._version import __version__
-from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
-from stillhook.analysis.uncertainty.samples import Drawing, Pair
+from stillhook.analysis.uncertainty.draws import Drawing, Draws, Pair, Uncertainty, draws
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
@@ -70,23 +69,23 @@ def monte_carlo(
     """
     cranes, cases = paired(crane, case)
     names = case_labels(cases, labels)
-    known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
-    table = draws(known, n, seed)
-    drawings = base_drawings(cranes, cases, known, table)
+    uncertain = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
+    table = draws(uncertain, n, seed)
+    drawings = base_drawings(cranes, cases, uncertain, table)
     numbers, status, at_values = run_draws(
         drawings, table.values, step=step, threads=threads, store=store, client=client, progress=progress
     )
     data = _dataset(cranes[0], names, table, numbers, status)
     bases = [d.crane for d in drawings]
-    one = all(c is bases[0] for c in bases)
+    single = all(c is bases[0] for c in bases)
     data.attrs = {
         "title": (
-            f"Stillhook: {len(cases)} case{'s' * (len(cases) > 1)} under {n} draws of {len(known.factors)} factors"
+            f"Stillhook: {len(cases)} case{'s' * (len(cases) > 1)} under {n} draws of {len(uncertain.factors)} factors"
         ),
-        "crane": crane_toml(bases[0]) if one else json.dumps([crane_toml(c) for c in bases]),
+        "crane": crane_toml(bases[0]) if single else json.dumps([crane_toml(c) for c in bases]),
         "twin": twin_line(bases[0]),
         "scenarios": json.dumps([c.to_dict() for c in cases]),
-        "factors": json.dumps(known.to_dict()),
+        "factors": json.dumps(uncertain.to_dict()),
         "at_values": json.dumps(dict(zip(names, at_values, strict=True))),
         "seed": seed,
         "sampler": SAMPLER,
@@ -107,7 +106,7 @@ def case_labels(cases: Sequence[Scenario], labels: Sequence[str] | None) -> list
 
 
 def base_drawings(
-    cranes: Sequence[Crane], cases: Sequence[Scenario], known: Uncertainty, table: Draws
+    cranes: Sequence[Crane], cases: Sequence[Scenario], uncertain: Uncertainty, table: Draws
 ) -> list[Drawing]:
     """What the draws do to every case; checked at the ends of the distributions, a crane once."""
     based: dict[int, Crane] = {}
@@ -115,7 +114,7 @@ def base_drawings(
     out = []
     for crane, case in zip(cranes, cases, strict=True):
         if id(crane) not in based:
-            based[id(crane)] = crane_with(crane, *known.sets) if known.sets else crane
+            based[id(crane)] = crane_with(crane, *uncertain.sets) if uncertain.sets else crane
         drawing = Drawing(based[id(crane)], case, table.columns)
         drawing.check_ends(table.values, crane=id(crane) not in seen)
         seen.add(id(crane))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.analysis.uncertainty.attribution import Attribution
-from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity
+from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, largest_totals
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
 from stillhook.engine.scenario.problem import OK, numbers_of
@@ -83,11 +83,11 @@ class Limit(NamedTuple):
 
     def check(self, crane: Crane) -> None:
         """Errors: SpecError where runs of this crane's winch type have no such number."""
-        known = numbers_of(crane)
-        if self.name not in known:
+        available = numbers_of(crane)
+        if self.name not in available:
             raise SpecError(
                 f'limit {self}: winch type "{crane.plant}" of "{crane.name}" has no {self.name}. Choose one of'
-                f" {', '.join(known)}."
+                f" {', '.join(available)}."
             )
 
     def beyond(self, values: FloatArray) -> NDArray[np.bool_]:
@@ -191,22 +191,6 @@ AT_MOST = 0.05
 for."""
 
 
-class Verdict(NamedTuple):
-    """Whether a case keeps a limit: the chance of going beyond it, and whether that is at most the tolerated one."""
-
-    chance: Estimate
-    kept: bool
-
-
-def verdicts(run: xarray.Dataset, limits: Sequence[Limit], at_most: float = AT_MOST) -> dict[str, dict[str, Verdict]]:
-    """Case -> limit in words -> verdict, by the share of the draws itself (its interval is the confidence)."""
-    out: dict[str, dict[str, Verdict]] = {str(c): {} for c in run["case"].values}
-    for limit in limits:
-        for case, chance in chances(run, limit).items():
-            out[case][str(limit)] = Verdict(chance, chance.value <= at_most)
-    return out
-
-
 def report(
     run: xarray.Dataset,
     limits: Sequence[Limit] = (),
@@ -216,24 +200,20 @@ def report(
 ) -> dict[str, Any]:
     """Everything as plain data; pairs: cases to compare draw by draw; indices: of
     `stillhook.analysis.uncertainty.sobol`."""
-    band, trouble, failed, verdict = (
-        bands(run, [name for name in NAMES if name in run]),
-        troubles(run),
-        failures(run),
-        verdicts(run, limits, at_most),
-    )
-    at_values = json.loads(run.attrs["at_values"])
+    at_values, trouble, failed = json.loads(run.attrs["at_values"]), troubles(run), failures(run)
+    beyond = {str(limit): chances(run, limit) for limit in limits}
     cases = {
-        c: {
-            "at_values": at_values[c],
-            "band_90": {name: b._asdict() for name, b in band[c].items()},
-            "beyond_limits": _chance(trouble[c]),
+        case: {
+            "at_values": at_values[case],
+            "band_90": {name: b._asdict() for name, b in of_case.items()},
+            "beyond_limits": _chance(trouble[case]),
             "limits": {
-                text: {**_chance(v.chance), "at_most": at_most, "kept": v.kept} for text, v in verdict[c].items()
+                text: {**_chance(share[case]), "at_most": at_most, "kept": share[case].value <= at_most}
+                for text, share in beyond.items()
             },
-            "failed": failed[c],
+            "failed": failed[case],
         }
-        for c in band
+        for case, of_case in bands(run, [name for name in NAMES if name in run]).items()
     }
     differences: dict[str, Any] = {}
     for case, other in pairs:
@@ -301,17 +281,19 @@ def document(
     subject = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
     sampling = f"{data['draws']} draws (seed {data['seed']}), the same for every mode"
     bands = [_bands(label, case_) for label, case_ in data["cases"].items()]
-    known = [name for name in COMPARED if all(name in case_["band_90"] for case_ in data["cases"].values())]
-    ends = [f"{WORDS[name]}\n{column}" for name in known for column in ("as described", "median", "5 to 95 %")]
+    compared = [name for name in COMPARED if all(name in case_["band_90"] for case_ in data["cases"].values())]
+    ends = [f"{WORDS[name]}\n{column}" for name in compared for column in ("as described", "median", "5 to 95 %")]
     head = ("mode", *ends, "limits of the\nwinch exceeded")
-    parts: list[Part] = [Table(head, bands, sampling), *map(Text, _remarks(data, known)), *_limits(data)]
+    parts: list[Part] = [Table(head, bands, sampling), *map(Text, _remarks(data, compared)), *_limits(data)]
     if data["differences"]:
-        columns = [text for name in known for text in _difference_head(WORDS[name])]
+        columns = [
+            text for name in compared for text in (f"{WORDS[name]}\nmedian", f"{WORDS[name]}\n5 to 95 %", "lower\nin")
+        ]
         rows = [_difference(text, x) for text, x in data["differences"].items()]
         parts.append(Table(("draw by draw", *columns), rows))
     sections = [
         Section("Factors", [Table(FACTORS, factors), Text(MULTIPLES)]),
-        Section(" and ".join(WORDS[name] for name in known).capitalize(), parts),
+        Section(" and ".join(WORDS[name] for name in compared).capitalize(), parts),
         *(
             _index_table([s for s in indices if s.output == output])
             for output in dict.fromkeys(s.output for s in indices)
@@ -338,12 +320,12 @@ def _chance_text(chance: dict[str, Any]) -> str:
     return f"{share} ({low} to {high})"
 
 
-def _remarks(data: dict[str, Any], known: Sequence[str]) -> Iterator[str]:
+def _remarks(data: dict[str, Any], compared: Sequence[str]) -> Iterator[str]:
     if data["draws"] < FEWEST_DRAWS:
         yield f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Use {FEWEST_DRAWS} or more."
     for label, case in data["cases"].items():
         if case["beyond_limits"]["share"] == 1.0:
-            numbers = f"{' and '.join(WORDS[name] for name in known)} {'are' if len(known) > 1 else 'is'}"
+            numbers = f"{' and '.join(WORDS[name] for name in compared)} {'are' if len(compared) > 1 else 'is'}"
             yield f"{label}: every draw goes beyond a limit of the winch; its {numbers} no working controller's"
     errors = {label: c["band_90"]["e_c_pp"]["high_error"] for label, c in data["cases"].items()}
     if all(math.isfinite(x) for x in errors.values()):
@@ -363,12 +345,8 @@ def _limits(data: dict[str, Any]) -> list[Table]:
     return [Table(LIMITS, rows)] if rows else []
 
 
-def _difference_head(word: str) -> tuple[str, str, str]:
-    return f"{word}\nmedian", f"{word}\n5 to 95 %", "lower\nin"
-
-
 def _difference(text: str, difference: dict[str, Any]) -> list[str]:
-    """A pair of modes, see `_difference_head`."""
+    """A pair of modes: for each number that is compared median, band, and the share of draws in which it is lower."""
     row = [text]
     for numbers in difference.values():
         relative, lower = numbers["relative"], numbers["lower"]["share"]
@@ -379,17 +357,14 @@ def _difference(text: str, difference: dict[str, Any]) -> list[str]:
 
 def _index_table(indices: Sequence[Sensitivity]) -> Section:
     """One output: a row for each factor that matters somewhere, a column for each case."""
-    largest: dict[str, float] = {}
-    for s in indices:
-        for name, x in s.indices.items():
-            largest[name] = max(largest.get(name, 0.0), x.total.value)
-    ranked = sorted((n for n, x in largest.items() if x >= MATTERS), key=lambda n: -largest[n])
-    rest = [n for n in largest if n not in ranked]
-    others = f"below {percent_fixed(MATTERS, 0)} everywhere: {', '.join(rest)}" if rest else "no other factor varies"
+    largest = largest_totals(indices)
+    ranked = [n for n, x in largest.items() if x >= MATTERS]
+    others = [n for n in dict.fromkeys(n for s in indices for n in s.indices) if n not in ranked]
+    below = f"below {percent_fixed(MATTERS, 0)} everywhere: {', '.join(others)}" if others else "no other factor varies"
     rows = [[n, *(_index_text(s, n) for s in indices)] for n in ranked]
     parts: list[Part] = [
         Table(("variance from", *(s.case for s in indices)), rows),
-        Text(f"alone (95 % interval), with all that the factor does together with others; {others}"),
+        Text(f"alone (95 % interval), with all that the factor does together with others; {below}"),
         *(Text(f"{s.case}: {s.convergence()}") for s in indices if not s.converged),
     ]
     return Section(f"Causes of the variance of {indices[0].output}", parts)

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.uncertainty.draws import MOST, Draws, Uncertainty, even, shaped
 from stillhook.analysis.uncertainty.factors import FACTORS, Distribution, Law
-from stillhook.analysis.uncertainty.factors_file import MOST, Draws, Uncertainty, even, shaped
 from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_labels, run_draws
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
@@ -91,6 +91,15 @@ class Sensitivity:
         if self.converged:
             return f"settled within {self.change:.2f}: half the draws give the same"
         return f"not converged: indices are settled within {self.change:.2f} only; take more draws"
+
+
+def largest_totals(results: Sequence[Sensitivity]) -> dict[str, float]:
+    """Factor -> its largest total index among some results, the largest first."""
+    largest: dict[str, float] = {}
+    for result in results:
+        for name, x in result.indices.items():
+            largest[name] = max(largest.get(name, 0.0), x.total.value)
+    return dict(sorted(largest.items(), key=lambda item: -item[1]))
 
 
 class Design(NamedTuple):
@@ -185,9 +194,9 @@ def sensitivity(
     names = case_labels(cases, labels)
     if against is not None and against not in names:
         raise SpecError(f"against = {quote(against)}: unknown case. Allowed: {', '.join(names)}.")
-    known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
-    table, plan, varied = _tables(known, n, seed)
-    drawings = base_drawings(cranes, cases, known, table._replace(values=plan.rows))
+    uncertain = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
+    table, plan, varied = _tables(uncertain, n, seed)
+    drawings = base_drawings(cranes, cases, uncertain, table._replace(values=plan.rows))
     numbers, status, _ = run_draws(drawings, plan.rows, progress=progress, **options)
     failed = sum(s == "diverged" for row in status for s in row)
     if failed:
@@ -203,21 +212,21 @@ def sensitivity(
     return [_indices(c, o, f, varied, n, seed) for (c, o), f in results.items()]
 
 
-def _check(outputs: Sequence[str], known: Sequence[str], n: int) -> None:
+def _check(outputs: Sequence[str], available: Sequence[str], n: int) -> None:
     for name in outputs:
-        if name not in known:
-            raise SpecError(f"output {quote(name)}: not a result of the summary{nearest(str(name), known)}")
+        if name not in available:
+            raise SpecError(f"output {quote(name)}: not a result of the summary{nearest(str(name), available)}")
     if type(n) is not int or not LEAST <= n <= MOST or n & (n - 1):
         raise SpecError(f"n = {quote(n)}: give a power of two from {LEAST}, such as 128.")
 
 
-def _tables(known: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[str]]:
+def _tables(uncertain: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[str]]:
     """Draws of the first table, the plan of all runs, and the factors that vary."""
     d = len(FACTORS)
     u = even(n, 2 * d, seed)
-    A, B = shaped(known, u[:, :d], (seed, 1)), shaped(known, u[:, d:], (seed, 2))
-    fixed = [name for name, x in known.factors.items() if isinstance(x, Distribution) and x.law is Law.FIXED]
-    varied = [name for name in known.factors if name not in fixed]
+    A, B = shaped(uncertain, u[:, :d], (seed, 1)), shaped(uncertain, u[:, d:], (seed, 2))
+    fixed = [name for name, x in uncertain.factors.items() if isinstance(x, Distribution) and x.law is Law.FIXED]
+    varied = [name for name in uncertain.factors if name not in fixed]
     if not varied:
         raise SpecError("factors: all are fixed, so nothing has an index. Give one a distribution.")
     return A, design(A.values, B.values, [A.groups[name] for name in varied]), varied

@@ -26,7 +26,7 @@ from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.analysis.uncertainty.attribution import Attribution
-    from stillhook.analysis.uncertainty.factors_file import Uncertainty
+    from stillhook.analysis.uncertainty.draws import Uncertainty
     from stillhook.analysis.uncertainty.report import Limit
     from stillhook.analysis.uncertainty.sobol import Sensitivity
     from stillhook.spec.crane import Crane
@@ -154,7 +154,7 @@ def uncertainty(
 def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, factors: Path | None) -> _Request:
     """Crane and scenario of every controller, and the uncertain factors."""
     from stillhook.analysis.controllers import controllers
-    from stillhook.analysis.uncertainty.factors_file import Uncertainty, load_uncertainty
+    from stillhook.analysis.uncertainty.draws import Uncertainty, load_uncertainty
 
     if case_file is not None:
         from stillhook.formats.case_file import load_case

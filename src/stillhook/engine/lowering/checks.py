@@ -3,7 +3,7 @@
 import math
 
 from stillhook.control.supervisor import Stage as Row
-from stillhook.engine.arguments import MOST_STEPS, RK4_LIMIT, fastest_rates, substeps
+from stillhook.engine.arguments import RK4_LIMIT, fastest_rates, step_advice
 from stillhook.engine.pack.lift import PackedLift
 from stillhook.engine.pack.programme import hanging, payload_weight
 from stillhook.engine.pack.winch import drum_record
@@ -168,13 +168,7 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
     name, rate = max(rates.items(), key=lambda i: i[1])
     if rate * step <= 1.0:
         return
-    t_cycle = packed.lift.t_cycle
-    parts = substeps(t_cycle, 1.0 / rate)
-    advice = (
-        f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.'
-        if parts <= MOST_STEPS
-        else "Check the number behind it."
-    )
     raise SpecError(
-        f"step {step * 1e3:.3g} ms is too long for this lift: {name} asks for {1e3 / rate:.3g} ms. {advice}"
+        f"step {step * 1e3:.3g} ms is too long for this lift: {name} asks for {1e3 / rate:.3g} ms."
+        f" {step_advice(packed.lift.t_cycle, 1.0 / rate)}"
     )

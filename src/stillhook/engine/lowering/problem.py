@@ -4,73 +4,26 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from stillhook._version import __version__
-from stillhook.engine.arguments import Series, series_columns, summary_columns, time_axis
-from stillhook.engine.batch import Row, check_each
+from stillhook.engine.arguments import Series, labelled, summary_columns
+from stillhook.engine.batch import Row
 from stillhook.engine.lowering.checks import check_lift, check_sea
-from stillhook.engine.lowering.run import KIND, LiftResult, run_lowerings, waves_step
+from stillhook.engine.lowering.run import LiftBlock, LiftResult, run_lowerings, waves_step
 from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
-from stillhook.engine.runner import RunOptions
+from stillhook.engine.runner import RunOptions, each_case
 from stillhook.engine.store import bare
-from stillhook.kernels.build import kernel_hash
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, stage_names
 from stillhook.variables import attributes
-from stillhook.winches.registry import WinchType
 
 if TYPE_CHECKING:
     import xarray
-
-
-Summarised = tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]
-"""Numbers of one lowering: of the whole run, and of each of its stages."""
-
-
-def labelled(
-    crane: Crane | Sequence[Crane],
-    cases: Sequence[Lowering],
-    summaries: Sequence[Summarised],
-    *,
-    step: float,
-    single: bool,
-    series: Series | None = None,
-) -> xarray.Dataset:
-    """Numbers of lowerings, of the whole runs and of each stage, and series where there are, as a labelled Dataset with
-    the cranes; step [s]."""
-    import xarray
-
-    columns = summary_columns([run for run, _ in summaries], single=single)
-    n_stages = max(len(stages) for _, stages in summaries)
-    for name in summaries[0][1][0]:
-        table = np.full((len(summaries), n_stages), np.nan)
-        for i, (_, stages) in enumerate(summaries):
-            table[i, : len(stages)] = [s[name] for s in stages]
-        columns[f"stage_{name}"] = (
-            (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))
-        )
-    coords: dict[str, Any] = {} if single else {"case": [c.name or str(i) for i, c in enumerate(cases)]}
-    names = {stage_names(c.programme) for c in cases}
-    coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(n_stages)]
-    if series is not None:
-        columns |= series_columns(series.names, series.rows, single=single)
-        coords["time"] = time_axis(series)
-    data = xarray.Dataset(columns, coords=coords)
-    data.attrs = {
-        "title": f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
-        **_cranes(crane),
-        "single": int(single),
-        "stillhook_version": __version__,
-        "stillhook_kernel": kernel_hash(),
-        "step": step,
-        "every": series.dt if series is not None else 0.0,
-    }
-    return data
 
 
 def _cranes(crane: Crane | Sequence[Crane]) -> dict[str, Any]:
@@ -95,7 +48,7 @@ LIFT_STEP = 5e-3
 class LoweringProblem:
     """Lowerings as a batch runs them: alone, or in a sea that is made when it is run."""
 
-    kind = KIND
+    kind = LiftBlock.kind
     series_step = statistics_step = LIFT_STEP
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
@@ -109,7 +62,7 @@ class LoweringProblem:
                 check_lift(crane, lift)
                 seen.add((id(crane), id(lift)))
 
-        check_each(cranes, cases, check)
+        each_case(cranes, cases, check)
 
     def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int]:
         lift = _lift(case)
@@ -161,8 +114,20 @@ class LoweringProblem:
         series: Series | None,
     ) -> xarray.Dataset:
         winch = (crane if isinstance(crane, Crane) else crane[0]).plant.type
-        numbers = [_parted(winch, row, _stages(case)) for row, case in zip(rows, cases, strict=True)]
-        return labelled(crane, [_lift(c) for c in cases], numbers, step=step, single=single, series=series)
+        lifts = [_lift(c) for c in cases]
+        n_stages = max(_stages(c) for c in cases)
+        of_run = ("status", *run_numbers_of(winch), "notes")
+        columns = summary_columns([{name: row[name] for name in of_run} for row in rows], single=single)
+        for name in stage_numbers_of(winch):
+            table = np.array([[row.get(f"{i} {name}", math.nan) for i in range(n_stages)] for row in rows])
+            columns[f"stage_{name}"] = (
+                (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))
+            )
+        names = {stage_names(lift.programme) for lift in lifts}
+        coords: dict[str, Any] = {} if single else {"case": [lift.name or str(i) for i, lift in enumerate(lifts)]}
+        coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(n_stages)]
+        title = f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}"
+        return labelled(columns, coords, {"title": title, **_cranes(crane)}, step=step, single=single, series=series)
 
 
 def _lift(case: Case) -> Lowering:
@@ -174,22 +139,16 @@ def _stages(case: Case) -> int:
     return len(_lift(case).programme) + 1
 
 
-def _parted(winch: WinchType, row: Mapping[str, Any], stages: int) -> Summarised:
-    """A row of the columns with status and notes, as numbers of the run and of each stage."""
-    run = {"status": row["status"], **{name: row[name] for name in run_numbers_of(winch)}, "notes": row["notes"]}
-    return run, [{name: row[f"{i} {name}"] for name in stage_numbers_of(winch)} for i in range(stages)]
-
-
 def _lowerings(cases: Sequence[Case]) -> list[Lowering]:
     """Lowerings of a block; tip and water of those that are moved alike are made once."""
-    made: dict[bytes, Lowering] = {}
+    moved: dict[bytes, Lowering] = {}
     out: list[Lowering] = []
     for case in cases:
         if isinstance(case, Lowering):
             out.append(case)
             continue
         motion = case.motion
-        first = made.setdefault(motion, case.lowering()) if motion not in made else made[motion]
+        first = moved.setdefault(motion, case.lowering()) if motion not in moved else moved[motion]
         out.append(case.lift.model_copy(update={"tip": first.tip, "waves": first.waves}))
     return out
 

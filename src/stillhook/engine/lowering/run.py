@@ -15,8 +15,7 @@ from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.pack.winch import Packed
-from stillhook.engine.runner import Block, Ending, Shape, nothing, ready_cases, run_blocks
-from stillhook.kernels.build import driver
+from stillhook.engine.runner import Block, Ending, each_case, nothing, run_blocks
 from stillhook.kernels.lanes import access, aligned, flatten, offset, room_for, size
 from stillhook.kernels.statistics import blank
 from stillhook.physics.records import fields
@@ -26,7 +25,6 @@ from stillhook.spec.lift.lowering import Lowering
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import Hanging, LiftSignals, LiftStats, Solve, blank_lift_stats
 
-KIND = "lift_driver"
 ROWS = 5
 """Numbers of one node of the wire: see `stillhook.kernels.lift_driver`."""
 
@@ -91,16 +89,18 @@ def prepare(
     """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for
     messages.
     Errors: LiftError, ScenarioError, SpecError naming the case."""
-    known: dict[tuple[Any, ...], PackedLift] = {}
+    packed_lifts: dict[tuple[Any, ...], PackedLift] = {}
 
     def make(each: Crane, case: Lowering) -> Ready:
         check_sea(case)
         drive = CycleInputs(each, stand_in(each, case, 0.0))
         alike = id(each), field_record(case.waves), drive.s_tip_0, *(id(getattr(case, name)) for name in PACKED)
-        packed = known[alike] = known[alike] if alike in known else _packed(each, case, drive, n_sub)
+        packed = packed_lifts[alike] = (
+            packed_lifts[alike] if alike in packed_lifts else _packed(each, case, drive, n_sub)
+        )
         return Ready(case, packed, drive)
 
-    return ready_cases([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, make, places)
+    return each_case([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, make, places)
 
 
 def _packed(crane: Crane, case: Lowering, drive: CycleInputs, n_sub: int) -> PackedLift:
@@ -129,16 +129,8 @@ def run_lowerings(
     cycle; a row of the series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer
     list, for messages.
     """
-    results: list[LiftResult] = run_blocks(
-        prepare(crane, cases, n_sub, places),
-        lambda r: (r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)),
-        lambda some: LiftBlock(some, lanes=lanes, n_sub=n_sub, every=every),
-        kind=KIND,
-        lanes=lanes,
-        threads=threads,
-        progress=progress,
-    )
-    return results
+    prepared = prepare(crane, cases, n_sub, places)
+    return run_blocks(prepared, LiftBlock, n_sub=n_sub, lanes=lanes, every=every, threads=threads, progress=progress)
 
 
 @functools.cache
@@ -150,10 +142,19 @@ def record_of(cls: type) -> Callable[[Sequence[float], int], Any]:
 class LiftBlock(Block[Ready]):
     """Lowerings of equal length side by side; missing lanes repeat the first case."""
 
+    kind = "lift_driver"
+
+    @staticmethod
+    def alike(r: Ready) -> tuple[int, int, int, float]:
+        return r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)
+
+    @staticmethod
+    def sizes(driver: Any) -> tuple[Any, int, int]:
+        return driver.winch, driver.SIGNALS, driver.NS
+
     def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> None:
-        winch = ready[0].winch
-        d = driver(winch.name, lanes, KIND, winch.extra_controllers)
-        super().__init__(ready, Shape(d, d.winch, d.SIGNALS, d.NS), lanes=lanes, n_sub=n_sub, every=every)
+        super().__init__(ready, lanes=lanes, n_sub=n_sub, every=every)
+        d = self.d
         self.n = ready[0].case.wire.nodes
         self.dt_waves = waves_step(ready[0].case.waves)
         self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
@@ -161,7 +162,7 @@ class LiftBlock(Block[Ready]):
         self.S, self.T = self._stages(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
         self.G = np.full((self.n_stages + 1, d.NG, lanes), np.nan)
         self.starts = np.full((self.n_stages + 1, lanes), np.nan)
-        self.first = np.array(flatten(blank(d.Stats, winch.plant)) + flatten(blank_lift_stats()))
+        self.first = np.array(flatten(blank(d.Stats, ready[0].winch.plant)) + flatten(blank_lift_stats()))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
 
     def _stages(self) -> FloatArray:
@@ -175,12 +176,12 @@ class LiftBlock(Block[Ready]):
 
     def records(self) -> list[list[float]]:
         """Every lane; those that begin alike are written once."""
-        known: dict[tuple[Any, ...], list[float]] = {}
+        written: dict[tuple[Any, ...], list[float]] = {}
         out = []
         for r in self.lanes:
             alike = id(r.packed), r.drive.first_row().tobytes()
-            known[alike] = known[alike] if alike in known else self.record(r)
-            out.append(known[alike])
+            written[alike] = written[alike] if alike in written else self.record(r)
+            out.append(written[alike])
         return out
 
     def record(self, r: Ready) -> list[float]:

@@ -30,7 +30,7 @@ AUDIT = 0.01
 """Energy not recovered, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below
 1e-3."""
 AUDIT_FLOOR = 1.0e4
-"""Energy below which nothing moves that the audit could be asked of [J]: a tonne by a metre."""
+"""Energy below which nothing moves that an audit could judge [J]: a tonne by a metre."""
 LOWEST = {"e_min", "em_min", "tip_min", "F_min", "F_s_min", "z_min", "v_min", "t_landed"}
 SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "through", "slack", "slack_landed"}
 
@@ -68,7 +68,7 @@ NUMBERS = (
     "saturation_time",
     "wire_time",
 )
-"""Numbers that the whole run and each stage have alike, beside those of the winch type."""
+"""Numbers that the whole run and each stage have alike, in addition to those of the winch type."""
 OF_RUN = (
     "z_load_end",
     "s_w_end",
@@ -156,7 +156,7 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.problem`, and "sling"
     (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a stage that does not
     land), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed
-    out), "unfinished". "audit" is not asked where the wire snaps taut within a cycle of the audit."""
+    out), "unfinished". "audit" is not judged where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
     beyond = limits_passed(crane.plant.type, r.stats)
@@ -270,7 +270,7 @@ def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
 
 
 def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> list[str]:
-    """What a reader should know beside the numbers; r: `total` of the result."""
+    """What a reader should know in addition to the numbers; r: `total` of the result."""
     if result.ending is Ending.DIVERGED:
         return [f"lost its numbers by {result.t_end:.2f} s"]
     notes_of_run = type_notes(crane, held_load(crane, case, r.span[1]))

@@ -17,17 +17,17 @@ FIT_TOLERANCE = 1.0e-4
 """Largest relative error of the fitted pressure over the stroke (the library cranes stay below 1e-8): 0.03 bar of 280,
 less than the 0.2 bar that the default step may cost."""
 COLDEST, HOTTEST = 200.0, 500.0
-"""Gas temperatures at mid stroke that are reckoned with [K]: above the critical point by far, within the equation of
+"""Gas temperatures at mid stroke that are expected [K]: above the critical point by far, within the equation of
 state."""
 
 
 def gas_record(acc: Accumulator) -> Gas:
     """The engine's gas: a polynomial through the gas law over the piston's stroke, checked against the law itself.
 
-    Errors: SpecError where real gas is asked for and its library is missing, or the stroke is too large for the fit.
+    Errors: SpecError where real gas is requested and its library is missing, or the stroke is too large for the fit.
     """
     gas, law = acc.gas, acc
-    if gas.model is GasModel.POLYTROPIC:  # its ratio hangs on no pressure: one fit for every charge
+    if gas.model is GasModel.POLYTROPIC:  # its ratio depends on no pressure: one fit for every charge
         law = acc.model_copy(update={"gas": gas.model_copy(update={"p_0": 1.0})})
     return Gas(*(gas.p_0 * i for i in _coefficients(law)))
 
@@ -63,7 +63,7 @@ def nitrogen_isentrope(p_0: float, T_0: float, volume_ratio: NDArray[np.float64]
     Source: Helmholtz equation of Span et al. (2000) through CoolProp. The ratio is of gauge pressures.
     """
     try:
-        from CoolProp.CoolProp import PropsSI  # heavy and optional: only where real gas is asked for
+        from CoolProp.CoolProp import PropsSI  # heavy and optional: only where real gas is requested
     except ImportError:
         raise SpecError(
             'passive.accumulator.gas.model = "nitrogen": the property library is not installed. '

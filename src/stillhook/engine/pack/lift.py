@@ -1,13 +1,12 @@
 """A crane and a lowering as records and rows that the compiled kernels read, everything hanging at rest.
 
-What a winch carries besides hook and payload: the wire between crane tip and hook.
+What a winch carries in addition to hook and payload: the wire between crane tip and hook.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,25 +51,19 @@ class PackedLift(NamedTuple):
 def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
     """The run of the same winch that `pack` and `Drive` know: tip, sensors, PLC, times; the load is not read from
     it."""
-    plain: Mapping[str, Any] = {
-        "name": case.name,
-        "load": case.payload.mass,
-        "s_w": s_w,
-        "tip": case.tip,
-        "mode": case.controller,
-        "modes": (),
-        "duration": case.duration,
-        "ramp": case.ramp,
-        "warm_up": 0.0,
-        "water": None,
-        "operator": Operator(),
-        "sensors": case.sensors,
-        "power_loss": None,
-        "friction": case.friction,
-        "gas_held": False,
-        "commands": None,
-    }
-    return Scenario.model_construct(**plain)
+    return Scenario.model_construct(
+        name=case.name,
+        load=case.payload.mass,
+        s_w=s_w,
+        tip=case.tip,
+        mode=case.controller,
+        duration=case.duration,
+        ramp=case.ramp,
+        warm_up=0.0,
+        operator=Operator(),
+        sensors=case.sensors,
+        friction=case.friction,
+    )
 
 
 def rope_record(crane: Crane, case: Lowering, M: float) -> Rope:

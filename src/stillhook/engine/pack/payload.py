@@ -70,8 +70,8 @@ def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Pay
     rows = np.zeros((LEVELS, len(COLUMNS)))
     rows[:-1, COLUMNS.index("dA33")], rows[:-1, COLUMNS.index("dA33_next")] = after, 2.0 * slope - after
     B = 0.5 * rho * payload.C_D * payload.at(short, rho).A_p
-    known = {"h": h, "V": at.V, "A33": at.A33, "B": B, "y_m": y_m, "r_m": r_m, "y_d": y_d, "r_d": r_d}
-    for name, column in known.items():
+    columns = {"h": h, "V": at.V, "A33": at.A33, "B": B, "y_m": y_m, "r_m": r_m, "y_d": y_d, "r_d": r_d}
+    for name, column in columns.items():
         rows[:, COLUMNS.index(name)] = column
     covered = kernel.WettedLevel(*rows[-1].tolist())
     W_sub = submerged_weight(payload, rho)

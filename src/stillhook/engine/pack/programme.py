@@ -100,8 +100,9 @@ def payload_weight(lift: Lowering, z: float) -> float:
 def pack_programme(crane: Crane, lift: Lowering) -> Programme:
     """Rows of stages and the settings of the winch modes.
 
-    Errors: LiftError for a programme that this crane or this water cannot be asked: no stages, depths below the seabed
-    or above the tip, more wire than the drum gives, tensions above the SWL, a controller that does not compensate.
+    Errors: LiftError for a programme that is not possible with this crane or in this water: no stages, depths below the
+    seabed or above the tip, more wire than the drum gives, tensions above the SWL, a controller that does not
+    compensate.
     """
     if not lift.programme:
         raise LiftError(

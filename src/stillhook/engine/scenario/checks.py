@@ -165,10 +165,10 @@ def _friction_notes(crane: Crane, case: Scenario, d: float) -> list[str]:
     T_d = load_record(crane, case).W * 0.5 * d
     if lo is None or hi is None or (1.0 - T_D_BEYOND) * lo <= T_d <= (1.0 + T_D_BEYOND) * hi:
         return []
-    known = f"{show(lo, 'drum_torque', 3)} to {show(hi, 'drum_torque', 3)}"
+    identified = f"{show(lo, 'drum_torque', 3)} to {show(hi, 'drum_torque', 3)}"
     return [
-        f"drum torque {show(T_d, 'drum_torque', 3)}: system friction was identified from {known} only, so here it is an"
-        " extrapolation"
+        f"drum torque {show(T_d, 'drum_torque', 3)}: system friction was identified from {identified} only, so here it"
+        " is an extrapolation"
     ]
 
 

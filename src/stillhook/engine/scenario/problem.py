@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
-from stillhook._version import __version__
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.plc import Memory
@@ -19,19 +18,17 @@ from stillhook.engine.arguments import (
     STATISTICS_STEP,
     Series,
     check_step,
+    labelled,
     paired,
-    series_columns,
     steps_per_cycle,
     summary_columns,
-    time_axis,
 )
-from stillhook.engine.batch import Row, check_each, run_batch
+from stillhook.engine.batch import Row, run_batch
 from stillhook.engine.inputs import CycleInputs, shape, twin_line
 from stillhook.engine.pack.winch import Packed, pack
-from stillhook.engine.runner import Block, Ending, RunOptions, Shape, nothing, ready_cases, run_blocks
+from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothing, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
 from stillhook.engine.store import scenario_as_bytes
-from stillhook.kernels.build import driver, kernel_hash
 from stillhook.kernels.lanes import flatten, offset, size
 from stillhook.kernels.statistics import SIGNALS, blank
 from stillhook.library import crane_toml
@@ -44,9 +41,6 @@ from stillhook.winches.registry import WinchType
 
 if TYPE_CHECKING:
     import xarray
-
-
-KIND = "driver"
 
 
 class Ready(NamedTuple):
@@ -110,25 +104,24 @@ def run_cases(
         return Ready(winch, drive)
 
     cranes = [crane] * len(cases) if isinstance(crane, Crane) else crane
-    results: list[Result] = run_blocks(
-        ready_cases(cranes, cases, ready, places),
-        lambda r: (r.drive.n_ticks, r.drive.first, r.drive.cols),
-        lambda some: ScenarioBlock(some, lanes=lanes, n_sub=n_sub, every=every),
-        kind=KIND,
-        lanes=lanes,
-        threads=threads,
-        progress=progress,
+    prepared = each_case(cranes, cases, ready, places)
+    return run_blocks(
+        prepared, ScenarioBlock, n_sub=n_sub, lanes=lanes, every=every, threads=threads, progress=progress
     )
-    return results
 
 
 class ScenarioBlock(Block[Ready]):
     """Scenarios of equal length, warm-up and drive side by side."""
 
-    def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> None:
-        winch = ready[0].winch
-        d = driver(winch.name, lanes, KIND, winch.extra_controllers)
-        super().__init__(ready, Shape(d, d, SIGNALS, size(d.Signals)), lanes=lanes, n_sub=n_sub, every=every)
+    kind = "driver"
+
+    @staticmethod
+    def alike(r: Ready) -> tuple[int, int, int]:
+        return r.drive.n_ticks, r.drive.first, r.drive.cols
+
+    @staticmethod
+    def sizes(driver: Any) -> tuple[Any, int, int]:
+        return driver, SIGNALS, size(driver.Signals)
 
     def record(self, r: Ready) -> list[float]:
         """One lane before the first cycle: the reference is where the wire is; state and memory await `at_rest`."""
@@ -152,7 +145,7 @@ class ScenarioBlock(Block[Ready]):
         return flatten(lane)
 
     def piece(self, D: FloatArray, k: int, count: int) -> None:
-        """Run cycles k .. k + count; statistics start anew where the warm-up is over."""
+        """Run cycles k .. k + count; statistics start again where the warm-up is over."""
         drive = self.drive
         if k == drive.first:
             at = offset(self.d.Lane, "st", 1)
@@ -215,40 +208,7 @@ def to_dataset(
     """Results with their series and summaries as one labelled Dataset; see `stillhook.simulate`.
     crane: that of all cases, or one for each."""
     series = Series([r.series for r in results if r.series is not None], results[0].dt, results[0].signals)
-    return labelled(crane, cases, summaries, step=results[0].step, single=single, series=series)
-
-
-def labelled(
-    crane: Crane | Sequence[Crane],
-    cases: Sequence[Scenario],
-    summaries: Sequence[Mapping[str, Any]],
-    *,
-    step: float,
-    single: bool,
-    series: Series | None = None,
-) -> xarray.Dataset:
-    """Summaries, and series where there are, as a labelled Dataset with everything that repeats the run; step [s]."""
-    import xarray  # heavy: not wanted for the command line's first table
-
-    columns = summary_columns(summaries, single=single)
-    coords: dict[str, Any] = {} if single else {"case": _labels(crane, cases)}
-    if series is not None:
-        columns |= series_columns(series.names, series.rows, single=single)
-        coords["time"] = time_axis(series)
-    data = xarray.Dataset(columns, coords=coords)
-    data.attrs = {
-        "title": f"Stillhook run of {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
-        "crane": crane_toml(crane) if isinstance(crane, Crane) else json.dumps([crane_toml(c) for c in crane]),
-        "twin": twin_line(crane if isinstance(crane, Crane) else crane[0]),
-        "scenarios": json.dumps([c.to_dict() for c in (cases[:1] if _one_for_all(crane, cases) else cases)]),
-        "single": int(single),
-        "stillhook_version": __version__,
-        "stillhook_kernel": kernel_hash(),
-        "step": step,
-        "every": series.dt if series is not None else 0.0,
-        "window_full": int(all(c.duration - c.warm_up >= WINDOW for c in cases)),
-    }
-    return data
+    return ScenarioProblem().labelled(crane, cases, summaries, step=results[0].step, single=single, series=series)
 
 
 def _one_for_all(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> bool:
@@ -257,8 +217,8 @@ def _one_for_all(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> b
 
 
 def _labels(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
-    """Names along "case": those of the cases, or of the cranes where several ran one case; numbers where they are not
-    told apart."""
+    """Names along "case": those of the cases, or of the cranes where several ran one case; numbers where they do not
+    differ."""
     if isinstance(crane, Crane) or not _one_for_all(crane, cases):
         return [c.name or str(i) for i, c in enumerate(cases)]
     names = [c.name for c in crane]
@@ -276,7 +236,7 @@ AUDIT = 0.05
 """Energy not found again, over that through the pumps, from which a run is numerically wrong [-]; sound runs stay below
 1e-3."""
 AUDIT_FLOOR = 1.0e3
-"""Energy below which nothing moves that the audit could be asked of [J]: a tonne by a tenth of a metre."""
+"""Energy below which nothing moves that an audit could judge [J]: a tonne by a tenth of a metre."""
 POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_std")
 """What a run in manual mode has none of: nothing is held in place there."""
 
@@ -296,9 +256,9 @@ def status(winch: WinchType, case: Scenario, result: Result, foreseen: Foreseen)
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
     "unstable": K_p is above the gain of marginal stability, however the run went. "audit": the energy does not add up,
-    so the numbers are wrong; asked only of runs as long as the window, and not where a wire snaps taut within a cycle
-    of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; asked only of plain
-    compensation, where nothing else moves the hook.
+    so the numbers are wrong; judged only for runs as long as the window, and not where a wire snaps taut within a cycle
+    of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; judged only for
+    plain compensation, where nothing else moves the hook.
     """
     if result.ending is Ending.DIVERGED:
         return "diverged"
@@ -443,11 +403,11 @@ def summaries(
 class ScenarioProblem:
     """Scenarios as a batch runs them."""
 
-    kind = "driver"
+    kind = ScenarioBlock.kind
     series_step, statistics_step = SERIES_STEP, STATISTICS_STEP
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
-        check_each(cranes, cases, check)
+        each_case(cranes, cases, check)
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)
@@ -486,4 +446,13 @@ class ScenarioProblem:
         single: bool,
         series: Series | None,
     ) -> xarray.Dataset:
-        return labelled(crane, cases, rows, step=step, single=single, series=series)
+        attrs = {
+            "title": f"Stillhook run of {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
+            "crane": crane_toml(crane) if isinstance(crane, Crane) else json.dumps([crane_toml(c) for c in crane]),
+            "twin": twin_line(crane if isinstance(crane, Crane) else crane[0]),
+            "scenarios": json.dumps([c.to_dict() for c in (cases[:1] if _one_for_all(crane, cases) else cases)]),
+        }
+        coords = {} if single else {"case": _labels(crane, cases)}
+        columns = summary_columns(rows, single=single)
+        data = labelled(columns, coords, attrs, step=step, single=single, series=series)
+        return data.assign_attrs(window_full=int(all(c.duration - c.warm_up >= WINDOW for c in cases)))

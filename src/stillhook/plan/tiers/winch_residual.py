@@ -15,8 +15,7 @@ from stillhook.errors import StillhookError
 from stillhook.plan.definition.rules import Alternative
 from stillhook.response.lift import share_of_time, table_at
 from stillhook.response.winch.duty import Duty
-from stillhook.response.winch.grid import mixed
-from stillhook.response.winch.identify import Winch, identify_many
+from stillhook.response.winch.identify import Winch, identify_many, mixed
 from stillhook.response.winch.linear_form import Residual
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Sensors

@@ -1,5 +1,5 @@
-"""The linear form of a winch from its twin: describing function, remnant and compliance, sixteen motions side by
-side."""
+"""The linear form of a winch from its twin: describing function, remnant and compliance, and tables of them over
+tension and length of wire."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import json
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,10 +37,11 @@ from stillhook.response.winch.duty import (
     soft,
     spectra,
 )
-from stillhook.response.winch.linear_form import HARMONICS, Remnant, Residual, WinchCompliance
+from stillhook.response.winch.linear_form import HARMONICS, Remnant, Residual, WinchCompliance, neighbours
 from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane, content
-from stillhook.spec.scenario import Mode, mode_of
+from stillhook.spec.scenario import Mode, Sensors, mode_of
+from stillhook.units import show
 
 SPACING = 0.1
 """Spacing of the series [s]; nothing moves faster than 8 rad/s."""
@@ -72,9 +74,9 @@ def irregular_runs(
     results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
     runs = [Run(motion, result) for motion, result in zip(motions, results, strict=True)]
     end = min((run.motion.sigma_v for run in runs if run.result.ending is not Ending.DONE), default=math.inf)
-    if not (kept := [run for run in runs if run.motion.sigma_v < end]):
+    if not (sound := [run for run in runs if run.motion.sigma_v < end]):
         raise LiftError(f"residual: {duty.about(crane, mode)}: the twin diverged under the smallest irregular motion.")
-    return kept
+    return sound
 
 
 def identify_remnant(runs: Sequence[Run], sines: Residual) -> Remnant:
@@ -112,10 +114,12 @@ class _Spectra:
         total, _ = np.histogram(self.omega, edges, weights=self.wire)
         left, _ = np.histogram(self.omega, edges, weights=rest)
         density = np.maximum(left, FLOOR * np.maximum(total, 1e-30)) / np.diff(edges)
-        held = np.flatnonzero(
+        filled = np.flatnonzero(
             np.histogram(self.omega, edges)[0]
         )  # a short run may have no frequency in the lowest bands
-        return np.asarray(density[held[np.minimum(np.searchsorted(held, np.arange(len(density))), len(held) - 1)]])
+        return np.asarray(
+            density[filled[np.minimum(np.searchsorted(filled, np.arange(len(density))), len(filled) - 1)]]
+        )
 
 
 def _gain(runs: Sequence[_Spectra]) -> complex:
@@ -235,15 +239,15 @@ def identify_residual(
         for T, v in pairs
     ]
     results = run_twin(soft(crane, duty), cases, SINE_SPACING, threads=threads, progress=progress)
-    own = {row.name for row in crane.plant.type.numbers}
-    sines = _table(results, excitation, duty.about(crane, mode), hydraulic=own >= OF_RUNS)
+    numbers = {row.name for row in crane.plant.type.numbers}
+    sines = _table(results, excitation, duty.about(crane, mode), hydraulic=numbers >= OF_RUNS)
     runs = irregular_runs(crane, duty, mode, motions or excitation.motions(), threads=threads, progress=progress)
-    some = [run for run in runs if run.motion.T_z == excitation.mean_periods[COMPLIANCE_PERIOD]]
-    compliance = identify_compliance(crane, duty, mode, some, threads=threads, progress=progress)
-    made = replace(sines, remnant=identify_remnant(runs, sines), compliance=compliance)
+    fast = [run for run in runs if run.motion.T_z == excitation.mean_periods[COMPLIANCE_PERIOD]]
+    compliance = identify_compliance(crane, duty, mode, fast, threads=threads, progress=progress)
+    residual = replace(sines, remnant=identify_remnant(runs, sines), compliance=compliance)
     if cache:
-        _write(file, made)
-    return made
+        _write(file, residual)
+    return residual
 
 
 class Winch(NamedTuple):
@@ -310,11 +314,11 @@ def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str, *,
         i, j = divmod(n, len(v))
         if result.ending is Ending.DONE and not (j and np.isnan(C[i, j - 1])):
             C[i, j], harmonics[:, i, j] = answer(result, omega[i])
-            st, own = result.stats.common, result.stats
+            st, stats = result.stats.common, result.stats
             cycles = max(st.cycles - 1.0, 1.0)
             saturated[i, j] = st.saturation_cycles / cycles
             if hydraulic:
-                relieved[i, j], p_a[i, j] = own.limits.relief / cycles, own.extremes.p_a_max
+                relieved[i, j], p_a[i, j] = stats.limits.relief / cycles, stats.extremes.p_a_max
         elif j:
             C[i, j] = np.nan
     if np.isnan(C[:, 0]).any():
@@ -327,8 +331,8 @@ def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str, *,
         harmonics[:, i, j], saturated[i, j] = harmonics[:, i, j - 1] * v[j - 1] / v[j], 1.0
         relieved[i, j], p_a[i, j] = relieved[i, j - 1], p_a[i, j - 1]
     up = slice(None, None, -1)  # periods ascend, frequencies ascend the other way
-    made = Residual(omega[up], v, C[up], harmonics[:, up], saturated[up], about)
-    return replace(made, relieved=relieved[up], p_a=p_a[up]) if hydraulic else made
+    table = Residual(omega[up], v, C[up], harmonics[:, up], saturated[up], about)
+    return replace(table, relieved=relieved[up], p_a=p_a[up]) if hydraulic else table
 
 
 def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
@@ -367,15 +371,100 @@ def _read(file: Path) -> Residual | None:
     return None
 
 
-def _write(file: Path, made: Residual) -> None:
+def _write(file: Path, residual: Residual) -> None:
     """Keep a table; a folder that cannot be written to is no reason to fail."""
-    arrays = {name: getattr(made, name) for name in TABLES}
-    arrays |= {name: table for name in OF_CIRCUIT if (table := getattr(made, name)) is not None}
-    arrays |= {f"remnant_{name}": getattr(made.remnant, name) for name in REMNANT}
-    arrays |= {f"compliance_{name}": getattr(made.compliance, name) for name in COMPLIANCE}
+    arrays = {name: getattr(residual, name) for name in TABLES}
+    arrays |= {name: table for name in OF_CIRCUIT if (table := getattr(residual, name)) is not None}
+    arrays |= {f"remnant_{name}": getattr(residual.remnant, name) for name in REMNANT}
+    arrays |= {f"compliance_{name}": getattr(residual.compliance, name) for name in COMPLIANCE}
     arrays |= {
-        "about": np.array(made.about),
-        "lasts": np.array(made.remnant.lasts if made.remnant is not None else math.nan),
+        "about": np.array(residual.about),
+        "lasts": np.array(residual.remnant.lasts if residual.remnant is not None else math.nan),
     }
     with contextlib.suppress(StillhookError, OSError), atomic_file(file) as part, open(part, "wb") as out:
         np.savez_compressed(out, **arrays)
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualGrid:
+    """Residuals at tensions F (m,) [N] and lengths of wire s_w (k,) [m], both ascending, of one winch in one mode;
+    tables[i][j]."""
+
+    F: tuple[float, ...]
+    s_w: tuple[float, ...]
+    tables: tuple[tuple[Residual, ...], ...] = field(repr=False)
+
+    def at(self, F: float, s_w: float) -> Residual:
+        """The residual at a tension [N] and a length [m] within the grid: its four neighbours mixed, densities in their
+        logarithms.
+
+        Errors: LiftError outside the grid.
+        """
+        for name, value, knots, kind in (("tension", F, self.F, "force"), ("wire", s_w, self.s_w, "length")):
+            if not knots[0] <= value <= knots[-1]:
+                raise LiftError(
+                    f"residual grid: {name} {show(value, kind)} is outside {show(knots[0], kind)} to"
+                    f" {show(knots[-1], kind)}. Identify a wider grid."
+                )
+        (i,), (i_1,), (f,) = neighbours(np.array(self.F), np.array([F]))
+        (j,), (j_1,), (g,) = neighbours(np.array(self.s_w), np.array([s_w]))
+        low, high = (mixed(row[j], row[j_1], float(g)) for row in (self.tables[i], self.tables[i_1]))
+        return mixed(low, high, float(f))
+
+
+def identify_grid(
+    crane: Crane,
+    F: Sequence[float],
+    s_w: Sequence[float],
+    mode: Mode | str = DEFAULT_MODE,
+    *,
+    sensors: Sensors | None = None,
+    threads: int = 2,
+    cache: bool = True,
+    progress: Progress | None = None,
+) -> ResidualGrid:
+    """Residuals at every tension F [N] and length s_w [m], both ascending; see `identify_residual` for errors and cost
+    of each."""
+    for name, values in (("F", F), ("s_w", s_w)):
+        if not len(values) or any(b <= a for a, b in pairwise(values)):
+            raise LiftError(f"residual grid: {name} must hold one value or more, ascending. Sort them.")
+    sensed = sensors or Sensors()
+
+    def identify(force: float, length: float) -> Residual:
+        return identify_residual(
+            crane, Duty(force, length, sensed), mode, threads=threads, cache=cache, progress=progress
+        )
+
+    return ResidualGrid(tuple(F), tuple(s_w), tuple(tuple(identify(force, length) for length in s_w) for force in F))
+
+
+def mixed(a: Residual, b: Residual, share: float) -> Residual:
+    """Two residuals on the same frequencies and amplitudes as one, `share` of the second."""
+    if share == 0.0:
+        return a
+    if share == 1.0:
+        return b
+    if a.remnant is None or b.remnant is None or a.compliance is None or b.compliance is None:
+        raise LiftError("residual grid: a residual has no remnant or compliance. Identify all of them on the twin.")
+    m, n = a.remnant, b.remnant
+    n_sigma = min(len(m.sigma_v), len(n.sigma_v))  # the twin may be lost earlier under one load
+    S = np.exp((1.0 - share) * np.log(m.S[:, :n_sigma]) + share * np.log(n.S[:, :n_sigma]))
+    peak = (
+        None if m.peak is None or n.peak is None else (1.0 - share) * m.peak[:, :n_sigma] + share * n.peak[:, :n_sigma]
+    )
+    gain = (1.0 - share) * m.gain[:n_sigma] + share * n.gain[:n_sigma]
+    remnant = Remnant(m.T_z, m.sigma_v[:n_sigma], m.omega, S, gain, peak, m.lasts)
+    Y = (1.0 - share) * a.compliance.Y[:, :n_sigma] + share * b.compliance.Y[:, :n_sigma]
+    optional = [name for name in ("relieved", "p_a") if getattr(a, name) is not None and getattr(b, name) is not None]
+    tables = {
+        name: (1.0 - share) * getattr(a, name) + share * getattr(b, name)
+        for name in ("C", "harmonics", "saturated", *optional)
+    }
+    about = f"between {a.about} and {b.about}"
+    return replace(
+        a,
+        **tables,
+        about=about,
+        remnant=remnant,
+        compliance=WinchCompliance(a.compliance.omega, a.compliance.sigma_v[:n_sigma], Y),
+    )

@@ -70,9 +70,8 @@ class Remnant:
     def places(self, sigma_v: ArrayLike, T_z: ArrayLike) -> Places:
         """Positions in the table of irregular motions of deviation sigma_v and period T_z, (n,) each."""
         sigma = np.asarray(sigma_v, dtype=np.float64)
-        i, f = _place(np.log(self.T_z), np.log(np.asarray(T_z, dtype=np.float64)))
-        j, g = _place(np.log(self.sigma_v), np.log(sigma))
-        i_1, j_1 = np.minimum(i + 1, len(self.T_z) - 1), np.minimum(j + 1, len(self.sigma_v) - 1)
+        i, i_1, f = neighbours(np.log(self.T_z), np.log(np.asarray(T_z, dtype=np.float64)))
+        j, j_1, g = neighbours(np.log(self.sigma_v), np.log(sigma))
         corners = ((i, j, (1.0 - f) * (1.0 - g)), (i, j_1, (1.0 - f) * g), (i_1, j, f * (1.0 - g)), (i_1, j_1, f * g))
         return Places(corners, (sigma / np.clip(sigma, self.sigma_v[0], self.sigma_v[-1])) ** 2)
 
@@ -85,15 +84,15 @@ class Remnant:
 
     def gain_at(self, sigma_v: ArrayLike) -> ComplexArray:
         """gain at deviations sigma_v, shape of sigma_v."""
-        x, knots = np.log(np.maximum(sigma_v, 1e-12)), np.log(self.sigma_v)
-        return np.asarray(np.interp(x, knots, self.gain.real) + 1j * np.interp(x, knots, self.gain.imag))
+        return _joined(np.log(np.maximum(sigma_v, 1e-12)), np.log(self.sigma_v), self.gain)
 
 
-def _place(knots: FloatArray, x: FloatArray) -> tuple[NDArray[Any], FloatArray]:
-    """Lower neighbours of x in knots, and the shares of the upper ones; the ends hold."""
+def neighbours(knots: FloatArray, x: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
+    """Lower and upper neighbours of x (n,) in ascending knots, and the shares of the upper ones; the ends hold."""
     low = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, max(len(knots) - 2, 0))
-    span = knots[low + 1] - knots[low] if len(knots) > 1 else np.ones_like(x)
-    return low, np.clip((x - knots[low]) / span, 0.0, 1.0)
+    high = np.minimum(low + 1, len(knots) - 1)
+    span = np.where(high > low, knots[high] - knots[low], 1.0)
+    return low, high, np.clip((x - knots[low]) / span, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,41 +170,33 @@ class Residual:
     def constant(cls, C: complex, about: str = "") -> Residual:
         """The same residual at every frequency and amplitude: 1 for a winch on its brake, 0.2 for a compensation of 80
         % in phase."""
-        one = np.ones((1, 1))
+        unit = np.ones((1, 1))
         fast = np.array([1e9])  # faster than any tip: below it a table is proportional to the amplitude
         return cls(
             np.ones(1),
             fast,
-            np.asarray(one * C, dtype=np.complex128),
+            np.asarray(unit * C, dtype=np.complex128),
             np.zeros((len(HARMONICS), 1, 1)),
-            0.0 * one,
+            0.0 * unit,
             about or f"constant {C:g}",
         )
 
     def at(self, omega: ArrayLike, v: ArrayLike) -> ComplexArray:
         """C [-] at omega [rad/s] and the tip's speed amplitude v [m/s], above 0; both broadcast."""
         omega, v = np.broadcast_arrays(np.asarray(omega, dtype=np.float64), np.asarray(v, dtype=np.float64))
-        low, high, share = self._places(omega.ravel())
-        gain, columns = self._gain(self.C, v.ravel(), grows=True), np.arange(v.size)
+        low, high, share = neighbours(np.log(self.omega), np.log(omega.ravel()))
+        gain, columns = self._gain(v.ravel()), np.arange(v.size)
         return np.asarray(gain[low, columns] + share * (gain[high, columns] - gain[low, columns])).reshape(omega.shape)
 
-    def _places(self, omega: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
-        """Neighbours of frequencies in the table, and the share of the upper one."""
-        x, knots = np.log(omega), np.log(self.omega)
-        low = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, max(len(knots) - 2, 0))
-        high = np.minimum(low + 1, len(knots) - 1)
-        span = np.where(high > low, knots[high] - knots[low], 1.0)
-        return low, high, np.clip((x - knots[low]) / span, 0.0, 1.0)
-
-    def _gain(self, table: NDArray[Any], v: FloatArray, *, grows: bool) -> NDArray[Any]:
-        """A table at all its frequencies for speed amplitudes v (n,): (m, n). grows: beyond the last amplitude the
-        wire's end takes all that the tip moves more; else its speed stays as it is there."""
+    def _gain(self, v: FloatArray) -> ComplexArray:
+        """C at all frequencies of the table for speed amplitudes v (n,): (m, n). Beyond the last amplitude the wire's
+        end takes all that the tip moves more."""
         knots = np.concatenate(([0.0], self.v))
-        e = np.concatenate((np.zeros((len(table), 1)), table * self.v), axis=1)
+        e = np.concatenate((np.zeros((len(self.C), 1)), self.C * self.v), axis=1)
         i = np.clip(np.searchsorted(knots, v) - 1, 0, len(knots) - 2)
         inside = np.minimum(v, knots[-1])
         error = e[:, i] + (e[:, i + 1] - e[:, i]) * (inside - knots[i]) / (knots[i + 1] - knots[i])
-        return np.asarray((error + (v - inside if grows else 0.0)) / v)
+        return np.asarray((error + (v - inside)) / v)
 
     def gaussian(self, omega: ArrayLike, sigma_v: ArrayLike) -> ComplexArray:
         r"""Equivalent transfer under an irregular motion of the tip, at omega (m,): (m,) or (n, m) for deviations
@@ -222,11 +213,11 @@ class Residual:
         sigma, frequency = np.asarray(sigma_v, dtype=np.float64), np.asarray(omega, dtype=np.float64)
         y, weight = _rayleigh()
         v = np.maximum(sigma.ravel()[:, None] * np.sqrt(2.0 * y), STILL)
-        gain = self._gain(self.C, v.ravel(), grows=True).reshape(len(self.omega), *v.shape)
+        gain = self._gain(v.ravel()).reshape(len(self.omega), *v.shape)
         mean: ComplexArray = np.asarray(np.einsum("mny,y->mn", gain, weight), dtype=np.complex128)
         if self.remnant is not None:
             mean = mean * self.remnant.gain_at(sigma.ravel())
-        low, high, share = self._places(frequency)
+        low, high, share = neighbours(np.log(self.omega), np.log(frequency))
         transfer = mean[low] + share[:, None] * (mean[high] - mean[low])
         return np.asarray(transfer.T).reshape(*sigma.shape, len(frequency))
 

@@ -176,8 +176,8 @@ def _rates_and_outputs(point: OperatingPoint, x: Any, u: Any, tip: Tip, p: Any) 
     c = point.plant.circuit(x.winch, q, u, geo, p)
     rates, w = point.driver.rates(x, u, geo, tip, p), x.winch
     rates = rates._replace(winch=rates.winch._replace(z=bristle_rate(w.omega_m, w.z, c.g, c.held, p.hoist.bristle)))
-    seen = [-x.path.s_w, q.v_w, w.omega_m, c.alpha_p, c.alpha_m, w.p_a, w.p_b, w.p_a - w.p_b, q.F_w, x.path.v_load]
-    return [*flatten(rates), *seen]
+    outputs = [-x.path.s_w, q.v_w, w.omega_m, c.alpha_p, c.alpha_m, w.p_a, w.p_b, w.p_a - w.p_b, q.F_w, x.path.v_load]
+    return [*flatten(rates), *outputs]
 
 
 def _free_stops(p: Any) -> Any:
@@ -276,8 +276,8 @@ def plc_loop(
     u_p = linear.inputs.index("u_p")
     commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
     Phi, Gamma = hold_matrices(linear.A, linear.B[:, commands], T)
-    held = Gamma[:, commands.index(u_p)]
-    early = held if rest == 0.0 else hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)[1][:, 0]
+    late = Gamma[:, commands.index(u_p)]
+    early = late if rest == 0.0 else hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)[1][:, 0]
     K, M = _control_slopes(_Plc(crane, point, Mode(mode)), crane)
     size, more = len(linear.states), len(M)
     closed = np.zeros((size + more, size + more))
@@ -285,7 +285,7 @@ def plc_loop(
     closed[size:] = M
     pad = np.zeros(more)
     out = np.concatenate([linear.C[OUTPUTS.index("s_hoisted")], pad])
-    return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([held - early, pad]), out, T, n)
+    return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([late - early, pad]), out, T, n)
 
 
 REMEMBERED = ("F", "p_mean", "u_m")

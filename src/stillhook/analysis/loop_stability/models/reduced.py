@@ -11,8 +11,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from stillhook.analysis.loop_stability.models.linearisation import Linear, linearise
+from stillhook.analysis.loop_stability.models.transfer import effective_radius
 from stillhook.analysis.steady.operating_point import OperatingPoint
-from stillhook.analysis.steady.steady_state import motor_law
+from stillhook.analysis.steady.steady_state import check_displacement, check_K_wire, motor_law
 from stillhook.base.arrays import FloatArray
 from stillhook.control.commands import feedback, feedforward, marginal_gain
 from stillhook.control.registry import DEFAULT_MODE
@@ -102,20 +103,15 @@ def simulate_reduced(
         p_a=dp + p_b,
         p_b=p_b,
         omega_m=omega_m,
-        v_w=omega_m * _effective_radius(crane, K_wire),
+        v_w=omega_m * effective_radius(crane, K_wire),
         alpha_p=alpha_p,
         alpha_m=alpha_m,
     )
 
 
-def _effective_radius(crane: Crane, K_wire: float) -> float:
-    """Wire speed per motor speed on the published diameter [m]."""
-    return crane.drum.d_max / (2.0 * crane.i_hD * K_wire)
-
-
 def _rates(crane: Crane, tip: Motion, mode: Mode, K_wire: float) -> Callable[[float, Any], list[float]]:
     """Time derivatives of alpha_m, its rate, alpha_p, its rate, omega_m, dp = p_a - p_b, e_c."""
-    a, J_m, B_v, lever = crane.active, crane.inertia.J_m_eff, crane.control.B_v, _effective_radius(crane, K_wire)
+    a, J_m, B_v, r_eff = crane.active, crane.inertia.J_m_eff, crane.control.B_v, effective_radius(crane, K_wire)
     C_h = capacitance(a.line.V, a.line.bulk_modulus)
     Q_p_max = a.pump.D_total * a.pump.omega_p
     pump = Servo(omega_n=a.pump.servo.omega_n, zeta=a.pump.servo.zeta, lo=-1.0, hi=1.0, rate=NO_LIMIT)
@@ -136,7 +132,7 @@ def _rates(crane: Crane, tip: Motion, mode: Mode, K_wire: float) -> Callable[[fl
             swash_acceleration(float(x[2]), float(x[3]), u_p, pump),
             (motor_torque(D_m, dp) - B_v * omega_m) / J_m,
             (Q_p_max * alpha_p - D_m * omega_m - a.C_leak * dp) / C_h,
-            v_tip + omega_m * lever,
+            v_tip + omega_m * r_eff,
         ]
 
     return rates
@@ -179,14 +175,17 @@ def eigenfrequency(crane: Crane, alpha_m: float = 1.0) -> Eigenfrequency:
     and the wire is slack to the winch: the load's own mode is left out. J is that of the full drum.
     Differs from print: C eq. 8 prints C_1 beta / J in the damping; it is C_1 beta / V.
     """
-    _check_displacement(alpha_m)
-    a, J_m, B_v = crane.active, crane.inertia.J_m_eff, crane.control.B_v
-    C_h = capacitance(a.line.V, a.line.bulk_modulus)
-    D_m = a.motor.D_total * alpha_m
-    omega_0 = math.sqrt((D_m * D_m + B_v * a.C_leak) / (J_m * C_h))
-    zeta = (B_v / J_m + a.C_leak / C_h) / (2.0 * omega_0)
+    check_displacement(alpha_m)
+    a, loop = crane.active, loop_record(crane, alpha_m)
+    omega_0 = math.sqrt(loop.a_0)
     return Eigenfrequency(
-        alpha_m=alpha_m, omega_0=omega_0, zeta=zeta, period=2.0 * math.pi / omega_0, C_h=C_h, C_leak=a.C_leak, J_m=J_m
+        alpha_m=alpha_m,
+        omega_0=omega_0,
+        zeta=loop.a_1 / (2.0 * omega_0),
+        period=2.0 * math.pi / omega_0,
+        C_h=capacitance(a.line.V, a.line.bulk_modulus),
+        C_leak=a.C_leak,
+        J_m=crane.inertia.J_m_eff,
     )
 
 
@@ -207,16 +206,10 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
     again. Differs from print: paper E calls SSC pure feedforward. u_ff holds the measured alpha_m, so the motors' own
     loop changes with the tip's speed; the pump loop, and with it this limit, does not depend on it.
     """
-    if not K_wire >= 1.0:
-        raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
-    _check_displacement(alpha_m)
+    check_K_wire(K_wire)
+    check_displacement(alpha_m)
     K_p_ms, omega_c = marginal_gain(loop_record(crane, alpha_m, K_wire))
     return GainLimit(alpha_m, K_wire, K_p_ms, omega_c)
-
-
-def _check_displacement(alpha_m: float) -> None:
-    if not 0.0 < alpha_m <= 1.0:
-        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")
 
 
 class Equivalent(NamedTuple):

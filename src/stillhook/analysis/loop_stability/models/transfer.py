@@ -1,4 +1,4 @@
-"""The published linear models as systems of python-control: active circuit, position loop, complete controller about a
+"""The published linear models: active circuit, position loop, complete controller about a
 steady tip speed.
 
 Source: Moslatt 2020 paper C eqs 1 to 9 and paper E eqs 12 to 21, corrected. One line holds its pressure, B_v represents
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm, matrix_balance
 
-from stillhook.analysis.steady.steady_state import layer_row, motor_law, steady
+from stillhook.analysis.steady.steady_state import check_displacement, layer_row, motor_law, steady
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.winch import gains
@@ -39,8 +39,7 @@ if TYPE_CHECKING:
 
 SLOPE_STEP = 1.0e-6
 """Half width of the differences of a controller's law by the feedforward [-]."""
-CIRCUIT = ("dp", "omega_m")
-LOOP = ("alpha_p", "alpha_p_dot", *CIRCUIT, "s_hoisted")
+LOOP = ("alpha_p", "alpha_p_dot", "dp", "omega_m", "s_hoisted")
 FULL_LOOP = ("alpha_m", "alpha_m_dot", *LOOP[:4], "e_c")
 """Names of states: those of `stillhook.variables`, their rates [1/s], s_hoisted = -s_w [m], dp = p_a - p_b [Pa]."""
 
@@ -65,12 +64,8 @@ def effective_radius(crane: Crane, K_wire: float = 1.0) -> float:
 def on_layer(crane: Crane, layer: int) -> tuple[Crane, float]:
     """The crane with the inertia of a drum whose outermost full layer is `layer`, and K_wire there.
 
-    Errors: StillhookError for a layer that the drum does not have.
+    Errors: ScenarioError for a layer that the drum does not have.
     """
-    if not (isinstance(layer, int) and 1 <= layer <= crane.drum.layers):
-        raise StillhookError(
-            f'layer = {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
-        )
     row = layer_row(crane, layer)
     inertia = crane.inertia.model_copy(update={"J_m_eff": float(row["J_m"])})
     return crane.model_copy(update={"inertia": inertia}), float(row["K_wire"])
@@ -86,8 +81,7 @@ def circuit_matrices(crane: Crane, alpha_m: float = 1.0) -> tuple[FloatArray, Fl
     out. Differs from print: C eq. 8 makes the damping B_v/J + C_1 beta/J of these equations; it is B_v/J + C_1
     beta/V_1.
     """
-    if not 0.0 < alpha_m <= 1.0:
-        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")
+    check_displacement(alpha_m)
     a, J, B_v = crane.active, crane.inertia.J_m_eff, crane.control.B_v
     C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
     A = np.array([[-a.C_leak / C_h, -D_m / C_h], [D_m / J, -B_v / J]])
@@ -109,35 +103,6 @@ def loop_matrices(
     A[2:4, 2:4], A[2:4, 0:1] = circuit, from_pump
     A[4, 3] = effective_radius(crane, K_wire)
     return A, B, np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-
-
-def circuit(crane: Crane, alpha_m: float = 1.0) -> control.StateSpace:
-    """The active circuit as a python-control system: states dp, omega_m; input alpha_p; outputs omega_m, dp. See
-    `circuit_matrices`."""
-    import control  # heavy: only where a system is wanted
-
-    A, B = circuit_matrices(crane, alpha_m)
-    C = np.array([[0.0, 1.0], [1.0, 0.0]])
-    return control.ss(A, B, C, 0.0, states=CIRCUIT, inputs=["alpha_p"], outputs=["omega_m", "dp"], name="circuit")
-
-
-def pump_servo(crane: Crane) -> control.TransferFunction:
-    """Pump displacement by its command (Moslatt 2020 C eq. 10, E eq. 17)."""
-    import control
-
-    servo = crane.active.pump.servo
-    num, den = [servo.omega_n**2], [1.0, 2.0 * servo.zeta * servo.omega_n, servo.omega_n**2]
-    return control.tf(num, den, inputs=["u_p"], outputs=["alpha_p"], name="pump_servo")
-
-
-def open_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> control.StateSpace:
-    """The position loop at K_p = 1, cut at the gain: input u_p, output s_hoisted. See `loop_matrices`."""
-    import control
-
-    A, B, C = loop_matrices(crane, alpha_m, K_wire=K_wire)
-    return control.ss(
-        A, B[:, None], C[None, :], 0.0, states=LOOP, inputs=["u_p"], outputs=["s_hoisted"], name="position_loop"
-    )
 
 
 def closed_loop_polynomial(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> tuple[FloatArray, FloatArray]:
@@ -166,21 +131,21 @@ def about(crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE, K_wire
             f"v_tip = {v_tip:g} m/s: the pumps are full at {abs(s.v_w):.3g} m/s in mode {Mode(mode)}. Give a slower"
             " tip."
         )
-    u_ff = -gains(crane).K_1 * v_tip * K_wire * s.alpha_m
-    D_m = crane.active.motor.D_total * s.alpha_m
-    return About(
-        v_tip=v_tip,
-        alpha_m=s.alpha_m,
-        u_ff=u_ff,
-        omega_m=s.omega_m,
-        dp=crane.control.B_v * s.omega_m / D_m,
-        slope=motor_slope(crane, mode, s.alpha_m, u_ff),
-    )
+    return about_at(crane, v_tip, s.alpha_m, s.omega_m, mode=mode, K_wire=K_wire)
+
+
+def about_at(
+    crane: Crane, v_tip: float, alpha_m: float, omega_m: float, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0
+) -> About:
+    """Steady operation at a displacement [-] and motor speed [rad/s] that need not be those of the mode."""
+    u_ff = -gains(crane).K_1 * v_tip * K_wire * alpha_m
+    dp = crane.control.B_v * omega_m / (crane.active.motor.D_total * alpha_m)
+    return About(v_tip, alpha_m, u_ff, omega_m, dp, slope=motor_slope(crane, mode, alpha_m, u_ff))
 
 
 def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> float:
     """Slope of the motors' command by |u_ff| where the load cell demands nothing [-], by differences of the
-    controller's own law; 0 beside the pumps' full command.
+    controller's own law; 0 beyond the pumps' full command.
 
     Source: Moslatt 2020 paper E eq. 12 for SSC, for which this is -(1 - alpha_min) / (1 - u_thr) beyond u_thr.
     Differs from print: E eq. 12 takes the magnitude of a Laplace variable; it is sign(u_ff) U_ff about the steady u_ff.
@@ -234,22 +199,6 @@ def full_matrices(
     C[0, 5], C[1, 6], C[2, 0], C[3, 0] = effective_radius(crane, K_wire), 1.0, by_alpha_m, 1.0
     D[2] = by_tip
     return A, B, C, D
-
-
-def full_loop(
-    crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0, K_p: float | None = None
-) -> control.StateSpace:
-    """The complete closed loop about a steady tip speed as a python-control system: inputs v_tip, a_tip; outputs v_w,
-    e_c, u_ff, alpha_m.
-
-    Parameters: v_tip steady speed of the tip, up positive [m/s]; mode; K_wire; K_p [1/m], default the crane's. See
-    `full_matrices`.
-    """
-    import control
-
-    A, B, C, D = full_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire, K_p=K_p)
-    outputs = ["v_w", "e_c", "u_ff", "alpha_m"]
-    return control.ss(A, B, C, D, states=FULL_LOOP, inputs=["v_tip", "a_tip"], outputs=outputs, name="whole")
 
 
 def speed_response(
