@@ -16,7 +16,18 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import Fit, fit, one_number, pooled
 from stillhook.statistics.time_lag import dot
 from stillhook.units import show
-from stillhook.validate.parameters.segments import LogPart, Slope, bridged, by_test, integral, later, slope, smoothed
+from stillhook.validate.data_set.records.transients import filled
+from stillhook.validate.parameters.segments import (
+    LogPart,
+    Slope,
+    bridged,
+    by_test,
+    integral,
+    later,
+    slope,
+    smoothed,
+    stacked,
+)
 
 DOUBT = {"v_w": 0.003, "v_tip": 0.0005, "a_tip": 0.003}
 """Calibration uncertainty of a rate [-]: a motion unit computes position and speed from the same samples, a
@@ -52,18 +63,18 @@ class Jump:
     name: str
 
 
-PAIRS: Mapping[str, tuple[str, str, float, float]] = {
-    "v_w": ("s_w", "wire", -1.0, LEAST_MOTION),
-    "v_tip": ("s_tip", "tip", 1.0, LEAST_MOTION),
-    "a_tip": ("v_tip", "tip", 1.0, LEAST_MOTION_V),
+PAIRS: Mapping[str, tuple[str, float, float]] = {
+    "v_w": ("s_w", -1.0, LEAST_MOTION),
+    "v_tip": ("s_tip", 1.0, LEAST_MOTION),
+    "a_tip": ("v_tip", 1.0, LEAST_MOTION_V),
 }
-"""Rate to what it is the rate of, of whom, its sign, and the least motion."""
+"""Rate to what it is the rate of, its sign, and the least motion."""
 
 
 def ratios(parts: Sequence[LogPart]) -> dict[str, Ratio]:
     """Every length against its rate, where both were logged and moved."""
     out = {}
-    for rate, (length, _, sign, least) in PAIRS.items():
+    for rate, (length, sign, least) in PAIRS.items():
         slopes: dict[str, Slope] = {}
         for test, same in by_test([p for p in parts if p.has(rate, length)]).items():
             s = slope(same, [(integral(p[rate], p.step), sign * p[length]) for p in same])
@@ -99,16 +110,14 @@ def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
     if len(fast) < 2:
         note = (
             "one speed alone cannot distinguish clock drift from its own calibration: log v_w and v_tip together with"
-            " s_w and"
-            " s_tip"
+            " s_w and s_tip"
         )
         return Clock(None, fast, note)
     group = _largest_group(fast)
     if len(group) < 2:
         note = (
             f"{' and '.join(fast)} each deviate from the derivative of their length by different amounts:"
-            " calibrations, not the"
-            " clock"
+            " calibrations, not the clock"
         )
         return Clock(None, fast, note)
     error = one_number([_doubted(name, fast[name]) for name in group])
@@ -146,7 +155,7 @@ def largest_jump(parts: Sequence[LogPart], rate_ratios: Mapping[str, Ratio]) -> 
 
 
 def _jump(part: LogPart, rate: str, ratio: Ratio) -> Jump:
-    length, _, sign, _ = PAIRS[rate]
+    length, sign, _ = PAIRS[rate]
     moved = later(integral(part[rate], part.step), part.step, ratio.lag)
     rest = smoothed(sign * part[length] - (1.0 + ratio.error.value) * moved, part.step)
     n = max(1, round(ASIDE / part.step))
@@ -199,16 +208,13 @@ Spectrum = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class TipDelay:
-    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's; held: whether
-    the gain was held at 1 because the force determines it too poorly; misfit: rms of the remaining force [N] at the
-    delays of CURVE; force: rms of the measured force in the band [N]."""
+    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's, 1 where the
+    force determines it too poorly; misfit: rms of the remaining force [N] at the delays of CURVE."""
 
     test: str
     delay: Estimate
     gain: Estimate
-    held: bool
     misfit: FloatArray
-    force: float
 
 
 @dataclass(frozen=True)
@@ -238,12 +244,8 @@ class _Sea:
 def tip_delays(parts: Sequence[LogPart]) -> tuple[TipDelay, ...]:
     """Delay of the logged tip behind the true one, from every test with heave compensation in which the load cell was
     logged."""
-    out = []
-    for test, same in by_test([p for p in parts if _can_tell(p)]).items():
-        delay = _test(test, [_sea(p) for p in same])
-        if delay is not None:
-            out.append(delay)
-    return tuple(out)
+    tests = by_test([p for p in parts if _can_tell(p)])
+    return tuple(d for test, same in tests.items() if (d := _delay(test, [_sea(p) for p in same])) is not None)
 
 
 def overall(delays: Sequence[TipDelay]) -> Estimate | None:
@@ -276,8 +278,7 @@ def _level(x: FloatArray) -> FloatArray:
     """Without holes, mean and trend."""
     from scipy.signal import detrend  # heavy: only where logs are checked
 
-    at, known = np.arange(len(x)), np.isfinite(x)
-    return np.asarray(detrend(np.interp(at, at[known], x[known])))
+    return np.asarray(detrend(filled(x)))
 
 
 def _response(part: LogPart, f: FloatArray) -> tuple[Spectrum, float]:
@@ -291,7 +292,7 @@ def _response(part: LogPart, f: FloatArray) -> tuple[Spectrum, float]:
     return -m * w**2 * pull / (pull - m * w**2), max(top, 1.1 * LOW[1])
 
 
-def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
+def _delay(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
     """The better determined of two fits: with the gain of the force free, and with the twin's, whose uncertainty is
     then included."""
     free, held = _fitted(seas, held=False), _fitted(seas, held=True)
@@ -305,13 +306,12 @@ def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
     result = tight if use_held else loose
     result = Estimate.around(result.value, math.hypot(result.half, SHAPE * result.value), result.n)
     misfit = np.array([_misfit(seas, x) for x in CURVE])
-    force = np.concatenate([s.force[s.inside] for s in seas])
-    return TipDelay(test, result, one if use_held else gain, use_held, misfit, float(np.std(force)))
+    return TipDelay(test, result, one if use_held else gain, misfit)
 
 
 def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:
     """The delay at which the tip's speed explains no remaining force, with the fit there: gain (unless held) and gain
-    times rest of the delay, beside the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
+    times rest of the delay, next to the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
     delay, fitted = 0.0, None
     for _ in range(ROUNDS):
         columns = [(s.columns(delay), s) for s in seas]
@@ -343,7 +343,6 @@ def _misfit(seas: Sequence[_Sea], delay: float) -> float:
     return float(np.std(rest - way * dot(way, rest) / max(dot(way, way), 1e-12)))
 
 
-"""Spacing of the samples [s]."""
 LEAST_TIP_PP = 0.2
 """Least tip motion in a window from which a lag can be determined [m]."""
 
@@ -367,8 +366,7 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
     """
     out = []
     for test, same in by_test([p for p in parts if _shows_reference(p)]).items():
-        rows = [_rows(p) for p in same]
-        rest, v, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        rest, v, block = stacked(_rows(p) for p in same)
         fitted = fit((v,), rest, block)
         if fitted is not None:
             out.append(Reference(test, Estimate.around(-float(fitted.b[0]), fitted.half(0), fitted.blocks), fitted.sd))

@@ -21,8 +21,18 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.parameters.segments import OIL, LogPart, bridged, by_test, differences, integral, later, moments
-from stillhook.validate.passive.torque import dry, flow, mean_every, oil, passive_of
+from stillhook.validate.parameters.segments import (
+    OIL,
+    LogPart,
+    bridged,
+    by_test,
+    differences,
+    integral,
+    later,
+    moments,
+    stacked,
+)
+from stillhook.validate.passive.torque import dry, flow, mean_every, passive_of
 
 EVERY = 0.2
 """Width of the means of which levels and excursions are taken [s]."""
@@ -146,15 +156,14 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
     usable = [p for p in parts if p.kind is Kind.AHC and not p.lacking(*OIL, "omega_m")]
     lag = _lag(usable)
     for test, these in by_test(usable).items():
-        dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*(_rows(p, lag) for p in these), strict=True))
+        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in these)
         acc = passive_of(these[0]).accumulator
         if not np.isfinite(dV).any() or np.nanstd(dV) < LEAST_OIL * acc.V_stroke:
             continue
         pump = these[0].crane.active.pump
         full = pump.D_total * pump.omega_p
-        fitted = fit(
-            (dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block
-        )  # what a full flow costs is then one coefficient
+        # the loss of a full flow is then one coefficient
+        fitted = fit((dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block)
         if fitted is None or not fitted.b[0] > 0.0:
             continue
         p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
@@ -172,12 +181,11 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
 def _lag(parts: Sequence[LogPart]) -> float:
     """By how much the logged pressure comes later than the flow [s], from the residual of three lags; 0 where none
     between is least."""
+    if not parts:
+        return 0.0
     left = []
     for lag in (-LAG, 0.0, LAG):
-        rows = [_rows(p, lag) for p in parts]
-        if not rows:
-            return 0.0
-        dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in parts)
         fitted = fit((dV, dQ, d_dry, np.ones_like(dV)), dp, block)
         if fitted is None:
             return 0.0
@@ -200,12 +208,10 @@ def displacement(parts: Sequence[LogPart]) -> Displacement | None:
     """Oil displaced by the motors, from the logged position of the piston; None where it was not logged or nothing
     moves."""
     tests = {}
-    for test, same in by_test(
-        [p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not p.lacking(*OIL, "omega_m")]
-    ).items():
-        rows = [_moved(p) for p in same]
-        dV, seen, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-        fitted = fit((dV, np.ones_like(dV)), seen, block)
+    usable = [p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not p.lacking(*OIL, "omega_m")]
+    for test, same in by_test(usable).items():
+        dV, measured, block = stacked(_moved(p) for p in same)
+        fitted = fit((dV, np.ones_like(dV)), measured, block)
         if fitted is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(same[0]).accumulator.V_stroke:
             tests[test] = fitted.estimate(0, -1.0)
     return Displacement(pooled(list(tests.values())), tests) if tests else None
@@ -214,7 +220,8 @@ def displacement(parts: Sequence[LogPart]) -> Displacement | None:
 def _moved(part: LogPart) -> tuple[NDArray[Any], ...]:
     """Differences over windows: oil that the file's motors and make-up move, oil in the accumulator; block."""
     step = part.step
-    return differences(oil(part), step), differences(bridged(part["V_acc"], step), step), part.blocks(moments(part))
+    oil = integral(flow(part), step)
+    return differences(oil, step), differences(bridged(part["V_acc"], step), step), part.blocks(moments(part))
 
 
 def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.scalar import G
@@ -14,7 +16,7 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.settings import EVERY, followed
-from stillhook.validate.parameters.segments import LogPart, bridged, by_test
+from stillhook.validate.parameters.segments import LogPart, bridged, by_test, stacked
 from stillhook.validate.passive.torque import filtered, flow, passive_of
 
 SETTLING = 3.0
@@ -65,12 +67,11 @@ def setting(parts: Sequence[LogPart]) -> Setting | None:
     tests, laws, alphas = {}, [], []
     for test, same in by_test([p for p in parts if p.has("alpha_pm", "F_w", "p_hp")]).items():
         same = [p for p in same if p.weight > LEAST_LOAD * p.crane.SWL * G]
-        rows = [(law, p) for p in same if (law := displacement_by_weight(p)) is not None]
+        rows = [_row(law, p, "alpha_pm") for p in same if (law := displacement_by_weight(p)) is not None]
         if not rows:
             continue
-        law = np.concatenate([_at(x, p) for x, p in rows])
-        alpha = np.concatenate([_at(p["alpha_pm"], p) for _, p in rows])
-        fitted = fit((law,), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
+        law, alpha, block = stacked(rows)
+        fitted = fit((law,), alpha, block)
         if fitted is None:
             continue
         tests[test] = fitted.estimate(0, -1.0)
@@ -110,24 +111,22 @@ def make_up(parts: Sequence[LogPart]) -> MakeUp | None:
 
 def _made_up(parts: Sequence[LogPart], standing: bool) -> tuple[float, float, MakeUp] | None:
     """What is left of the setting (rms), scatter of the law's [-], gain and offset."""
-    rows = [
-        (law, p)
-        for p in parts
-        if p.has("alpha_pp", "alpha_pm", "p_hp") and (law := make_up_command(p, standing)) is not None
-    ]
-    if not rows:
+    rows, settings = [], None
+    for p in parts:
+        if p.has("alpha_pp", "alpha_pm", "p_hp") and (law := make_up_command(p, standing)) is not None:
+            rows.append(_row(law, p, "alpha_pp"))
+            settings = p.params.passive.settings
+    if settings is None:
         return None
-    law, alpha = (
-        np.concatenate([_at(y, p) for y, p in pairs]) for pairs in (rows, [(p["alpha_pp"], p) for _, p in rows])
-    )
-    fitted = fit((law, np.ones_like(law)), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
+    law, alpha, block = stacked(rows)
+    fitted = fit((law, np.ones_like(law)), alpha, block)
     if fitted is None:
         return None
-    K_acc = rows[0][1].params.passive.settings.K_acc
-    gain = fitted.estimate(0, -1.0)
-    return fitted.sd, float(np.nanstd(law)), MakeUp(gain, float(fitted.b[1]) / K_acc)
+    make_up = MakeUp(fitted.estimate(0, -1.0), float(fitted.b[1]) / settings.K_acc)
+    return fitted.sd, float(np.nanstd(law)), make_up
 
 
-def _at(x: FloatArray, part: LogPart) -> FloatArray:
-    """A signal every EVERY seconds."""
-    return x[:: max(1, round(EVERY / part.step))]
+def _row(law: FloatArray, part: LogPart, name: str) -> tuple[NDArray[Any], ...]:
+    """A law, the measured setting and the blocks of time every EVERY seconds."""
+    every = max(1, round(EVERY / part.step))
+    return law[::every], part[name][::every], part.blocks(part.t[::every])

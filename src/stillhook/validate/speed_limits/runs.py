@@ -40,8 +40,8 @@ NAMES = ("v_w", "u_p", "u_raw", "alpha_p", "alpha_m")
 class SaturatedPart:
     """A part of a record with its limits. t (n,) [s] of the record; v_w measured wire speed [m/s], hoisting positive;
     signals measured (n,); ends: level that the pump command, and the pumps' setting, stop at; saturated (n,): one of
-    them is at its end; driven, whole: series of the twin (n,), NaN where it was not run; twin_saturated (n,): the same
-    of the complete twin, None where it could not be run.
+    them is at its end; driven, complete: series of the twin (n,), NaN where it was not run; twin_saturated (n,): the
+    same of the complete twin, None where it could not be run.
     """
 
     record: Record
@@ -103,8 +103,8 @@ def _saturated_part(campaign: Campaign, s: PlcSegment, part: Segment, requested:
 
 
 def _ends(signals: Mapping[str, FloatArray], requested: FloatArray, step: float) -> tuple[dict[str, float], BoolArray]:
-    """Level that pump command and setting stop at, and where one of them is there; of the setting the command is what
-    is asked."""
+    """Level that pump command and setting stop at, and where one of them is at it; the setting is requested by the
+    command."""
     ends, saturated = {}, np.zeros(len(requested), dtype=bool)
     for name, wish in (("u_p", requested), ("alpha_p", signals["u_p"])):
         if name in signals and np.isfinite(signals[name]).all():
@@ -145,8 +145,8 @@ def _commanded(campaign: Campaign, s: PlcSegment, part: Segment, a: int, b: int)
 
 
 def _filled(record: Record) -> Record:
-    """A record that can be repeated: a tip that was not logged stands still, and a joystick that was not logged asked
-    for the speed that the wire has, for the passive pumps make up for it."""
+    """A record that can be repeated: a tip that was not logged does not move, and a joystick that was not logged
+    requests the speed that the wire has, for the passive pumps make up for it."""
     x = record.signals
     more = {} if record.has("s_tip") else {"s_tip": np.zeros(len(record.t))}
     if not record.has("v_op") and all(not part.mode.compensates for part in record.segments):

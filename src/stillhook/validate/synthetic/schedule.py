@@ -157,39 +157,24 @@ def sea_trials(crane: str | Crane = "nov-250t") -> Plan:
     """
     name = crane if isinstance(crane, str) else ""
     twin = load_crane(crane) if isinstance(crane, str) else crane
-    load, wire = (
-        twin.SWL / SWL_OF_PAPER,
-        wire_usable(drum_record(twin)) / wire_usable(drum_record(load_crane("nov-250t"))),
-    )
+    load = twin.SWL / SWL_OF_PAPER
+    wire = wire_usable(drum_record(twin)) / wire_usable(drum_record(load_crane("nov-250t")))
     v = wire_speed_max(twin)
 
     def ahc(number: str, t: float, s_w: float, duration: float, mode: Mode, sea: Sea) -> PlannedTest:
         return PlannedTest(number, Kind.AHC, round(load * t, 1) * 1e3, round(wire * s_w), duration, mode, sea)
 
+    half_load, middle = round(load * 82.0, 1) * 1e3, round(wire * 500.0)
     tests = (
         ahc("1", 82.0, 487.0, 200.0, Mode("ns"), Sea(1.4, 1.8, 9.0)),
         ahc("2", 94.0, 487.0, 1500.0, Mode("ssc"), Sea(2.1, 2.5, 10.0, ramp=300.0)),
         ahc("3", 164.0, 2314.0, 200.0, Mode("ssc"), Sea(2.0, 2.3, 9.0)),
         ahc("4", 162.0, 2281.0, 300.0, Mode("ssc"), Sea(1.5, 2.0, 10.0)),
-        PlannedTest(
-            "limits",
-            Kind.LIMITS,
-            round(load * 82.0, 1) * 1e3,
-            round(wire * 500.0),
-            86.0,
-            MANUAL_MODE,
-            None,
-            beyond(2.3 * v),
-        ),
+        PlannedTest("limits", Kind.LIMITS, half_load, middle, 86.0, MANUAL_MODE, None, beyond(2.3 * v)),
         PlannedTest("dynamics", Kind.DYNAMICS, 0.0, 15.0, 88.0, MANUAL_MODE, None, turns(v)),
     )
-    return Plan(
-        f"Sea trials like paper F table 3 of {twin.name}",
-        twin,
-        name,
-        tests,
-        "Moslatt 2020 paper F table 3; rest assumed",
-    )
+    title = f"Sea trials like paper F table 3 of {twin.name}"
+    return Plan(title, twin, name, tests, "Moslatt 2020 paper F table 3; rest assumed")
 
 
 def _profile(legs: tuple[tuple[float, float], ...]) -> Operator:

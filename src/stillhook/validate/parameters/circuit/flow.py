@@ -21,7 +21,7 @@ from stillhook.statistics.jackknife_regression import fit
 from stillhook.units import number, parse, show
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.data_set.records.record import Record, stretches_of
 from stillhook.validate.parameters.circuit.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose
 from stillhook.validate.parameters.circuit.settings import known_setting
 from stillhook.validate.parameters.segments import LogPart, bridged, by_test, differences, integral, moments, smoothed
@@ -38,14 +38,11 @@ LEAST_ROWS = 100
 class Balance:
     """What the balance implies over what the twin has, less 1: ratio of pump to motor displacement (with their speeds),
     leakage, capacitance of a line; offset: zero error of the pump setting [-]. leak: the form of the leakage that the
-    data speak for, with which the others were fitted. twin_leakage: the twin's whole leak conductance at the working
-    point of the data, weighted with the pressure that drives it [m^3/s/Pa]; tests that it rests on; measured_motors,
-    measured_pumps: settings were logged, not made from commands. For figures, window by window towards the higher line
-    [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between them, Q_leak what the twin's leakage
-    would take, Q_form
-    what the
-    chosen form
-    takes."""
+    data speak for, with which the others were fitted. twin_leakage: the twin's complete leak conductance at the working
+    point of the data, weighted with the pressure that drives it [m^3/s/Pa]; tests that it is based on; measured_motors,
+    measured_pumps: settings were logged, not derived from commands. For figures, window by window towards the higher
+    line [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between them, Q_leak what the twin's
+    leakage would take."""
 
     ratio: Estimate
     leakage: Estimate
@@ -60,12 +57,6 @@ class Balance:
     Q_m: FloatArray
     Q_lost: FloatArray
     Q_leak: FloatArray
-    Q_form: FloatArray
-
-
-def pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
-    """The twin's pump leak conductance at measured settings [m^3/s/Pa], (n,)."""
-    return np.interp(np.abs(alpha_p), LEAK_KNOTS, leak)
 
 
 def balance(parts: Sequence[LogPart]) -> Balance | None:
@@ -99,7 +90,6 @@ def _balance(parts: Sequence[LogPart], rows: LeakRows, leak: LeakChoice) -> Bala
     b = leak.chosen.fit.b
     slip = leak.slip.value if leak.slip is not None else 0.0
     lost = b[0] * rows.Q_p + b[1] * rows.way - b[2] * rows.C_h + b[3] * rows.rate - slip * rows.slip - rows.Q_m
-    form = np.sum([x * rows.column(n) for n, x in leak.chosen.coefficients.items()], axis=0)
     return Balance(
         ratio=leak.nuisance("Q_p", -1.0),
         leakage=leak.value,
@@ -114,7 +104,6 @@ def _balance(parts: Sequence[LogPart], rows: LeakRows, leak: LeakChoice) -> Bala
         Q_m=rows.Q_m,
         Q_lost=lost,
         Q_leak=rows.file,
-        Q_form=form,
     )
 
 
@@ -136,12 +125,12 @@ def _rows(part: LogPart) -> LeakRows | None:
     higher = np.maximum(p_a, p_b)
     D_m = active.motors.count * active.motors.D_max
     head = internal_leakage(1.0, np.abs(dp)) + external_leakage(1.0, higher)
-    file_leak = pump_conductance(alpha_p, active.pumps.leak) + np.asarray(motor_leakage(omega_m, active.motors))
+    file_leak = _pump_conductance(alpha_p, active.pumps.leak) + np.asarray(motor_leakage(omega_m, active.motors))
     flows = {
         "Q_m": D_m * alpha_m * omega_m,
         "Q_p": active.pumps.D_max * active.pumps.omega_p * alpha_p,
         "head": head,
-        "stroke": head * pump_conductance(alpha_p, pump_leak(part.crane.active.pump)),
+        "stroke": head * _pump_conductance(alpha_p, pump_leak(part.crane.active.pump)),
         "speed": head * np.abs(omega_m),
         "file": head * file_leak,
         "slip": active.pumps.D_max * active.pumps.omega_p * alpha_p**2 * np.abs(dp) / SLIP_PRESSURE,
@@ -155,6 +144,11 @@ def _rows(part: LogPart) -> LeakRows | None:
     lag = D_m * integral(alpha_m * np.gradient(omega_m, step), step)
     rate = way * differences(lag, step, WINDOW) / WINDOW
     return LeakRows(way=way, C_h=C_h, rate=rate, block=part.blocks(moments(part, WINDOW)), **mean)
+
+
+def _pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
+    """Pump leak conductance of a table at measured settings [m^3/s/Pa], (n,)."""
+    return np.interp(np.abs(alpha_p), LEAK_KNOTS, leak)
 
 
 def _way(dp: FloatArray, higher: FloatArray, part: LogPart) -> FloatArray:
@@ -219,12 +213,9 @@ def lacking(crane: Crane, records: Sequence[Record]) -> str:
     """Reason why no rest can be compared, in words; "" where signals and brake are available."""
     if crane.brake is None:
         return "the crane file has no holding brake, and friction may maintain a difference of the lines"
-    known = [r for r in records if _standing(r)]
-    return (
-        ""
-        if known
-        else "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
-    )
+    if any(_standing(r) for r in records):
+        return ""
+    return "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
 
 
 def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
@@ -242,8 +233,8 @@ def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
     dp = _mean(each)
     leak = float(crane.active.C_leak)
     measured = [x.alpha_p for x in each if math.isfinite(x.alpha_p)]
-    held = dp.value * leak / (crane.active.pump.D_total * crane.active.pump.omega_p)
-    return Rests(dp, best[0], each, held, float(np.mean(measured)) if measured else math.nan)
+    setting = dp.value * leak / (crane.active.pump.D_total * crane.active.pump.omega_p)
+    return Rests(dp, best[0], each, setting, float(np.mean(measured)) if measured else math.nan)
 
 
 Raw = tuple[Record, int, int, int, FloatArray, FloatArray]
@@ -262,7 +253,7 @@ def _of(crane: Crane, r: Record) -> list[Raw]:
     speed = r.signals["omega_m"] if r.has("omega_m") else r.signals["v_w"] * crane.i_hD / (0.5 * crane.drum.d_max)
     every = max(1, round(EVERY / r.step))
     speed = smoothed(bridged(speed, r.step), r.step, SPEED)
-    for a, b in _runs(_stands(r, speed)):
+    for a, b in stretches_of(_stands(r, speed)):
         first = a + round(wait / r.step) if a > 0 else 0
         n = (b - first) // every
         if n * EVERY < LEAST:
@@ -279,12 +270,8 @@ def _of(crane: Crane, r: Record) -> list[Raw]:
 
 def _stands(r: Record, speed: FloatArray) -> BoolArray:
     """Samples at standstill without a command in manual mode, (n,)."""
-    n = len(r.t)
-    mode = (
-        r.signals["mode"]
-        if r.has("mode")
-        else np.full(n, MANUAL if r.test.mode is None or r.test.mode.value == "manual" else 1.0)
-    )
+    stated = MANUAL if r.test.mode is None or r.test.mode.value == "manual" else 1.0
+    mode = r.signals["mode"] if r.has("mode") else np.full(len(r.t), stated)
     with np.errstate(invalid="ignore"):
         still = (np.abs(speed) < STANDS) & (mode == MANUAL) & np.isfinite(r.signals["p_a"] + r.signals["p_b"])
         if r.has("v_op"):
@@ -292,11 +279,6 @@ def _stands(r: Record, speed: FloatArray) -> BoolArray:
         if r.has("u_p"):
             still &= np.abs(r.signals["u_p"]) < SMALL
     return np.asarray(still)
-
-
-def _runs(good: BoolArray) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False])).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _leaking(raw: Sequence[Raw]) -> tuple[float, float, float]:
@@ -402,23 +384,7 @@ def pressures(parts: Sequence[LogPart]) -> tuple[Pressures, ...]:
         active = same[0].params.active
         apart = np.abs(a - b) > APART
         fitted = fit((np.ones_like(a),), np.where(apart, np.minimum(a, b), np.nan), block)
-        low = (
-            None
-            if fitted is None
-            else Estimate.around(float(fitted.b[0]) - active.boost.p, fitted.half(0), fitted.blocks)
-        )
+        low = None if fitted is None else fitted.estimate(0, -active.boost.p)
         high, least = float(np.nanmax(np.maximum(a, b))), float(np.nanmin(np.minimum(a, b)))
         out.append(Pressures(test, low, high / active.relief.p - 1.0, least))
     return tuple(out)
-
-
-def passive_pressure(parts: Sequence[LogPart]) -> tuple[float, float] | None:
-    """Mean of p_hp in the heave-compensated tests, and the twin's pressure at mid stroke [Pa]; None where it was not
-    logged."""
-    signals = [p["p_hp"] for p in parts if p.has("p_hp") and p.crane.passive is not None]
-    if not signals:
-        return None
-    passive = parts[0].crane.passive
-    assert passive is not None
-    values: FloatArray = np.concatenate(signals)
-    return float(np.nanmean(values)), passive.accumulator.gas.p_0

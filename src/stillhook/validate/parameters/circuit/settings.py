@@ -13,7 +13,7 @@ from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit
-from stillhook.validate.parameters.segments import LogPart, bridged
+from stillhook.validate.parameters.segments import LogPart, bridged, stacked
 
 OFFSETS = np.linspace(-0.3, 0.3, 13)
 """Offsets of the motors' setting that are tried first [-]: three times what the thesis reports (paper E section 5.1.1:
@@ -100,7 +100,7 @@ def motor_offset(parts: Sequence[LogPart]) -> Offset | None:
 
     The offset that explains the settings best is looked for with the stroke's ends in the model: at full displacement
     an offset upwards cannot show, and then only the rest of the data counts. Play and the servo's speed and damping are
-    found with it: a command that comes down from full displacement leaves the setting half a play too high, one that
+    fitted with it: a command that comes down from full displacement leaves the setting half a play too high, one that
     goes up half a play too low. Until the command has moved WIDEST_PLAY either way the position within the play is
     unknown, and those samples do not count. Where no command goes that far, the play leaves the offset open by
     OPEN_PLAY, and that is in the interval as structural.
@@ -158,7 +158,7 @@ def _with_play(logs: Sequence[Logged], first: float) -> tuple[Estimate, Estimate
             use = k & (np.abs(slopes[0]) > 1e-3)
             rest = _at(part, alpha) - _played(part, u, theta)
             rows.append(tuple(x[use] for x in (*slopes, rest, _blocks(part))))
-        *columns, y, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        *columns, y, block = stacked(rows)
         fitted = fit(columns, y, block.astype(np.intp))
         if fitted is None:
             return None
@@ -205,7 +205,7 @@ def _nearer(logs: Sequence[Logged], offset: float) -> Estimate:
     for part, u, alpha in logs:
         up, down = _meant(part, u, offset + ASIDE), _meant(part, u, offset - ASIDE)
         columns.append(((up - down) / (2.0 * ASIDE), _at(part, alpha) - _meant(part, u, offset), _blocks(part)))
-    answer, rest, block = (np.concatenate(c) for c in zip(*columns, strict=True))
+    answer, rest, block = stacked(columns)
     telling = np.abs(answer) > 1e-3  # a block at full stroke throughout has no information and is left out
     fitted = fit((answer[telling],), rest[telling], block[telling])
     if fitted is None:
@@ -227,7 +227,7 @@ def pump_setting(parts: Sequence[LogPart]) -> PumpSetting | None:
         rows.append((*(_at(part, x) for x in (meant, np.gradient(meant, part.step), part["alpha_p"])), _blocks(part)))
     if not rows:
         return None
-    meant, rate, alpha, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+    meant, rate, alpha, block = stacked(rows)
     fitted = fit((meant, rate, np.ones_like(meant)), alpha, block)
     if fitted is None:
         return None
