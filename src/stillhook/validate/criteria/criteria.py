@@ -52,8 +52,8 @@ class Limit(StrEnum):
 
 class Requirement(StrEnum):
     """Verdict that a line requires. SHOWN: the data must show that the limit is met; NOT_REFUTED: they must not refute
-    it, for a limit that data can refute but hardly prove; then "not shown" stands in the way only where the estimate
-    itself misses the limit.
+    it, for a limit that data can refute but hardly prove; then "not shown" blocks the certificate only where the
+    estimate itself misses the limit.
     """
 
     SHOWN = "shown"

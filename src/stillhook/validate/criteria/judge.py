@@ -37,7 +37,7 @@ def outcome_of(results: Iterable[CriterionResult]) -> Outcome:
 
 
 def verdict_of(criterion: Criterion, measure: Measure) -> Verdict:
-    """Shown where the whole 95 % interval of a measure meets the limit, refuted where no part of it does, else not
+    """Shown where the complete 95 % interval of a measure meets the limit, refuted where no part of it does, else not
     shown; a measure without an interval is judged by its value, one without a value is not shown."""
     value = _value(measure)
     if value is None:
@@ -90,8 +90,7 @@ def _used(c: Criterion, m: Measure) -> float:
 
 
 def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
-    """Rank: refuted, then blocking, then others; within a rank by utilisation of the limit, then by
-    value."""
+    """Rank: refuted, then blocking, then others; within a rank by utilisation of the limit, then by value."""
     blocking = {Verdict.REFUTED: 3, Verdict.NOT_SHOWN: 2 if _required(c, m) else 1}
     rank = blocking.get(verdict_of(c, m), 0)
     used = _used(c, m)
@@ -122,8 +121,7 @@ def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
 
 
 def in_words(c: Criterion, x: float) -> str:
-    """A value of the criterion's measure in the unit that the limit is written in, to between a 200th and a 2000th of
-    the limit."""
+    """A value of the criterion's measure in the unit of the written limit, to a 200th to a 2000th of the limit."""
     unit = c.written.split(" ", 1)[1] if " " in c.written else ""
     scale = 100.0 if unit == "%" else in_unit(1.0, unit, c.quantity) if unit and c.quantity else 1.0
     shown, limit = scale * x, abs(scale * c.limit)

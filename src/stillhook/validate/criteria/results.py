@@ -1,5 +1,4 @@
-"""Results of a validation step: measures with intervals, and verdicts line by
-line."""
+"""Results of a validation step: measures with intervals, and verdicts line by line."""
 
 from __future__ import annotations
 

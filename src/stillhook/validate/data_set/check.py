@@ -1,5 +1,4 @@
-"""Step 0: coverage and quality of the data set. Moslatt 2020 paper F table 2, 1a to 1d, and the quality of
-the logs."""
+"""Step 0: coverage and quality of the data set. Moslatt 2020 paper F table 2, 1a to 1d, and the quality of the logs."""
 
 from __future__ import annotations
 
@@ -52,8 +51,7 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callab
 
     Two wire lengths are different where they are `layers_apart` layers of the drum apart, two loads where they are
     `load_apart` of the SWL apart: that changes layer, inertia and wire, or pressure, speed and friction, by enough to
-    show.
-    Source: Moslatt 2020 paper F table 2, 1a-1d.
+    show. Source: Moslatt 2020 paper F table 2, 1a-1d.
     """
     cases = [(r, s) for r in records if r.test.kind is Kind.AHC for s in r.segments]
     segments = [s for _, s in cases]
@@ -72,8 +70,7 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callab
 
 
 def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
-    """Peak-to-peak of the tip over every full window of a segment [m], one per EVERY; empty where the segment is
-    shorter."""
+    """Peak-to-peak of the tip over every full window of a segment [m], one per EVERY; empty in a shorter segment."""
     tip = record.part(segment, "s_tip")
     if segment.duration < window - 1e-9:
         return np.zeros(0)
@@ -129,11 +126,9 @@ def _motion(motions: Sequence[Motion]) -> list[Measure]:
         note = "the tip moves for the duration of a window in no load case"
         return [Measure(name, None, "length", note=note) for name in ("s_tip_pp_low", "s_tip_pp_high")]
     low, half_low, half_high, high = (float(x) for x in np.percentile(spans, (0.0, 25.0, 75.0, 100.0)))
-    rests = (
-        f"{number(len(spans) * EVERY, 4)} s of windows, half of them {number(half_low, 3)} m to"
-        f" {number(half_high, 3)} m"
-    )
-    return [Measure("s_tip_pp_low", low, "length", data=rests), Measure("s_tip_pp_high", high, "length", data=rests)]
+    half = f"{number(half_low, 3)} m to {number(half_high, 3)} m"
+    data = f"{number(len(spans) * EVERY, 4)} s of windows, half of them {half}"
+    return [Measure("s_tip_pp_low", low, "length", data=data), Measure("s_tip_pp_high", high, "length", data=data)]
 
 
 def _moving(motions: Sequence[Motion]) -> FloatArray:
@@ -208,44 +203,25 @@ def _follows(records: Sequence[Record]) -> list[str]:
     wire = _wire_lags(records)
     if not wire:
         return []
-    low, high = (f(1e3 * x.seconds for x in wire) for f in (min, max))
-    small, large = (f(x.gain for x in wire) for f in (min, max))
-    late = f"{low:.3g} ms" if len(wire) == 1 else f"{low:.3g} ms to {high:.3g} ms"
-    gain = f"{small:.3f}" if len(wire) == 1 else f"{small:.3f} to {large:.3f}"
+    late = " to ".join(f"{x:.3g} ms" for x in _ends([1e3 * x.seconds for x in wire]))
+    gain = " to ".join(f"{x:.3f}" for x in _ends([x.gain for x in wire]))
     return [f"The wire follows the tip with a lag of {late} and a gain of {gain}."]
 
 
+def _ends(values: Sequence[float]) -> Sequence[float]:
+    return (min(values), max(values)) if len(values) > 1 else values
+
+
 def _table(records: Sequence[Record]) -> Table:
-    head = (
-        "test",
-        "kind",
-        "samples\nper s",
-        "lost\n[%]",
-        "longest\ngap [s]",
-        "used\n[s]",
-        "parts",
-        "wire lag\n[ms]",
-        "gain\n[-]",
-    )
+    head = ("test", "kind", "samples\nper s", "lost\n[%]", "longest\ngap [s]", "used\n[s]", "parts")
     rows = []
     for r in records:
-        wire = _wire_lags([r])
+        wire, used = _wire_lags([r]), sum(s.duration for s in r.segments)
         lag = f"{1e3 * np.mean([x.seconds for x in wire]):.0f}" if wire else "-"
         gain = f"{np.mean([x.gain for x in wire]):.3f}" if wire else "-"
-        rows.append(
-            (
-                r.test.name,
-                r.test.kind.value,
-                number(r.log.rate, 3),
-                f"{100.0 * r.lost:.2f}",
-                f"{r.longest_hole:.2f}",
-                f"{sum(s.duration for s in r.segments):.0f}",
-                str(len(r.segments)),
-                lag,
-                gain,
-            )
-        )
-    return Table(head, tuple(rows), "Logs")
+        quality = (number(r.log.rate, 3), f"{100.0 * r.lost:.2f}", f"{r.longest_hole:.2f}")
+        rows.append((r.test.name, r.test.kind.value, *quality, f"{used:.0f}", str(len(r.segments)), lag, gain))
+    return Table((*head, "wire lag\n[ms]", "gain\n[-]"), tuple(rows), "Logs")
 
 
 def _quantiles(x: FloatArray) -> dict[str, float]:

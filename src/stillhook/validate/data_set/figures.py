@@ -1,5 +1,4 @@
-"""Figures of step 0: tip motion by load case, after Moslatt 2020 paper F figure 13; and an overview of
-every test.
+"""Figures of step 0: tip motion by load case, after Moslatt 2020 paper F figure 13; and an overview of every test.
 
 Common parts of the validation figures: axes, legend outside the data, colours of measured and simulated.
 """
@@ -70,13 +69,12 @@ def _distribution(motions: Sequence[Motion], window: float, mark: str) -> Figure
 
 def _overview(records: Sequence[Record], mark: str) -> Figure:
     """Tip, wire and load cell of every test over time; unused parts shaded."""
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     rows = len(records)
-    figure = Figure(figsize=(11.0, 1.5 + 1.35 * rows), layout="constrained")
-    axes = figure.subplots(rows, 3, squeeze=False)
+    title = f"{mark}The tests; shaded parts are not used"
+    figure, axes = axes_of(rows, 3, (11.0, 1.5 + 1.35 * rows), title)
     for row, record in zip(axes, records, strict=True):
         for ax, (name, colour, scale) in zip(row, SHOWN, strict=True):
             _panel(ax, record, name, colour, scale)
@@ -85,7 +83,6 @@ def _overview(records: Sequence[Record], mark: str) -> Figure:
         ax.set_title(title, fontsize="small")
     for ax in axes[-1]:
         ax.set_xlabel("time [s]")
-    figure.suptitle(f"{mark}The tests; shaded parts are not used", fontsize="medium")
     handles: list[Any] = [
         Patch(color=SHADE, label="not used"),
         Line2D([], [], color=GREY, ls=":", label="start of another load case"),
@@ -105,7 +102,6 @@ def _panel(ax: Any, record: Record, name: str, colour: str, scale: float) -> Non
         ax.axvline(t[s.first], color=GREY, ls=":", lw=0.9)
     ax.set_xlim(t[0], t[-1])
     ax.tick_params(labelsize="x-small")
-    ax.grid(alpha=0.3)
     if name not in record.signals or not np.isfinite(record.signals[name]).any():
         ax.text(0.5, 0.5, "not logged", transform=ax.transAxes, ha="center", va="center", color=GREY, fontsize="small")
         ax.set_yticks([])

@@ -37,9 +37,8 @@ def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: 
     """Parameters implied by the logs: transmission, displacements, leakage, settings, clock, load cell, friction and
     tip delay, against the crane.
 
-    Parameters: campaign with the twin under test; records as read; progress is called with the share done.
-    Nothing is refused here: a check whose signals were not logged gives a measure without a value that states what to
-    log.
+    Parameters: campaign with the twin under test; records as read; progress is called with the share done. Nothing is
+    refused here: a check whose signals were not logged gives a measure without a value that states what to log.
     """
     estimates = parameter_estimates(parts_of(campaign, records), progress, records)
     results = (*measures(campaign, estimates), rest_measure(campaign.crane, estimates.rests, records))

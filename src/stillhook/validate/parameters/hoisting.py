@@ -42,9 +42,8 @@ MOVING = 10.0
 applies."""
 
 CALIBRATION = 0.005
-"""Uncertainty of the friction from the classes of the sensors, regardless of the samples [-]:
-pressure transmitters 0.3 %, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of
-one type)."""
+"""Uncertainty of the friction from the classes of the sensors, regardless of the samples [-]: pressure transmitters 0.3
+%, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of one type)."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +85,7 @@ def frictions(parts: Sequence[LogPart]) -> tuple[Friction, ...]:
 
 
 def overall(tests: Sequence[Friction]) -> Estimate | None:
-    """Scale over all tests, less 1; CALIBRATION is a structural part of its interval because it is the same in all
-    tests."""
+    """Scale over all tests, less 1; CALIBRATION, the same in all tests, is a structural part of its interval."""
     if not tests:
         return None
     e = pooled([f.scale for f in tests])
@@ -204,8 +202,7 @@ def twin_friction(
 
 
 LIGHT = 0.1
-"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero error
-dominates."""
+"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero error dominates."""
 LIKE_A_UNIT = 0.05
 """Tolerance of a unit's factor [-]: the accuracy of stated loads."""
 CLOSE = 0.1
@@ -232,13 +229,12 @@ MUCH_WIRE = 0.03
 @dataclass(frozen=True)
 class Cell:
     """One test. force: mean of the cell [N]; weight: of hook and payload, in water less buoyancy [N]; error: force over
-    weight, less 1."""
+    weight, less 1; light: too light a load to judge the cell."""
 
     test: str
     force: Estimate
     weight: float
     error: Estimate
-    load: float
     light: bool
 
 
@@ -255,13 +251,12 @@ def cells(parts: Sequence[LogPart]) -> tuple[Cell, ...]:
         force = fitted.estimate(0)
         error = Estimate.around(force.value / part.weight - 1.0, force.half / part.weight, fitted.blocks)
         light = part.weight < LIGHT * part.crane.SWL * G
-        out.append(Cell(test, force, part.weight, error, part.segment.load, light))
+        out.append(Cell(test, force, part.weight, error, light))
     return tuple(out)
 
 
 def cell_says(readings: Sequence[Cell], parts: Sequence[LogPart]) -> str:
-    """Likely cause of the errors of the load cell, in one line; empty where neither wire, unit nor hook would explain
-    them."""
+    """Likely cause of the errors of the load cell, in one line; empty where wire, unit and hook do not explain them."""
     heavy = [c for c in readings if not c.light]
     if not heavy:
         return ""
@@ -281,8 +276,7 @@ def cell_says(readings: Sequence[Cell], parts: Sequence[LogPart]) -> str:
 
 
 def _wire(heavy: Sequence[Cell], parts: Sequence[LogPart]) -> str:
-    """Whether the cell also carries the wire paid out: more force than stated in every test, by about the weight of its
-    wire."""
+    """Whether the cell also carries the wire paid out: every test has more force than stated, by about its weight."""
     out, m_wire = {p.test: p.segment.s_w for p in parts}, parts[0].params.hoist.drum.m_wire
     weight = np.array([m_wire * out[c.test] * G for c in heavy])
     more = np.array([c.force.value - c.weight for c in heavy])
@@ -311,11 +305,9 @@ def _unit(gain: float, parts: Sequence[LogPart]) -> str:
 
 
 FLOOR = 0.001
-"""Calibration difference of pick-up and wire counter between load cases in addition to the scatter [-]: a tenth of a
-per cent."""
+"""Calibration difference of pick-up and wire counter between load cases, next to the scatter [-]: 0.1 %."""
 AGREES = 0.005
-"""Error of the effective radius that is acceptable [-]: a tenth of a layer's step, and beyond what sensors are
-calibrated to."""
+"""Acceptable error of the effective radius [-]: a tenth of a layer's step, beyond the calibration of sensors."""
 NEAR_A_LAYER = 0.15
 """Tolerance of an error of full layers, in layers: half a per cent of the effective radius."""
 AS_GOOD = 1.5
@@ -351,7 +343,9 @@ def effective_radii(parts: Sequence[LogPart], clock: float = 0.0) -> tuple[Effec
         wire = "v_w" if all(p.has("v_w") for p in same) else "s_w"
         if not all(p.has("omega_m", wire) and np.isfinite(p.layer).any() for p in same):
             continue
-        fitted = slope(same, [(integral(p["omega_m"] * p.r_eff, p.step), _paid_in(p, wire)) for p in same])
+        paid_in = [integral(p["v_w"], p.step) if wire == "v_w" else -p["s_w"] for p in same]
+        wound = [integral(p["omega_m"] * p.r_eff, p.step) for p in same]
+        fitted = slope(same, list(zip(wound, paid_in, strict=True)))
         if fitted is None:
             continue
         error = fitted.value * (1.0 if wire == "v_w" else 1.0 + clock) - 1.0
@@ -371,10 +365,6 @@ def effective_radii(parts: Sequence[LogPart], clock: float = 0.0) -> tuple[Effec
             )
         )
     return tuple(out)
-
-
-def _paid_in(part: LogPart, wire: str) -> FloatArray:
-    return integral(part["v_w"], part.step) if wire == "v_w" else -part["s_w"]
 
 
 def diagnosis(crane: Crane, radii: Sequence[EffectiveRadius]) -> str:
@@ -427,8 +417,7 @@ def _named(radii: Sequence[EffectiveRadius]) -> str:
 
 
 def wire_counted_wrong(crane: Crane, radii: Sequence[EffectiveRadius]) -> str:
-    """Error of the wire counter that would put all tests on the layers that they imply, in
-    words."""
+    """Error of the wire counter that would put all tests on the layers that they imply, in words."""
     wrong = "layers, turns or drum of the crane file are wrong"
     if any(not 1 <= round(x.implied) <= crane.drum.layers for x in radii):
         return f"one that the drum does not have: {wrong}"

@@ -28,8 +28,7 @@ SWAPPED = -0.3
 CELL_BELIEVED = 0.25
 """Error of the load cell from which it is not used for torques [-]."""
 STANDS = 0.03
-"""Standing torque, as a part of the load, from which it is reported [-]: gas pressure, setting and cell are known
-to a per cent."""
+"""Standing torque over that of the load from which it is reported [-]: pressure, setting and cell have a per cent."""
 NEGLIGIBLE = 1e-3
 """Error of a calibration that is negligible [-]."""
 RATES = {"v_w": "wire speed", "v_tip": "tip speed", "a_tip": "tip acceleration"}
@@ -221,7 +220,7 @@ def _flow(estimates: ParameterEstimates) -> list[Measure]:
 def _ratio_says(b: flow.Balance) -> str:
     faster = "faster" if b.ratio.value > 0.0 else "slower"
     text = f"with full pumps the winch is {100.0 * abs(b.ratio.value):.2f} % {faster} than the twin, leakage apart"
-    assumed = [name for name, seen in (("u_m", b.measured_motors), ("u_p", b.measured_pumps)) if not seen]
+    assumed = [name for name, measured in (("u_m", b.measured_motors), ("u_p", b.measured_pumps)) if not measured]
     return text + (
         f"; from {' and '.join(assumed)} through the servo, so it includes offsets of the settings" if assumed else ""
     )

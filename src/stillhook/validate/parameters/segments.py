@@ -145,7 +145,7 @@ def by_test(parts: Sequence[LogPart]) -> dict[str, list[LogPart]]:
     return out
 
 
-def stacked(rows: Iterable[Sequence[NDArray[Any]]]) -> tuple[NDArray[Any], ...]:
+def stacked(rows: Iterable[Iterable[NDArray[Any]]]) -> tuple[NDArray[Any], ...]:
     """Columns of several parts, one after the other."""
     return tuple(np.concatenate(column) for column in zip(*rows, strict=True))
 

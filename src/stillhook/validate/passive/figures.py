@@ -1,5 +1,4 @@
-"""Figures of step 6: pressure over the oil that the motors move, and torque of the passive motors, against the crane
-file."""
+"""Figures of step 6, against the crane file: pressure over the oil that the motors move, torque of passive motors."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ from stillhook.validate.data_set.figures import axes_of, legend_below, mark, thi
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.passive.gas import Curve, index
 from stillhook.validate.passive.step import PassiveStep
-from stillhook.validate.passive.torque import Share
+from stillhook.validate.passive.torque import Share, passive_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,9 +36,7 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
 def _gas(campaign: Campaign, gas: Curve, n: float) -> Figure:
     """Change of the passive pressure, corrected for the flow loss, over the oil moved in windows; and the flow loss; n
     of the file."""
-    passive = campaign.crane.passive
-    assert passive is not None
-    acc = passive.accumulator
+    acc = passive_of(campaign.crane).accumulator
     figure, ((ax, loss),) = axes_of(1, 2, (11.0, 5.0), "Passive pressure in windows of 2 s: gas curve and flow loss")
     stiff = acc.gas.p_0 / acc.gas.V_0 * n
     implied = stiff * (gas.p / acc.gas.p_0) * acc.gas.V_0 / gas.V.value
@@ -63,21 +60,19 @@ def _gas(campaign: Campaign, gas: Curve, n: float) -> Figure:
 
 
 def _motors(campaign: Campaign, shares: tuple[Share, ...]) -> Figure:
-    """Torque that the passive motors must give over that of all motors of the file, by test, with lines of fewer
-    motors."""
-    passive = campaign.crane.passive
-    assert passive is not None
+    """Required torque of the passive motors over that of all motors of the file, by test; lines of fewer motors."""
+    count = passive_of(campaign.crane).motor.count
     title = "Torque of the passive motors from load and active motors, over that of all motors in the crane file"
     figure, ((ax,),) = axes_of(1, 1, (9.0, 6.0), title)
     top = max(float(np.nanmax(s.T_p)) for s in shares)
     for i, s in enumerate(shares):
-        label = f"test {s.test}: {passive.motor.count * (1.0 + s.share.value):.2f} of {passive.motor.count} motors"
+        label = f"test {s.test}: {count * (1.0 + s.share.value):.2f} of {count} motors"
         ax.plot(thinned(s.T_p), thinned(s.T), ".", ms=3, alpha=0.5, color=COLOURS[i % 6], label=label)
     low = min(float(np.nanmin(s.T_p)) for s in shares)
     ends = np.array([0.95 * low, 1.02 * top])
     for dead in (0, 1, 2):
-        n, style = passive.motor.count - dead, ("-", "--", ":")[dead]
-        torque = n / passive.motor.count * ends
+        n, style = count - dead, ("-", "--", ":")[dead]
+        torque = n / count * ends
         ax.plot(ends, torque, color=GREY, lw=2.0 - 0.5 * dead, ls=style, label=f"{n} motors")
     ax.set_xlabel("torque of all motors of the crane file [N m]")
     ax.set_ylabel("required torque [N m]")

@@ -1,5 +1,4 @@
-"""Settings of motors and pumps of the passive circuit against their laws: displacement for the weight, make-up of the
-oil."""
+"""Settings of motors and pumps of the passive circuit against their laws: displacement for the weight, make-up."""
 
 from __future__ import annotations
 
@@ -29,18 +28,15 @@ LEAST_ORDER = 0.02
 
 @dataclass(frozen=True)
 class Setting:
-    """gain: measured setting of the passive motors over that of the law, less 1; tests: by test; law, alpha: for
-    figures [-]."""
+    """gain: measured setting of the passive motors over that of the law, less 1; tests: by test."""
 
     gain: Estimate
     tests: dict[str, Estimate]
-    law: FloatArray
-    alpha: FloatArray
 
 
 @dataclass(frozen=True)
 class MakeUp:
-    """gain: measured setting of the passive pumps over the answer to the law's command, less 1; offset: what stands
+    """gain: measured setting of the passive pumps over the response to the law's command, less 1; offset
     between them, as the pressure [Pa] by which set pressure and transmitter disagree."""
 
     gain: Estimate
@@ -56,30 +52,24 @@ def displacement_by_weight(part: LogPart) -> FloatArray | None:
     settings, tau = part.params.passive.settings, part.params.plc.tau_F
     dp = np.maximum(p - settings.p_lp, settings.dp_least)
     law = filtered(F, tau, part.step) * part.r_eff / (settings.D_m_max * dp)
-    held = followed(np.clip(law, 0.0, 1.0), part.params.passive.motor_servo, part.step)
-    free = (law > 0.0) & (law < 1.0) & (part.t > SETTLING * (tau + 1.0 / passive_of(part).motor.servo.omega_n))
-    return np.where(free, held, np.nan)
+    setting = followed(np.clip(law, 0.0, 1.0), part.params.passive.motor_servo, part.step)
+    free = (law > 0.0) & (law < 1.0) & (part.t > SETTLING * (tau + 1.0 / passive_of(part.crane).motor.servo.omega_n))
+    return np.where(free, setting, np.nan)
 
 
 def setting(parts: Sequence[LogPart]) -> Setting | None:
-    """Gain of the passive motors' setting over the law, of every test that carries a load; None where it was not
-    logged."""
-    tests, laws, alphas = {}, [], []
-    for test, same in by_test([p for p in parts if p.has("alpha_pm", "F_w", "p_hp")]).items():
-        same = [p for p in same if p.weight > LEAST_LOAD * p.crane.SWL * G]
+    """Gain of the passive motors' setting over the law, of every test that carries a load; None without the signals."""
+    tests = {}
+    usable = [p for p in parts if p.has("alpha_pm", "F_w", "p_hp") and p.weight > LEAST_LOAD * p.crane.SWL * G]
+    for test, same in by_test(usable).items():
         rows = [_row(law, p, "alpha_pm") for p in same if (law := displacement_by_weight(p)) is not None]
         if not rows:
             continue
         law, alpha, block = stacked(rows)
         fitted = fit((law,), alpha, block)
-        if fitted is None:
-            continue
-        tests[test] = fitted.estimate(0, -1.0)
-        laws.append(law)
-        alphas.append(alpha)
-    if not tests:
-        return None
-    return Setting(pooled(list(tests.values())), tests, np.concatenate(laws), np.concatenate(alphas))
+        if fitted is not None:
+            tests[test] = fitted.estimate(0, -1.0)
+    return Setting(pooled(list(tests.values())), tests) if tests else None
 
 
 def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
@@ -91,7 +81,7 @@ def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
         return None
     p, u_m = (bridged(part[name], part.step) for name in ("p_hp", "alpha_pm"))
     if standing:
-        p = p - passive_of(part).accumulator.R_piston * flow(part)
+        p = p - passive_of(part.crane).accumulator.R_piston * flow(part)
     v_op = bridged(part["v_op"], part.step) if part.has("v_op") else np.zeros(part.n)
     if not all(np.isfinite(x).all() for x in (p, u_m, v_op, part.r_eff)):
         return None
@@ -104,8 +94,8 @@ def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
 def make_up(parts: Sequence[LogPart]) -> MakeUp | None:
     """Gain and offset of the passive pumps' setting over the make-up law; None where it was not logged or the command
     hardly moves. Of the two places that the PLC's pressure may be from, the one that explains the setting better."""
-    both = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
-    _, moves, result = min(both, key=lambda x: x[0]) if both else (0.0, 0.0, None)
+    fits = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
+    _, moves, result = min(fits, key=lambda x: x[0], default=(0.0, 0.0, None))
     return result if moves > LEAST_ORDER else None
 
 

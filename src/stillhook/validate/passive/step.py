@@ -21,7 +21,7 @@ from stillhook.validate.parameters.measures import lacking_for_torque, measure, 
 from stillhook.validate.parameters.segments import OIL, LogPart, parts_of
 from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import orders, torque
-from stillhook.winches.circuits.tables import PassiveCircuit
+from stillhook.validate.passive.torque import passive_of
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     level = estimates.level
     if level is None:
         return undetermined("log the pressure of the passive circuit p_hp", "precharge_error")
-    p_0 = _passive(crane).accumulator.gas.p_0
+    p_0 = passive_of(crane).accumulator.gas.p_0
     e = Estimate.around(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.n)
     whence = (
         "carried to mid stroke by V_acc"
@@ -111,7 +111,7 @@ def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
 
 
 def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
-    gas, passive = estimates.gas, _passive(crane)
+    gas, passive = estimates.gas, passive_of(crane)
     if gas is None:
         lacks = dict.fromkeys(n for p in estimates.parts for n in p.lacking(*OIL, "omega_m"))
         note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
@@ -169,7 +169,7 @@ def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
         return undetermined("log p_hp, alpha_pm and the motor speed, moving", "stroke_used", "stroke_end_time")
     whence = "V_acc" if stroke.placed else "the pressure along the implied gas curve"
     ends = f"{show(stroke.low, 'volume', 2)} to {show(stroke.high, 'volume', 2)} about mid stroke by {whence}"
-    V = show(_passive(crane).accumulator.V_stroke, "volume", 3)
+    V = show(passive_of(crane).accumulator.V_stroke, "volume", 3)
     tests = rests_on(estimates.parts, [p.test for p in estimates.parts])
     end = f"; the pressure changes as with a piston at its end at {stroke.where}" if stroke.where else ""
     return [
@@ -201,7 +201,7 @@ def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
 
 def motors_say(crane: Crane, estimates: PassiveEstimates, share: Estimate) -> str:
     """Number of motors by their torque, compared with the load cell, and remaining explanations."""
-    count = _passive(crane).motor.count
+    count = passive_of(crane).motor.count
     working = count * (1.0 + share.value)
     text = f"torque of {number(working, 3)} of {count} motors"
     counted = count / (1.0 + estimates.setting.gain.value) if estimates.setting is not None else math.nan
@@ -237,7 +237,7 @@ def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     if moved is None:
         note = "log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving"
         return undetermined(note, "passive_flow_error")
-    count = _passive(crane).motor.count
+    count = passive_of(crane).motor.count
     note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
     data = rests_on(estimates.parts, moved.tests, moved.error.n)
     return [_measure("passive_flow_error", moved.error, torque.SETTING_DOUBT, data=data, note=note)]
@@ -247,7 +247,7 @@ def _setting(estimates: PassiveEstimates) -> list[Measure]:
     s = estimates.setting
     if s is None:
         return undetermined("log alpha_pm, F_w and p_hp with a load on the hook", "passive_setting_error")
-    count = torque.passive_of(estimates.parts[0]).motor.count
+    count = passive_of(estimates.parts[0].crane).motor.count
     motors = count / (1.0 + s.gain.value)
     note = (
         f"the motors' setting is {1.0 + s.gain.value:.3f} times that required by load cell and pressure: the PLC"
@@ -269,14 +269,9 @@ def _make_up(estimates: PassiveEstimates) -> list[Measure]:
     return [measure("make_up_error", m.gain, data=data, note=note)]
 
 
-def _passive(crane: Crane) -> PassiveCircuit:
-    assert crane.passive is not None
-    return crane.passive
-
-
 def table(crane: Crane, estimates: PassiveEstimates) -> Table:
     """One row a parameter, the motors' share one a test as well."""
-    passive, rows = _passive(crane), list[Row]()
+    passive, rows = passive_of(crane), list[Row]()
     level, gas_curve, settings, made_up = estimates.level, estimates.gas, estimates.setting, estimates.make_up
     gas, count = passive.accumulator.gas, passive.motor.count
     if level is not None:

@@ -1,5 +1,4 @@
-"""Number of working passive motors by the torque at the shaft: load torque less that of the active
-motors.
+"""Number of working passive motors by the torque at the shaft: load torque less that of the active motors.
 
 D_m alpha_m dp + g D_pm alpha_pm (p_hp - p_lp) = F_w lambda + J domega/dt + T_f, with the friction's scale, what goes
 with the wire's place and what the inertia lacks fitted next to g. A wrong load cell has the same effect in one
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.statistics.time_lag import low_pass
@@ -37,18 +37,18 @@ DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""
 
 
-def passive_of(part: LogPart) -> PassiveCircuit:
+def passive_of(crane: Crane) -> PassiveCircuit:
     """The passive circuit of the crane file. Callers have a crane with one."""
-    passive = part.crane.passive
-    assert passive is not None
-    return passive
+    assert crane.passive is not None
+    return crane.passive
 
 
 def flow(part: LogPart) -> FloatArray:
     """Oil flow into the accumulator about its mean, (n,) [m^3/s]: that of the passive motors, D_pm alpha_pm omega_m,
     lowering positive, and that of make-up. Leakage is in the mean: it changes little with the pressure."""
     assert part.omega_m is not None
-    motors = -passive_of(part).motor.D_total * bridged(part["alpha_pm"], part.step) * bridged(part.omega_m, part.step)
+    alpha_pm, omega_m = (bridged(x, part.step) for x in (part["alpha_pm"], part.omega_m))
+    motors = -passive_of(part.crane).motor.D_total * alpha_pm * omega_m
     pumps = made_up(part)
     return np.asarray(motors + pumps - np.nanmean(pumps))
 
@@ -124,8 +124,7 @@ def shares(parts: Sequence[LogPart]) -> tuple[Share, ...]:
 
 
 def overall(tests: Sequence[Share]) -> tuple[Estimate, float]:
-    """Share over all tests, less 1, and its structural half width: where load cell and stated load disagree, it may be
-    either."""
+    """Share over all tests, less 1, and its structural half width, with the difference of load cell and stated load."""
     each = []
     apart = [0.5 * abs(s.share.value - s.by_weight) for s in tests if s.by_weight is not None]
     for s in tests:
@@ -147,7 +146,7 @@ def _share(test: str, parts: Sequence[LogPart]) -> Share | None:
     T_load, mean = float(np.nanmean(load)), float(np.nanmean(T_p))
     stated = part.record.test.load is not None
     by_weight = float(fitted.b[0]) - 1.0 - (T_load - part.weight * r_eff) / mean if stated else None
-    passive = passive_of(part)
+    passive = passive_of(crane)
     structural = math.hypot(SETTING_DOUBT, LOW_DOUBT / (passive.accumulator.gas.p_0 - passive.p_lp))
     return Share(
         test=test,
@@ -170,7 +169,7 @@ def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     s = {name: mean_every(part[name], part, EVERY) for name in ("p_a", "p_b", "F_w", "p_hp", "alpha_pm")}
     setting = known_setting(part, "m")
     assert setting is not None
-    passive, alpha_m = passive_of(part), mean_every(setting, part, EVERY)
+    passive, alpha_m = passive_of(part.crane), mean_every(setting, part, EVERY)
     omega, r_eff, s_w = (mean_every(x, part, EVERY) for x in (part.omega_m, part.r_eff, part.wire_out))
     dp, dp_p, load = s["p_a"] - s["p_b"], s["p_hp"] - passive.p_lp, s["F_w"] * r_eff
     rate = rates(bridged(part.omega_m, part.step), part.step, EVERY)

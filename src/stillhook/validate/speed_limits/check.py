@@ -1,8 +1,7 @@
-"""Step 3: the winch's velocity limits. Speeds of crane and twin with saturated
-pumps.
+"""Step 3: the winch's velocity limits. Speeds of crane and twin with saturated pumps.
 
 Source: Moslatt 2020 paper F, verification element 3 and criterion 4 ("pump saturation should be tested and evaluated").
-Two runs of the twin: its winch driven by the measured commands (pumps, motors, gear, layers, leakage), and the whole
+Two runs of the twin: its winch driven by the measured commands (pumps, motors, gear, layers, leakage), and the complete
 twin on the measured tip motion and joystick (the PLC's limits as well).
 """
 
@@ -141,8 +140,8 @@ def _measures(plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, st
     nowhere = f"the pumps are never saturated: {TO_LOG}"
     out = [Measure("saturation_time", times.log_all, "time", note=causes.get("ends", ""))]
     if times.log_all == 0.0:
-        seen = f"; the twin's are for {times.twin:.1f} s" if times.twin > 0.0 else ""
-        out = [Measure("saturation_time", None, "time", note=nowhere + seen)]
+        twin = f"; the twin's are for {times.twin:.1f} s" if times.twin > 0.0 else ""
+        out = [Measure("saturation_time", None, "time", note=nowhere + twin)]
     for name, run in (("limit_speed_error", "driven"), ("limit_speed_error_whole", "complete")):
         result = [m for way in WAYS if (m := _speed(name, run, way, plateaus, causes))]
         out += result or [Measure(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
@@ -219,7 +218,7 @@ def _causes(parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: 
 
 
 def _motors(plateaus: Sequence[Plateau]) -> str:
-    """Whether the motors stand elsewhere at the plateaus than the twin's."""
+    """Whether the motors have another displacement at the plateaus than the twin's."""
     for p in plateaus:
         log = p.part.signals.get("alpha_m")
         if log is None:

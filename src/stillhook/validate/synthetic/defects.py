@@ -59,7 +59,7 @@ class LogFaults:
 
 @dataclass(frozen=True)
 class Drift:
-    """Slow swing of a sensor's zero over the whole campaign: size [SI], period [s], phase [rad]."""
+    """Slow swing of a sensor's zero over the campaign: size [SI], period [s], phase [rad]."""
 
     size: float
     period: float

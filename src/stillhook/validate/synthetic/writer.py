@@ -226,12 +226,12 @@ def _as_logged(
     encoder and load cell carry the noise that it saw."""
     t_cycle, faults = crane.control.t_cycle, made.faults
     rows = CycleInputs(crane, case).rows(0, run.sizes["time"])
-    seen = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
+    inputs = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
     reference = {c.name: run[c.name].values for c in AHC_COLUMNS}
-    reference |= {name: seen[column] for name, column in READ.items()}
-    reference["s_w"] = reference["s_w"] + seen["n_s"]
+    reference |= {name: inputs[column] for name, column in READ.items()}
+    reference["s_w"] = reference["s_w"] + inputs["n_s"]
     cell, F = made.reference, filtered(reference["F_w"], t_cycle / made.reference.tau_cell)
-    reference["F_w"] = cell.cell_gain * F + cell.cell_zero + seen["n_F"]
+    reference["F_w"] = cell.cell_gain * F + cell.cell_zero + inputs["n_F"]
     reference |= {name: reference[name] + drift.at(begins + run["time"].values) for name, drift in made.drift.items()}
     reference["p_a"] = reference["p_a"] + faults.zero_a
     out = {c.name: logged(reference[c.name], sensors[c.name], t_cycle, rng) for c in AHC_COLUMNS}

@@ -62,8 +62,7 @@ class View:
 def refined(
     t: FloatArray, step: float, signals: Mapping[str, FloatArray], log: Log, crane: Crane, name: str
 ) -> tuple[dict[str, FloatArray], tuple[ClockError, ...], list[str]]:
-    """Signals with those of other clocks shifted to agree with the main clock; the corrections; statements about
-    them."""
+    """Signals with those of other clocks shifted to agree with the main clock; the corrections; statements."""
     out, errors, statements = dict(signals), [], list[str]()
     for clock in log.clocks:
         estimate, view, moved = None, None, out
@@ -126,8 +125,7 @@ def _view(
 def _feedforward(
     moved: Mapping[str, FloatArray], signals: Mapping[str, FloatArray], ours: set[str], theirs: set[str], crane: Crane
 ) -> View | None:
-    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed K_2/K_1 (and t_lead)
-    later."""
+    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed K_2/K_1 (and t_lead) later."""
     motor = next((n for n in ("alpha_m", "u_m") if n in ours), None)
     if motor is None or "s_tip" not in theirs or not {"u_p", "s_w"} <= ours:
         return None
@@ -143,8 +141,7 @@ def _feedforward(
 
 
 def wire_lags(t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequence[Segment]) -> tuple[SegmentLag, ...]:
-    """Lag of the wire behind the tip, and of the PLC's own tip behind the logged one, in every compensated
-    segment."""
+    """Lag of the wire behind the tip, and of the PLC's own tip behind the logged one, in every compensated segment."""
     out = []
     for i, part in enumerate(segments):
         cut = slice(part.first, part.last)

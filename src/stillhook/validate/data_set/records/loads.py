@@ -43,8 +43,7 @@ class LoadSegment:
 
 
 def load_segments(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[LoadSegment]:
-    """Parts of n samples, `step` [s] apart, with constant load; between two of them the load is lifted or set
-    down.
+    """Parts of n samples, `step` [s] apart, with constant load; between two of them the load is lifted or set down.
 
     Parameters: F (n,) load cell [N], or None.
     """
@@ -105,8 +104,7 @@ def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], 
 
 
 def load_of(part: LoadSegment, all_of: list[LoadSegment], test: CraneTest, crane: Crane) -> tuple[float, str]:
-    """Payload of a segment [kg] and a statement about it, "" where it is as stated. Errors: ValidateError where it is
-    unknown."""
+    """Payload of a segment [kg] and a statement, "" where it is as stated. Errors: ValidateError where unknown."""
     buoyancy = test.water.rho * test.water.volume if test.water is not None else 0.0
     shown = (part.F / G + buoyancy) - crane.hook_mass
     if test.load is not None:

@@ -1,8 +1,6 @@
-"""Logs of a campaign to records: on an even grid, clocks corrected, cut into load cases; all findings are
-reported.
+"""Logs of a campaign to records: on an even grid, clocks corrected, cut into load cases; all findings are reported.
 
-A log on an even time grid: values at the time of their samples, linear interpolation in between, gaps remain
-gaps.
+A log on an even time grid: values at the time of their samples, linear interpolation in between, gaps remain gaps.
 
 Accuracy: the mean of a bin is placed at the mean time of its samples, so jitter of the stamps moves no edge; a
 straight line between two samples h apart is off by at most h^2/8 of the second derivative (tip: 0.01 mm at 10 ms and 1
@@ -144,7 +142,7 @@ def _spikes(x: FloatArray, every: float, name: str) -> BoolArray:
 
 
 def _filled(
-    grid: FloatArray, t: FloatArray, values: FloatArray, longest: float, usual: float, held: bool
+    grid: FloatArray, t: FloatArray, values: FloatArray, longest: float, usual: float, stepwise: bool
 ) -> tuple[FloatArray, BoolArray]:
     """Values on the grid, NaN in gaps that are too long, and where a gap was bridged."""
     if len(t) < 2:
@@ -153,7 +151,7 @@ def _filled(
     apart = t[after] - t[after - 1]
     outside = (grid < t[0] - usual) | (grid > t[-1] + usual)
     hole = outside | ((apart > longest) & (grid > t[after - 1] + 1e-9) & (grid < t[after] - 1e-9))
-    line = values[np.where(grid >= t[after], after, after - 1)] if held else np.interp(grid, t, values)
+    line = values[np.where(grid >= t[after], after, after - 1)] if stepwise else np.interp(grid, t, values)
     return np.where(hole, np.nan, line), (apart > usual) & ~hole & (grid > t[after - 1]) & (grid < t[after])
 
 

@@ -97,8 +97,7 @@ class Record:
     statements: tuple[str, ...]
     """Statements from reading: quality, clocks, lags."""
     doubtful: Mapping[str, BoolArray] = field(default_factory=dict)
-    """(n,) samples at a sensor limit, bridged over a short gap, or unknown, by
-    signal."""
+    """(n,) samples at a sensor limit, bridged over a short gap, or unknown, by signal."""
     derived: frozenset[str] = frozenset()
     """Signals that were not logged but derived from others: s_w from a speed, s_tip from the PLC's error."""
     zero: float = 0.0
@@ -251,8 +250,7 @@ LOWEST = 0.3  # of full command: a plateau below is no limit of a pump
 
 
 def ends_of(u: FloatArray, requested: FloatArray, step: float) -> tuple[float, float]:
-    """Limits of a pump command [-], lower and upper: full command, or a lower level at which it visibly
-    saturates.
+    """Limits of a pump command [-], lower and upper: full command, or a lower level at which it visibly saturates.
 
     Parameters: u logged command (n,), requested: output of the control law without a limit (n,), as far as it is known.
     A constant command while no more is requested, as with a joystick at rest, is not saturated.

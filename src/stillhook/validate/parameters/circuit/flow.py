@@ -24,13 +24,21 @@ from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.data_set.records.record import Record, stretches_of
 from stillhook.validate.parameters.circuit.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose
 from stillhook.validate.parameters.circuit.settings import known_setting
-from stillhook.validate.parameters.segments import LogPart, bridged, by_test, differences, integral, moments, smoothed
+from stillhook.validate.parameters.segments import (
+    LogPart,
+    bridged,
+    by_test,
+    differences,
+    integral,
+    moments,
+    smoothed,
+    stacked,
+)
 
 WINDOW = 0.5
-"""Time over which the balance is drawn [s]: shorter than the time for which one line stays the higher one."""
+"""Window of the balance [s]: shorter than the time for which one line stays the higher one."""
 CLEAR = parse("6 bar", "pressure")
-"""Least difference of the lines, and least height of the upper one above boost: below, boost and flushing flow as well
-[Pa]."""
+"""Least difference of the lines, and of the upper one to boost [Pa]: below, boost and flushing flow as well."""
 LEAST_ROWS = 100
 
 
@@ -74,19 +82,11 @@ def balance(parts: Sequence[LogPart]) -> Balance | None:
     if rows is None or np.isfinite(rows.Q_m).sum() < LEAST_ROWS:
         return None
     leak = choose(parts[0].crane, rows)
-    return None if leak is None else _balance(used, rows, leak)
-
-
-def leak_rows(parts: Sequence[LogPart]) -> LeakRows | None:
-    """The windows of all parts whose signals suffice; None where none does."""
-    rows = [row for part in parts if (row := _rows(part)) is not None]
-    return LeakRows.joined(rows) if rows else None
-
-
-def _balance(parts: Sequence[LogPart], rows: LeakRows, leak: LeakChoice) -> Balance:
-    pumps = parts[0].params.active.pumps
+    if leak is None:
+        return None
+    pumps = used[0].params.active.pumps
     full = pumps.D_max * pumps.omega_p
-    logged = [p for p in parts if _logged(p)]
+    logged = [p for p in used if _logged(p)]
     b = leak.chosen.fit.b
     slip = leak.slip.value if leak.slip is not None else 0.0
     lost = b[0] * rows.Q_p + b[1] * rows.way - b[2] * rows.C_h + b[3] * rows.rate - slip * rows.slip - rows.Q_m
@@ -105,6 +105,12 @@ def _balance(parts: Sequence[LogPart], rows: LeakRows, leak: LeakChoice) -> Bala
         Q_lost=lost,
         Q_leak=rows.file,
     )
+
+
+def leak_rows(parts: Sequence[LogPart]) -> LeakRows | None:
+    """The windows of all parts whose signals suffice; None where none does."""
+    rows = [row for part in parts if (row := _rows(part)) is not None]
+    return LeakRows(*stacked([vars(row).values() for row in rows])) if rows else None
 
 
 def _logged(part: LogPart) -> bool:
@@ -152,8 +158,7 @@ def _pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
 
 
 def _way(dp: FloatArray, higher: FloatArray, part: LogPart) -> FloatArray:
-    """Per window, 1 where line a is the higher one all the time, -1 where b is, 0 where neither clearly is or a valve
-    flows."""
+    """Per window, 1 where line a is always the higher one, -1 where b is, 0 where neither is or a valve flows."""
     active = part.params.active
     good = (np.abs(dp) > CLEAR) & (higher > active.boost.p + CLEAR) & (higher < active.relief.p - CLEAR)
     sign = np.where(good, np.sign(dp), 0.0)
@@ -207,15 +212,6 @@ class Rests:
     rests: tuple[Rest, ...]
     alpha_p: float
     measured: float
-
-
-def lacking(crane: Crane, records: Sequence[Record]) -> str:
-    """Reason why no rest can be compared, in words; "" where signals and brake are available."""
-    if crane.brake is None:
-        return "the crane file has no holding brake, and friction may maintain a difference of the lines"
-    if any(_standing(r) for r in records):
-        return ""
-    return "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
 
 
 def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
@@ -340,7 +336,6 @@ def _mean(each: Sequence[Rest]) -> Estimate:
     return Estimate.around(float(np.mean(values)), math.sqrt(sum(variances)) / len(values), len(each))
 
 
-NO_REST = "the logs contain no rest: keep the winch on its brake for 5 s or more in manual mode, joystick at zero"
 WORTH = 1e5
 """Difference from which the pumps' zero is named as the other cause [Pa]."""
 
@@ -349,7 +344,12 @@ def rest_measure(crane: Crane, estimate: Rests | None, records: Sequence[Record]
     """The difference at rest as a measure of step 1, with its likely causes."""
     name, quantity = "rest_pressure_difference", "pressure"
     if estimate is None:
-        return Measure(name, None, quantity, note=lacking(crane, records) or NO_REST)
+        note = "the logs contain no rest: keep the winch on its brake for 5 s or more in manual mode, joystick at zero"
+        if crane.brake is None:
+            note = "the crane file has no holding brake, and friction may maintain a difference of the lines"
+        elif not any(_standing(r) for r in records):
+            note = "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
+        return Measure(name, None, quantity, note=note)
     dp, sides = estimate.dp, [sum(x.after == side for x in estimate.rests) for side in (1, -1)]
     seconds = sum(x.seconds for x in estimate.rests)
     data = f"{len(estimate.rests)} rests ({sides[0]} after hoisting, {sides[1]} after lowering), {number(seconds, 3)} s"

@@ -80,10 +80,6 @@ class LeakRows:
     alpha: FloatArray
     dp: FloatArray
 
-    @classmethod
-    def joined(cls, rows: Sequence[LeakRows]) -> LeakRows:
-        return cls(*(np.concatenate([getattr(r, n) for r in rows]) for n in cls.__dataclass_fields__))
-
     @property
     def used(self) -> BoolArray:
         """Rows used in a fit, (n,)."""
@@ -93,8 +89,7 @@ class LeakRows:
 
     def column(self, name: str) -> FloatArray:
         """Leak flow per coefficient of one part of a law, or of the crane file's law."""
-        out: FloatArray = getattr(self, name)
-        return out
+        return np.asarray(getattr(self, name))
 
     def total(self, name: str) -> float:
         """Sum of a column over the rows in use."""
@@ -176,8 +171,7 @@ class LeakChoice:
 
     @property
     def judged(self) -> Estimate:
-        """Leakage over the crane file's, less 1, at the point where it is judged: the crane file's, or else the working
-        point."""
+        """Leakage over the crane file's, less 1, where it is judged: at the crane file's or else the working point."""
         return self.at_file_point if self.judged_at_file_point else self.value
 
     @property
@@ -198,8 +192,7 @@ class LeakChoice:
         return self.judged_at_file_point and self.chosen.parts != LINEAR
 
     def nuisance(self, name: str, add: float = 0.0, factor: float = 1.0) -> Estimate:
-        """Coefficient of one of `NUISANCE` times a factor, and a number added to it, with an interval across the
-        forms."""
+        """Coefficient of one of `NUISANCE` times a factor, plus a number, with an interval across the forms."""
         i = NUISANCE.index(name)
 
         def of(c: Candidate) -> Estimate:
@@ -208,8 +201,7 @@ class LeakChoice:
         return _across(of(self.chosen), [(c.weight, of(c)) for c in self.candidates], self.chosen.fit.blocks)
 
     def over(self, rows: LeakRows) -> Estimate:
-        """Leakage over the crane file's at the working point of other rows, less 1, with an interval across the
-        forms."""
+        """Leakage over the crane file's at the working point of other rows, less 1; interval across the forms."""
         each = [(c.weight, _value(rows, c.parts, c.fit)) for c in self.candidates]
         free = [_value(rows, *law) for law in self.sloped]
         best = _value(rows, self.chosen.parts, self.chosen.fit)
@@ -273,8 +265,7 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
 
 
 def _nuisance_columns(rows: LeakRows) -> tuple[str, ...]:
-    """Columns in addition to the leak: slip is included only where the data support it and it is not
-    negative."""
+    """Columns in addition to the leak: slip is included only where the data support it and it is not negative."""
     widest = _widest(rows, NUISANCE)
     return NUISANCE if widest is not None and widest[1].b[NUISANCE.index("slip")] > 0.0 else NUISANCE[:-1]
 
@@ -287,8 +278,7 @@ def _fitted(rows: LeakRows, nuisance: tuple[str, ...], parts: tuple[str, ...]) -
 
 
 def _informed(fitted: Fit, i: int) -> Fit:
-    """The fit with the slip, coefficient i, combined with its prior, by the covariance of the blocks (Bayes,
-    normal)."""
+    """The fit with the slip, coefficient i, and its prior, by the covariance of the blocks (Bayes, normal)."""
     gain = fitted.cov[:, i] / (fitted.cov[i, i] + SLIP_SPREAD**2)
     cov = fitted.cov - np.outer(gain, fitted.cov[i])
     return replace(fitted, b=fitted.b + gain * (SLIP - fitted.b[i]), cov=0.5 * (cov + cov.T))
@@ -304,8 +294,7 @@ def _widest(rows: LeakRows, nuisance: tuple[str, ...]) -> tuple[tuple[str, ...],
 
 
 def _distance(rows: LeakRows, widest: tuple[tuple[str, ...], Fit] | None, parts: tuple[str, ...]) -> tuple[float, int]:
-    """Hotelling's T^2 of the widest law's coefficients against a form, and the number of conditions that the form
-    makes."""
+    """Hotelling's T^2 of the widest law's coefficients against a form, and the number of the form's conditions."""
     if widest is None:
         return 0.0, 0
     names, fitted = widest
@@ -341,7 +330,11 @@ def _chosen(
     carried: int,
     sloped: tuple[tuple[tuple[str, ...], Fit], ...],
 ) -> LeakChoice:
-    file, per = form_of(crane.active), _per(crane)
+    file = form_of(crane.active)
+    stroke = float(pump_leakage(file.at.alpha_p, pump_leak(crane.active.pump)))
+    stated = stated_leak(crane.active)
+    # conductance at the crane file's point per coefficient of each part
+    per = {"head": 1.0, "stroke": stroke, "alpha": file.at.alpha_p, "speed": file.at.n_m, "file": stated}
     m = options[0][2].blocks
     evidence = np.array([m * math.log1p(T2 / (m - 1)) + (carried - q) * math.log(m) for *_, (T2, q) in options])
     weights = np.exp(-0.5 * (evidence - evidence.min()))
@@ -373,8 +366,8 @@ def _chosen(
         candidates=tuple(candidates),
         file_form=file.form,
         value=_across(best.value, values, blocks, free_values, unclosed),
-        reference=_across(best.reference, references, blocks, free_references, unclosed * per["file"]),
-        stated=per["file"],
+        reference=_across(best.reference, references, blocks, free_references, unclosed * stated),
+        stated=stated,
         twin=rows.total("file") / rows.total("head"),
         at=rows.at,
         bend=bend,
@@ -420,20 +413,12 @@ def _value(rows: LeakRows, parts: tuple[str, ...], fitted: Fit) -> Estimate:
     return Estimate.around(e.value - 1.0, e.half, e.n)
 
 
-def _per(crane: Crane) -> Mapping[str, float]:
-    """Conductance at the crane file's point per coefficient of each part."""
-    at = form_of(crane.active).at
-    stroke = float(pump_leakage(at.alpha_p, pump_leak(crane.active.pump)))
-    return {"head": 1.0, "stroke": stroke, "alpha": at.alpha_p, "speed": at.n_m, "file": stated_leak(crane.active)}
-
-
 def _reference(per: Mapping[str, float], parts: tuple[str, ...], fitted: Fit) -> Estimate:
     return _linear(fitted, np.array([per[p] for p in parts]))
 
 
 def _bend(rows: LeakRows, best: Candidate) -> float:
-    """Deviation of the crane file's law, scaled to the same flow, from the chosen one over the data, over the mean leak
-    flow [-]."""
+    """Deviation of the crane file's law, scaled to the same flow, from the chosen one over the mean leak flow [-]."""
     good = rows.used
     law = np.sum([b * rows.column(p)[good] for p, b in best.coefficients.items()], axis=0)
     file_flow = rows.file[good] * (np.sum(law) / np.sum(rows.file[good]))

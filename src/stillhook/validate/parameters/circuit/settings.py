@@ -1,5 +1,4 @@
-"""Response of pumps and motors to their commands: gain, offset and hysteresis of the measured settings against the
-twin's servos."""
+"""Response of pumps and motors to their commands: gain, offset and hysteresis of settings against the twin's servos."""
 
 from __future__ import annotations
 
@@ -16,8 +15,7 @@ from stillhook.statistics.jackknife_regression import fit
 from stillhook.validate.parameters.segments import LogPart, bridged, stacked
 
 OFFSETS = np.linspace(-0.3, 0.3, 13)
-"""Offsets of the motors' setting that are tried first [-]: three times what the thesis reports (paper E section 5.1.1:
-5 to 10 %)."""
+"""Offsets of the motors' setting that are tried first [-]: up to three times 5 to 10 % (paper E section 5.1.1)."""
 ASIDE = 0.01
 """Half of the finite difference for the setting's response to an offset [-]."""
 ROUNDS = 4
@@ -26,8 +24,7 @@ LEAST_SENSE = 2.0
 EVERY = 0.05
 """Spacing of the samples that are compared [s]: a servo responds in some tenths."""
 WIDEST_PLAY = 0.04
-"""Full width of a play beyond which a control is broken [-]: a command that has moved this far has passed the
-play."""
+"""Full width of a play beyond which a control is broken [-]: a command that has moved this far has passed the play."""
 FIRST_PLAY = 0.005
 """Half width of the play that the search starts from [-]."""
 STEPS = (0.01, 0.002, 0.02, 0.02)
@@ -130,11 +127,11 @@ def after_play(u: FloatArray, half_width: float) -> FloatArray:
     """Response of a play to a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle
     on the first one."""
     moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
-    held, out = float(u[0]), np.empty(len(moves) + 1)
-    out[0] = held
+    position, out = float(u[0]), np.empty(len(moves) + 1)
+    out[0] = position
     for i, x in enumerate(u[moves].tolist(), 1):
-        held = min(max(held, x - half_width), x + half_width)
-        out[i] = held
+        position = min(max(position, x - half_width), x + half_width)
+        out[i] = position
     return np.repeat(out, np.diff(np.concatenate(([0], moves, [len(u)]))))
 
 

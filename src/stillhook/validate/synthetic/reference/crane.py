@@ -89,12 +89,11 @@ class ReferenceCrane:
 
 
 class Number(NamedTuple):
-    """One parameter of the reference plant: name, value in SI, meaning, kind of quantity ("" for factors), source."""
+    """One parameter of the reference plant: name, value in SI, meaning, source."""
 
     name: str
     value: float
     meaning: str
-    quantity: str
     source: Source
 
 
@@ -102,5 +101,4 @@ def numbers(reference: ReferenceCrane) -> Iterator[Number]:
     """Every parameter of the reference plant with its source."""
     for name, value in vars(reference).items():
         row = PARAMETERS[name]
-        source = Source(text=row["source"], kind=SourceKind.ASSUMED)
-        yield Number(name, value, row["meaning"], row.get("quantity", ""), source)
+        yield Number(name, value, row["meaning"], Source(text=row["source"], kind=SourceKind.ASSUMED))

@@ -1,7 +1,5 @@
-"""Leakage and passive circuit of the truth plant: laws of their own, brought to the twin's size where a crane's tests
-work.
-
-Friction of the truth plant: another law than the twin's, of the same mean over the loads and speeds of a crane's
+"""Leakage and passive circuit of the reference plant: laws of their own, brought to the twin's size at the working
+point of a crane's tests. Its friction: another law than the twin's, of the same mean over the loads and speeds of the
 tests.
 """
 
@@ -37,8 +35,7 @@ from stillhook.winches.reference.gas import (
 from stillhook.winches.reference.laws import TrueFriction, TrueLeak, TruePassive
 
 STATES = ((0.0, 0.005), (0.328, 0.172), (0.376, 0.172), (0.656, 0.818))
-"""Payload over the SWL and wire out over all wire at which both frictions have one mean: an empty hook, and paper F
-table 3."""
+"""Payload over SWL and wire out over all wire at which both frictions have one mean: empty hook, paper F table 3."""
 SPEED = 0.25
 """Root mean square of the wire speed [m/s]: the tip of paper F table 3, some 1.4 m in 10 s."""
 SPEEDS = 40
@@ -65,8 +62,7 @@ class Surface(NamedTuple):
 
 
 class Law(NamedTuple):
-    """Friction law against the twin's over the surface: both means [N m], rms of the relative difference
-    [-]."""
+    """Friction law against the twin's over the surface: both means [N m], rms of the relative difference [-]."""
 
     friction: TrueFriction
     mean_twin: float
@@ -190,8 +186,7 @@ class Working(NamedTuple):
 
 
 def working(crane: Crane) -> Working:
-    """The tests' mean working point: the loads and speeds of
-    `stillhook.validate.synthetic.reference.laws.surface`."""
+    """The tests' mean working point: the loads and speeds of `stillhook.validate.synthetic.reference.laws.surface`."""
     at, a = surface(crane, usual_speeds()), crane.active
     speed = float(np.abs(at.omega_m).mean())
     stroke = speed * a.motor.D_total / (a.pump.D_total * a.pump.omega_p)
