@@ -42,7 +42,6 @@ def test_stretches_bridge_short_gaps_and_leave_out_short_ones():
     mask = np.array([0, 1, 1, 0, 1, 1, 0, 0, 0, 1, 0], dtype=bool)
     assert stretches_of(mask) == [(1, 3), (4, 6), (9, 10)]
     assert stretches_of(mask, bridge=1) == [(1, 6), (9, 10)]
-    assert stretches_of(mask, bridge=1, shortest=2) == [(1, 6)]
 
 
 def test_the_ratio_of_the_layers_is_that_of_the_plc_at_every_length():

@@ -52,8 +52,8 @@ class Limit(StrEnum):
 
 class Requirement(StrEnum):
     """Verdict that a line requires. SHOWN: the data must show that the limit is met; NOT_REFUTED: they must not refute
-    it, for a limit that data can refute but hardly prove; then "not shown" stands in the way only where the estimate
-    itself misses the limit.
+    it, for a limit that data can refute but hardly prove; then "not shown" blocks the certificate only where the
+    estimate itself misses the limit.
     """
 
     SHOWN = "shown"
@@ -207,14 +207,8 @@ def _criteria(table: TomlTable) -> Criteria:
     file, label = table.read(CriteriaFile), table.path.name
     name = base_name(file, table, criteria_sets())
     base = None if name is None else load_criteria(name)
-    kept = rows_on_base(
-        file,
-        table,
-        "criterion",
-        file.criterion,
-        base.criteria if base else (),
-        lambda row, old, place: _row(row, old, place, label),
-    )
+    rows = base.criteria if base else ()
+    kept = rows_on_base(file, table, "criterion", file.criterion, rows, functools.partial(_row, label=label))
     known = {n: (setting.quantity, setting.meaning) for n, setting in SETTINGS.items()}
     settings = numbers_on_base(
         table, "settings", file.settings, known, base.settings if base else {}, example="paper-f"
@@ -225,10 +219,13 @@ def _criteria(table: TomlTable) -> Criteria:
         )
     source = file.source or (f"{label}, on {base.label}" if base else label)
     changes = _changes(base, kept, settings) if base else ()
-    return _digested(Criteria(file.name or table.path.stem, file.version, source, kept, settings, changes))
+    criteria = Criteria(file.name or table.path.stem, file.version, source, kept, settings, changes)
+    content = {key: value for key, value in criteria.to_dict().items() if key != "digest"}
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+    return replace(criteria, digest=hashlib.sha256(text.encode()).hexdigest())
 
 
-def _row(row: CriterionTable, old: Criterion | None, table: TomlTable, label: str) -> Criterion:
+def _row(row: CriterionTable, old: Criterion | None, table: TomlTable, *, label: str) -> Criterion:
     """A row of the file applied to the base row with the same key."""
     for key in ("step", "title", "measure") if old is None else ():
         if getattr(row, key) is None:
@@ -307,16 +304,8 @@ def _changes(base: Criteria, kept: tuple[Criterion, ...], settings: Mapping[str,
 
 
 def _terms(c: Criterion) -> str:
-    return (
-        f"{c.measure} {c.limit_text}, to be"
-        f" {c.ask.value}{'' if c.judged else ', for information'}{'' if c.needed else ', not needed'}"
-    )
-
-
-def _digested(criteria: Criteria) -> Criteria:
-    content = {k: v for k, v in criteria.to_dict().items() if k != "digest"}
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
-    return replace(criteria, digest=hashlib.sha256(text.encode()).hexdigest())
+    judged, needed = "" if c.judged else ", for information", "" if c.needed else ", not needed"
+    return f"{c.measure} {c.limit_text}, to be {c.ask.value}{judged}{needed}"
 
 
 LIMITS_FILE = Path(str(files("stillhook.validate.criteria") / "detection_limits.toml"))
@@ -361,13 +350,12 @@ class DetectionLimits:
             f" {self.refused} were refused. A real crane differs in more than these cranes do: its limits may be"
             " larger."
         )
-        detected = [limit for limit in self.limits if limit.smallest is not None]
-        yield from (
-            f"Detected at this size and above, in all {i.campaigns} campaigns: {i.smallest_text}." for i in detected
-        )
-        yield from (
-            f"Not detected: {i.largest_text} (the largest size tried)." for i in self.limits if i.smallest is None
-        )
+        for x in self.limits:
+            if x.smallest is not None:
+                yield f"Detected at this size and above, in all {x.campaigns} campaigns: {x.smallest_text}."
+        for x in self.limits:
+            if x.smallest is None:
+                yield f"Not detected: {x.largest_text} (the largest size tried)."
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON, sizes in SI."""

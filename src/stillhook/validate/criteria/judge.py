@@ -32,26 +32,26 @@ def outcome_of(results: Iterable[CriterionResult]) -> Outcome:
         return Outcome.NOT_JUDGED
     if any(r.verdict is Verdict.REFUTED for r in judged):
         return Outcome.REFUTED
-    return (
-        Outcome.NOT_SHOWN
-        if any(r.failed for r in judged) or all(r.verdict is not Verdict.SHOWN for r in judged)
-        else Outcome.PASSED
-    )
+    open_ = any(r.failed for r in judged) or all(r.verdict is not Verdict.SHOWN for r in judged)
+    return Outcome.NOT_SHOWN if open_ else Outcome.PASSED
 
 
 def verdict_of(criterion: Criterion, measure: Measure) -> Verdict:
-    """Shown where the whole 95 % interval of a measure meets the limit, refuted where no part of it does, else not
+    """Shown where the complete 95 % interval of a measure meets the limit, refuted where no part of it does, else not
     shown; a measure without an interval is judged by its value, one without a value is not shown."""
-    value = measure.value
-    if value is None or math.isnan(value):
+    value = _value(measure)
+    if value is None:
         return Verdict.NOT_SHOWN
     low, high = _ends(measure) or (value, value)
-    if all(_within(criterion, x) for x in (low, high, value)):
+    met = [_within(criterion, x) for x in (low, high, value)]
+    if all(met):
         return Verdict.SHOWN
     crosses_zero = criterion.kind is Limit.WITHIN and low <= 0.0 <= high
-    return (
-        Verdict.NOT_SHOWN if crosses_zero or any(_within(criterion, x) for x in (low, high, value)) else Verdict.REFUTED
-    )
+    return Verdict.NOT_SHOWN if crosses_zero or any(met) else Verdict.REFUTED
+
+
+def _value(m: Measure) -> float | None:
+    return None if m.value is None or math.isnan(m.value) else m.value
 
 
 def _ends(m: Measure) -> tuple[float, float] | None:
@@ -67,24 +67,22 @@ def _within(c: Criterion, x: float) -> bool:
     return (abs(x) if c.kind is Limit.WITHIN else x) <= c.limit
 
 
-def _has_value(m: Measure) -> bool:
-    return m.value is not None and not math.isnan(m.value)
-
-
 def _required(c: Criterion, m: Measure | None) -> bool:
     """Whether "not shown" for this measure blocks the certificate: it must be shown, or has no value, or its estimate
     misses the limit."""
-    if m is None or m.value is None or math.isnan(m.value):
+    value = None if m is None else _value(m)
+    if value is None:
         return c.needed
-    return c.ask is Requirement.SHOWN or not _within(c, m.value)
+    return c.ask is Requirement.SHOWN or not _within(c, value)
 
 
 def _used(c: Criterion, m: Measure) -> float:
     """The farthest end of a measure's interval as a part of the limit: above 1 it is beyond. NaN where there is no
     figure, or the limit is zero."""
-    if m.value is None or math.isnan(m.value) or c.limit == 0.0:
+    value = _value(m)
+    if value is None or c.limit == 0.0:
         return math.nan
-    points = (*(_ends(m) or ()), m.value)
+    points = (*(_ends(m) or ()), value)
     if c.kind is Limit.AT_LEAST:
         least = min(points)
         return c.limit / least if least > 0.0 else math.inf
@@ -92,26 +90,20 @@ def _used(c: Criterion, m: Measure) -> float:
 
 
 def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
-    """Rank: refuted, then blocking, then others; within a rank by utilisation of the limit, then by
-    value."""
-    verdict = verdict_of(c, m)
-    if verdict is Verdict.REFUTED:
-        rank = 3
-    elif verdict is Verdict.NOT_SHOWN:
-        rank = 2 if _required(c, m) else 1
-    else:
-        rank = 0
+    """Rank: refuted, then blocking, then others; within a rank by utilisation of the limit, then by value."""
+    blocking = {Verdict.REFUTED: 3, Verdict.NOT_SHOWN: 2 if _required(c, m) else 1}
+    rank = blocking.get(verdict_of(c, m), 0)
     used = _used(c, m)
     beyond = 0.0 if m.value is None else c.limit - m.value if c.kind is Limit.AT_LEAST else abs(m.value)
     return rank, -math.inf if math.isnan(used) else used, beyond
 
 
 def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
-    known = [m for m in same if _has_value(m)]
+    known = [m for m in same if _value(m) is not None]
     pool = same if c.needed or not known else known
     worst = max(pool, key=lambda m: _badness(c, m)) if pool else None
     met = verdict_of(c, worst) if worst is not None else Verdict.NOT_SHOWN
-    has_figure = worst is not None and _has_value(worst)
+    has_figure = worst is not None and _value(worst) is not None
     return CriterionResult(
         key=c.key,
         step=c.step,
@@ -129,8 +121,7 @@ def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
 
 
 def in_words(c: Criterion, x: float) -> str:
-    """A value of the criterion's measure in the unit that the limit is written in, to between a 200th and a 2000th of
-    the limit."""
+    """A value of the criterion's measure in the unit of the written limit, to a 200th to a 2000th of the limit."""
     unit = c.written.split(" ", 1)[1] if " " in c.written else ""
     scale = 100.0 if unit == "%" else in_unit(1.0, unit, c.quantity) if unit and c.quantity else 1.0
     shown, limit = scale * x, abs(scale * c.limit)
@@ -144,7 +135,11 @@ def in_words(c: Criterion, x: float) -> str:
 def interval_words(c: Criterion, m: Measure) -> str:
     """The 95 % interval in the unit of the limit, "1.8 to 2.51 cm"; "" where there is none."""
     ends = _ends(m)
-    return f"{_bare(in_words(c, ends[0]), in_words(c, ends[1]))} to {in_words(c, ends[1])}" if ends else ""
+    if ends is None:
+        return ""
+    low, high = (in_words(c, x) for x in ends)
+    _, space, unit = high.partition(" ")
+    return f"{low.removesuffix(space + unit)} to {high}"
 
 
 def structural_words(c: Criterion, m: Measure) -> str:
@@ -158,29 +153,22 @@ def _message(c: Criterion, m: Measure | None, known: Sequence[Measure]) -> str:
         note = "" if c.needed else ", and none are required"
         return f"{c.title}: no such data are available{note} (the limit is {c.limit_text})."
     rest = "".join(f"; {part}" for part in (m.data, m.note) if part)
-    where = (
-        f" in {m.test}" if m.test and len(known) <= 1 else f" in {m.test}, the worst of {len(known)}" if m.test else ""
-    )
-    if m.value is None or math.isnan(m.value):
+    where = f" in {m.test}" if m.test else ""
+    if m.test and len(known) > 1:
+        where += f", the worst of {len(known)}"
+    value = _value(m)
+    if value is None:
         return f"{c.title}{where}: no value from these data (the limit is {c.limit_text}){rest}."
     parts = [part for part in (interval_words(c, m), structural_words(c, m)) if part]
     interval = f" (95 % interval {', '.join(parts)})" if parts else ""
     limit = f"limit {c.limit_text}{_beyond(c, m)}" if c.judged else f"{c.limit_text} for comparison, not judged"
-    return f"{c.title}{where}: {in_words(c, m.value)}{interval}, {limit}{rest}."
+    return f"{c.title}{where}: {in_words(c, value)}{interval}, {limit}{rest}."
 
 
 def _beyond(c: Criterion, m: Measure) -> str:
     """Why a value with an interval is not shown, in words."""
     if verdict_of(c, m) is not Verdict.NOT_SHOWN or m.value is None:
         return ""
-    return (
-        ", which part of the interval misses"
-        if _within(c, m.value)
-        else ", which the estimate misses and part of the interval meets"
-    )
-
-
-def _bare(low: str, high: str) -> str:
-    """The lower end without its unit where the upper end has the same."""
-    unit = high.split(" ", 1)[1] if " " in high else ""
-    return low.removesuffix(f" {unit}") if unit else low
+    if _within(c, m.value):
+        return ", which part of the interval misses"
+    return ", which the estimate misses and part of the interval meets"

@@ -1,10 +1,9 @@
-"""Results of a validation step: measures with intervals, and verdicts line by
-line."""
+"""Results of a validation step: measures with intervals, and verdicts line by line."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Any
@@ -183,8 +182,3 @@ class Step:
             "statements": list(self.statements),
             "data": dict(self.data),
         }
-
-
-def worst(measures: Sequence[Measure]) -> Measure:
-    """The measure with the largest magnitude; one without a value comes before all."""
-    return max(measures, key=lambda m: float("inf") if m.value is None else abs(m.value))

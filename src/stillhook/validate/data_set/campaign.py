@@ -76,7 +76,7 @@ def standard_modes(values: FloatArray, step: float, meaning: Mapping[float, Mode
         if np.isnan(values[a]) or (not np.isnan(code[a]) and (b - a) * step >= LEAST):
             continue
         if (b - a) * step >= LEAST:
-            known = ", ".join(_mode_text(value) for value in meaning)
+            known = ", ".join("a word" if value >= WORDS_FROM else number(value, 6) for value in meaning)
             raise ValidateError(
                 f"{place}mode: the log holds {number(float(values[a]), 6)} for {(b - a) * step:.3g} s, which is not one"
                 f' of {known}. State its meaning in the campaign file: [modes], such as "5" = "ssc".'
@@ -86,10 +86,6 @@ def standard_modes(values: FloatArray, step: float, meaning: Mapping[float, Mode
     if len(first) and first[0] * step < LEAST:
         code[: first[0]] = code[first[0]]
     return code
-
-
-def _mode_text(value: float) -> str:
-    return "a word" if value >= WORDS_FROM else number(value, 6)
 
 
 MARK = "SYNTHETIC"
@@ -222,18 +218,19 @@ def load_campaign(path: str | Path) -> Campaign:
         s_tip = { column = "Tip pos", unit = "m" }
         mode = { column = "AHC state" }
         ...
-        [modes]                        # what the PLC's own numbers or words for the mode mean (default: the numbers of
-        Stillhook) 0 = "manual"
+        [modes]                        # meaning of the PLC's numbers or words (default: the numbers of Stillhook)
+        0 = "manual"
         "AHC on" = "ssc"
         [[test]]
         name = "1"
-        log = "logs/1.csv"             # seen from this file
+        log = "logs/1.csv"             # relative to this file
         kind = "ahc"                   # ahc, limits or dynamics
-        load = "82 t"                  # what the winch carries without the hook: payload, and weight of the wire out
-        (winch load) payload = "62 t"               # or: what hangs on the hook, with depth or h_tip: the weight of the
-        wire out is computed depth = "467 m"                # of the hook below the water line at the start of the test
-        h_tip = "20 m"                 # crane tip above the water line: instead of depth (or beside it, where nothing
-        tells s_w) s_w = "487 m"                  # wire out at the start, where the log has no s_w
+        load = "82 t"                  # winch load without the hook: payload, and weight of the wire out
+        payload = "62 t"               # instead: mass suspended from the hook, with depth or h_tip, from which the
+                                       # weight of the wire out is calculated
+        depth = "467 m"                # of the hook below the water line at the start of the test
+        h_tip = "20 m"                 # crane tip above the water line: instead of depth, or next to it without s_w
+        s_w = "487 m"                  # wire out at the start, where the log has no s_w
         mode = "ssc"                   # where the log has no mode
         start = "0 s"                  # the part of the log that counts
         end = "200 s"

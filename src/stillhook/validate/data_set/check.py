@@ -1,11 +1,9 @@
-"""Step 0: coverage and quality of the data set. Moslatt 2020 paper F table 2, 1a to 1d, and the quality of
-the logs."""
+"""Step 0: coverage and quality of the data set. Moslatt 2020 paper F table 2, 1a to 1d, and the quality of the logs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -15,7 +13,6 @@ from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import layers_filled
 from stillhook.report.document import Table
 from stillhook.sea.spectra.waves import window_spans
-from stillhook.spec.crane import Crane
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
@@ -54,15 +51,13 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callab
 
     Two wire lengths are different where they are `layers_apart` layers of the drum apart, two loads where they are
     `load_apart` of the SWL apart: that changes layer, inertia and wire, or pressure, speed and friction, by enough to
-    show.
-    Source: Moslatt 2020 paper F table 2, 1a-1d.
+    show. Source: Moslatt 2020 paper F table 2, 1a-1d.
     """
     cases = [(r, s) for r in records if r.test.kind is Kind.AHC for s in r.segments]
     segments = [s for _, s in cases]
     motions = tuple(Motion(s, tip_ranges(r, s, campaign.criteria.settings["window"])) for r, s in cases)
-    measures = [*_coverage(campaign, records, segments, motions), *_quality(records)]
     statements = [
-        _summary(campaign, segments, motions),
+        _summary(segments, motions),
         *_follows(records),
         *(text for r in records for text in r.statements),
     ]
@@ -70,12 +65,12 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callab
         "s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions},
         "lags": [_lag(r, x) for r in records for x in r.lags],
     }
-    return DataStep(StepNumber.DATA, tuple(measures), tuple(statements), (_table(records),), data, motions)
+    measures = (*_coverage(campaign, records, segments, motions), *_quality(records))
+    return DataStep(StepNumber.DATA, measures, tuple(statements), (_table(records),), data, motions)
 
 
 def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
-    """Peak-to-peak of the tip over every full window of a segment [m], one per EVERY; empty where the segment is
-    shorter."""
+    """Peak-to-peak of the tip over every full window of a segment [m], one per EVERY; empty in a shorter segment."""
     tip = record.part(segment, "s_tip")
     if segment.duration < window - 1e-9:
         return np.zeros(0)
@@ -97,36 +92,32 @@ def _coverage(
             *(Measure(n, None, q, note=note) for n, q in names.items()),
             Measure("data_length", 0.0, "time", data="no load case"),
         ]
-    layers = [_layers(crane, s) for s in cases]
-    lengths = different(layers, settings["layers_apart"])
+    drum = drum_record(crane)
+    layers = [float(layers_filled(drum.L_full - 0.5 * (s.s_w_min + s.s_w_max), drum)) for s in cases]
+    layers_apart, load_apart = settings["layers_apart"], settings["load_apart"]
+    lengths = different(layers, layers_apart)
     water = {r.test.name: r.test.water for r in records}
     suspended = [s.load - (w.rho * w.volume if (w := water.get(s.test)) is not None else 0.0) for s in cases]
-    loads = different(suspended, settings["load_apart"] * crane.SWL)
+    loads = different(suspended, load_apart * crane.SWL)
     heaviest = max(range(len(cases)), key=lambda i: suspended[i])
     wet = f", {show(suspended[heaviest], 'mass')} of it in water" if suspended[heaviest] < cases[heaviest].load else ""
-    seconds = sum(s.duration for s in cases)
-    out = [
-        Measure(
-            "wire_lengths",
-            float(len(lengths)),
-            data=_lengths(cases, lengths),
-            note=_apart(settings["layers_apart"], "layer"),
-        ),
-        Measure(
-            "loads",
-            float(len(loads)),
-            data=", ".join(show(cases[i].load, "mass") for i in loads),
-            note=(
-                f"loads count as different where they differ by {100.0 * settings['load_apart']:.3g} % of the SWL on"
-                " the wire"
-            ),
-        ),
-        Measure(
-            "load_share", suspended[heaviest] / crane.SWL, data=f"{show(cases[heaviest].load, 'mass')} on the hook{wet}"
-        ),
+    on_hook = f"{show(cases[heaviest].load, 'mass')} on the hook{wet}"
+    each_length, each_load = (
+        ", ".join(show(getattr(cases[i], field), kind) for i in places)
+        for places, field, kind in ((lengths, "s_w", "length"), (loads, "load", "mass"))
+    )
+    of_lengths = (
+        f"lengths count as different where they are {number(layers_apart, 3)} layer{'' if layers_apart == 1.0 else 's'}"
+        " of the drum apart"
+    )
+    of_loads = f"loads count as different where they differ by {100.0 * load_apart:.3g} % of the SWL on the wire"
+    return [
+        Measure("wire_lengths", float(len(lengths)), data=each_length, note=of_lengths),
+        Measure("loads", float(len(loads)), data=each_load, note=of_loads),
+        Measure("load_share", suspended[heaviest] / crane.SWL, data=on_hook),
+        *_motion(motions),
+        Measure("data_length", sum(s.duration for s in cases), "time", data=f"{len(cases)} load cases"),
     ]
-    out += _motion(motions)
-    return [*out, Measure("data_length", seconds, "time", data=f"{len(cases)} load cases")]
 
 
 def _motion(motions: Sequence[Motion]) -> list[Measure]:
@@ -135,22 +126,15 @@ def _motion(motions: Sequence[Motion]) -> list[Measure]:
         note = "the tip moves for the duration of a window in no load case"
         return [Measure(name, None, "length", note=note) for name in ("s_tip_pp_low", "s_tip_pp_high")]
     low, half_low, half_high, high = (float(x) for x in np.percentile(spans, (0.0, 25.0, 75.0, 100.0)))
-    rests = (
-        f"{number(len(spans) * EVERY, 4)} s of windows, half of them {number(half_low, 3)} m to"
-        f" {number(half_high, 3)} m"
-    )
-    return [Measure("s_tip_pp_low", low, "length", data=rests), Measure("s_tip_pp_high", high, "length", data=rests)]
+    half = f"{number(half_low, 3)} m to {number(half_high, 3)} m"
+    data = f"{number(len(spans) * EVERY, 4)} s of windows, half of them {half}"
+    return [Measure("s_tip_pp_low", low, "length", data=data), Measure("s_tip_pp_high", high, "length", data=data)]
 
 
 def _moving(motions: Sequence[Motion]) -> FloatArray:
     """The windows of all load cases in which the tip moves [m]."""
     spans = np.concatenate([m.s_tip_pp for m in motions])
     return spans[spans >= RESTS]
-
-
-def _layers(crane: Crane, s: Segment) -> float:
-    drum = drum_record(crane)
-    return float(layers_filled(drum.L_full - 0.5 * (s.s_w_min + s.s_w_max), drum))
 
 
 def different(values: Sequence[float], apart: float) -> list[int]:
@@ -162,53 +146,30 @@ def different(values: Sequence[float], apart: float) -> list[int]:
     return out
 
 
-def _lengths(cases: Sequence[Segment], places: Sequence[int]) -> str:
-    return ", ".join(show(cases[i].s_w, "length") for i in places)
-
-
-def _apart(layers: float, unit: str) -> str:
-    return (
-        f"lengths count as different where they are {number(layers, 3)} {unit}{'' if layers == 1.0 else 's'} of the"
-        " drum apart"
-    )
-
-
 def _quality(records: Sequence[Record]) -> list[Measure]:
     out = []
     for r in records:
-        name, rests = r.test.name, f"{number(r.log.samples, 6)} samples of {r.log.source}"
-        out.append(Measure("samples_lost", r.lost, test=f"test {name}", data=rests))
-        out.append(Measure("longest_gap", r.longest_hole, "time", test=f"test {name}", data=rests))
+        test, data = f"test {r.test.name}", f"{number(r.log.samples, 6)} samples of {r.log.source}"
+        out.append(Measure("samples_lost", r.lost, test=test, data=data))
+        out.append(Measure("longest_gap", r.longest_hole, "time", test=test, data=data))
         if r.test.kind is Kind.AHC and r.segments:
             out += _doubtful(r)
-        out += [_drift(name, clock) for clock in r.clocks]
-        out += [_wire_lag(name, x) for x in r.lags if x.late == "s_w"]
+        out += [_drift(test, clock) for clock in r.clocks]
+        for x in _wire_lags([r]):
+            ends, gain = (x.seconds - 2.0 * x.u, x.seconds + 2.0 * x.u), f"with a gain of {x.gain:.3f}"
+            out.append(Measure("wire_lag", x.seconds, "time", *ends, test, f"part {x.segment + 1}", gain))
     return out
 
 
-def _wire_lag(name: str, x: SegmentLag) -> Measure:
-    low, high = x.seconds - 2.0 * x.u, x.seconds + 2.0 * x.u
-    return Measure(
-        "wire_lag",
-        x.seconds,
-        "time",
-        low,
-        high,
-        f"test {name}",
-        f"part {x.segment + 1}",
-        f"with a gain of {x.gain:.3f}",
-    )
+def _wire_lags(records: Sequence[Record]) -> list[SegmentLag]:
+    return [x for r in records for x in r.lags if x.late == "s_w"]
 
 
-def _drift(name: str, clock: ClockError) -> Measure:
-    known = np.isfinite(clock.u_drift)
-    low, high = (
-        (max(0.0, abs(clock.drift) - 2.0 * clock.u_drift), abs(clock.drift) + 2.0 * clock.u_drift)
-        if known
-        else (None, None)
-    )
-    rests = f"{', '.join(clock.signals)} against {clock.against or 'the motion of the winch'}"
-    return Measure("clock_drift", abs(clock.drift), "", low, high, f"test {name}", rests, "corrected")
+def _drift(test: str, clock: ClockError) -> Measure:
+    drift, margin = abs(clock.drift), 2.0 * clock.u_drift
+    low, high = (max(0.0, drift - margin), drift + margin) if np.isfinite(margin) else (None, None)
+    data = f"{', '.join(clock.signals)} against {clock.against or 'the motion of the winch'}"
+    return Measure("clock_drift", drift, "", low, high, test, data, "corrected")
 
 
 def _doubtful(r: Record) -> list[Measure]:
@@ -223,15 +184,12 @@ def _doubtful(r: Record) -> list[Measure]:
     return [Measure("samples_doubtful", counts[worst] / total, test=f"test {r.test.name}", data=data)]
 
 
-def _summary(campaign: Campaign, cases: Sequence[Segment], motions: Sequence[Motion]) -> str:
+def _summary(cases: Sequence[Segment], motions: Sequence[Motion]) -> str:
     if not cases:
         return "The data contain no usable heave compensation."
-    tip = _moving(motions)
-    moves = (
-        f", tip motion {number(float(tip.min()), 2)} m to {number(float(tip.max()), 2)} m peak to peak"
-        if len(tip)
-        else ""
-    )
+    tip, moves = _moving(motions), ""
+    if len(tip):
+        moves = f", tip motion {number(float(tip.min()), 2)} m to {number(float(tip.max()), 2)} m peak to peak"
     loads, wire = sorted(s.load for s in cases), sorted(s.s_w for s in cases)
     seconds = sum(s.duration for s in cases)
     return (
@@ -242,47 +200,28 @@ def _summary(campaign: Campaign, cases: Sequence[Segment], motions: Sequence[Mot
 
 
 def _follows(records: Sequence[Record]) -> list[str]:
-    wire = [x for r in records for x in r.lags if x.late == "s_w"]
+    wire = _wire_lags(records)
     if not wire:
         return []
-    low, high = (f(1e3 * x.seconds for x in wire) for f in (min, max))
-    small, large = (f(x.gain for x in wire) for f in (min, max))
-    late = f"{low:.3g} ms" if len(wire) == 1 else f"{low:.3g} ms to {high:.3g} ms"
-    gain = f"{small:.3f}" if len(wire) == 1 else f"{small:.3f} to {large:.3f}"
+    late = " to ".join(f"{x:.3g} ms" for x in _ends([1e3 * x.seconds for x in wire]))
+    gain = " to ".join(f"{x:.3f}" for x in _ends([x.gain for x in wire]))
     return [f"The wire follows the tip with a lag of {late} and a gain of {gain}."]
 
 
+def _ends(values: Sequence[float]) -> Sequence[float]:
+    return (min(values), max(values)) if len(values) > 1 else values
+
+
 def _table(records: Sequence[Record]) -> Table:
-    head = (
-        "test",
-        "kind",
-        "samples\nper s",
-        "lost\n[%]",
-        "longest\ngap [s]",
-        "used\n[s]",
-        "parts",
-        "wire lag\n[ms]",
-        "gain\n[-]",
-    )
+    head = ("test", "kind", "samples\nper s", "lost\n[%]", "longest\ngap [s]", "used\n[s]", "parts")
     rows = []
     for r in records:
-        wire = [x for x in r.lags if x.late == "s_w"]
+        wire, used = _wire_lags([r]), sum(s.duration for s in r.segments)
         lag = f"{1e3 * np.mean([x.seconds for x in wire]):.0f}" if wire else "-"
         gain = f"{np.mean([x.gain for x in wire]):.3f}" if wire else "-"
-        rows.append(
-            (
-                r.test.name,
-                r.test.kind.value,
-                number(r.log.rate, 3),
-                f"{100.0 * r.lost:.2f}",
-                f"{r.longest_hole:.2f}",
-                f"{sum(s.duration for s in r.segments):.0f}",
-                str(len(r.segments)),
-                lag,
-                gain,
-            )
-        )
-    return Table(head, tuple(rows), "Logs")
+        quality = (number(r.log.rate, 3), f"{100.0 * r.lost:.2f}", f"{r.longest_hole:.2f}")
+        rows.append((r.test.name, r.test.kind.value, *quality, f"{used:.0f}", str(len(r.segments)), lag, gain))
+    return Table((*head, "wire lag\n[ms]", "gain\n[-]"), tuple(rows), "Logs")
 
 
 def _quantiles(x: FloatArray) -> dict[str, float]:
@@ -291,7 +230,7 @@ def _quantiles(x: FloatArray) -> dict[str, float]:
     return {f"{q:g} %": float(np.percentile(x, q)) for q in (0.0, 25.0, 50.0, 75.0, 100.0)}
 
 
-def _lag(r: Record, x: Any) -> dict[str, Any]:
+def _lag(r: Record, x: SegmentLag) -> dict[str, object]:
     return {
         "test": r.test.name,
         "segment": x.segment,

@@ -1,5 +1,4 @@
-"""Figures of step 0: tip motion by load case, after Moslatt 2020 paper F figure 13; and an overview of
-every test.
+"""Figures of step 0: tip motion by load case, after Moslatt 2020 paper F figure 13; and an overview of every test.
 
 Common parts of the validation figures: axes, legend outside the data, colours of measured and simulated.
 """
@@ -7,7 +6,7 @@ Common parts of the validation figures: axes, legend outside the data, colours o
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from itertools import cycle, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.check import DataStep, Motion
-from stillhook.validate.data_set.records.record import Record, unbroken
+from stillhook.validate.data_set.records.record import Record, stretches_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,7 +52,7 @@ def _distribution(motions: Sequence[Motion], window: float, mark: str) -> Figure
     figure = Figure(figsize=(8.0, 4.8), layout="constrained")
     ax = figure.subplots()
     base = np.zeros(len(edges) - 1)
-    for colour, motion in zip(_colours(len(motions)), motions, strict=True):
+    for colour, motion in zip(cycle(COLOURS), motions, strict=False):
         share = 100.0 * np.histogram(motion.s_tip_pp, edges)[0] / len(spans)
         ax.bar(edges[:-1] + 0.5 * BIN, share, 0.92 * BIN, bottom=base, color=colour, label=motion.label)
         base = base + share
@@ -63,29 +62,19 @@ def _distribution(motions: Sequence[Motion], window: float, mark: str) -> Figure
     ax.grid(alpha=0.3, axis="y")
     ax.set_axisbelow(True)
     ax.set_title(f"{mark}Tip motion in the data, by load case", fontsize="medium")
-    figure.legend(
-        *ax.get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=min(4, len(motions)),
-        fontsize="small",
-        frameon=False,
-    )
+    columns = min(4, len(motions))
+    figure.legend(loc="outside lower center", ncols=columns, fontsize="small", frameon=False)
     return figure
-
-
-def _colours(number: int) -> list[str]:
-    return [COLOURS[i % len(COLOURS)] for i in range(number)]
 
 
 def _overview(records: Sequence[Record], mark: str) -> Figure:
     """Tip, wire and load cell of every test over time; unused parts shaded."""
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     rows = len(records)
-    figure = Figure(figsize=(11.0, 1.5 + 1.35 * rows), layout="constrained")
-    axes = figure.subplots(rows, 3, squeeze=False)
+    title = f"{mark}The tests; shaded parts are not used"
+    figure, axes = axes_of(rows, 3, (11.0, 1.5 + 1.35 * rows), title)
     for row, record in zip(axes, records, strict=True):
         for ax, (name, colour, scale) in zip(row, SHOWN, strict=True):
             _panel(ax, record, name, colour, scale)
@@ -94,7 +83,6 @@ def _overview(records: Sequence[Record], mark: str) -> Figure:
         ax.set_title(title, fontsize="small")
     for ax in axes[-1]:
         ax.set_xlabel("time [s]")
-    figure.suptitle(f"{mark}The tests; shaded parts are not used", fontsize="medium")
     handles: list[Any] = [
         Patch(color=SHADE, label="not used"),
         Line2D([], [], color=GREY, ls=":", label="start of another load case"),
@@ -105,13 +93,15 @@ def _overview(records: Sequence[Record], mark: str) -> Figure:
 
 def _panel(ax: Any, record: Record, name: str, colour: str, scale: float) -> None:
     t = record.t + record.zero
-    for a, b in _unused(record):
+    unused = np.ones(len(t), np.bool_)
+    for s in record.segments:
+        unused[s.first : s.last] = False
+    for a, b in stretches_of(unused):
         ax.axvspan(t[a], t[min(b, len(t) - 1)], color=SHADE, lw=0)
     for s in record.segments[1:]:
         ax.axvline(t[s.first], color=GREY, ls=":", lw=0.9)
     ax.set_xlim(t[0], t[-1])
     ax.tick_params(labelsize="x-small")
-    ax.grid(alpha=0.3)
     if name not in record.signals or not np.isfinite(record.signals[name]).any():
         ax.text(0.5, 0.5, "not logged", transform=ax.transAxes, ha="center", va="center", color=GREY, fontsize="small")
         ax.set_yticks([])
@@ -130,13 +120,6 @@ def _envelope(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.f
     pieces = [x[a:b][np.isfinite(x[a:b])] for a, b in pairwise(edges)]
     low = np.array([p.min() if len(p) else np.nan for p in pieces])
     return low, np.array([p.max() if len(p) else np.nan for p in pieces])
-
-
-def _unused(record: Record) -> list[tuple[int, int]]:
-    used = np.zeros(len(record.t), np.bool_)
-    for s in record.segments:
-        used[s.first : s.last] = True
-    return unbroken(~used)
 
 
 MEASURED, SIMULATED = COLOURS[0], COLOURS[1]
@@ -160,6 +143,11 @@ def legend_below(figure: Figure, axes: Sequence[Any], columns: int) -> None:
     figure.legend(
         list(pairs.values()), list(pairs), loc="outside lower center", ncols=columns, fontsize="small", frameon=False
     )
+
+
+def thinned(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Every so many of the values, for a scatter plot of at most some `POINTS` dots."""
+    return x[:: max(1, len(x) // POINTS)]
 
 
 def mark(campaign: Campaign, figures: Iterable[Figure]) -> None:

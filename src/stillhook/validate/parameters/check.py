@@ -8,19 +8,21 @@ criteria file with its reason.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from stillhook.report.document import Table
+from stillhook.statistics.estimate import Estimate
+from stillhook.units import KINDS, in_display, number
 from stillhook.validate.criteria.criteria import Criteria, Criterion
 from stillhook.validate.criteria.judge import in_words, verdict_of
 from stillhook.validate.criteria.results import Measure, Step, StepNumber, Verdict
-from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.circuit.flow import rest_measure
 from stillhook.validate.parameters.circuit.leakage import form_says
-from stillhook.validate.parameters.estimates import ParameterEstimates, parameter_estimates
-from stillhook.validate.parameters.measures import by_name, measures, table
+from stillhook.validate.parameters.measures import ParameterEstimates, in_ms, measures, parameter_estimates
 from stillhook.validate.parameters.segments import parts_of
 
 
@@ -35,9 +37,8 @@ def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: 
     """Parameters implied by the logs: transmission, displacements, leakage, settings, clock, load cell, friction and
     tip delay, against the crane.
 
-    Parameters: campaign with the twin under test; records as read; progress is called with the share done.
-    Nothing is refused here: a check whose signals were not logged gives a measure without a value that states what to
-    log.
+    Parameters: campaign with the twin under test; records as read; progress is called with the share done. Nothing is
+    refused here: a check whose signals were not logged gives a measure without a value that states what to log.
     """
     estimates = parameter_estimates(parts_of(campaign, records), progress, records)
     results = (*measures(campaign, estimates), rest_measure(campaign.crane, estimates.rests, records))
@@ -46,7 +47,7 @@ def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: 
         text = form_says(estimates.balance.leak)
         lines = (*lines, f"{text[0].upper()}{text[1:]}.")
     return ParametersStep(
-        StepNumber.PARAMETERS, results, lines, (table(campaign, estimates, results),), _data(estimates), estimates
+        StepNumber.PARAMETERS, results, lines, (_table(campaign, estimates, results),), _data(estimates), estimates
     )
 
 
@@ -56,37 +57,32 @@ def statements(criteria: Criteria, results: Sequence[Measure]) -> tuple[str, ...
     broken: list[tuple[float, str]] = []
     unknown: dict[str, list[str]] = {}
     fine, wide = [], []
-    for name, same in by_name(results).items():
+    for name in dict.fromkeys(m.name for m in results):
+        same = [m for m in results if m.name == name]
         for c in (c for c in criteria.criteria if c.measure == name):
             met = [(m, verdict_of(c, m)) for m in same]
             wrong = [m for m, verdict in met if verdict is Verdict.REFUTED]
-            open_ = [m for m, verdict in met if verdict is Verdict.NOT_SHOWN and m.value is not None]
+            open_ = [m.value for m, verdict in met if verdict is Verdict.NOT_SHOWN and m.value is not None]
             if wrong:
                 worst = max(wrong, key=lambda m: abs(m.value or 0.0))
                 broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(same))))
             elif all(m.value is None for m in same):
                 unknown.setdefault(same[0].note, []).append(c.title)
             elif open_:
-                wide.append(f"{_small(c.title)} ({in_words(c, _largest(open_))}, limit {c.limit_text})")
+                wide.append(f"{_small(c.title)} ({in_words(c, max(open_, key=abs))}, limit {c.limit_text})")
             else:
                 fine.append(_small(c.title))
-    agree = (
-        (f"Within limits: {'; '.join(fine) if broken or wide else f'all {len(fine)} checks possible with the data'}.",)
-        if fine
-        else ()
-    )
-    unsure = (
-        (f"Neither shown nor refuted (part of the interval is beyond the limit): {'; '.join(wide)}.",) if wide else ()
-    )
-    lacks = (
+    out = [text for _, text in sorted(broken, key=lambda b: -b[0])]
+    if wide:
+        out.append(f"Neither shown nor refuted (part of the interval is beyond the limit): {'; '.join(wide)}.")
+    if fine:
+        complete = f"all {len(fine)} checks possible with the data"
+        out.append(f"Within limits: {'; '.join(fine) if broken or wide else complete}.")
+    out += [
         f"{'; '.join([titles[0], *(_small(w) for w in titles[1:])])} cannot be determined: {note}."
         for note, titles in unknown.items()
-    )
-    return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *unsure, *agree, *lacks)
-
-
-def _largest(measures: Sequence[Measure]) -> float:
-    return max((m.value for m in measures if m.value is not None), key=abs)
+    ]
+    return tuple(out)
 
 
 def _small(title: str) -> str:
@@ -100,6 +96,102 @@ def _wrong(c: Criterion, m: Measure, wrong: int, all_: int) -> str:
     assert m.value is not None
     cause = f": {m.note}" if m.note else ""
     return f"{c.title}{where}{many}: {in_words(c, m.value)}, limit {c.limit_text}{cause}."
+
+
+HEADER = ("parameter", "crane\nfile", "log\nsays", "95 %", "differ-\nence", "tests")
+TITLE = "Parameters that the logs imply, against the crane file"
+
+Row = tuple[str, str, str, str, str, str]
+
+
+def _table(campaign: Campaign, estimates: ParameterEstimates, results: Sequence[Measure]) -> Table:
+    """One row a parameter, those of the drum and the load cell one a test."""
+    rows = [
+        *_drum(estimates),
+        *_hydraulics(estimates, results),
+        *_forces(estimates),
+        *_at_rest(estimates),
+        *_times(campaign, estimates, results),
+    ]
+    return Table(HEADER, tuple(rows), TITLE)
+
+
+def row(
+    name: str, twin: float, e: Estimate, quantity: str, tests: Iterable[str], difference: float, *, digits: int = 4
+) -> Row:
+    """Row of a parameter [SI] with its unit after its name; difference relative, or of a pure number."""
+    unit = KINDS[quantity].display if quantity else ""
+    cells = [number(in_display(x, quantity) if quantity else x, digits) for x in (twin, e.value, e.low, e.high)]
+    percent = f"{100.0 * difference:+.2f} %" if abs(difference) < 1.0 else f"{100.0 * difference:+.3g} %"
+    name = f"{name} [{unit}]" if unit else name
+    return (name, cells[0], cells[1], f"{cells[2]} to {cells[3]}", percent, _tests(tests))
+
+
+def error_row(name: str, twin: float, error: Estimate, quantity: str, tests: Iterable[str], *, digits: int = 4) -> Row:
+    """Row of a parameter [SI] from the twin's value and the relative error."""
+    e = Estimate.around(twin * (1.0 + error.value), twin * error.half)
+    return row(name, twin, e, quantity, tests, error.value, digits=digits)
+
+
+def _drum(estimates: ParameterEstimates) -> list[Row]:
+    return [error_row("wire centre", x.d, x.error, "length", [x.test], digits=5) for x in estimates.radii]
+
+
+def _hydraulics(estimates: ParameterEstimates, results: Sequence[Measure]) -> list[Row]:
+    rows, b, motor = [], estimates.balance, estimates.motor
+    moved, driven = ([p.test for p in estimates.parts if p.has(name)] for name in ("u_m", "u_p"))
+    if b is not None:
+        rows.append(error_row("motor flow over pump flow", 1.0, b.ratio, "", b.tests))
+        rows.append(error_row("leakage", b.twin_leakage, b.leakage, "leakage", b.tests, digits=3))
+    error = next((m.value for m in results if m.name == "motor_offset_error"), None)
+    if motor is not None and motor.offset is not None and error is not None:
+        twin = motor.offset.value - error
+        rows.append(row("offset of the motors", twin, motor.offset, "", moved, error, digits=2))
+    if motor is not None and motor.hysteresis is not None:
+        width = 2.0 * float(estimates.parts[0].params.active.control.half_width)
+        error = motor.hysteresis.value - width
+        rows.append(row("hysteresis of the motors", width, motor.hysteresis, "", moved, error, digits=2))
+    if estimates.pump is not None:
+        rows.append(error_row("gain of the pumps' setting", 1.0, estimates.pump.gain, "", driven))
+    return rows
+
+
+def _forces(estimates: ParameterEstimates) -> list[Row]:
+    rows = [row("load cell", c.weight, c.force, "force", [c.test], c.error.value) for c in estimates.cells]
+    kinds = {p.test: p.kind for p in estimates.parts}
+    judged = any(kinds[f.test] is Kind.AHC for f in estimates.frictions)
+    for f in estimates.frictions:
+        name = "friction at the motors" + (", not judged" if judged and kinds[f.test] is not Kind.AHC else "")
+        rows.append(error_row(name, f.mean, f.scale, "torque", [f.test]))
+    return rows
+
+
+def _at_rest(estimates: ParameterEstimates) -> list[Row]:
+    if estimates.rests is None:
+        return []
+    dp, bar = estimates.rests.dp, KINDS["pressure"].display
+    value, low, high = (number(in_display(x, "pressure"), 2) for x in (dp.value, dp.low, dp.high))
+    tests = _tests(r.test for r in estimates.rests.rests)
+    return [(f"line A less B at rest [{bar}]", "0", value, f"{low} to {high}", f"{value} {bar}", tests)]
+
+
+def _times(campaign: Campaign, estimates: ParameterEstimates, results: Sequence[Measure]) -> list[Row]:
+    rows, clock = [], estimates.clock
+    if clock.error is not None:
+        tests = [t for r in estimates.ratios.values() for t in r.tests]
+        rows.append(error_row("clock of the log", 1.0, clock.error, "", tests, digits=5))
+    for name, e in clock.calibration.items():
+        rows.append(error_row(f"scale of {name}", 1.0, e, "", estimates.ratios[name].tests, digits=5))
+    for m in results:
+        if m.name == "tip_delay_error" and m.value is not None and m.low is not None and m.high is not None:
+            stated, low, high, late = (in_ms(campaign.delay + x) for x in (0.0, m.low, m.high, m.value))
+            of = _tests(d.test for d in estimates.delays)
+            rows.append(("delay of the tip [ms]", stated, late, f"{low} to {high}", f"{in_ms(m.value)} ms", of))
+    return rows
+
+
+def _tests(names: Iterable[str]) -> str:
+    return ", ".join(dict.fromkeys(names))
 
 
 def _data(estimates: ParameterEstimates) -> dict[str, Any]:
@@ -131,19 +223,10 @@ def _data(estimates: ParameterEstimates) -> dict[str, Any]:
         ],
         "delay": [{"test": d.test, **d.delay.to_dict("delay"), "gain": d.gain.value} for d in estimates.delays],
         "load_cell": [{"test": c.test, **c.force.to_dict("F_w"), "weight": c.weight} for c in estimates.cells],
-        "rests": (
-            []
-            if estimates.rests is None
-            else [
-                {
-                    "test": r.test,
-                    "start": r.start,
-                    "after": r.after,
-                    **r.dp.to_dict("dp"),
-                }
-                for r in estimates.rests.rests
-            ]
-        ),
+        "rests": [
+            {"test": r.test, "start": r.start, "after": r.after, **r.dp.to_dict("dp")}
+            for r in (estimates.rests.rests if estimates.rests is not None else ())
+        ],
         "flow": (
             {}
             if b is None

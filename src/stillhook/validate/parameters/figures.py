@@ -11,10 +11,10 @@ from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.data_set.figures import axes_of, legend_below, mark
+from stillhook.validate.data_set.figures import axes_of, legend_below, mark, thinned
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.check import ParametersStep
-from stillhook.validate.parameters.estimates import ParameterEstimates
+from stillhook.validate.parameters.measures import ParameterEstimates
 from stillhook.validate.parameters.segments import diameter_of, wire_of_layer
 from stillhook.validate.parameters.signals import CURVE, TipDelay
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_DOTS = 1500
-"""Largest number of dots of one colour in a scatter plot."""
 TWIN = GREY
 
 
@@ -54,13 +52,8 @@ def _drum(campaign: Campaign, estimates: ParameterEstimates) -> Figure:
     for n, d in zip(layers, diameter_of(crane, layers.astype(np.float64)), strict=True):
         ax.plot(wire_of_layer(crane, int(n)), [d, d], color=TWIN, lw=2.0, label="twin, by layer" if n == 1 else None)
     for i, x in enumerate(estimates.radii):
-        style: dict[str, Any] = {
-            "color": COLOURS[i % 6],
-            "marker": "osD^v<"[i % 6],
-            "ms": 7,
-            "ls": "none",
-            "capsize": 3,
-        }
+        marker = "osD^v<"[i % 6]
+        style: dict[str, Any] = {"color": COLOURS[i % 6], "marker": marker, "ms": 7, "ls": "none", "capsize": 3}
         ax.errorbar(x.s_w, x.d_implied, yerr=x.d * x.error.half, label=f"test {x.test}", **style)
         error.errorbar(x.s_w, 100.0 * x.error.value, yerr=100.0 * x.error.half, **style)
     error.axhline(0.0, color=TWIN, lw=2.0)
@@ -69,8 +62,10 @@ def _drum(campaign: Campaign, estimates: ParameterEstimates) -> Figure:
     ax.set_ylabel("diameter [m]")
     ax.sharex(error)
     ax.tick_params(labelbottom=False)
-    _wider(error, 0.1)
-    return _finished(figure, ax, 7)
+    low, high = error.get_ylim()
+    error.set_ylim(min(low, -0.1), max(high, 0.1))
+    _legend_above(ax, 7)
+    return figure
 
 
 def _flow(estimates: ParameterEstimates) -> Figure:
@@ -79,15 +74,15 @@ def _flow(estimates: ParameterEstimates) -> Figure:
     assert b is not None
     title = "Flow balance of the higher line of the active circuit, windows of half a second"
     figure, ((ax, leak),) = axes_of(1, 2, (11.0, 5.0), title)
-    ax.plot(
-        *(_dots(_flow_unit(x), b.Q_m) for x in (b.Q_p, b.Q_m)), ".", ms=3, color=COLOURS[0], label="measured", alpha=0.6
-    )
+    dots: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3, "color": COLOURS[0], "alpha": 0.6}
+    ax.plot(*(_dots(x, b.Q_m) for x in (b.Q_p, b.Q_m)), label="measured", **dots)
     ends = np.array(ax.get_xlim())
     ax.plot(ends, ends, color=TWIN, lw=1.5, label="twin without leakage")
     ax.set_xlabel("pump flow [L/min]")
     ax.set_ylabel("motor flow [L/min]")
-    leak.plot(*(_dots(_flow_unit(x), b.Q_m) for x in (b.Q_leak, b.Q_lost)), ".", ms=3, color=COLOURS[0], alpha=0.6)
-    top = np.array([0.0, float(np.nanmax(_flow_unit(b.Q_leak)))])
+    leak.plot(*(_dots(x, b.Q_m) for x in (b.Q_leak, b.Q_lost)), **dots)
+    unit = in_display(1.0, "flow")
+    top = np.array([0.0, float(np.nanmax(unit * b.Q_leak))])
     leak.plot(top, top, color=TWIN, lw=1.5, label="twin")
     of, low, high = (100.0 * x for x in (b.leakage.value, b.leakage.low, b.leakage.high))
     for part, style, label in (
@@ -98,9 +93,12 @@ def _flow(estimates: ParameterEstimates) -> Figure:
         leak.plot(top, (1.0 + part / 100.0) * top, color=COLOURS[1], lw=1.5, ls=style, label=label)
     leak.set_xlabel("leakage of the twin [L/min]")
     leak.set_ylabel("missing flow [L/min]")
-    _robust(leak, _flow_unit(b.Q_lost))
-    leak.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize="small", frameon=False)
-    return _finished(figure, ax, 2)
+    # axis limits that hold nearly all dots: single outliers do not set them
+    low, high = np.nanpercentile(unit * b.Q_lost, [0.5, 99.5])
+    leak.set_ylim(min(0.0, low - 0.2 * (high - low)), high + 0.2 * (high - low))
+    _legend_above(leak, 2)
+    _legend_above(ax, 2)
+    return figure
 
 
 def _friction(estimates: ParameterEstimates) -> Figure:
@@ -111,7 +109,7 @@ def _friction(estimates: ParameterEstimates) -> Figure:
     for ax, up in zip(axes, (False, True), strict=True):
         for i, f in enumerate(estimates.frictions):
             this = np.isfinite(f.measured) & np.isfinite(f.twin) & ((f.twin > 0.0) == up)
-            x, y = (_thinned(np.abs(values[this])) for values in (f.twin, f.measured * np.sign(f.twin)))
+            x, y = (thinned(np.abs(values[this])) for values in (f.twin, f.measured * np.sign(f.twin)))
             label = f"test {f.test}: {1.0 + f.scale.value:.2f} (+- {f.scale.half:.2f})"
             ax.plot(x, y, ".", ms=3, alpha=0.6, color=COLOURS[i % 6], label=label)
         ends = np.array([0.0, ax.get_xlim()[1]])
@@ -135,33 +133,14 @@ def _delay(campaign: Campaign, delays: tuple[TipDelay, ...]) -> Figure:
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("delay [ms]")
     ax.set_ylabel("remaining force, rms [kN]")
-    return _finished(figure, ax, 3)
-
-
-def _finished(figure: Figure, ax: Axes, columns: int) -> Figure:
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=columns, fontsize="small", frameon=False)
+    _legend_above(ax, 3)
     return figure
 
 
-def _flow_unit(x: FloatArray) -> FloatArray:
-    return x * in_display(1.0, "flow")
+def _legend_above(ax: Axes, columns: int) -> None:
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=columns, fontsize="small", frameon=False)
 
 
-def _dots(x: FloatArray, known: FloatArray) -> FloatArray:
-    return _thinned(np.where(np.isfinite(known), x, np.nan))
-
-
-def _thinned(x: FloatArray) -> FloatArray:
-    return x[:: max(1, len(x) // MOST_DOTS)]
-
-
-def _robust(ax: Axes, y: FloatArray) -> None:
-    """Axis limits that hold nearly all dots: single outliers do not set them."""
-    low, high = np.nanpercentile(y, [0.5, 99.5])
-    ax.set_ylim(min(0.0, low - 0.2 * (high - low)), high + 0.2 * (high - low))
-
-
-def _wider(ax: Axes, least: float) -> None:
-    """Axis limits of at least this width about zero, for errors close to zero."""
-    low, high = ax.get_ylim()
-    ax.set_ylim(min(low, -least), max(high, least))
+def _dots(flow: FloatArray, measured: FloatArray) -> FloatArray:
+    """A flow in its unit where the other one was measured, thinned for a scatter plot."""
+    return thinned(np.where(np.isfinite(measured), in_display(1.0, "flow") * flow, np.nan))

@@ -16,7 +16,7 @@ from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, to
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import Fit, fit, pooled
+from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import KINDS, in_unit, number, show
 from stillhook.validate.parameters.circuit.settings import known_setting
 from stillhook.validate.parameters.segments import (
@@ -31,6 +31,7 @@ from stillhook.validate.parameters.segments import (
     means,
     rates,
     slope,
+    stacked,
     wire_of_layer,
 )
 
@@ -41,9 +42,8 @@ MOVING = 10.0
 applies."""
 
 CALIBRATION = 0.005
-"""Uncertainty of the friction from the classes of the sensors, regardless of the samples [-]:
-pressure transmitters 0.3 %, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of
-one type)."""
+"""Uncertainty of the friction from the classes of the sensors, regardless of the samples [-]: pressure transmitters 0.3
+%, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of one type)."""
 
 
 @dataclass(frozen=True)
@@ -80,17 +80,12 @@ def frictions(parts: Sequence[LogPart]) -> tuple[Friction, ...]:
     wire) are fitted as well.
     Source: Moslatt 2020 eqs 2.3 and 2.15.
     """
-    out = []
-    for test, same in by_test([p for p in parts if not missing(p)]).items():
-        friction = _test(test, same)
-        if friction is not None:
-            out.append(friction)
-    return tuple(out)
+    tests = by_test([p for p in parts if not missing(p)])
+    return tuple(friction for test, same in tests.items() if (friction := _friction(test, same)) is not None)
 
 
 def overall(tests: Sequence[Friction]) -> Estimate | None:
-    """Scale over all tests, less 1; CALIBRATION is a structural part of its interval because it is the same in all
-    tests."""
+    """Scale over all tests, less 1; CALIBRATION, the same in all tests, is a structural part of its interval."""
     if not tests:
         return None
     e = pooled([f.scale for f in tests])
@@ -98,25 +93,21 @@ def overall(tests: Sequence[Friction]) -> Estimate | None:
     return Estimate.around(e.value, math.hypot(e.half, CALIBRATION), e.n, structural)
 
 
-def _test(test: str, parts: Sequence[LogPart]) -> Friction | None:
-    rows = [_rows(p) for p in parts]
-    T, model, spring, rate, one, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+def _friction(test: str, parts: Sequence[LogPart]) -> Friction | None:
+    T, model, spring, rate, one, block = stacked(_rows(p) for p in parts)
     fitted = fit((model, one, spring, rate), T, block)
     if fitted is None or not np.isfinite(T).any():
         return None
     r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in parts])))
     rest = fitted.b[1] + fitted.b[2] * spring + fitted.b[3] * rate
-    return _friction(test, fitted, r_eff, T - rest, model, parts[0].inertia)
-
-
-def _friction(test: str, fitted: Fit, r_eff: float, measured: FloatArray, model: FloatArray, J: float) -> Friction:
+    J = parts[0].inertia
     return Friction(
         test=test,
         scale=fitted.estimate(0, -1.0),
         standing=fitted.estimate(1),
         standing_force=float(fitted.b[1]) / r_eff,
         inertia=Estimate.around(float(fitted.b[3]) / J, fitted.half(3) / J, fitted.blocks),
-        measured=measured,
+        measured=T - rest,
         twin=model,
         mean=float(np.nanmean(np.abs(model))),
     )
@@ -160,7 +151,7 @@ def scale_of_law(parts: Sequence[LogPart], friction: Callable[[LogPart, States],
         s, (_, model, spring, rate, one, block) = states(part), _rows(part)
         law = np.where(np.abs(s.omega) > MOVING, np.sign(s.omega) * friction(part, s), np.nan)
         columns.append((model, one, spring, rate, law, block))
-    *regressors, law, block = (np.concatenate(c) for c in zip(*columns, strict=True))
+    *regressors, law, block = stacked(columns)
     fitted = fit(regressors, law, block)
     return None if fitted is None else float(fitted.b[0]) - 1.0
 
@@ -211,8 +202,7 @@ def twin_friction(
 
 
 LIGHT = 0.1
-"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero error
-dominates."""
+"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero error dominates."""
 LIKE_A_UNIT = 0.05
 """Tolerance of a unit's factor [-]: the accuracy of stated loads."""
 CLOSE = 0.1
@@ -239,13 +229,12 @@ MUCH_WIRE = 0.03
 @dataclass(frozen=True)
 class Cell:
     """One test. force: mean of the cell [N]; weight: of hook and payload, in water less buoyancy [N]; error: force over
-    weight, less 1."""
+    weight, less 1; light: too light a load to judge the cell."""
 
     test: str
     force: Estimate
     weight: float
     error: Estimate
-    load: float
     light: bool
 
 
@@ -262,13 +251,12 @@ def cells(parts: Sequence[LogPart]) -> tuple[Cell, ...]:
         force = fitted.estimate(0)
         error = Estimate.around(force.value / part.weight - 1.0, force.half / part.weight, fitted.blocks)
         light = part.weight < LIGHT * part.crane.SWL * G
-        out.append(Cell(test, force, part.weight, error, part.segment.load, light))
+        out.append(Cell(test, force, part.weight, error, light))
     return tuple(out)
 
 
 def cell_says(readings: Sequence[Cell], parts: Sequence[LogPart]) -> str:
-    """Likely cause of the errors of the load cell, in one line; empty where neither wire, unit nor hook would explain
-    them."""
+    """Likely cause of the errors of the load cell, in one line; empty where wire, unit and hook do not explain them."""
     heavy = [c for c in readings if not c.light]
     if not heavy:
         return ""
@@ -280,12 +268,15 @@ def cell_says(readings: Sequence[Cell], parts: Sequence[LogPart]) -> str:
         return wire
     if abs(gain - 1.0) > CLOSE:
         return _unit(gain, parts) or f"its gain is {number(gain, 3)}: check scale, unit and parts of line"
-    return _tare(heavy, parts[0])
+    hook = parts[0].crane.hook_mass
+    missing_force = np.array([c.weight - c.force.value for c in heavy])
+    if (np.abs(missing_force - hook * G) < 0.3 * (hook * G)).all():
+        return f"it is tared: the hook's {show(hook, 'mass')} are missing in every test"
+    return ""
 
 
 def _wire(heavy: Sequence[Cell], parts: Sequence[LogPart]) -> str:
-    """Whether the cell also carries the wire paid out: more force than stated in every test, by about the weight of its
-    wire."""
+    """Whether the cell also carries the wire paid out: every test has more force than stated, by about its weight."""
     out, m_wire = {p.test: p.segment.s_w for p in parts}, parts[0].params.hoist.drum.m_wire
     weight = np.array([m_wire * out[c.test] * G for c in heavy])
     more = np.array([c.force.value - c.weight for c in heavy])
@@ -305,31 +296,18 @@ def _unit(gain: float, parts: Sequence[LogPart]) -> str:
     mapping = next((p.record.log.mapping for p in parts if p.record.log.mapping), None)
     row = mapping.get("F_w") if mapping else None
     read = row.unit if row is not None and row.unit in KINDS["force"].allowed else "kN"
-    factor = (row.scale if row is not None else 1.0) / in_unit(
-        1.0, read, "force"
-    )  # N of one number in the column, as it was read
-    known = {**UNITS, "% of the SWL": parts[0].crane.SWL * G / 100.0}
-    name, newton = min(known.items(), key=lambda u: abs(math.log(factor / gain / u[1])))
-    if abs(math.log(factor / gain / newton)) > LIKE_A_UNIT:
+    newtons = (row.scale if row is not None else 1.0) / in_unit(1.0, read, "force")  # of one number in the column
+    units = {**UNITS, "% of the SWL": parts[0].crane.SWL * G / 100.0}
+    name, newton = min(units.items(), key=lambda u: abs(math.log(newtons / gain / u[1])))
+    if abs(math.log(newtons / gain / newton)) > LIKE_A_UNIT:
         return ""
     return f"the column is in {name} and was read as {read}: it shows {number(gain, 3)} times the load"
 
 
-def _tare(heavy: Sequence[Cell], part: LogPart) -> str:
-    """Whether the hook is tared, or counted twice."""
-    hook = part.crane.hook_mass * G
-    missing = np.array([c.weight - c.force.value for c in heavy])
-    if (np.abs(missing - hook) < 0.3 * hook).all():
-        return f"it is tared: the hook's {show(part.crane.hook_mass, 'mass')} are missing in every test"
-    return ""
-
-
 FLOOR = 0.001
-"""Calibration difference of pick-up and wire counter between load cases in addition to the scatter [-]: a tenth of a
-per cent."""
+"""Calibration difference of pick-up and wire counter between load cases, next to the scatter [-]: 0.1 %."""
 AGREES = 0.005
-"""Error of the effective radius that is acceptable [-]: a tenth of a layer's step, and beyond what sensors are
-calibrated to."""
+"""Acceptable error of the effective radius [-]: a tenth of a layer's step, beyond the calibration of sensors."""
 NEAR_A_LAYER = 0.15
 """Tolerance of an error of full layers, in layers: half a per cent of the effective radius."""
 AS_GOOD = 1.5
@@ -365,25 +343,28 @@ def effective_radii(parts: Sequence[LogPart], clock: float = 0.0) -> tuple[Effec
         wire = "v_w" if all(p.has("v_w") for p in same) else "s_w"
         if not all(p.has("omega_m", wire) and np.isfinite(p.layer).any() for p in same):
             continue
-        fitted = slope(same, [(integral(p["omega_m"] * p.r_eff, p.step), _paid_in(p, wire)) for p in same])
+        paid_in = [integral(p["v_w"], p.step) if wire == "v_w" else -p["s_w"] for p in same]
+        wound = [integral(p["omega_m"] * p.r_eff, p.step) for p in same]
+        fitted = slope(same, list(zip(wound, paid_in, strict=True)))
         if fitted is None:
             continue
         error = fitted.value * (1.0 if wire == "v_w" else 1.0 + clock) - 1.0
-        out.append(_radius(same, test, Estimate.around(error, fitted.half, fitted.fit.blocks), wire))
+        crane, layer = same[0].crane, float(np.nanmedian(np.concatenate([p.layer for p in same])))
+        d = float(diameter_of(crane, np.array([round(layer)]))[0])
+        d_implied = d * (1.0 + error)
+        out.append(
+            EffectiveRadius(
+                test=test,
+                error=Estimate.around(error, fitted.half, fitted.fit.blocks),
+                layer=layer,
+                implied=layer_at(crane, d_implied),
+                d=d,
+                d_implied=d_implied,
+                wire=wire,
+                s_w=float(np.nanmean(np.concatenate([p.wire_out for p in same]))),
+            )
+        )
     return tuple(out)
-
-
-def _paid_in(part: LogPart, wire: str) -> FloatArray:
-    return integral(part["v_w"], part.step) if wire == "v_w" else -part["s_w"]
-
-
-def _radius(parts: Sequence[LogPart], test: str, error: Estimate, wire: str) -> EffectiveRadius:
-    crane = parts[0].crane
-    layer = float(np.nanmedian(np.concatenate([p.layer for p in parts])))
-    s_w = float(np.nanmean(np.concatenate([p.wire_out for p in parts])))
-    d = float(diameter_of(crane, np.array([round(layer)]))[0])
-    d_implied = d * (1.0 + error.value)
-    return EffectiveRadius(test, error, layer, layer_at(crane, d_implied), d, d_implied, wire, s_w)
 
 
 def diagnosis(crane: Crane, radii: Sequence[EffectiveRadius]) -> str:
@@ -403,42 +384,27 @@ def _ideas(crane: Crane, radii: Sequence[EffectiveRadius]) -> list[tuple[float, 
     e, d = np.array([x.error.value for x in radii]), np.array([x.d for x in radii])
     w = 1.0 / np.hypot([x.error.half for x in radii], FLOOR) ** 2
     gear = float(w @ e / w.sum())
-    geared = (
-        _rms(e - gear, w),
-        f"the gear ratio is {number(crane.i_hD / (1.0 + gear), 4)}, not {number(crane.i_hD, 4)}",
-    )
-    if _near_full_layers(radii):
-        return [_full_layers(crane, radii), geared]  # a drum larger by whole layers is named with them
-    ideas = [geared]
+    text = f"the gear ratio is {number(crane.i_hD / (1.0 + gear), 4)}, not {number(crane.i_hD, 4)}"
+    geared = (_rms(e - gear, w), text)
+    layers = np.array([x.layer for x in radii])
+    off = np.array([x.implied for x in radii]) - layers
+    rest = off - np.round(off)
+    if (np.abs(rest) <= NEAR_A_LAYER).all() and np.round(off).any():
+        text = f"the wire runs on another layer than the twin's: {_named(radii)}, {wire_counted_wrong(crane, radii)}"
+        # a drum larger by full layers is named with them
+        return [(_rms(rest * layer_step(crane) / d, w), text), geared]
     drum, old = float((w / d**2) @ (e * d) / np.sum(w / d**2)), crane.drum.d
-    ideas.append(
-        (_rms(e - drum / d, w), f"the drum's diameter is {show(old + drum, 'length')}, not {show(old, 'length')}")
-    )
-    share = 2.0 * np.array([x.layer for x in radii]) - 1.0
+    text = f"the drum's diameter is {show(old + drum, 'length')}, not {show(old, 'length')}"
+    larger = (_rms(e - drum / d, w), text)
+    share = 2.0 * layers - 1.0
     wire = float((w * share / d**2) @ (e * d) / np.sum(w * share**2 / d**2))
     old = crane.wire.d
     text = f"the wire's diameter on the drum is {show(old + wire, 'diameter')}, not {show(old, 'diameter')}"
-    ideas.append((_rms(e - wire * share / d, w), text))
-    return ideas
+    return [geared, larger, (_rms(e - wire * share / d, w), text)]
 
 
 def _rms(rest: FloatArray, w: FloatArray) -> float:
     return float(np.sqrt(w @ rest**2 / w.sum()))
-
-
-def _near_full_layers(radii: Sequence[EffectiveRadius]) -> bool:
-    off = np.array([x.implied - x.layer for x in radii])
-    return bool((np.abs(off - np.round(off)) <= NEAR_A_LAYER).all() and np.round(off).any())
-
-
-def _full_layers(crane: Crane, radii: Sequence[EffectiveRadius]) -> tuple[float, str]:
-    off = np.array([x.implied - x.layer for x in radii])
-    rest = (off - np.round(off)) * layer_step(crane) / np.array([x.d for x in radii])
-    w = 1.0 / np.hypot([x.error.half for x in radii], FLOOR) ** 2
-    return (
-        _rms(rest, w),
-        f"the wire runs on another layer than the twin's: {_named(radii)}, {wire_counted_wrong(crane, radii)}",
-    )
 
 
 def _named(radii: Sequence[EffectiveRadius]) -> str:
@@ -451,8 +417,7 @@ def _named(radii: Sequence[EffectiveRadius]) -> str:
 
 
 def wire_counted_wrong(crane: Crane, radii: Sequence[EffectiveRadius]) -> str:
-    """Error of the wire counter that would put all tests on the layers that they imply, in
-    words."""
+    """Error of the wire counter that would put all tests on the layers that they imply, in words."""
     wrong = "layers, turns or drum of the crane file are wrong"
     if any(not 1 <= round(x.implied) <= crane.drum.layers for x in radii):
         return f"one that the drum does not have: {wrong}"

@@ -9,7 +9,7 @@ towards zero.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -23,9 +23,9 @@ from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.jackknife_regression import Fit, fit
-from stillhook.units import show
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.data_set.records.record import Record, Segment, stretches_of
+from stillhook.validate.data_set.records.transients import filled
 from stillhook.winches.load_path import drum_geometry
 
 SHORTEST = 10.0
@@ -145,6 +145,11 @@ def by_test(parts: Sequence[LogPart]) -> dict[str, list[LogPart]]:
     return out
 
 
+def stacked(rows: Iterable[Iterable[NDArray[Any]]]) -> tuple[NDArray[Any], ...]:
+    """Columns of several parts, one after the other."""
+    return tuple(np.concatenate(column) for column in zip(*rows, strict=True))
+
+
 def layer_of(crane: Crane, s_w: FloatArray) -> FloatArray:
     """Number of the layer in use with s_w paid out [m], NaN where s_w is."""
     drum = drum_record(crane)
@@ -179,11 +184,6 @@ def wire_of_layer(crane: Crane, layer: int) -> tuple[float, float]:
     return drum.L_full - wire_to_layer(float(layer), drum), drum.L_full - wire_to_layer(float(layer - 1), drum)
 
 
-def says(part: LogPart) -> str:
-    """A part in words: load and wire out."""
-    return f"{show(part.segment.load, 'mass', 3)}, {show(part.segment.s_w, 'length', 4)} out"
-
-
 WINDOW = 2.0
 """Time over which differences are taken [s]: a fifth of a wave, in which the winch moves a hundred steps of its
 encoder."""
@@ -193,7 +193,7 @@ equally in both."""
 BRIDGED = 0.1
 """Longest hole in a signal that a straight line may fill [s]."""
 LAGS = 3
-"""Rounds in which the lag is found: the second leaves it within a millisecond."""
+"""Rounds of the estimate of the lag: the second leaves it within a millisecond."""
 LONGEST_LAG = 1.0
 """Largest lag that is corrected [s]."""
 LEAST_MOTION = 1e-6
@@ -224,18 +224,15 @@ def bridged(x: FloatArray, step: float) -> FloatArray:
     known = np.isfinite(x)
     if known.all() or not known.any():
         return x
-    at = np.arange(len(x))
-    filled = np.interp(at, at[known], x[known])
-    edges = np.flatnonzero(np.diff(np.concatenate(([True], known, [True])).astype(np.int8)))
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    out = filled(x)
+    for a, b in stretches_of(~known):
         if (b - a) * step > BRIDGED or a == 0 or b == len(x):
-            filled[a:b] = np.nan
-    return filled
+            out[a:b] = np.nan
+    return out
 
 
 def integral(x: FloatArray, step: float) -> FloatArray:
-    """Integral from the start by trapezoids, (n,); NaN from the inside of a hole on is left to `differences`, by NaN at
-    the hole."""
+    """Integral from the start by trapezoids, (n,), NaN in holes; `differences` leaves out what is across one."""
     known = bridged(x, step)
     safe = np.where(np.isfinite(known), known, 0.0)
     total = np.concatenate(([0.0], np.cumsum(0.5 * (safe[1:] + safe[:-1]) * step)))
@@ -278,7 +275,7 @@ def moments(part: LogPart, window: float = WINDOW) -> FloatArray:
 
 
 def later(x: FloatArray, step: float, lag: float) -> FloatArray:
-    """The curve as it is lag [s] later: y(t) = x(t - lag), NaN beyond its ends and beside its holes."""
+    """The curve as it is lag [s] later: y(t) = x(t - lag), NaN beyond its ends and next to its holes."""
     at = np.arange(len(x)) - lag / step
     return np.asarray(np.interp(at, np.arange(len(x)), x, left=np.nan, right=np.nan))
 
@@ -292,8 +289,7 @@ def slope(
     """
     lag, fitted = 0.0, None
     for _ in range(LAGS + 1):
-        rows = [_rows(part, x, y, lag, window) for part, (x, y) in zip(parts, curves, strict=True)]
-        dx, dv, dy, block = (np.concatenate(column) for column in zip(*rows, strict=True))
+        dx, dv, dy, block = stacked(_rows(p, x, y, lag, window) for p, (x, y) in zip(parts, curves, strict=True))
         if not np.isfinite(dx).any() or np.nanstd(dx) < LEAST_MOTION:
             return None
         fitted = fit((dx, dv), dy, block)

@@ -16,7 +16,18 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import Fit, fit, one_number, pooled
 from stillhook.statistics.time_lag import dot
 from stillhook.units import show
-from stillhook.validate.parameters.segments import LogPart, Slope, bridged, by_test, integral, later, slope, smoothed
+from stillhook.validate.data_set.records.transients import filled
+from stillhook.validate.parameters.segments import (
+    LogPart,
+    Slope,
+    bridged,
+    by_test,
+    integral,
+    later,
+    slope,
+    smoothed,
+    stacked,
+)
 
 DOUBT = {"v_w": 0.003, "v_tip": 0.0005, "a_tip": 0.003}
 """Calibration uncertainty of a rate [-]: a motion unit computes position and speed from the same samples, a
@@ -52,18 +63,18 @@ class Jump:
     name: str
 
 
-PAIRS: Mapping[str, tuple[str, str, float, float]] = {
-    "v_w": ("s_w", "wire", -1.0, LEAST_MOTION),
-    "v_tip": ("s_tip", "tip", 1.0, LEAST_MOTION),
-    "a_tip": ("v_tip", "tip", 1.0, LEAST_MOTION_V),
+PAIRS: Mapping[str, tuple[str, float, float]] = {
+    "v_w": ("s_w", -1.0, LEAST_MOTION),
+    "v_tip": ("s_tip", 1.0, LEAST_MOTION),
+    "a_tip": ("v_tip", 1.0, LEAST_MOTION_V),
 }
-"""Rate to what it is the rate of, of whom, its sign, and the least motion."""
+"""Rate to what it is the rate of, its sign, and the least motion."""
 
 
 def ratios(parts: Sequence[LogPart]) -> dict[str, Ratio]:
     """Every length against its rate, where both were logged and moved."""
     out = {}
-    for rate, (length, _, sign, least) in PAIRS.items():
+    for rate, (length, sign, least) in PAIRS.items():
         slopes: dict[str, Slope] = {}
         for test, same in by_test([p for p in parts if p.has(rate, length)]).items():
             s = slope(same, [(integral(p[rate], p.step), sign * p[length]) for p in same])
@@ -99,42 +110,36 @@ def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
     if len(fast) < 2:
         note = (
             "one speed alone cannot distinguish clock drift from its own calibration: log v_w and v_tip together with"
-            " s_w and"
-            " s_tip"
+            " s_w and s_tip"
         )
         return Clock(None, fast, note)
-    group = _largest_group(fast)
+    doubted = {name: Estimate.around(e.value, float(np.hypot(e.half, DOUBT[name])), e.n) for name, e in fast.items()}
+    group = _largest_group(doubted)
     if len(group) < 2:
         note = (
             f"{' and '.join(fast)} each deviate from the derivative of their length by different amounts:"
-            " calibrations, not the"
-            " clock"
+            " calibrations, not the clock"
         )
         return Clock(None, fast, note)
-    error = one_number([_doubted(name, fast[name]) for name in group])
+    error = one_number([doubted[name] for name in group])
     rest = {
         name: Estimate.around(e.value - error.value, float(np.hypot(e.half, error.half))) for name, e in fast.items()
     }
     return Clock(error, rest, f"{' and '.join(group)} agree on it")
 
 
-def _largest_group(fast: Mapping[str, Estimate]) -> list[str]:
-    """The largest group of ratios that may be one number; of equal ones, the one nearer to zero."""
-    groups, doubted = [], {name: _doubted(name, e) for name, e in fast.items()}
-    for centre in doubted.values():
-        near = [name for name, e in doubted.items() if abs(e.value - centre.value) <= np.hypot(e.half, centre.half)]
+def _largest_group(ratios: Mapping[str, Estimate]) -> list[str]:
+    """The largest group of ratios that may be one number; of equal ones, the one nearer to zero. The intervals include
+    the doubt of the calibrations."""
+    groups = []
+    for centre in ratios.values():
+        near = [name for name, e in ratios.items() if abs(e.value - centre.value) <= np.hypot(e.half, centre.half)]
         groups.append((len(near), -abs(centre.value), near))
     return max(groups)[2]
 
 
-def _doubted(name: str, e: Estimate) -> Estimate:
-    """A ratio with the doubt of its calibration in its interval."""
-    return Estimate.around(e.value, float(np.hypot(e.half, DOUBT[name])), e.n)
-
-
 def largest_jump(parts: Sequence[LogPart], rate_ratios: Mapping[str, Ratio]) -> Jump | None:
-    """The largest step of wire out or tip position against the integral of its speed; None where there is no such
-    pair."""
+    """The largest step of wire out or tip position against the integral of its speed; None without such a pair."""
     jumps = [
         _jump(part, rate, rate_ratios[rate])
         for rate in ("v_w", "v_tip")
@@ -146,7 +151,7 @@ def largest_jump(parts: Sequence[LogPart], rate_ratios: Mapping[str, Ratio]) -> 
 
 
 def _jump(part: LogPart, rate: str, ratio: Ratio) -> Jump:
-    length, _, sign, _ = PAIRS[rate]
+    length, sign, _ = PAIRS[rate]
     moved = later(integral(part[rate], part.step), part.step, ratio.lag)
     rest = smoothed(sign * part[length] - (1.0 + ratio.error.value) * moved, part.step)
     n = max(1, round(ASIDE / part.step))
@@ -199,16 +204,13 @@ Spectrum = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class TipDelay:
-    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's; held: whether
-    the gain was held at 1 because the force determines it too poorly; misfit: rms of the remaining force [N] at the
-    delays of CURVE; force: rms of the measured force in the band [N]."""
+    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's, 1 where the
+    force determines it too poorly; misfit: rms of the remaining force [N] at the delays of CURVE."""
 
     test: str
     delay: Estimate
     gain: Estimate
-    held: bool
     misfit: FloatArray
-    force: float
 
 
 @dataclass(frozen=True)
@@ -229,21 +231,16 @@ class _Sea:
         rate; (n,)."""
         ahead = self.tip * np.exp(1j * self.w * delay)
         hook = ahead - self.wire
-        return self._curve(hook), self._curve(1j * self.w * ahead), self._curve(1j * self.w * hook)
-
-    def _curve(self, spectrum: Spectrum) -> FloatArray:
-        return np.fft.irfft(spectrum, len(self.way))
+        spectra = (hook, 1j * self.w * ahead, 1j * self.w * hook)
+        on_hook, of_speed, of_rate = (np.fft.irfft(x, len(self.way)) for x in spectra)
+        return on_hook, of_speed, of_rate
 
 
 def tip_delays(parts: Sequence[LogPart]) -> tuple[TipDelay, ...]:
-    """Delay of the logged tip behind the true one, from every test with heave compensation in which the load cell was
-    logged."""
-    out = []
-    for test, same in by_test([p for p in parts if _can_tell(p)]).items():
-        delay = _test(test, [_sea(p) for p in same])
-        if delay is not None:
-            out.append(delay)
-    return tuple(out)
+    """Delay of the logged tip behind the true one, of every test with heave compensation and a logged load cell."""
+    usable = [p for p in parts if _compensates(p, LEAST_PP) and p.knows("F_w", "s_tip", "s_w")]
+    tests = by_test([p for p in usable if p.segment.duration > 4.0 * EDGE])
+    return tuple(d for test, same in tests.items() if (d := _delay(test, [_sea(p) for p in same])) is not None)
 
 
 def overall(delays: Sequence[TipDelay]) -> Estimate | None:
@@ -251,14 +248,13 @@ def overall(delays: Sequence[TipDelay]) -> Estimate | None:
     return pooled([f.delay for f in delays]) if delays else None
 
 
-def _can_tell(part: LogPart) -> bool:
-    s = part.segment
-    return (
-        s.mode.compensates and s.s_tip_pp >= LEAST_PP and part.knows("F_w", "s_tip", "s_w") and s.duration > 4.0 * EDGE
-    )
+def _compensates(part: LogPart, least_pp: float) -> bool:
+    return part.segment.mode.compensates and part.segment.s_tip_pp >= least_pp
 
 
 def _sea(part: LogPart) -> _Sea:
+    from scipy.signal import detrend  # heavy: only where logs are checked
+
     n = max(1, round(EVERY / part.step))
     F, tip, wire = (smoothed(bridged(part[name], part.step), part.step, EVERY)[::n] for name in ("F_w", "s_tip", "s_w"))
     speed = -np.gradient(smoothed(bridged(part["s_w"], part.step), part.step, 5.0 * EVERY), part.step)[::n]
@@ -267,17 +263,10 @@ def _sea(part: LogPart) -> _Sea:
     f = np.asarray(np.fft.rfftfreq(len(t), n * part.step), dtype=np.float64)
     response, top = _response(part, f)
     band = np.interp(f, (*LOW, top, FLANK * top), (0.0, 1.0, 1.0, 0.0), left=0.0, right=0.0)
-    force, s_tip, s_w, way = (np.fft.rfft(_level(x)) * band for x in (F, tip, wire, np.tanh(speed / TURN)))
-    curve = (np.fft.irfft(x, len(t)) for x in (force, way))
-    return _Sea(next(curve), s_tip * response, s_w * response, next(curve), 2.0 * math.pi * f, part.blocks(t), inside)
-
-
-def _level(x: FloatArray) -> FloatArray:
-    """Without holes, mean and trend."""
-    from scipy.signal import detrend  # heavy: only where logs are checked
-
-    at, known = np.arange(len(x)), np.isfinite(x)
-    return np.asarray(detrend(np.interp(at, at[known], x[known])))
+    level = (detrend(filled(x)) for x in (F, tip, wire, np.tanh(speed / TURN)))
+    F_band, s_tip, s_w, way_band = (np.fft.rfft(x) * band for x in level)
+    force, way = (np.fft.irfft(x, len(t)) for x in (F_band, way_band))
+    return _Sea(force, s_tip * response, s_w * response, way, 2.0 * math.pi * f, part.blocks(t), inside)
 
 
 def _response(part: LogPart, f: FloatArray) -> tuple[Spectrum, float]:
@@ -291,59 +280,58 @@ def _response(part: LogPart, f: FloatArray) -> tuple[Spectrum, float]:
     return -m * w**2 * pull / (pull - m * w**2), max(top, 1.1 * LOW[1])
 
 
-def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
+def _delay(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
     """The better determined of two fits: with the gain of the force free, and with the twin's, whose uncertainty is
     then included."""
-    free, held = _fitted(seas, held=False), _fitted(seas, held=True)
-    if free is None or held is None:
+    free, fixed = _fitted(seas, fixed_gain=False), _fitted(seas, fixed_gain=True)
+    if free is None or fixed is None:
         return None
-    delay, fitted = free
-    one, gain = Estimate.around(1.0, GAIN), fitted.estimate(0)
+    (delay, fitted), (fixed_delay, fixed_fit) = free, fixed
     loose = Estimate.around(delay, fitted.ratio(1, 0)[1], fitted.blocks)
-    tight = Estimate.around(held[0], math.hypot(held[1].half(0), GAIN * abs(_leans(seas))), held[1].blocks)
-    use_held = not (fitted.b[0] > 0.0 and loose.half <= tight.half)
-    result = tight if use_held else loose
-    result = Estimate.around(result.value, math.hypot(result.half, SHAPE * result.value), result.n)
-    misfit = np.array([_misfit(seas, x) for x in CURVE])
-    force = np.concatenate([s.force[s.inside] for s in seas])
-    return TipDelay(test, result, one if use_held else gain, use_held, misfit, float(np.std(force)))
+    half = math.hypot(fixed_fit.half(0), GAIN * abs(_leans(seas)))
+    tight = Estimate.around(fixed_delay, half, fixed_fit.blocks)
+    use_free = fitted.b[0] > 0.0 and loose.half <= tight.half
+    best = loose if use_free else tight
+    result = Estimate.around(best.value, math.hypot(best.half, SHAPE * best.value), best.n)
+    gain = fitted.estimate(0) if use_free else Estimate.around(1.0, GAIN)
+    return TipDelay(test, result, gain, np.array([_misfit(seas, x) for x in CURVE]))
 
 
-def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:
-    """The delay at which the tip's speed explains no remaining force, with the fit there: gain (unless held) and gain
-    times rest of the delay, beside the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
+def _fitted(seas: Sequence[_Sea], *, fixed_gain: bool) -> tuple[float, Fit] | None:
+    """The delay at which the tip's speed explains no remaining force, with the fit there: gain (unless fixed) and gain
+    times rest of the delay, next to the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
     delay, fitted = 0.0, None
     for _ in range(ROUNDS):
-        columns = [(s.columns(delay), s) for s in seas]
-        rows = [np.concatenate([c[i][s.inside] for c, s in columns]) for i in range(3)]
-        force, way, block = (
-            np.concatenate([getattr(s, name)[s.inside] for s in seas]) for name in ("force", "way", "block")
-        )
-        used = (rows[1], way) if held else (rows[0], rows[1], way, rows[2])
-        fitted = fit(used, force - rows[0] if held else force, block)
-        if fitted is None or (not held and fitted.b[0] <= 0.0):
-            return (delay, fitted) if fitted is not None else None
-        delay = float(np.clip(delay + (fitted.b[0] if held else fitted.b[1] / fitted.b[0]), -MOST, MOST))
-    return (delay, fitted) if fitted is not None else None
+        hook, speed, rate, force, way, block = _columns(seas, delay)
+        fitted = fit((speed, way), force - hook, block) if fixed_gain else fit((hook, speed, way, rate), force, block)
+        if fitted is None:
+            return None
+        if not fixed_gain and fitted.b[0] <= 0.0:
+            return delay, fitted
+        delay = float(np.clip(delay + (fitted.b[0] if fixed_gain else fitted.b[1] / fitted.b[0]), -MOST, MOST))
+    assert fitted is not None
+    return delay, fitted
+
+
+def _columns(seas: Sequence[_Sea], delay: float) -> tuple[NDArray[Any], ...]:
+    """With the tip ahead by a time: force of the hook's motion, of the tip's speed (per s), the first one's rate,
+    measured force, direction of the wire, and block of time, of the samples that count."""
+    return stacked([x[s.inside] for x in (*s.columns(delay), s.force, s.way, s.block)] for s in seas)
 
 
 def _leans(seas: Sequence[_Sea]) -> float:
-    """How much of a delay [s] the twin's force of the hook's motion looks like: what its gain is off by comes in by
-    that."""
-    rows = [(s.columns(0.0), s.inside) for s in seas]
-    hook, speed = (np.concatenate([c[i][inside] for c, inside in rows]) for i in range(2))
+    """Delay [s] that an error of the gain of the twin's force resembles, over that error."""
+    hook, speed, *_ = _columns(seas, 0.0)
     return dot(hook, speed) / dot(speed, speed)
 
 
 def _misfit(seas: Sequence[_Sea], delay: float) -> float:
-    """Rms of the remaining force with the tip ahead by a time [N], the twin's gain held."""
-    rows = [(s.columns(delay), s) for s in seas]
-    rest = np.concatenate([(s.force - c[0])[s.inside] for c, s in rows])
-    way = np.concatenate([s.way[s.inside] for s in seas])
+    """Rms of the remaining force with the tip ahead by a time [N], with the twin's gain."""
+    hook, _, _, force, way, _ = _columns(seas, delay)
+    rest = force - hook
     return float(np.std(rest - way * dot(way, rest) / max(dot(way, way), 1e-12)))
 
 
-"""Spacing of the samples [s]."""
 LEAST_TIP_PP = 0.2
 """Least tip motion in a window from which a lag can be determined [m]."""
 
@@ -366,18 +354,13 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
     reference moves by that time against the tip's speed.
     """
     out = []
-    for test, same in by_test([p for p in parts if _shows_reference(p)]).items():
-        rows = [_rows(p) for p in same]
-        rest, v, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+    usable = [p for p in parts if _compensates(p, LEAST_TIP_PP) and p.has("e_c_measured", "s_w", "s_tip")]
+    for test, same in by_test(usable).items():
+        rest, v, block = stacked(_rows(p) for p in same)
         fitted = fit((v,), rest, block)
         if fitted is not None:
             out.append(Reference(test, Estimate.around(-float(fitted.b[0]), fitted.half(0), fitted.blocks), fitted.sd))
     return tuple(out)
-
-
-def _shows_reference(part: LogPart) -> bool:
-    s = part.segment
-    return s.mode.compensates and s.s_tip_pp >= LEAST_TIP_PP and part.has("e_c_measured", "s_w", "s_tip")
 
 
 def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:

@@ -21,8 +21,18 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.parameters.segments import OIL, LogPart, bridged, by_test, differences, integral, later, moments
-from stillhook.validate.passive.torque import dry, flow, mean_every, oil, passive_of
+from stillhook.validate.parameters.segments import (
+    OIL,
+    LogPart,
+    bridged,
+    by_test,
+    differences,
+    integral,
+    later,
+    moments,
+    stacked,
+)
+from stillhook.validate.passive.torque import dry, flow, mean_every, passive_of
 
 EVERY = 0.2
 """Width of the means of which levels and excursions are taken [s]."""
@@ -102,8 +112,7 @@ class Stroke:
 
 
 def levels(parts: Sequence[LogPart]) -> Level | None:
-    """Pressure at mid stroke, of the tests with heave compensation where there are any; None where p_hp was not
-    logged."""
+    """Pressure at mid stroke, of the tests with heave compensation where there are any; None without p_hp."""
     known = [p for p in parts if p.has("p_hp")]
     known = [p for p in known if p.kind is Kind.AHC] or known
     placed = bool(known) and all(p.has("V_acc") for p in known)
@@ -135,26 +144,24 @@ def stiffness(part: LogPart) -> float:
 
 def index(part: LogPart) -> float:
     """The file's index n = V dp / (p dV) at mid stroke, whatever its gas law."""
-    gas = passive_of(part).accumulator.gas
+    gas = passive_of(part.crane).accumulator.gas
     return stiffness(part) * gas.V_0 / gas.p_0
 
 
 def curve(parts: Sequence[LogPart]) -> Curve | None:
-    """Stiffness of the gas and flow loss, test by test in the wave band; None where the signals or the motion are
-    missing."""
+    """Stiffness of the gas and flow loss, test by test in the wave band; None without the signals or the motion."""
     volumes, losses, rows = {}, [], []
     usable = [p for p in parts if p.kind is Kind.AHC and not p.lacking(*OIL, "omega_m")]
     lag = _lag(usable)
     for test, these in by_test(usable).items():
-        dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*(_rows(p, lag) for p in these), strict=True))
-        acc = passive_of(these[0]).accumulator
+        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in these)
+        acc = passive_of(these[0].crane).accumulator
         if not np.isfinite(dV).any() or np.nanstd(dV) < LEAST_OIL * acc.V_stroke:
             continue
         pump = these[0].crane.active.pump
         full = pump.D_total * pump.omega_p
-        fitted = fit(
-            (dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block
-        )  # what a full flow costs is then one coefficient
+        # the loss of a full flow is then one coefficient
+        fitted = fit((dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block)
         if fitted is None or not fitted.b[0] > 0.0:
             continue
         p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
@@ -172,12 +179,11 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
 def _lag(parts: Sequence[LogPart]) -> float:
     """By how much the logged pressure comes later than the flow [s], from the residual of three lags; 0 where none
     between is least."""
+    if not parts:
+        return 0.0
     left = []
     for lag in (-LAG, 0.0, LAG):
-        rows = [_rows(p, lag) for p in parts]
-        if not rows:
-            return 0.0
-        dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in parts)
         fitted = fit((dV, dQ, d_dry, np.ones_like(dV)), dp, block)
         if fitted is None:
             return 0.0
@@ -188,8 +194,7 @@ def _lag(parts: Sequence[LogPart]) -> float:
 
 
 def _rows(part: LogPart, lag: float) -> tuple[NDArray[Any], ...]:
-    """Differences over windows: oil moved, flow, side of dry friction, as they come lag [s] later, and pressure;
-    block."""
+    """Differences over windows: oil moved, flow, side of dry friction, all lag [s] later, and pressure; block."""
     step = part.step
     Q = later(flow(part), step, lag)
     curves = (integral(Q, step), Q, dry(Q, part), bridged(part["p_hp"], step))
@@ -197,24 +202,19 @@ def _rows(part: LogPart, lag: float) -> tuple[NDArray[Any], ...]:
 
 
 def displacement(parts: Sequence[LogPart]) -> Displacement | None:
-    """Oil displaced by the motors, from the logged position of the piston; None where it was not logged or nothing
-    moves."""
+    """Oil displaced by the motors, from the logged position of the piston; None without it or without motion."""
     tests = {}
-    for test, same in by_test(
-        [p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not p.lacking(*OIL, "omega_m")]
-    ).items():
-        rows = [_moved(p) for p in same]
-        dV, seen, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-        fitted = fit((dV, np.ones_like(dV)), seen, block)
-        if fitted is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(same[0]).accumulator.V_stroke:
+    usable = [p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not p.lacking(*OIL, "omega_m")]
+    for test, same in by_test(usable).items():
+        # over windows: oil that the file's motors and make-up move, oil in the accumulator
+        curves = [(p, integral(flow(p), p.step), bridged(p["V_acc"], p.step)) for p in same]
+        dV, measured, block = stacked(
+            (differences(oil, p.step), differences(V, p.step), p.blocks(moments(p))) for p, oil, V in curves
+        )
+        fitted = fit((dV, np.ones_like(dV)), measured, block)
+        if fitted is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(same[0].crane).accumulator.V_stroke:
             tests[test] = fitted.estimate(0, -1.0)
     return Displacement(pooled(list(tests.values())), tests) if tests else None
-
-
-def _moved(part: LogPart) -> tuple[NDArray[Any], ...]:
-    """Differences over windows: oil that the file's motors and make-up move, oil in the accumulator; block."""
-    step = part.step
-    return differences(oil(part), step), differences(bridged(part["V_acc"], step), step), part.blocks(moments(part))
 
 
 def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:
@@ -223,18 +223,18 @@ def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:
     usable = [p for p in parts if not p.lacking(*OIL, "omega_m")]
     if not usable:
         return None
-    passive = passive_of(usable[0])
+    passive = passive_of(usable[0].crane)
     middle, placed = 0.5 * passive.accumulator.V_stroke, all(p.has("V_acc") for p in usable)
     if not placed and gas is None:
         return None
     lows, highs, at_end, where = [], [], 0.0, ""
     for part in usable:
         x = mean_every(part["V_acc"], part, EVERY) - middle if placed else place(part, gas)
-        stands = _at_an_end(part, x, gas)
-        if stands.any():
-            at_end += EVERY * float(stands.sum())
-            where = where or f"{EVERY * int(np.argmax(stands)):.1f} s of {part.test}"
-        free = x[~stands & np.isfinite(x)]
+        stuck = _at_an_end(part, x, gas)
+        if stuck.any():
+            at_end += EVERY * float(stuck.sum())
+            where = where or f"{EVERY * int(np.argmax(stuck)):.1f} s of {part.test}"
+        free = x[~stuck & np.isfinite(x)]
         lows.append(float(free.min()) if len(free) else 0.0)
         highs.append(float(free.max()) if len(free) else 0.0)
     low, high = min(lows), max(highs)
@@ -242,8 +242,7 @@ def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:
 
 
 def place(part: LogPart, gas: Curve | None) -> FloatArray:
-    """Piston off mid stroke [m^3], one a mean over EVERY: from the pressure less the flow loss, along the implied gas
-    curve."""
+    """Piston off mid stroke [m^3], means over EVERY: from the pressure less the flow loss, by the implied gas curve."""
     assert gas is not None
     n = index(part)
     Q = mean_every(flow(part), part, EVERY)
@@ -254,7 +253,7 @@ def place(part: LogPart, gas: Curve | None) -> FloatArray:
 
 def _at_an_end(part: LogPart, x: FloatArray, gas: Curve | None) -> NDArray[np.bool_]:
     """Where the pressure changes far more than the gas would, while the file leaves the piston room, (m,)."""
-    acc = passive_of(part).accumulator
+    acc = passive_of(part.crane).accumulator
     Q = flow(part)
     p, V, Q = (mean_every(y, part, EVERY) for y in (part["p_hp"], integral(Q, part.step), Q))
     dp, dV, dQ = (np.abs(np.diff(y, append=np.nan)) for y in (p, V, Q))

@@ -1,12 +1,13 @@
-"""Settings of motors and pumps of the passive circuit against their laws: displacement for the weight, make-up of the
-oil."""
+"""Settings of motors and pumps of the passive circuit against their laws: displacement for the weight, make-up."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.scalar import G
@@ -14,7 +15,7 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.settings import EVERY, followed
-from stillhook.validate.parameters.segments import LogPart, bridged, by_test
+from stillhook.validate.parameters.segments import LogPart, bridged, by_test, stacked
 from stillhook.validate.passive.torque import filtered, flow, passive_of
 
 SETTLING = 3.0
@@ -27,18 +28,15 @@ LEAST_ORDER = 0.02
 
 @dataclass(frozen=True)
 class Setting:
-    """gain: measured setting of the passive motors over that of the law, less 1; tests: by test; law, alpha: for
-    figures [-]."""
+    """gain: measured setting of the passive motors over that of the law, less 1; tests: by test."""
 
     gain: Estimate
     tests: dict[str, Estimate]
-    law: FloatArray
-    alpha: FloatArray
 
 
 @dataclass(frozen=True)
 class MakeUp:
-    """gain: measured setting of the passive pumps over the answer to the law's command, less 1; offset: what stands
+    """gain: measured setting of the passive pumps over the response to the law's command, less 1; offset
     between them, as the pressure [Pa] by which set pressure and transmitter disagree."""
 
     gain: Estimate
@@ -54,31 +52,24 @@ def displacement_by_weight(part: LogPart) -> FloatArray | None:
     settings, tau = part.params.passive.settings, part.params.plc.tau_F
     dp = np.maximum(p - settings.p_lp, settings.dp_least)
     law = filtered(F, tau, part.step) * part.r_eff / (settings.D_m_max * dp)
-    held = followed(np.clip(law, 0.0, 1.0), part.params.passive.motor_servo, part.step)
-    free = (law > 0.0) & (law < 1.0) & (part.t > SETTLING * (tau + 1.0 / passive_of(part).motor.servo.omega_n))
-    return np.where(free, held, np.nan)
+    setting = followed(np.clip(law, 0.0, 1.0), part.params.passive.motor_servo, part.step)
+    free = (law > 0.0) & (law < 1.0) & (part.t > SETTLING * (tau + 1.0 / passive_of(part.crane).motor.servo.omega_n))
+    return np.where(free, setting, np.nan)
 
 
 def setting(parts: Sequence[LogPart]) -> Setting | None:
-    """Gain of the passive motors' setting over the law, of every test that carries a load; None where it was not
-    logged."""
-    tests, laws, alphas = {}, [], []
-    for test, same in by_test([p for p in parts if p.has("alpha_pm", "F_w", "p_hp")]).items():
-        same = [p for p in same if p.weight > LEAST_LOAD * p.crane.SWL * G]
-        rows = [(law, p) for p in same if (law := displacement_by_weight(p)) is not None]
+    """Gain of the passive motors' setting over the law, of every test that carries a load; None without the signals."""
+    tests = {}
+    usable = [p for p in parts if p.has("alpha_pm", "F_w", "p_hp") and p.weight > LEAST_LOAD * p.crane.SWL * G]
+    for test, same in by_test(usable).items():
+        rows = [_row(law, p, "alpha_pm") for p in same if (law := displacement_by_weight(p)) is not None]
         if not rows:
             continue
-        law = np.concatenate([_at(x, p) for x, p in rows])
-        alpha = np.concatenate([_at(p["alpha_pm"], p) for _, p in rows])
-        fitted = fit((law,), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
-        if fitted is None:
-            continue
-        tests[test] = fitted.estimate(0, -1.0)
-        laws.append(law)
-        alphas.append(alpha)
-    if not tests:
-        return None
-    return Setting(pooled(list(tests.values())), tests, np.concatenate(laws), np.concatenate(alphas))
+        law, alpha, block = stacked(rows)
+        fitted = fit((law,), alpha, block)
+        if fitted is not None:
+            tests[test] = fitted.estimate(0, -1.0)
+    return Setting(pooled(list(tests.values())), tests) if tests else None
 
 
 def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
@@ -90,7 +81,7 @@ def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
         return None
     p, u_m = (bridged(part[name], part.step) for name in ("p_hp", "alpha_pm"))
     if standing:
-        p = p - passive_of(part).accumulator.R_piston * flow(part)
+        p = p - passive_of(part.crane).accumulator.R_piston * flow(part)
     v_op = bridged(part["v_op"], part.step) if part.has("v_op") else np.zeros(part.n)
     if not all(np.isfinite(x).all() for x in (p, u_m, v_op, part.r_eff)):
         return None
@@ -103,31 +94,29 @@ def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
 def make_up(parts: Sequence[LogPart]) -> MakeUp | None:
     """Gain and offset of the passive pumps' setting over the make-up law; None where it was not logged or the command
     hardly moves. Of the two places that the PLC's pressure may be from, the one that explains the setting better."""
-    both = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
-    _, moves, result = min(both, key=lambda x: x[0]) if both else (0.0, 0.0, None)
+    fits = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
+    _, moves, result = min(fits, key=lambda x: x[0], default=(0.0, 0.0, None))
     return result if moves > LEAST_ORDER else None
 
 
 def _made_up(parts: Sequence[LogPart], standing: bool) -> tuple[float, float, MakeUp] | None:
     """What is left of the setting (rms), scatter of the law's [-], gain and offset."""
-    rows = [
-        (law, p)
-        for p in parts
-        if p.has("alpha_pp", "alpha_pm", "p_hp") and (law := make_up_command(p, standing)) is not None
-    ]
-    if not rows:
+    rows, settings = [], None
+    for p in parts:
+        if p.has("alpha_pp", "alpha_pm", "p_hp") and (law := make_up_command(p, standing)) is not None:
+            rows.append(_row(law, p, "alpha_pp"))
+            settings = p.params.passive.settings
+    if settings is None:
         return None
-    law, alpha = (
-        np.concatenate([_at(y, p) for y, p in pairs]) for pairs in (rows, [(p["alpha_pp"], p) for _, p in rows])
-    )
-    fitted = fit((law, np.ones_like(law)), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
+    law, alpha, block = stacked(rows)
+    fitted = fit((law, np.ones_like(law)), alpha, block)
     if fitted is None:
         return None
-    K_acc = rows[0][1].params.passive.settings.K_acc
-    gain = fitted.estimate(0, -1.0)
-    return fitted.sd, float(np.nanstd(law)), MakeUp(gain, float(fitted.b[1]) / K_acc)
+    make_up = MakeUp(fitted.estimate(0, -1.0), float(fitted.b[1]) / settings.K_acc)
+    return fitted.sd, float(np.nanstd(law)), make_up
 
 
-def _at(x: FloatArray, part: LogPart) -> FloatArray:
-    """A signal every EVERY seconds."""
-    return x[:: max(1, round(EVERY / part.step))]
+def _row(law: FloatArray, part: LogPart, name: str) -> tuple[NDArray[Any], ...]:
+    """A law, the measured setting and the blocks of time every EVERY seconds."""
+    every = max(1, round(EVERY / part.step))
+    return law[::every], part[name][::every], part.blocks(part.t[::every])

@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stillhook.base.progress import Meter
 from stillhook.physics.scalar import G
 from stillhook.report.document import Table
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate, extremes
-from stillhook.units import KINDS, in_display, number, show
+from stillhook.units import number, show
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters.check import statements
-from stillhook.validate.parameters.hoisting import missing
-from stillhook.validate.parameters.measures import measure, rests_on
+from stillhook.validate.parameters.check import HEADER, Row, error_row, row, statements
+from stillhook.validate.parameters.measures import lacking_for_torque, measure, rests_on, undetermined
 from stillhook.validate.parameters.segments import OIL, LogPart, parts_of
 from stillhook.validate.passive import gas as gas_law
-from stillhook.validate.passive import torque
-from stillhook.validate.passive.gas import Curve, Displacement, Level, Stroke, curve, displacement, levels, stroke
-from stillhook.validate.passive.orders import MakeUp, Setting, make_up, setting
-from stillhook.validate.passive.torque import Share, passive_of, shares
-from stillhook.winches.circuits.tables import PassiveCircuit
+from stillhook.validate.passive import orders, torque
+from stillhook.validate.passive.torque import passive_of
 
 
 @dataclass(frozen=True)
@@ -34,26 +29,25 @@ class PassiveEstimates:
     """Results of every check of step 6; empty or None where the log has no data for it."""
 
     parts: tuple[LogPart, ...]
-    level: Level | None
-    gas: Curve | None
-    stroke: Stroke | None
-    displacement: Displacement | None
-    shares: tuple[Share, ...]
-    setting: Setting | None
-    make_up: MakeUp | None
+    level: gas_law.Level | None
+    gas: gas_law.Curve | None
+    stroke: gas_law.Stroke | None
+    displacement: gas_law.Displacement | None
+    shares: tuple[torque.Share, ...]
+    setting: orders.Setting | None
+    make_up: orders.MakeUp | None
 
 
 def passive_estimates(parts: Sequence[LogPart], progress: Callable[[float], None]) -> PassiveEstimates:
     """Take every check on the parts."""
-    meter = Meter(4.0, progress)
-    parts = tuple(parts)
-    level, gas = levels(parts), curve(parts)
-    meter.part(1.0)(1.0)
-    piston, moved = stroke(parts, gas), displacement(parts)
-    meter.part(1.0)(1.0)
-    motors = shares(parts)
-    meter.part(1.0)(1.0)
-    return PassiveEstimates(parts, level, gas, piston, moved, motors, setting(parts), make_up(parts))
+    level, gas = gas_law.levels(parts), gas_law.curve(parts)
+    progress(0.25)
+    stroke, displacement = gas_law.stroke(parts, gas), gas_law.displacement(parts)
+    progress(0.5)
+    shares = torque.shares(parts)
+    progress(0.75)
+    setting, make_up = orders.setting(parts), orders.make_up(parts)
+    return PassiveEstimates(tuple(parts), level, gas, stroke, displacement, shares, setting, make_up)
 
 
 TRANSMITTER = 2e5
@@ -94,35 +88,34 @@ def _measure(
 
 def spread(tests: dict[str, Estimate], quantity: str) -> str:
     """Smallest and largest of several tests in words; "" of one."""
-    each = extremes({test: e.value for test, e in tests.items()}, lambda x: show(x, quantity, 4))
+    each = extremes(_values(tests), lambda x: show(x, quantity, 4))
     return f"; {each} by test" if each else ""
 
 
 def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     level = estimates.level
     if level is None:
-        return [measure("precharge_error", None, note="log the pressure of the passive circuit p_hp")]
-    p_0 = _passive(crane).accumulator.gas.p_0
+        return undetermined("log the pressure of the passive circuit p_hp", "precharge_error")
+    p_0 = passive_of(crane).accumulator.gas.p_0
     e = Estimate.around(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.n)
     whence = (
         "carried to mid stroke by V_acc"
         if level.placed
         else "the mean, which is held by make-up; log V_acc for the pressure of the gas itself"
     )
-    note = f"precharge {show(level.p.value, 'pressure', 4)}, {show(p_0, 'pressure', 4)} in the crane file ({whence})"
-    if abs(e.value) > 0.02:
-        note = f"precharge {show(level.p.value, 'pressure', 4)}, not {show(p_0, 'pressure', 4)} ({whence})"
+    implied, file = (show(x, "pressure", 4) for x in (level.p.value, p_0))
+    against = f"not {file}" if abs(e.value) > 0.02 else f"{file} in the crane file"
+    note = f"precharge {implied}, {against} ({whence})"
     data = rests_on(estimates.parts, level.tests, level.p.n)
     return [_measure("precharge_error", e, TRANSMITTER / p_0, data=data, note=note + spread(level.tests, "pressure"))]
 
 
 def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
-    gas, passive = estimates.gas, _passive(crane)
-    names = ("gas_volume_error", "piston_loss_difference")
+    gas, passive = estimates.gas, passive_of(crane)
     if gas is None:
         lacks = dict.fromkeys(n for p in estimates.parts for n in p.lacking(*OIL, "omega_m"))
         note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
-        return [measure(name, None, note=note) for name in names]
+        return undetermined(note, "gas_volume_error", "piston_loss_difference")
     acc, data = passive.accumulator, rests_on(estimates.parts, gas.tests, gas.V.n)
     V_0 = acc.gas.V_0
     V, calibration = volume(estimates, gas)
@@ -132,19 +125,12 @@ def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     loss = Estimate.around(gas.loss.value - acc.R_piston * Q, gas.loss.half, gas.loss.n)
     wide, file = (show(2.0 * p, "pressure", 3) for p in (gas.loss.value, acc.R_piston * Q))
     dry = f", {show(2.0 * gas.dry, 'pressure', 2)} of it dry" if gas.dry > DRY_WORTH else ""
-    width = f"{wide} wide at {show(Q, 'flow', 3)}{dry}, {file} in the crane file"
+    loop = f"the loop of pressure over oil is {wide} wide at {show(Q, 'flow', 3)}{dry}, {file} in the crane file"
+    note += spread(gas.tests, "volume")
+    swing = TRANSMITTER_SWING * gas.loss.value
     return [
-        _measure(
-            "gas_volume_error", e, calibration, law=gas_law.FORM, data=data, note=note + spread(gas.tests, "volume")
-        ),
-        _measure(
-            "piston_loss_difference",
-            loss,
-            TRANSMITTER_SWING * gas.loss.value,
-            law=gas_law.LOSS_DOUBT,
-            data=data,
-            note=f"the loop of pressure over oil is {width}",
-        ),
+        _measure("gas_volume_error", e, calibration, law=gas_law.FORM, data=data, note=note),
+        _measure("piston_loss_difference", loss, swing, law=gas_law.LOSS_DOUBT, data=data, note=loop),
     ]
 
 
@@ -180,11 +166,10 @@ def volume_says(V: float, V_0: float, n: float) -> str:
 def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     stroke = estimates.stroke
     if stroke is None:
-        note = "log p_hp, alpha_pm and the motor speed, moving"
-        return [measure(name, None, note=note) for name in ("stroke_used", "stroke_end_time")]
+        return undetermined("log p_hp, alpha_pm and the motor speed, moving", "stroke_used", "stroke_end_time")
     whence = "V_acc" if stroke.placed else "the pressure along the implied gas curve"
     ends = f"{show(stroke.low, 'volume', 2)} to {show(stroke.high, 'volume', 2)} about mid stroke by {whence}"
-    V = show(_passive(crane).accumulator.V_stroke, "volume", 3)
+    V = show(passive_of(crane).accumulator.V_stroke, "volume", 3)
     tests = rests_on(estimates.parts, [p.test for p in estimates.parts])
     end = f"; the pressure changes as with a piston at its end at {stroke.where}" if stroke.where else ""
     return [
@@ -196,26 +181,12 @@ def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
 def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     names = ("passive_motors_error", "passive_torque_error")
     if not estimates.shares:
-        lacks = dict.fromkeys(n for p in estimates.parts for n in missing(p))
-        note = (
-            f"log {', '.join(lacks)} for a torque balance at the motors"
-            if lacks
-            else "the winch does not move a load enough"
-        )
-        return [measure(name, None, note=note) for name in names]
+        return undetermined(lacking_for_torque(estimates.parts) or "the winch does not move a load enough", *names)
     share, structural = torque.overall(estimates.shares)
     total = Estimate.around(share.value, math.hypot(share.half, structural), share.n)  # words use the total uncertainty
-    tests = [s.test for s in estimates.shares]
     full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
-    out = [
-        _measure(
-            names[0],
-            share,
-            structural,
-            data=rests_on(estimates.parts, tests, share.n),
-            note=motors_say(crane, estimates, total),
-        )
-    ]
+    data = rests_on(estimates.parts, [s.test for s in estimates.shares], share.n)
+    out = [_measure(names[0], share, structural, data=data, note=motors_say(crane, estimates, total))]
     for s in estimates.shares:
         over = max(s.T_load, 0.25 * full)
         e = Estimate.around(s.standing.value / over, s.standing.half / over, s.standing.n)
@@ -230,7 +201,7 @@ def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
 
 def motors_say(crane: Crane, estimates: PassiveEstimates, share: Estimate) -> str:
     """Number of motors by their torque, compared with the load cell, and remaining explanations."""
-    count = _passive(crane).motor.count
+    count = passive_of(crane).motor.count
     working = count * (1.0 + share.value)
     text = f"torque of {number(working, 3)} of {count} motors"
     counted = count / (1.0 + estimates.setting.gain.value) if estimates.setting is not None else math.nan
@@ -264,14 +235,9 @@ def motors_say(crane: Crane, estimates: PassiveEstimates, share: Estimate) -> st
 def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     moved = estimates.displacement
     if moved is None:
-        return [
-            measure(
-                "passive_flow_error",
-                None,
-                note="log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving",
-            )
-        ]
-    count = _passive(crane).motor.count
+        note = "log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving"
+        return undetermined(note, "passive_flow_error")
+    count = passive_of(crane).motor.count
     note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
     data = rests_on(estimates.parts, moved.tests, moved.error.n)
     return [_measure("passive_flow_error", moved.error, torque.SETTING_DOUBT, data=data, note=note)]
@@ -280,8 +246,8 @@ def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
 def _setting(estimates: PassiveEstimates) -> list[Measure]:
     s = estimates.setting
     if s is None:
-        return [measure("passive_setting_error", None, note="log alpha_pm, F_w and p_hp with a load on the hook")]
-    count = passive_of(estimates.parts[0]).motor.count
+        return undetermined("log alpha_pm, F_w and p_hp with a load on the hook", "passive_setting_error")
+    count = passive_of(estimates.parts[0].crane).motor.count
     motors = count / (1.0 + s.gain.value)
     note = (
         f"the motors' setting is {1.0 + s.gain.value:.3f} times that required by load cell and pressure: the PLC"
@@ -289,94 +255,44 @@ def _setting(estimates: PassiveEstimates) -> list[Measure]:
         f" {motors:.1f} motors"
     )
     note += ", or reads another load than the log" if abs(s.gain.value) > APART else ""
-    return [
-        _measure(
-            "passive_setting_error",
-            s.gain,
-            torque.SETTING_DOUBT,
-            data=rests_on(estimates.parts, s.tests, s.gain.n),
-            note=note,
-        )
-    ]
+    data = rests_on(estimates.parts, s.tests, s.gain.n)
+    return [_measure("passive_setting_error", s.gain, torque.SETTING_DOUBT, data=data, note=note)]
 
 
 def _make_up(estimates: PassiveEstimates) -> list[Measure]:
     m = estimates.make_up
     if m is None:
         note = "log the passive pumps' setting alpha_pp, with p_hp, alpha_pm and the joystick"
-        return [measure("make_up_error", None, note=note)]
+        return undetermined(note, "make_up_error")
     note = f"set pressure and transmitter {show(m.offset, 'pressure', 2)} apart"
-    return [
-        measure(
-            "make_up_error",
-            m.gain,
-            data=rests_on(estimates.parts, [p.test for p in estimates.parts if p.has("alpha_pp")]),
-            note=note,
-        )
-    ]
-
-
-def _passive(crane: Crane) -> PassiveCircuit:
-    assert crane.passive is not None
-    return crane.passive
-
-
-HEADER = ("parameter", "crane\nfile", "log\nsays", "95 %", "differ-\nence", "tests")
-TITLE = "The passive circuit by the logs, against the crane file"
-
-Row = tuple[str, str, str, str, str, str]
+    data = rests_on(estimates.parts, [p.test for p in estimates.parts if p.has("alpha_pp")])
+    return [measure("make_up_error", m.gain, data=data, note=note)]
 
 
 def table(crane: Crane, estimates: PassiveEstimates) -> Table:
     """One row a parameter, the motors' share one a test as well."""
-    passive = crane.passive
-    assert passive is not None
-    rows: list[Row] = []
-    if estimates.level is not None:
-        rows.append(
-            _row("precharge", passive.accumulator.gas.p_0, estimates.level.p, "pressure", list(estimates.level.tests))
-        )
-    if estimates.gas is not None:
-        file = passive.accumulator.gas
-        rows.append(
-            _row(f"gas volume at n {number(file.n, 3)}", file.V_0, estimates.gas.V, "volume", list(estimates.gas.tests))
-        )
-    count = passive.motor.count
-    for s in estimates.shares:
-        rows.append(
-            _row(
-                "motors that work",
-                count,
-                Estimate.around(count * (1.0 + s.share.value), count * s.share.half),
-                "",
-                [s.test],
-            )
-        )
+    passive, rows = passive_of(crane), list[Row]()
+    level, gas_curve, settings, made_up = estimates.level, estimates.gas, estimates.setting, estimates.make_up
+    gas, count = passive.accumulator.gas, passive.motor.count
+    if level is not None:
+        rows.append(_row("precharge", gas.p_0, level.p, "pressure", level.tests))
+    if gas_curve is not None:
+        rows.append(_row(f"gas volume at n {number(gas.n, 3)}", gas.V_0, gas_curve.V, "volume", gas_curve.tests))
+    rows += [error_row("motors that work", count, s.share, "", [s.test]) for s in estimates.shares]
     if estimates.shares:
         share, structural = torque.overall(estimates.shares)
-        both = Estimate.around(count * (1.0 + share.value), count * (share.half**2 + structural**2) ** 0.5)
-        rows.append(_row("motors, with load and calibration", count, both, "", [s.test for s in estimates.shares]))
-    if estimates.setting is not None:
-        gain = Estimate.around(1.0 + estimates.setting.gain.value, estimates.setting.gain.half)
-        rows.append(_row("setting over its law", 1.0, gain, "", list(estimates.setting.tests)))
-    if estimates.make_up is not None:
-        gain = Estimate.around(1.0 + estimates.make_up.gain.value, estimates.make_up.gain.half)
-        rows.append(_row("make-up over its law", 1.0, gain, "", []))
-    return Table(HEADER, tuple(rows), TITLE)
+        both = Estimate.around(share.value, (share.half**2 + structural**2) ** 0.5)
+        tests = [s.test for s in estimates.shares]
+        rows.append(error_row("motors, with load and calibration", count, both, "", tests))
+    if settings is not None:
+        rows.append(error_row("setting over its law", 1.0, settings.gain, "", settings.tests))
+    if made_up is not None:
+        rows.append(error_row("make-up over its law", 1.0, made_up.gain, "", ()))
+    return Table(HEADER, tuple(rows), "The passive circuit by the logs, against the crane file")
 
 
-def _row(name: str, twin: float, e: Estimate, quantity: str, tests: list[str]) -> Row:
-    unit = KINDS[quantity].display if quantity else ""
-    cells = [number(in_display(v, quantity) if quantity else v, 4) for v in (twin, e.value, e.low, e.high)]
-    difference = f"{100.0 * (e.value / twin - 1.0):+.2f} %"
-    return (
-        f"{name} [{unit}]" if unit else name,
-        cells[0],
-        cells[1],
-        f"{cells[2]} to {cells[3]}",
-        difference,
-        ", ".join(tests),
-    )
+def _row(name: str, twin: float, e: Estimate, quantity: str, tests: Iterable[str]) -> Row:
+    return row(name, twin, e, quantity, tests, e.value / twin - 1.0)
 
 
 NONE = "This crane has no passive circuit: nothing is judged."
@@ -416,32 +332,15 @@ def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Cal
 def _data(estimates: PassiveEstimates) -> dict[str, Any]:
     """Numbers behind the figures, in SI."""
     level, gas, stroke, setting = estimates.level, estimates.gas, estimates.stroke, estimates.setting
-    return {
-        "level": (
-            {}
-            if level is None
-            else {
-                **level.p.to_dict("p"),
-                "from_V_acc": level.placed,
-                "tests": {test: e.value for test, e in level.tests.items()},
-            }
-        ),
-        "gas": (
-            {}
-            if gas is None
-            else {
-                **gas.V.to_dict("V"),
-                "R": gas.R,
-                "p_dry": gas.dry,
-                "tests": {test: e.value for test, e in gas.tests.items()},
-            }
-        ),
-        "stroke": (
-            {}
-            if stroke is None
-            else {"used": stroke.used, "low": stroke.low, "high": stroke.high, "end_time": stroke.at_end}
-        ),
-        "motors": [
+    data: dict[str, Any] = {"level": {}, "gas": {}, "stroke": {}, "motors": [], "setting": {}}
+    if level is not None:
+        data["level"] = {**level.p.to_dict("p"), "from_V_acc": level.placed, "tests": _values(level.tests)}
+    if gas is not None:
+        data["gas"] = {**gas.V.to_dict("V"), "R": gas.R, "p_dry": gas.dry, "tests": _values(gas.tests)}
+    if stroke is not None:
+        data["stroke"] = {"used": stroke.used, "low": stroke.low, "high": stroke.high, "end_time": stroke.at_end}
+    for s in estimates.shares:
+        data["motors"].append(
             {
                 "test": s.test,
                 **s.share.scaled(offset=1.0).to_dict("share"),
@@ -449,7 +348,11 @@ def _data(estimates: PassiveEstimates) -> dict[str, Any]:
                 "T_standing": s.standing.value,
                 "T_load": s.T_load,
             }
-            for s in estimates.shares
-        ],
-        "setting": ({} if setting is None else setting.gain.scaled(offset=1.0).to_dict("gain")),
-    }
+        )
+    if setting is not None:
+        data["setting"] = setting.gain.scaled(offset=1.0).to_dict("gain")
+    return data
+
+
+def _values(tests: Mapping[str, Estimate]) -> dict[str, float]:
+    return {test: e.value for test, e in tests.items()}

@@ -1,8 +1,7 @@
-"""Number of working passive motors by the torque at the shaft: load torque less that of the active
-motors.
+"""Number of working passive motors by the torque at the shaft: load torque less that of the active motors.
 
 D_m alpha_m dp + g D_pm alpha_pm (p_hp - p_lp) = F_w lambda + J domega/dt + T_f, with the friction's scale, what goes
-with the wire's place and what the inertia lacks taken out beside g. A wrong load cell has the same effect in one
+with the wire's place and what the inertia lacks fitted next to g. A wrong load cell has the same effect in one
 equation, because the PLC sets the motors by it. The stated load is the second reference. Source: Moslatt 2020 eqs 2.3
 and 2.15.
 
@@ -22,32 +21,34 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import Fit, fit, pooled
+from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.statistics.time_lag import low_pass
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.data_set.records.transients import filled
 from stillhook.validate.parameters.circuit.settings import known_setting
 from stillhook.validate.parameters.hoisting import EVERY, MOVING, missing, twin_friction
-from stillhook.validate.parameters.segments import LogPart, bridged, by_test, integral, means, rates
+from stillhook.validate.parameters.segments import LogPart, bridged, by_test, means, rates, stacked
 from stillhook.winches.circuits.tables import PassiveCircuit
 
 DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""
 
 
-def passive_of(part: LogPart) -> PassiveCircuit:
+def passive_of(crane: Crane) -> PassiveCircuit:
     """The passive circuit of the crane file. Callers have a crane with one."""
-    passive = part.crane.passive
-    assert passive is not None
-    return passive
+    assert crane.passive is not None
+    return crane.passive
 
 
 def flow(part: LogPart) -> FloatArray:
     """Oil flow into the accumulator about its mean, (n,) [m^3/s]: that of the passive motors, D_pm alpha_pm omega_m,
     lowering positive, and that of make-up. Leakage is in the mean: it changes little with the pressure."""
     assert part.omega_m is not None
-    motors = -passive_of(part).motor.D_total * bridged(part["alpha_pm"], part.step) * bridged(part.omega_m, part.step)
+    alpha_pm, omega_m = (bridged(x, part.step) for x in (part["alpha_pm"], part.omega_m))
+    motors = -passive_of(part.crane).motor.D_total * alpha_pm * omega_m
     pumps = made_up(part)
     return np.asarray(motors + pumps - np.nanmean(pumps))
 
@@ -64,14 +65,8 @@ def made_up(part: LogPart) -> FloatArray:
     mean = filtered(filled(part["p_hp"]), part.params.plc.tau_p, step)
     u = settings.K_acc * (float(np.mean(mean)) - mean)
     if part.has("v_op"):
-        u = (
-            u
-            + settings.D_m_max
-            * bridged(part["alpha_pm"], step)
-            * bridged(part["v_op"], step)
-            / part.r_eff
-            / settings.Q_p_max
-        )
+        alpha_pm, v_op = (bridged(part[name], step) for name in ("alpha_pm", "v_op"))
+        u = u + settings.D_m_max * alpha_pm * v_op / part.r_eff / settings.Q_p_max
     return np.asarray(settings.Q_p_max * np.clip(u, -1.0, 1.0))
 
 
@@ -79,17 +74,6 @@ def filtered(x: FloatArray, tau: float, step: float) -> FloatArray:
     """First-order filter of the PLC, cycle by cycle, starting on the first sample. As
     `stillhook.control.plc.low_pass`."""
     return low_pass(x, step / (tau + step))
-
-
-def filled(x: FloatArray) -> FloatArray:
-    """The signal with every hole bridged: only for slow means of it."""
-    known = np.isfinite(x)
-    return x if known.all() else np.interp(np.arange(len(x)), np.flatnonzero(known), x[known])
-
-
-def oil(part: LogPart) -> FloatArray:
-    """Oil that has gone into the accumulator since the start of the part, but for a constant flow, (n,) [m^3]."""
-    return integral(flow(part), part.step)
 
 
 def dry(Q: FloatArray, part: LogPart) -> FloatArray:
@@ -101,11 +85,6 @@ def dry(Q: FloatArray, part: LogPart) -> FloatArray:
 def mean_every(x: FloatArray, part: LogPart, width: float) -> FloatArray:
     """Means of a signal over a width [s], one a width, its short holes bridged."""
     return means(bridged(x, part.step), part.step, width)
-
-
-def rate_every(x: FloatArray, part: LogPart, width: float) -> FloatArray:
-    """Rates of such means [1/s]."""
-    return rates(bridged(x, part.step), part.step, width)
 
 
 SETTING_DOUBT = 0.01
@@ -120,11 +99,10 @@ sensors decide."""
 @dataclass(frozen=True)
 class Share:
     """One test. share: of the torque of all passive motors of the file that is there, less 1, by the load cell;
-    structural: half width [-] that calibrations leave beside it; standing: torque left in the mean with the file's
+    structural: half width [-] that calibrations leave in addition; standing: torque left in the mean with the file's
     motors [N m], T_load mean torque of the load; by_weight: the share by the stated load, None where it is not stated;
     T, T_p: for figures, torque of the load less that of the active motors and less friction, and torque of the file's
-    passive motors [N
-    m]."""
+    passive motors [N m]."""
 
     test: str
     share: Estimate
@@ -146,8 +124,7 @@ def shares(parts: Sequence[LogPart]) -> tuple[Share, ...]:
 
 
 def overall(tests: Sequence[Share]) -> tuple[Estimate, float]:
-    """Share over all tests, less 1, and its structural half width: where load cell and stated load disagree, it may be
-    either."""
+    """Share over all tests, less 1, and its structural half width, with the difference of load cell and stated load."""
     each = []
     apart = [0.5 * abs(s.share.value - s.by_weight) for s in tests if s.by_weight is not None]
     for s in tests:
@@ -157,9 +134,8 @@ def overall(tests: Sequence[Share]) -> tuple[Estimate, float]:
 
 
 def _share(test: str, parts: Sequence[LogPart]) -> Share | None:
-    rows = [_rows(p) for p in parts]
-    T, T_p, model, spring, rate, load, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-    crane = parts[0].crane
+    T, T_p, model, spring, rate, load, block = stacked(_rows(p) for p in parts)
+    part, crane = parts[0], parts[0].crane
     r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in parts])))
     if not np.isfinite(load).any() or np.nanmean(load) < LEAST_LOAD * crane.SWL * G * r_eff:
         return None
@@ -168,25 +144,20 @@ def _share(test: str, parts: Sequence[LogPart]) -> Share | None:
     if fitted is None or still is None:
         return None
     T_load, mean = float(np.nanmean(load)), float(np.nanmean(T_p))
-    part = parts[0]
     stated = part.record.test.load is not None
     by_weight = float(fitted.b[0]) - 1.0 - (T_load - part.weight * r_eff) / mean if stated else None
-    passive = passive_of(part)
+    passive = passive_of(crane)
     structural = math.hypot(SETTING_DOUBT, LOW_DOUBT / (passive.accumulator.gas.p_0 - passive.p_lp))
     return Share(
-        test,
-        fitted.estimate(0, -1.0),
-        by_weight,
-        structural,
-        still.estimate(0),
-        T_load,
-        T - _other_terms(fitted, model, spring, rate),
-        T_p,
+        test=test,
+        share=fitted.estimate(0, -1.0),
+        by_weight=by_weight,
+        structural=structural,
+        standing=still.estimate(0),
+        T_load=T_load,
+        T=T - (-fitted.b[1] * model + fitted.b[2] * spring + fitted.b[3] * rate),
+        T_p=T_p,
     )
-
-
-def _other_terms(fitted: Fit, model: FloatArray, spring: FloatArray, rate: FloatArray) -> FloatArray:
-    return np.asarray(-fitted.b[1] * model + fitted.b[2] * spring + fitted.b[3] * rate)
 
 
 def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
@@ -198,10 +169,10 @@ def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     s = {name: mean_every(part[name], part, EVERY) for name in ("p_a", "p_b", "F_w", "p_hp", "alpha_pm")}
     setting = known_setting(part, "m")
     assert setting is not None
-    passive, alpha_m = passive_of(part), mean_every(setting, part, EVERY)
+    passive, alpha_m = passive_of(part.crane), mean_every(setting, part, EVERY)
     omega, r_eff, s_w = (mean_every(x, part, EVERY) for x in (part.omega_m, part.r_eff, part.wire_out))
     dp, dp_p, load = s["p_a"] - s["p_b"], s["p_hp"] - passive.p_lp, s["F_w"] * r_eff
-    rate = rate_every(part.omega_m, part, EVERY)
+    rate = rates(bridged(part.omega_m, part.step), part.step, EVERY)
     T = load + part.inertia * rate - motor_torque(part.crane.active.motor.D_total * alpha_m, dp)
     T_p = motor_torque(passive.motor.D_total * s["alpha_pm"], dp_p)
     model = np.sign(omega) * twin_friction(part, omega, alpha_m, dp, load * part.crane.i_hD, (s["alpha_pm"], dp_p))

@@ -1,8 +1,7 @@
-"""Step 3: the winch's velocity limits. Speeds of crane and twin with saturated
-pumps.
+"""Step 3: the winch's velocity limits. Speeds of crane and twin with saturated pumps.
 
 Source: Moslatt 2020 paper F, verification element 3 and criterion 4 ("pump saturation should be tested and evaluated").
-Two runs of the twin: its winch driven by the measured commands (pumps, motors, gear, layers, leakage), and the whole
+Two runs of the twin: its winch driven by the measured commands (pumps, motors, gear, layers, leakage), and the complete
 twin on the measured tip motion and joystick (the PLC's limits as well).
 """
 
@@ -141,38 +140,27 @@ def _measures(plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, st
     nowhere = f"the pumps are never saturated: {TO_LOG}"
     out = [Measure("saturation_time", times.log_all, "time", note=causes.get("ends", ""))]
     if times.log_all == 0.0:
-        seen = f"; the twin's are for {times.twin:.1f} s" if times.twin > 0.0 else ""
-        out = [Measure("saturation_time", None, "time", note=nowhere + seen)]
+        twin = f"; the twin's are for {times.twin:.1f} s" if times.twin > 0.0 else ""
+        out = [Measure("saturation_time", None, "time", note=nowhere + twin)]
     for name, run in (("limit_speed_error", "driven"), ("limit_speed_error_whole", "complete")):
         result = [m for way in WAYS if (m := _speed(name, run, way, plateaus, causes))]
         out += result or [Measure(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
     overlap, each = times.overlap, f"log {times.log:.1f} s, twin {times.twin:.1f} s"
-    out.append(
-        Measure("saturation_overlap", overlap, data=each, note=causes.get("overlap", "") or _no_overlap(overlap))
-    )
-    return tuple(out)
-
-
-def _no_overlap(overlap: float | None) -> str:
-    return (
-        f"neither the log's nor the twin's pumps are saturated where both are known: {TO_LOG}"
-        if overlap is None
-        else ""
-    )
+    none = f"neither the log's nor the twin's pumps are saturated where both are known: {TO_LOG}"
+    note = causes.get("overlap") or (none if overlap is None else "")
+    return (*out, Measure("saturation_overlap", overlap, data=each, note=note))
 
 
 def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], causes: Mapping[str, str]) -> Measure | None:
     """The speed error of one direction over all its plateaus, each weighing as long as it lasts."""
-    same = [p for p in plateaus if p.way == way and np.isfinite(getattr(p, run))]
+    same = [p for p in _known(plateaus, run) if p.way == way]
     if not same:
         return None
     rows = np.concatenate([_rows(p, run) for p in same])
     result = interval(lambda x: float(x[:, 1].sum() / x[:, 0].sum() - 1.0), [rows])
     low, high = (x if np.isfinite(x) else None for x in (result.low, result.high))
-    data = (
-        f"{len(same)} plateau{'s' if len(same) > 1 else ''}, {sum(p.duration for p in same):.1f} s,"
-        f" {show(_mean(same), 'speed')}"
-    )
+    plural, seconds = "s" if len(same) > 1 else "", sum(p.duration for p in same)
+    data = f"{len(same)} plateau{plural}, {seconds:.1f} s, {show(_mean(same), 'speed')}"
     note = causes.get(run, "") if abs(result.value) > NOTABLE else ""
     return Measure(name, result.value, "", low, high, test=WAYS[way], data=data, note=note)
 
@@ -190,15 +178,19 @@ def _mean(plateaus: Sequence[Plateau]) -> float:
     return float(np.average([p.v_w for p in plateaus], weights=[p.duration for p in plateaus]))
 
 
+def _known(plateaus: Sequence[Plateau], run: str) -> list[Plateau]:
+    """The plateaus on which a twin was run."""
+    return [p for p in plateaus if np.isfinite(getattr(p, run))]
+
+
 def _error(plateaus: Sequence[Plateau], run: str) -> float:
     """Speed error over all plateaus of both ways."""
-    known = [p for p in plateaus if np.isfinite(getattr(p, run))]
+    known = _known(plateaus, run)
     if not known:
         return 0.0
     w = np.array([p.duration for p in known])
-    return float(
-        w @ np.array([abs(getattr(p, run)) for p in known]) / (w @ np.array([abs(p.v_w) for p in known])) - 1.0
-    )
+    simulated, measured = (np.array([abs(getattr(p, name)) for p in known]) for name in (run, "v_w"))
+    return float(w @ simulated / (w @ measured) - 1.0)
 
 
 def _causes(parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: Times) -> dict[str, str]:
@@ -226,30 +218,25 @@ def _causes(parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: 
 
 
 def _motors(plateaus: Sequence[Plateau]) -> str:
-    """Whether the motors stand elsewhere at the plateaus than the twin's."""
+    """Whether the motors have another displacement at the plateaus than the twin's."""
     for p in plateaus:
         log = p.part.signals.get("alpha_m")
         if log is None:
             continue
         a, b = float(log[p.first : p.last].mean()), float(p.part.driven["alpha_m"][p.first : p.last].mean())
         if abs(a - b) > APART:
-            where = f"test {p.part.name}, from {p.start:.0f} s on"
             return (
-                f"{where}: on the same command the motors are at {a:.3f} of their displacement in the log, at {b:.3f}"
-                " in the twin"
+                f"test {p.part.name}, from {p.start:.0f} s on: on the same command the motors are at {a:.3f} of their"
+                f" displacement in the log, at {b:.3f} in the twin"
             )
     return ""
 
 
 def _faster(error: float) -> str:
-    if error > 0.0:
-        return (
-            f"the twin is {100.0 * error:.2g} % faster: its pumps give more or turn faster, its motors take less, or it"
-            " leaks less"
-        )
+    faster, more, less = ("faster", "more", "less") if error > 0.0 else ("slower", "less", "more")
     return (
-        f"the twin is {-100.0 * error:.2g} % slower: its pumps give less or turn slower, its motors take more, or it"
-        " leaks more"
+        f"the twin is {100.0 * abs(error):.2g} % {faster}: its pumps give {more} or turn {faster}, its motors take"
+        f" {less}, or it leaks {less}"
     )
 
 
@@ -265,14 +252,9 @@ def _statements(
     for way, name in WAYS.items():
         same = [p for p in plateaus if p.way == way]
         if same:
-            speed, driven, complete = (
-                show(abs(_mean(same)), "speed"),
-                _reached(same, "driven"),
-                _reached(same, "complete"),
-            )
             out.append(
-                f"At saturation it reaches {speed} {name}; the twin driven by its commands {driven}, the complete twin"
-                f" {complete}."
+                f"At saturation it reaches {show(abs(_mean(same)), 'speed')} {name}; the twin driven by its commands"
+                f" {_reached(same, 'driven')}, the complete twin {_reached(same, 'complete')}."
             )
         elif times.log_all > 0.0:
             out.append(f"The limit when {name} is not shown.")
@@ -282,10 +264,7 @@ def _statements(
 
 
 def _reached(plateaus: Sequence[Plateau], run: str) -> str:
-    known = [p for p in plateaus if np.isfinite(getattr(p, run))]
-    if not known:
-        return "not run"
-    return f"{_tenths(_error(known, run))} %"
+    return f"{_tenths(_error(plateaus, run))} %" if _known(plateaus, run) else "not run"
 
 
 def _tenths(share: float) -> str:
@@ -302,9 +281,6 @@ def _table(plateaus: Sequence[Plateau]) -> Table:
 
 
 def _data(plateaus: Sequence[Plateau], times: Times) -> dict[str, object]:
-    def or_none(x: float) -> float | None:
-        return x if np.isfinite(x) else None
-
     return {
         "saturation_time": times.log_all,
         "saturation_time_twin": times.twin,
@@ -316,8 +292,8 @@ def _data(plateaus: Sequence[Plateau], times: Times) -> dict[str, object]:
                 "start": p.start,
                 "duration": p.duration,
                 "v_w": p.v_w,
-                "v_w_driven": or_none(p.driven),
-                "v_w_complete": or_none(p.complete),
+                "v_w_driven": p.driven if np.isfinite(p.driven) else None,
+                "v_w_complete": p.complete if np.isfinite(p.complete) else None,
             }
             for p in plateaus
         ],

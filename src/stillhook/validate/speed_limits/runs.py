@@ -1,5 +1,4 @@
-"""Parts with saturated pumps, and the twin on them: driven by the measured commands, and complete on the measured
-motion."""
+"""Parts with saturated pumps, and the twin on them: driven by measured commands, and complete on measured motion."""
 
 from __future__ import annotations
 
@@ -17,15 +16,13 @@ from stillhook.validate.data_set.records.record import FULL, Record, Segment, en
 from stillhook.validate.dynamics.runs import motor_command
 
 NEAR = 0.85
-"""Command from which a part with heave compensation is examined: closer to the limit, small differences decide on
-saturation."""
+"""Command from which a part with heave compensation is examined: small differences may decide on saturation."""
 LEAD = 10.0
 """Time that the driven twin runs before a saturated stretch [s]: the slowest of what sets the speed, the motors' servo,
 takes 1 s."""
 TAIL = 2.0
 BRIDGE = 0.1
-"""Saturated spans closer than this are joined [s]: noise lifts a command from its limit for a few
-cycles."""
+"""Saturated spans closer than this are joined [s]: noise lifts a command from its limit for a few cycles."""
 SETTLE = 5.0
 """Start of a part that the complete twin takes to meet a crane in motion [s], where its joystick does not start at
 rest."""
@@ -40,8 +37,8 @@ NAMES = ("v_w", "u_p", "u_raw", "alpha_p", "alpha_m")
 class SaturatedPart:
     """A part of a record with its limits. t (n,) [s] of the record; v_w measured wire speed [m/s], hoisting positive;
     signals measured (n,); ends: level that the pump command, and the pumps' setting, stop at; saturated (n,): one of
-    them is at its end; driven, whole: series of the twin (n,), NaN where it was not run; twin_saturated (n,): the same
-    of the complete twin, None where it could not be run.
+    them is at its end; driven, complete: series of the twin (n,), NaN where it was not run; twin_saturated (n,): the
+    same of the complete twin, None where it could not be run.
     """
 
     record: Record
@@ -73,8 +70,7 @@ def saturated_parts(campaign: Campaign, record: Record) -> list[SaturatedPart]:
     """The parts of a record that are saturated, or near enough for the twin to be.
 
     A test of kind limits is looked at in all its parts; one with heave compensation where its commands come near to
-    their end.
-    Errors: SimulationError where the twin loses its numbers.
+    their end. Errors: SimulationError where the twin loses its numbers.
     """
     if not record.has("u_p", "s_w"):
         return []
@@ -103,8 +99,7 @@ def _saturated_part(campaign: Campaign, s: PlcSegment, part: Segment, requested:
 
 
 def _ends(signals: Mapping[str, FloatArray], requested: FloatArray, step: float) -> tuple[dict[str, float], BoolArray]:
-    """Level that pump command and setting stop at, and where one of them is there; of the setting the command is what
-    is asked."""
+    """Level at which pump command and setting stop, and where one of them does; the command requests the setting."""
     ends, saturated = {}, np.zeros(len(requested), dtype=bool)
     for name, wish in (("u_p", requested), ("alpha_p", signals["u_p"])):
         if name in signals and np.isfinite(signals[name]).all():
@@ -145,8 +140,8 @@ def _commanded(campaign: Campaign, s: PlcSegment, part: Segment, a: int, b: int)
 
 
 def _filled(record: Record) -> Record:
-    """A record that can be repeated: a tip that was not logged stands still, and a joystick that was not logged asked
-    for the speed that the wire has, for the passive pumps make up for it."""
+    """A record that can be repeated: a tip that was not logged does not move, and a joystick that was not logged
+    requests the speed that the wire has, for the passive pumps make up for it."""
     x = record.signals
     more = {} if record.has("s_tip") else {"s_tip": np.zeros(len(record.t))}
     if not record.has("v_op") and all(not part.mode.compensates for part in record.segments):
@@ -174,9 +169,9 @@ def _complete(campaign: Campaign, s: PlcSegment, part: Segment) -> tuple[dict[st
 def _by_joystick(run: Replay, s: PlcSegment) -> Replay:
     """A replay in manual mode: with the displacement that the operator holds, and counted from the start where the
     winch rests."""
-    held = s.plc.motors.alpha_hold
+    alpha_m = s.plc.motors.alpha_hold
     operator = Operator.model_construct(
-        profile=run.case.operator.profile, steps=(), alpha_m=held if held > 0.0 else None
+        profile=run.case.operator.profile, steps=(), alpha_m=alpha_m if alpha_m > 0.0 else None
     )
     at_rest = abs(float(s.seen.v_op[run.segment.first - s.first])) < REST
     case = run.case.model_copy(update={"operator": operator, "warm_up": 0.0})

@@ -1,5 +1,4 @@
-"""Synthetic validation campaigns: logs of a reference crane with known parameters and, on request, a
-defect.
+"""Synthetic validation campaigns: logs of a reference crane with known parameters and, on request, a defect.
 
 No full-scale log of a heave-compensated crane is public. `write_campaign` lets the reference plant
 (`stillhook.winches.reference.plant`) go through the tests of Moslatt 2020 paper F and writes what its PLC would log.

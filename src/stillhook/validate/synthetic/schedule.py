@@ -17,6 +17,7 @@ from stillhook.engine.pack.winch import drum_record, wire_speed_max
 from stillhook.library import load_crane
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.sea.motion.motion import Motion, Ramped, Sine, Still, Sum
+from stillhook.sea.spectra.waves import window_spans
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.payload import RHO_STEEL
 from stillhook.spec.scenario import Mode, Operator, Scenario, Sensors, Water
@@ -59,8 +60,7 @@ def _sum(sizes: np.ndarray, periods: np.ndarray, phases: np.ndarray) -> Sum:
 def _largest(motion: Motion, duration: float, ramp: float) -> float:
     """Largest peak-to-peak over a moving window of 30 s [m]."""
     s = Ramped.from_si(motion, ramp).sample(np.arange(0.0, duration, STEP))[0]
-    windows = np.lib.stride_tricks.sliding_window_view(s, min(round(WINDOW / STEP) + 1, len(s)))
-    return float((windows.max(axis=1) - windows.min(axis=1)).max())
+    return float(window_spans(s, round(WINDOW / STEP) + 1).max())
 
 
 DATE = datetime.date(2026, 11, 21)
@@ -88,7 +88,7 @@ class Sea:
 
 @dataclass(frozen=True)
 class PlannedTest:
-    """One test. load payload without the hook [kg]; s_w wire out at the start [m]; sea: None: the tip stands still."""
+    """One test. load payload without the hook [kg]; s_w wire out at the start [m]; sea: None: the tip does not move."""
 
     name: str
     kind: Kind
@@ -136,7 +136,7 @@ class PlannedTest:
 @dataclass(frozen=True)
 class Plan:
     """A campaign. crane: the twin under test; crane_name as the campaign file names it, "" where a crane file is
-    written beside it."""
+    written next to it."""
 
     title: str
     crane: Crane
@@ -150,46 +150,31 @@ def sea_trials(crane: str | Crane = "nov-250t") -> Plan:
     """Tests like those of Moslatt 2020 paper F table 3, on a crane of the library or your own.
 
     Cases 1 to 4 have the printed loads, lengths and durations on a crane of 250 t; on another one loads go with the
-    SWL, wire out with the wire that there is. Case 1 is in normal-speed mode, so that the motors are also seen at rest
+    SWL, wire out with the wire on the drum. Case 1 is in normal-speed mode, so that the motors are also seen at rest
     at less than full displacement, the others in SSC. "limits" drives the joystick beyond the winch's speed both ways;
     the plateaus are long enough to be steady. "dynamics" is quick turns of an empty hook near the tip. Case 2 grows
     into its sea over five minutes and so covers small motions as well (table 2, 1c).
     """
     name = crane if isinstance(crane, str) else ""
     twin = load_crane(crane) if isinstance(crane, str) else crane
-    load, wire = (
-        twin.SWL / SWL_OF_PAPER,
-        wire_usable(drum_record(twin)) / wire_usable(drum_record(load_crane("nov-250t"))),
-    )
+    load = twin.SWL / SWL_OF_PAPER
+    wire = wire_usable(drum_record(twin)) / wire_usable(drum_record(load_crane("nov-250t")))
     v = wire_speed_max(twin)
 
     def ahc(number: str, t: float, s_w: float, duration: float, mode: Mode, sea: Sea) -> PlannedTest:
         return PlannedTest(number, Kind.AHC, round(load * t, 1) * 1e3, round(wire * s_w), duration, mode, sea)
 
+    half_load, middle = round(load * 82.0, 1) * 1e3, round(wire * 500.0)
     tests = (
         ahc("1", 82.0, 487.0, 200.0, Mode("ns"), Sea(1.4, 1.8, 9.0)),
         ahc("2", 94.0, 487.0, 1500.0, Mode("ssc"), Sea(2.1, 2.5, 10.0, ramp=300.0)),
         ahc("3", 164.0, 2314.0, 200.0, Mode("ssc"), Sea(2.0, 2.3, 9.0)),
         ahc("4", 162.0, 2281.0, 300.0, Mode("ssc"), Sea(1.5, 2.0, 10.0)),
-        PlannedTest(
-            "limits",
-            Kind.LIMITS,
-            round(load * 82.0, 1) * 1e3,
-            round(wire * 500.0),
-            86.0,
-            MANUAL_MODE,
-            None,
-            beyond(2.3 * v),
-        ),
+        PlannedTest("limits", Kind.LIMITS, half_load, middle, 86.0, MANUAL_MODE, None, beyond(2.3 * v)),
         PlannedTest("dynamics", Kind.DYNAMICS, 0.0, 15.0, 88.0, MANUAL_MODE, None, turns(v)),
     )
-    return Plan(
-        f"Sea trials like paper F table 3 of {twin.name}",
-        twin,
-        name,
-        tests,
-        "Moslatt 2020 paper F table 3; rest assumed",
-    )
+    title = f"Sea trials like paper F table 3 of {twin.name}"
+    return Plan(title, twin, name, tests, "Moslatt 2020 paper F table 3; rest assumed")
 
 
 def _profile(legs: tuple[tuple[float, float], ...]) -> Operator:

@@ -1,4 +1,4 @@
-"""A whole synthetic campaign as files: the truth plant goes through the tests, and its PLC logs them.
+"""A complete synthetic campaign as files: the reference plant goes through the tests, and its PLC logs them.
 
 The reference crane of a synthetic campaign as a file: every parameter of the reference plant with its source, and
 derived values.
@@ -7,7 +7,7 @@ derived values.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,68 +47,54 @@ from stillhook.validate.synthetic.defects import Defect, Setting, defect_of, def
 from stillhook.validate.synthetic.reference.crane import numbers
 from stillhook.validate.synthetic.reference.laws import M_N2, active_leak, gas_bank, reference_friction, working
 from stillhook.validate.synthetic.reference.pack import simulate_reference
-from stillhook.validate.synthetic.schedule import Plan, PlannedTest, sea_trials
+from stillhook.validate.synthetic.schedule import Plan, sea_trials
 from stillhook.winches.records import Tick
 from stillhook.winches.reference import plant as reference_plant
 from stillhook.winches.reference.laws import gap_motor, gap_pump
 
 
 def reference_text(plan: Plan, seed: int, defect: str, made: Setting) -> str:
-    """TOML: seed, defect in words, [crane] the parameters of the reference crane, [follows] numbers that tuning must
-    find, [log] delays and clock; SI."""
-    return "\n".join([*_head(plan, seed, defect), *_crane(made), *_follows(plan, made), *_log(made)]) + "\n"
-
-
-def _head(plan: Plan, seed: int, defect: str) -> Iterator[str]:
-    yield f"seed = {seed}"
-    yield f"defect = {json.dumps(defect)}"
-    yield f"twin = {json.dumps(plan.crane.name)}"
-
-
-def _crane(made: Setting) -> Iterator[str]:
-    yield "\n[crane]"
-    for n in numbers(made.reference):
-        source = f"kind = {json.dumps(n.source.kind.value)}, source = {json.dumps(n.source.text)}"
-        yield f"{n.name} = {{ value = {n.value!r}, {source} }}  # {n.meaning}"
-
-
-def _follows(plan: Plan, made: Setting) -> Iterator[str]:
-    """The reference crane in the twin's parameters."""
-    a, reference, law = plan.crane.active, made.reference, reference_friction(plan.crane, made.reference)
-    yield "\n[follows]"
-    yield f"C_h = {reference.capacitance * capacitance(a.line.V, a.line.bulk_modulus)!r}  # m^3/Pa, each line"
+    """TOML: seed, defect in words, [crane] the parameters of the reference crane, [follows] what they are in the twin's
+    parameters, numbers that tuning must find, [log] delays and clock; SI."""
+    reference, a, f = made.reference, plan.crane.active, made.faults
+    law, bank = reference_friction(plan.crane, reference), gas_bank(plan.crane, reference)
     leak, at = active_leak(plan.crane, reference), working(plan.crane)
     C = float(gap_pump(at.stroke, leak) + gap_motor(at.speed, leak))
-    yield (
-        f"leakage = {C!r}  # m^3/s/Pa, at {at.stroke!r} of the pumps' stroke, motors at {at.speed!r} rad/s,"
-        f" {at.pressure!r} Pa"
-    )
-    yield f"J_m_eff = {reference.inertia * plan.crane.inertia.J_m_eff!r}  # kg m^2, full drum"
-    bank = gas_bank(plan.crane, reference)
-    yield f"gas_volume = {bank.V_mid!r}  # m^3, with the piston at mid stroke"
-    yield f"gas_mass = {bank.n * M_N2!r}  # kg"
-    yield f"friction_mean = {law.mean_reference!r}  # N m, over the loads and speeds of the tests"
-    yield f"friction_mean_of_twin = {law.mean_twin!r}  # N m"
-    yield f"friction_difference = {law.difference!r}  # rms of the relative difference in shape"
-
-
-def _log(made: Setting) -> Iterator[str]:
-    f = made.faults
-    yield "\n[log]"
-    yield f"delay = {made.delay!r}  # s, of the motion unit; the campaign states {made.stated_delay!r}"
-    yield f"clock_drift = {made.clock.drift!r}  # part by which stamps run fast"
-    yield f"clock_jitter = {made.clock.jitter!r}  # s, latest stamp"
-    yield f"swapped = {str(f.swapped > 0.0).lower()}"
-    yield f"gap = {f.gap!r}  # s, in the middle of the longest log"
-    yield f"cell_unit = {f.cell_unit!r}"
-    yield f"zero_a = {f.zero_a!r}  # Pa"
-    yield "\n[log.gain]"
-    yield from (f"{name} = {c.gain!r}" for name, c in made.calibration.items())
-    yield "\n[log.drift]"
-    yield from (
-        f"{name} = {{ size = {d.size!r}, period = {d.period!r}, phase = {d.phase!r} }}"
-        for name, d in made.drift.items()
-    )
+    where = f"at {at.stroke!r} of the pumps' stroke, motors at {at.speed!r} rad/s, {at.pressure!r} Pa"
+    lines = [
+        f"seed = {seed}",
+        f"defect = {json.dumps(defect)}",
+        f"twin = {json.dumps(plan.crane.name)}",
+        "\n[crane]",
+    ]
+    for n in numbers(reference):
+        source = f"kind = {json.dumps(n.source.kind.value)}, source = {json.dumps(n.source.text)}"
+        lines.append(f"{n.name} = {{ value = {n.value!r}, {source} }}  # {n.meaning}")
+    lines += [
+        "\n[follows]",
+        f"C_h = {reference.capacitance * capacitance(a.line.V, a.line.bulk_modulus)!r}  # m^3/Pa, each line",
+        f"leakage = {C!r}  # m^3/s/Pa, {where}",
+        f"J_m_eff = {reference.inertia * plan.crane.inertia.J_m_eff!r}  # kg m^2, full drum",
+        f"gas_volume = {bank.V_mid!r}  # m^3, with the piston at mid stroke",
+        f"gas_mass = {bank.n * M_N2!r}  # kg",
+        f"friction_mean = {law.mean_reference!r}  # N m, over the loads and speeds of the tests",
+        f"friction_mean_of_twin = {law.mean_twin!r}  # N m",
+        f"friction_difference = {law.difference!r}  # rms of the relative difference in shape",
+        "\n[log]",
+        f"delay = {made.delay!r}  # s, of the motion unit; the campaign states {made.stated_delay!r}",
+        f"clock_drift = {made.clock.drift!r}  # part by which stamps run fast",
+        f"clock_jitter = {made.clock.jitter!r}  # s, latest stamp",
+        f"swapped = {str(f.swapped > 0.0).lower()}",
+        f"gap = {f.gap!r}  # s, in the middle of the longest log",
+        f"cell_unit = {f.cell_unit!r}",
+        f"zero_a = {f.zero_a!r}  # Pa",
+        "\n[log.gain]",
+        *(f"{name} = {c.gain!r}" for name, c in made.calibration.items()),
+        "\n[log.drift]",
+    ]
+    for name, d in made.drift.items():
+        lines.append(f"{name} = {{ size = {d.size!r}, period = {d.period!r}, phase = {d.phase!r} }}")
+    return "\n".join(lines) + "\n"
 
 
 CRANE_FILE = "crane.toml"
@@ -130,8 +116,8 @@ NOISE: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class WrittenCampaign:
-    """What was written: the folder, its campaign file, the logs, the file that tells the truth, and what limits the
-    tests went beyond."""
+    """What was written: the folder, its campaign file, the logs, the file with the reference crane, and what limits
+    the tests went beyond."""
 
     folder: Path
     campaign: Path
@@ -216,18 +202,11 @@ def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> 
         )
 
 
-def case_of(test: PlannedTest, number: int, seed: int, made: Setting) -> Scenario:
-    """The run behind a test; number of the test in its campaign."""
-    sensors = CaseSensors(
-        delay=f"{made.delay!r} s", seed=int(np.random.SeedSequence([seed, number]).generate_state(1)[0]), **NOISE
-    )
-    return test.case(sensors, seed, number)
-
-
 def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: Path, progress: Progress) -> list[str]:
     """Run one test and write its log; returns limits that it went beyond."""
     test = plan.tests[i]
-    case = case_of(test, i, seed, made)
+    noise_seed = int(np.random.SeedSequence([seed, i]).generate_state(1)[0])
+    case = test.case(CaseSensors(delay=f"{made.delay!r} s", seed=noise_seed, **NOISE), seed, i)
     run = simulate_reference(plan.crane, case, made.reference, progress=progress)
     rng = np.random.default_rng([seed, i, 2])
     begins = sum(t.duration for t in plan.tests[:i])
@@ -247,16 +226,12 @@ def _as_logged(
     encoder and load cell carry the noise that it saw."""
     t_cycle, faults = crane.control.t_cycle, made.faults
     rows = CycleInputs(crane, case).rows(0, run.sizes["time"])
-    seen = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
-    reference = {c.name: run[c.name].values for c in AHC_COLUMNS} | {
-        name: seen[column] for name, column in READ.items()
-    }
-    reference["s_w"] = reference["s_w"] + seen["n_s"]
-    reference["F_w"] = (
-        made.reference.cell_gain * filtered(reference["F_w"], t_cycle / made.reference.tau_cell)
-        + made.reference.cell_zero
-        + seen["n_F"]
-    )
+    inputs = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
+    reference = {c.name: run[c.name].values for c in AHC_COLUMNS}
+    reference |= {name: inputs[column] for name, column in READ.items()}
+    reference["s_w"] = reference["s_w"] + inputs["n_s"]
+    cell, F = made.reference, filtered(reference["F_w"], t_cycle / made.reference.tau_cell)
+    reference["F_w"] = cell.cell_gain * F + cell.cell_zero + inputs["n_F"]
     reference |= {name: reference[name] + drift.at(begins + run["time"].values) for name, drift in made.drift.items()}
     reference["p_a"] = reference["p_a"] + faults.zero_a
     out = {c.name: logged(reference[c.name], sensors[c.name], t_cycle, rng) for c in AHC_COLUMNS}

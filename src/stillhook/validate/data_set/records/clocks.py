@@ -20,7 +20,7 @@ from stillhook.errors import ValidateError
 from stillhook.logs.types import Log, OtherClock
 from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
 from stillhook.spec.crane import Crane
-from stillhook.statistics.time_lag import SPAN, Lag, changes, lag, shifted
+from stillhook.statistics.time_lag import SPAN, changes, lag, shifted
 from stillhook.validate.data_set.campaign import CraneTest
 from stillhook.validate.data_set.records.record import ClockError, Segment, SegmentLag
 
@@ -62,11 +62,11 @@ class View:
 def refined(
     t: FloatArray, step: float, signals: Mapping[str, FloatArray], log: Log, crane: Crane, name: str
 ) -> tuple[dict[str, FloatArray], tuple[ClockError, ...], list[str]]:
-    """Signals with those of other clocks shifted to agree with the main clock; the corrections; statements about
-    them."""
+    """Signals with those of other clocks shifted to agree with the main clock; the corrections; statements."""
     out, errors, statements = dict(signals), [], list[str]()
     for clock in log.clocks:
         estimate, view, moved = None, None, out
+        place = f'Test "{name}": the clock of {", ".join(clock.signals)}'
         for _ in range(ROUNDS):
             view = _view(clock, moved, out, crane)
             estimate = lag(t, view.x, view.y, REACH) if view is not None else None
@@ -79,8 +79,8 @@ def refined(
         if view is None or estimate is None:
             errors.append(ClockError(clock.signals, "", clock.offset, clock.drift, clock.scatter, np.inf))
             statements.append(
-                f'Test "{name}": the clock of {_names(clock)} is {_ppm(clock.drift)} and could only be brought near'
-                " that of the log, to some hundredths of a second. Log the error of the PLC (e_c_measured) for more."
+                f"{place} is {_ppm(clock.drift)} and could only be brought near that of the log, to some hundredths of"
+                " a second. Log the error of the PLC (e_c_measured) for more."
             )
             continue
         out = moved
@@ -88,20 +88,11 @@ def refined(
         u = float(np.hypot(estimate.u, view.u))
         offset = clock.offset - float(estimate.at(np.zeros(1))[0])
         errors.append(ClockError(clock.signals, view.description, offset, float(drift), u, estimate.u_drift))
-        statements.append(_clock_statement(name, clock, estimate, drift, u, view))
+        statements.append(
+            f"{place} is {_ppm(drift)} (+- {2e6 * estimate.u_drift:.1g} ppm, 95 %); it is aligned with the PLC by"
+            f" {view.description}, to +- {2e3 * u:.2g} ms."
+        )
     return out, tuple(errors), statements
-
-
-def _clock_statement(name: str, clock: OtherClock, estimate: Lag, drift: float, u: float, view: View) -> str:
-    return (
-        f'Test "{name}": the clock of {_names(clock)} is {_ppm(drift)} (+- {2e6 * estimate.u_drift:.1g} ppm, 95 %); it'
-        " is"
-        f" aligned with the PLC by {view.description}, to +- {2e3 * u:.2g} ms."
-    )
-
-
-def _names(clock: OtherClock) -> str:
-    return ", ".join(clock.signals)
 
 
 def _ppm(drift: float) -> str:
@@ -109,16 +100,11 @@ def _ppm(drift: float) -> str:
 
 
 MADE = (
-    ("s_tip", "e_c_measured", "s_w", 1.0),
-    ("s_w", "s_tip", "e_c_measured", -1.0),
-    ("e_c_measured", "s_tip", "s_w", -1.0),
+    ("s_tip", "e_c_measured", "s_w", 1.0, "the error of the PLC and wire out"),
+    ("s_w", "s_tip", "e_c_measured", -1.0, "tip height and the error of the PLC"),
+    ("e_c_measured", "s_tip", "s_w", -1.0, "tip height and wire out"),
 )
-"""Each signal as a sum of another one and a third with this sign, apart from a constant."""
-DESCRIPTIONS = {
-    "s_tip": "the error of the PLC and wire out",
-    "s_w": "tip height and the error of the PLC",
-    "e_c_measured": "tip height and wire out",
-}
+"""Each signal as a sum of another one and a third with this sign, apart from a constant; the two in words."""
 
 
 def _view(
@@ -127,20 +113,19 @@ def _view(
     """The best motion recorded by both clocks. moved: the signals as aligned in the previous round."""
     theirs = set(clock.signals)
     ours = set(signals) - theirs
-    for one, other, third, sign in MADE:
+    for one, other, third, sign, description in MADE:
         made = {other, third}
         if one in theirs and made <= ours:
-            return View(signals[other] + sign * signals[third], signals[one], 0.0, 0.0, DESCRIPTIONS[one])
+            return View(signals[other] + sign * signals[third], signals[one], 0.0, 0.0, description)
         if one in ours and made <= theirs:
-            return View(signals[one], signals[other] + sign * signals[third], 0.0, 0.0, DESCRIPTIONS[one])
+            return View(signals[one], signals[other] + sign * signals[third], 0.0, 0.0, description)
     return _feedforward(moved, signals, ours, theirs, crane)
 
 
 def _feedforward(
     moved: Mapping[str, FloatArray], signals: Mapping[str, FloatArray], ours: set[str], theirs: set[str], crane: Crane
 ) -> View | None:
-    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed K_2/K_1 (and t_lead)
-    later."""
+    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed K_2/K_1 (and t_lead) later."""
     motor = next((n for n in ("alpha_m", "u_m") if n in ours), None)
     if motor is None or "s_tip" not in theirs or not {"u_p", "s_w"} <= ours:
         return None
@@ -156,8 +141,7 @@ def _feedforward(
 
 
 def wire_lags(t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequence[Segment]) -> tuple[SegmentLag, ...]:
-    """Lag of the wire behind the tip, and of the PLC's own tip behind the logged one, in every compensated
-    segment."""
+    """Lag of the wire behind the tip, and of the PLC's own tip behind the logged one, in every compensated segment."""
     out = []
     for i, part in enumerate(segments):
         cut = slice(part.first, part.last)
@@ -187,8 +171,7 @@ def following(
         if not 1.0 / MOST_GAIN < estimate.gain < MOST_GAIN:
             raise ValidateError(
                 f'test "{test.name}": {estimate.late} moves {estimate.gain:.3g} times as far as s_tip while the winch'
-                " compensates. Check the "
-                f"units of s_tip, {' and '.join(estimate.late.split(' + '))}."
+                f" compensates. Check the units of s_tip, {' and '.join(estimate.late.split(' + '))}."
             )
     for estimate in (x for x in lags if x.late != "s_w"):
         size = _size(parts[estimate.segment], step, signals)
@@ -198,13 +181,11 @@ def following(
                 " units of e_c_measured, s_tip and s_w, and the PLC's definition of its error."
             )
         if abs(estimate.seconds) > max(SAME, 3.0 * estimate.u):
-            late = (
-                f"{1e3 * abs(estimate.seconds):.3g} ms {'later' if estimate.seconds > 0.0 else 'earlier'} than the"
-                " logged one"
-            )
+            late = f"{1e3 * abs(estimate.seconds):.3g} ms {'later' if estimate.seconds > 0.0 else 'earlier'}"
             statements.append(
-                f'Test "{test.name}": the tip that the PLC compensates (its error and wire out) comes {late} (+-'
-                f" {2e3 * estimate.u:.2g} ms): map the signal that the PLC uses, or include this in the delay."
+                f'Test "{test.name}": the tip that the PLC compensates (its error and wire out) comes {late} than the'
+                f" logged one (+- {2e3 * estimate.u:.2g} ms): map the signal that the PLC uses, or include this in the"
+                " delay."
             )
     return statements
 

@@ -43,8 +43,7 @@ class LoadSegment:
 
 
 def load_segments(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[LoadSegment]:
-    """Parts of n samples, `step` [s] apart, with constant load; between two of them the load is lifted or set
-    down.
+    """Parts of n samples, `step` [s] apart, with constant load; between two of them the load is lifted or set down.
 
     Parameters: F (n,) load cell [N], or None.
     """
@@ -54,9 +53,8 @@ def load_segments(F: FloatArray | None, n: int, step: float, crane: Crane) -> li
     blocks = np.array([_median(F[a : a + size]) for a in range(0, n, size)])
     limit, least = STEP * (crane.SWL + crane.hook_mass) * G, max(1, round(SPAN / BLOCK))
     level = np.array([_median(blocks[max(0, i - least // 2) : i + least // 2 + 1]) for i in range(len(blocks))])
-    out: list[LoadSegment] = []
-    for a, b in _plateaus(level, limit, least):
-        out.append(LoadSegment(a * size, min(n, b * size), _median(blocks[a:b])))
+    plateaus = _plateaus(level, limit, least)
+    out = [LoadSegment(a * size, min(n, b * size), _median(blocks[a:b])) for a, b in plateaus]
     return out or [LoadSegment(0, n, _median(F))]
 
 
@@ -68,10 +66,9 @@ def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, in
         b = a + 1
         while b < len(level) and not abs(level[b] - _median(level[a:b])) > limit:
             b += 1
-        stands = np.flatnonzero(
-            np.abs(level[a:b] - _median(level[a:b])) <= limit
-        )  # a slow change follows its own median for a while
-        first, last = a + int(stands[0]), a + int(stands[-1]) + 1
+        # a slow change follows its own median for a while
+        steady = np.flatnonzero(np.abs(level[a:b] - _median(level[a:b])) <= limit)
+        first, last = a + int(steady[0]), a + int(steady[-1]) + 1
         if last - first >= least or (not out and b == len(level)):
             out.append((first, last))
         a = b
@@ -107,18 +104,18 @@ def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], 
 
 
 def load_of(part: LoadSegment, all_of: list[LoadSegment], test: CraneTest, crane: Crane) -> tuple[float, str]:
-    """Payload of a segment [kg] and a statement about it, "" where it is as stated. Errors: ValidateError where it is
-    unknown."""
-    shown = (part.F / G + _buoyancy(test)) - crane.hook_mass
-    if test.load is not None and (len(all_of) == 1 or part is _nearest(all_of, test, crane)):
-        weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
-        if np.isfinite(part.F) and abs(part.F - weight) > APART * weight:
-            return test.load, (
-                f'Test "{test.name}": the load cell shows {show(part.F, "force")} where the stated load and the hook'
-                " weigh "
-                f"{show(weight, 'force')}: the stated load is used."
-            )
-        return test.load, ""
+    """Payload of a segment [kg] and a statement, "" where it is as stated. Errors: ValidateError where unknown."""
+    buoyancy = test.water.rho * test.water.volume if test.water is not None else 0.0
+    shown = (part.F / G + buoyancy) - crane.hook_mass
+    if test.load is not None:
+        weight = (test.load + crane.hook_mass - buoyancy) * G
+        if len(all_of) == 1 or part is min(all_of, key=lambda s: abs(s.F - weight)):
+            if np.isfinite(part.F) and abs(part.F - weight) > APART * weight:
+                return test.load, (
+                    f'Test "{test.name}": the load cell shows {show(part.F, "force")} where the stated load and the'
+                    f" hook weigh {show(weight, 'force')}: the stated load is used."
+                )
+            return test.load, ""
     if not np.isfinite(part.F):
         raise ValidateError(
             f'test "{test.name}": load: missing, and no load cell F_w in the log. State the load on the hook.'
@@ -130,21 +127,8 @@ def load_of(part: LoadSegment, all_of: list[LoadSegment], test: CraneTest, crane
             f"{show(crane.hook_mass, 'mass')} and up to {show(crane.SWL, 'mass')}. Check the unit of F_w, or state the"
             " load."
         )
-    return (
-        max(0.0, shown),
-        f'Test "{test.name}": the load {origin} {show(max(0.0, shown), "mass")} from the load cell less the hook.',
-    )
-
-
-def _nearest(all_of: list[LoadSegment], test: CraneTest, crane: Crane) -> LoadSegment:
-    assert test.load is not None
-    weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
-    return min(all_of, key=lambda s: abs(s.F - weight))
-
-
-def _buoyancy(test: CraneTest) -> float:
-    """Mass of the water that a submerged payload displaces [kg]."""
-    return test.water.rho * test.water.volume if test.water is not None else 0.0
+    load = max(0.0, shown)
+    return load, f'Test "{test.name}": the load {origin} {show(load, "mass")} from the load cell less the hook.'
 
 
 def _median(x: FloatArray) -> float:

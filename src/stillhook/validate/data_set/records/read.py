@@ -1,8 +1,6 @@
-"""Logs of a campaign to records: on an even grid, clocks corrected, cut into load cases; all findings are
-reported.
+"""Logs of a campaign to records: on an even grid, clocks corrected, cut into load cases; all findings are reported.
 
-A log on an even time grid: values at the time of their samples, linear interpolation in between, gaps remain
-gaps.
+A log on an even time grid: values at the time of their samples, linear interpolation in between, gaps remain gaps.
 
 Accuracy: the mean of a bin is placed at the mean time of its samples, so jitter of the stamps moves no edge; a
 straight line between two samples h apart is off by at most h^2/8 of the second derivative (tip: 0.01 mm at 10 ms and 1
@@ -25,23 +23,15 @@ from stillhook.control.registry import MANUAL_MODE
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.logs.checks.findings import counted
 from stillhook.logs.log import read_log
-from stillhook.logs.types import Finding, Log
+from stillhook.logs.types import Log
 from stillhook.spec.scenario import Mode
 from stillhook.units import number
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind, standard_modes
 from stillhook.validate.data_set.records.clocks import following, refined, wire_lags
 from stillhook.validate.data_set.records.loads import load_of, load_segments, standing, with_wire
-from stillhook.validate.data_set.records.record import (
-    LEAST,
-    Record,
-    Segment,
-    SegmentBounds,
-    seams,
-    segment,
-    split,
-    unbroken,
-)
+from stillhook.validate.data_set.records.record import LEAST, Record, Segment, seams, segment, split, stretches_of
 from stillhook.validate.data_set.records.tip import completed
+from stillhook.validate.data_set.records.transients import filled
 from stillhook.variables import PHYSICAL
 
 BRIDGED = 0.2
@@ -145,14 +135,14 @@ def _spikes(x: FloatArray, every: float, name: str) -> BoolArray:
     if name not in SPIKES or len(x) < 5:
         return np.zeros(len(x), np.bool_)
     known = np.isfinite(x)
-    filled = np.interp(np.arange(len(x)), np.flatnonzero(known), x[known]) if known.any() else np.zeros(len(x))
-    distance = np.abs(filled - median_filter(filled, 5, mode="nearest"))
+    line = filled(x)
+    distance = np.abs(line - median_filter(line, 5, mode="nearest"))
     bent = FASTEST * (2.0 * every) ** 2 if PHYSICAL[name].kind == "length" else FASTEST * 2.0 * every
     return np.asarray(known & (distance > max(SPIKES[name] + bent, BEYOND * float(np.median(distance)))), np.bool_)
 
 
 def _filled(
-    grid: FloatArray, t: FloatArray, values: FloatArray, longest: float, usual: float, held: bool
+    grid: FloatArray, t: FloatArray, values: FloatArray, longest: float, usual: float, stepwise: bool
 ) -> tuple[FloatArray, BoolArray]:
     """Values on the grid, NaN in gaps that are too long, and where a gap was bridged."""
     if len(t) < 2:
@@ -161,7 +151,7 @@ def _filled(
     apart = t[after] - t[after - 1]
     outside = (grid < t[0] - usual) | (grid > t[-1] + usual)
     hole = outside | ((apart > longest) & (grid > t[after - 1] + 1e-9) & (grid < t[after] - 1e-9))
-    line = values[np.where(grid >= t[after], after, after - 1)] if held else np.interp(grid, t, values)
+    line = values[np.where(grid >= t[after], after, after - 1)] if stepwise else np.interp(grid, t, values)
     return np.where(hole, np.nan, line), (apart > usual) & ~hole & (grid > t[after - 1]) & (grid < t[after])
 
 
@@ -247,15 +237,16 @@ def _segments(
         good &= mode != float(list(Mode).index(MANUAL_MODE))
     edges = [*(i for i, _ in cut), *(np.flatnonzero(np.diff(mode) != 0.0) + 1), *(s.first for s in levels)]
     segments = []
-    for a, b in split(unbroken(good), edges):
+    for a, b in split(stretches_of(good), edges):
         if (b - 1 - a) * grid.step < LEAST[test.kind]:
             continue
         level = next(s for s in levels if s.first <= a < s.last)
         part_test, of_wire = with_wire(test, campaign.crane, signals, slice(a, b))
         load, load_text = load_of(level, levels, part_test, campaign.crane)
         statements += [text for text in (of_wire, load_text) if text]
-        part = SegmentBounds(a, b, list(Mode)[int(mode[a])], load)
-        segments.append(segment(test, part, grid.t, grid.step, signals, campaign.criteria.settings["window"]))
+        window = campaign.criteria.settings["window"]
+        mode_of_part = list(Mode)[int(mode[a])]
+        segments.append(segment(test, slice(a, b), mode_of_part, load, grid.t, grid.step, signals, window))
     return tuple(segments), [
         *_used(test, grid, mode, segments),
         *_operator(test, signals, segments, grid.step),
@@ -266,7 +257,7 @@ def _segments(
 def _mode(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> FloatArray:
     """Mode by number (n,). Errors: ValidateError where neither log nor campaign file states it."""
     if "mode" in signals and np.isfinite(signals["mode"]).any():
-        _as_stated(test, signals["mode"])
+        _check_mode(test, signals["mode"])
         return signals["mode"]
     if test.mode is None and test.kind is Kind.AHC:
         raise ValidateError(
@@ -277,13 +268,13 @@ def _mode(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> FloatAr
     return np.full(n, float(list(Mode).index(test.mode or MANUAL_MODE)))
 
 
-def _as_stated(test: CraneTest, mode: FloatArray) -> None:
+def _check_mode(test: CraneTest, mode: FloatArray) -> None:
     """Errors: ValidateError where the log never is in the mode that the campaign file states."""
-    held = [list(Mode)[int(k)] for k in np.unique(mode[np.isfinite(mode)])]
-    if test.mode is not None and test.mode not in held:
+    logged = [list(Mode)[int(k)] for k in np.unique(mode[np.isfinite(mode)])]
+    if test.mode is not None and test.mode not in logged:
         raise ValidateError(
-            f'test "{test.name}": mode = "{test.mode}" is stated, but the log contains {" and ".join(held)}. State what'
-            ' the numbers of the log mean in the campaign file: [modes], such as "1" = "ssc", or leave mode out.'
+            f'test "{test.name}": mode = "{test.mode}" is stated, but the log contains {" and ".join(logged)}. State'
+            ' what the numbers of the log mean in the campaign file: [modes], such as "1" = "ssc", or leave mode out.'
         )
 
 
@@ -300,16 +291,15 @@ def _used(test: CraneTest, grid: Grid, mode: FloatArray, segments: list[Segment]
     duration = float(grid.t[-1] - grid.t[0])
     used = sum(s.duration for s in segments)
     if not segments:
-        least, reason = LEAST[test.kind], ""
-        if test.kind is Kind.AHC and not (mode > 0.0).any():
-            reason = " The winch was in manual mode throughout."
-        requirement = f"no uninterrupted part of at least {least:.0f} s has one mode and one load"
+        manual = test.kind is Kind.AHC and not (mode > 0.0).any()
+        reason = " The winch was in manual mode throughout." if manual else ""
+        requirement = f"no uninterrupted part of at least {LEAST[test.kind]:.0f} s has one mode and one load"
         return [f'Test "{test.name}": {requirement}: none of it is used.{reason}']
     if duration - used < 1.0:
         return []
     parts = f"in {len(segments)} parts" if len(segments) > 1 else f"from {grid.zero + segments[0].start:.6g} s on"
-    manual = float(np.sum(mode == 0.0)) * grid.step if test.kind is Kind.AHC else 0.0
-    reason = f"; in {manual:.4g} s the winch did not compensate" if manual > 0.0 else ""
+    uncompensated = float(np.sum(mode == 0.0)) * grid.step if test.kind is Kind.AHC else 0.0
+    reason = f"; in {uncompensated:.4g} s the winch did not compensate" if uncompensated > 0.0 else ""
     return [f'Test "{test.name}": {used:.4g} s of {duration:.4g} s are used, {parts}{reason}.']
 
 
@@ -318,7 +308,7 @@ def _operator(test: CraneTest, signals: Mapping[str, FloatArray], segments: list
     if test.kind is not Kind.AHC or "v_op" not in signals:
         return []
     moved = [np.abs(signals["v_op"][s.first : s.last]) > 0.0 for s in segments]
-    number = sum(len(unbroken(m)) for m in moved)
+    number = sum(len(stretches_of(m)) for m in moved)
     if not number:
         return []
     seconds = sum(float(m.sum()) for m in moved) * step
@@ -331,16 +321,12 @@ def _operator(test: CraneTest, signals: Mapping[str, FloatArray], segments: list
 def _quality(test: CraneTest, log: Log, grid: Grid) -> list[str]:
     """Quality of the samples of the used part."""
     end = grid.zero + float(grid.t[-1])
-    findings = [f for f in log.findings if f.kind not in QUIET and _touches(f, grid.zero, end)]
+    findings = [f for f in log.findings if f.kind not in QUIET and f.end >= grid.zero and f.start <= end]
     spikes = [f"{counted(n, 'sample')} of {name}" for name, n in grid.spikes.items()]
-    statements = (
-        [(f'Test "{test.name}": {", ".join(spikes)} left out as spikes far from their neighbours.')] if spikes else []
-    )
+    statements = []
+    if spikes:
+        statements.append(f'Test "{test.name}": {", ".join(spikes)} left out as spikes far from their neighbours.')
     statements += [f'Test "{test.name}", {log.source}: {f.text} ({f.action}).' for f in findings[:MOST_FINDINGS]]
     if len(findings) > MOST_FINDINGS:
         statements.append(f'Test "{test.name}", {log.source}: {len(findings) - MOST_FINDINGS} more findings.')
     return statements
-
-
-def _touches(finding: Finding, start: float, end: float) -> bool:
-    return not (finding.end < start or finding.start > end)

@@ -97,8 +97,7 @@ class Record:
     statements: tuple[str, ...]
     """Statements from reading: quality, clocks, lags."""
     doubtful: Mapping[str, BoolArray] = field(default_factory=dict)
-    """(n,) samples at a sensor limit, bridged over a short gap, or unknown, by
-    signal."""
+    """(n,) samples at a sensor limit, bridged over a short gap, or unknown, by signal."""
     derived: frozenset[str] = frozenset()
     """Signals that were not logged but derived from others: s_w from a speed, s_tip from the PLC's error."""
     zero: float = 0.0
@@ -129,22 +128,6 @@ MOVES = 0.02
 """Peak-to-peak tip motion from which the tip moves [m]: several times the noise of a motion reference unit."""
 
 
-@dataclass(frozen=True)
-class SegmentBounds:
-    """Samples [first, last) of a record with one mode and one payload [kg]."""
-
-    first: int
-    last: int
-    mode: Mode
-    load: float
-
-
-def unbroken(good: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Runs of True as [first, last)."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False])).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-
-
 def split(parts: Sequence[tuple[int, int]], at: Sequence[int]) -> list[tuple[int, int]]:
     """Runs cut at samples."""
     out = []
@@ -155,31 +138,34 @@ def split(parts: Sequence[tuple[int, int]], at: Sequence[int]) -> list[tuple[int
 
 
 def segment(
-    test: CraneTest, part: SegmentBounds, t: FloatArray, step: float, signals: Mapping[str, FloatArray], window: float
+    test: CraneTest,
+    samples: slice,
+    mode: Mode,
+    load: float,
+    t: FloatArray,
+    step: float,
+    signals: Mapping[str, FloatArray],
+    window: float,
 ) -> Segment:
-    """A segment with its ranges. Parameters: t (n,) [s] even by step; signals with s_w or without; window of the tip's
-    range [s]."""
-    cut = slice(part.first, part.last)
-    s_w = signals["s_w"][cut] if "s_w" in signals else np.full(part.last - part.first, np.nan)
-    known = s_w[np.isfinite(s_w)]
-    tip = signals["s_tip"][cut] if "s_tip" in signals else np.zeros(part.last - part.first)
-    pp, period = _tip(tip, step, window)
-    low, high, first = (
-        (float(known.min()), float(known.max()), float(known[0])) if len(known) else (np.nan, np.nan, np.nan)
-    )
+    """Samples of a record with one mode and one payload [kg] as a segment with its ranges. Parameters: t (n,) [s] even
+    by step; signals with s_w or without; window of the tip's range [s]."""
+    known = signals["s_w"][samples] if "s_w" in signals else np.zeros(0)
+    known = known[np.isfinite(known)]
+    low, high, first = (known.min(), known.max(), known[0]) if len(known) else (np.nan, np.nan, np.nan)
+    pp, period = _tip(signals["s_tip"][samples] if "s_tip" in signals else np.zeros(0), step, window)
     return Segment(
         test=test.name,
-        first=part.first,
-        last=part.last,
-        start=float(t[part.first]),
-        duration=float(t[part.last - 1] - t[part.first]),
-        load=part.load,
-        s_w=first,
-        s_w_min=low,
-        s_w_max=high,
+        first=samples.start,
+        last=samples.stop,
+        start=float(t[samples.start]),
+        duration=float(t[samples.stop - 1] - t[samples.start]),
+        load=load,
+        s_w=float(first),
+        s_w_min=float(low),
+        s_w_max=float(high),
         s_tip_pp=pp,
         period=period,
-        mode=part.mode,
+        mode=mode,
     )
 
 
@@ -224,24 +210,19 @@ def seams(t: FloatArray, signals: Mapping[str, FloatArray]) -> list[tuple[int, s
             continue
         at = [name for name in names if np.any(np.abs(jumps[name] - i) <= NEIGHBOURS)]
         if set(at) & set(LENGTHS) or (set(at) & set(TIP) and set(at) & set(WINCH)):
-            result.append((i, _seam_text(at)))
+            result.append((i, _seam_text([PHYSICAL[name].meaning for name in at])))
     return result
 
 
-def _seam_text(names: list[str]) -> str:
-    if len(names) == 1:
-        return (
-            f"{PHYSICAL[names[0]].meaning} jumps, and no other signal does: its sensor was reset, or it has its own"
-            " clock"
-        )
-    return (
-        f"{' and '.join(PHYSICAL[n].meaning.split(';')[0] for n in names[:2])} jump: samples are missing without a"
-        " gap in the time stamps"
-    )
+def _seam_text(meanings: list[str]) -> str:
+    if len(meanings) == 1:
+        return f"{meanings[0]} jumps, and no other signal does: its sensor was reset, or it has its own clock"
+    both = " and ".join(meaning.split(";")[0] for meaning in meanings[:2])
+    return f"{both} jump: samples are missing without a gap in the time stamps"
 
 
 def _jumps(x: FloatArray, floor: float) -> NDArray[np.intp]:
-    """Samples at which a straight line through the BESIDE samples before misses the one through those after."""
+    """Samples at which a straight line through the NEIGHBOURS samples before misses the one through those after."""
     n = NEIGHBOURS
     if len(x) < 4 * n:
         return np.empty(0, np.intp)
@@ -269,8 +250,7 @@ LOWEST = 0.3  # of full command: a plateau below is no limit of a pump
 
 
 def ends_of(u: FloatArray, requested: FloatArray, step: float) -> tuple[float, float]:
-    """Limits of a pump command [-], lower and upper: full command, or a lower level at which it visibly
-    saturates.
+    """Limits of a pump command [-], lower and upper: full command, or a lower level at which it visibly saturates.
 
     Parameters: u logged command (n,), requested: output of the control law without a limit (n,), as far as it is known.
     A constant command while no more is requested, as with a joystick at rest, is not saturated.
@@ -288,15 +268,13 @@ def _end(u: FloatArray, requested: FloatArray, step: float) -> float:
         return FULL
     below = good & (np.abs(u) < BELOW * top)
     power = dot(requested[below], requested[below])
-    gain = (
-        dot(u[below], requested[below]) / power if power > 0.0 else 1.0
-    )  # the log's own law may request more or less than the twin's
+    # the log's own law may request more or less than the twin's
+    gain = dot(u[below], requested[below]) / power if power > 0.0 else 1.0
     return top - FLAT if gain * float(requested[a:b].max()) > top + MORE else FULL
 
 
-def stretches_of(mask: NDArray[np.bool_], *, bridge: int = 0, shortest: int = 1) -> list[tuple[int, int]]:
-    """Samples [a, b) of every uninterrupted span of a mask; gaps of up to `bridge` samples are bridged, shorter spans
-    left out."""
+def stretches_of(mask: NDArray[np.bool_], *, bridge: int = 0) -> list[tuple[int, int]]:
+    """Samples [a, b) of every uninterrupted span of a mask; gaps of up to `bridge` samples are bridged."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     spans: list[tuple[int, int]] = []
     for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
@@ -304,4 +282,4 @@ def stretches_of(mask: NDArray[np.bool_], *, bridge: int = 0, shortest: int = 1)
             spans[-1] = (spans[-1][0], b)
         else:
             spans.append((a, b))
-    return [(a, b) for a, b in spans if b - a >= shortest]
+    return spans

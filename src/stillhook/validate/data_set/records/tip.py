@@ -19,6 +19,7 @@ from stillhook.sea.motion.recorded import FEWEST_POINTS, Recorded
 from stillhook.spec.crane import Crane
 from stillhook.units import show
 from stillhook.validate.data_set.campaign import CraneTest, Kind
+from stillhook.validate.data_set.records.transients import filled
 
 KNOTS = 0.4
 """Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost. Two samples where they are
@@ -26,6 +27,8 @@ slower."""
 SLOWEST = 0.25
 """Longest spacing of samples that still allows a tip motion [s]: waves of 4 s pass with less than 0.1 % lost."""
 ROUNDS = 3
+"""Rounds of weighting position and speed by their spread, and of integrating the motors' speed with the diameter of the
+last layer: wire over a few layers needs two."""
 
 
 @dataclass(frozen=True)
@@ -124,8 +127,6 @@ BEYOND = 0.5
 """Tolerance of wire out beyond the drum's range [m]: zero of an encoder."""
 APART = 5.0
 """Difference between stated and logged wire out that is reported [m]: some turns of the drum."""
-"""Rounds of integrating the motors' speed with the diameter of the last layer: wire over a few layers needs
-two."""
 
 
 def completed(
@@ -139,22 +140,24 @@ def completed(
     """
     out, derived, statements = dict(signals), set(), list[str]()
     if "s_w" in out:
-        _in_range(out["s_w"], test, crane)
-        statements += _compared(out["s_w"], test)
+        _check_range(out["s_w"], test, crane)
+        first = out["s_w"][np.isfinite(out["s_w"])][:1]
+        if test.s_w is not None and len(first) and abs(first[0] - test.s_w) > APART:
+            logged, stated = (show(float(x), "length") for x in (first[0], test.s_w))
+            statements.append(
+                f'Test "{test.name}": the log begins with {logged} of wire out, but the campaign file states {stated}:'
+                " the log is used."
+            )
     elif (made := _integrated(out, step, test, crane)) is not None:
-        out["s_w"], method = made
+        out["s_w"], source = made
         derived.add("s_w")
-        start = show(test.s_w or 0.0, "length")
-        statements.append(
-            f'Test "{test.name}": wire out is not logged; it is derived from the stated start {start} and {method}.'
-        )
+        statements.append(f'Test "{test.name}": wire out is not logged; it is derived from the stated start {source}.')
     if "s_tip" not in out and {"e_c_measured", "s_w"} <= out.keys() and "s_w" not in derived and test.kind is Kind.AHC:
         out["s_tip"] = out["e_c_measured"] + out["s_w"]
         derived.add("s_tip")
         statements.append(
             f'Test "{test.name}": tip height is not logged; it is derived from the error of the PLC and wire out, but'
-            " for"
-            " a constant."
+            " for a constant."
         )
     _needed(out, test)
     return out, frozenset(derived), statements
@@ -181,7 +184,7 @@ def _needed(signals: Mapping[str, FloatArray], test: CraneTest) -> None:
             raise ValidateError(f"{none}: it is constant or missing throughout. Map another column.")
 
 
-def _in_range(s_w: FloatArray, test: CraneTest, crane: Crane) -> None:
+def _check_range(s_w: FloatArray, test: CraneTest, crane: Crane) -> None:
     L = drum_record(crane).L_full
     if not np.isfinite(s_w).any():
         return
@@ -194,25 +197,15 @@ def _in_range(s_w: FloatArray, test: CraneTest, crane: Crane) -> None:
         )
 
 
-def _compared(s_w: FloatArray, test: CraneTest) -> list[str]:
-    first = s_w[np.isfinite(s_w)][:1]
-    if test.s_w is None or not len(first) or abs(first[0] - test.s_w) <= APART:
-        return []
-    return [
-        f'Test "{test.name}": the log begins with {show(float(first[0]), "length")} of wire out, but the campaign file'
-        " states "
-        f"{show(test.s_w, 'length')}: the log is used."
-    ]
-
-
 def _integrated(
     signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane
 ) -> tuple[FloatArray, str] | None:
-    """Wire out from its start and a speed [m], and the method in words."""
+    """Wire out from its start and a speed [m], and both in words."""
     if test.s_w is None:
         return None
+    start = show(test.s_w, "length")
     if "v_w" in signals:
-        return test.s_w - _sum(signals["v_w"], step), "the wire's speed"
+        return test.s_w - _sum(signals["v_w"], step), f"{start} and the wire's speed"
     if "omega_m" not in signals:
         return None
     drum, s_w = drum_record(crane), np.full(len(signals["omega_m"]), test.s_w)
@@ -223,14 +216,12 @@ def _integrated(
         left = np.nan_to_num(drum.L_full - s_w)
         r_eff = radii[np.clip(np.searchsorted(ends, left - 1e-6), 0, len(layers) - 1)]
         s_w = test.s_w - _sum(signals["omega_m"] * r_eff / crane.i_hD, step)
-    return s_w, "the motors' speed on the layer in use"
+    return s_w, f"{start} and the motors' speed on the layer in use"
 
 
 def _sum(speed: FloatArray, step: float) -> FloatArray:
     """Integral of a speed [m]; across a gap the speed is interpolated, and the result is NaN in it."""
     good = np.isfinite(speed)
-    if not good.any():
-        return np.full(len(speed), np.nan)
-    known = np.interp(np.arange(len(speed)), np.flatnonzero(good), speed[good])
+    known = filled(speed)
     way = np.concatenate(([0.0], np.cumsum(0.5 * (known[1:] + known[:-1]) * step)))
     return np.where(good, way, np.nan)

@@ -1,5 +1,4 @@
-"""Transients in a test of the winch dynamics: quick changes of the pumps' command, each until the next
-change."""
+"""Transients in a test of the winch dynamics: quick changes of the pumps' command, each until the next change."""
 
 from __future__ import annotations
 

@@ -21,16 +21,24 @@ from stillhook.statistics.jackknife_regression import fit
 from stillhook.units import number, parse, show
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.data_set.records.record import Record, stretches_of
 from stillhook.validate.parameters.circuit.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose
 from stillhook.validate.parameters.circuit.settings import known_setting
-from stillhook.validate.parameters.segments import LogPart, bridged, by_test, differences, integral, moments, smoothed
+from stillhook.validate.parameters.segments import (
+    LogPart,
+    bridged,
+    by_test,
+    differences,
+    integral,
+    moments,
+    smoothed,
+    stacked,
+)
 
 WINDOW = 0.5
-"""Time over which the balance is drawn [s]: shorter than the time for which one line stays the higher one."""
+"""Window of the balance [s]: shorter than the time for which one line stays the higher one."""
 CLEAR = parse("6 bar", "pressure")
-"""Least difference of the lines, and least height of the upper one above boost: below, boost and flushing flow as well
-[Pa]."""
+"""Least difference of the lines, and of the upper one to boost [Pa]: below, boost and flushing flow as well."""
 LEAST_ROWS = 100
 
 
@@ -38,14 +46,11 @@ LEAST_ROWS = 100
 class Balance:
     """What the balance implies over what the twin has, less 1: ratio of pump to motor displacement (with their speeds),
     leakage, capacitance of a line; offset: zero error of the pump setting [-]. leak: the form of the leakage that the
-    data speak for, with which the others were fitted. twin_leakage: the twin's whole leak conductance at the working
-    point of the data, weighted with the pressure that drives it [m^3/s/Pa]; tests that it rests on; measured_motors,
-    measured_pumps: settings were logged, not made from commands. For figures, window by window towards the higher line
-    [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between them, Q_leak what the twin's leakage
-    would take, Q_form
-    what the
-    chosen form
-    takes."""
+    data speak for, with which the others were fitted. twin_leakage: the twin's complete leak conductance at the working
+    point of the data, weighted with the pressure that drives it [m^3/s/Pa]; tests that it is based on; measured_motors,
+    measured_pumps: settings were logged, not derived from commands. For figures, window by window towards the higher
+    line [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between them, Q_leak what the twin's
+    leakage would take."""
 
     ratio: Estimate
     leakage: Estimate
@@ -60,12 +65,6 @@ class Balance:
     Q_m: FloatArray
     Q_lost: FloatArray
     Q_leak: FloatArray
-    Q_form: FloatArray
-
-
-def pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
-    """The twin's pump leak conductance at measured settings [m^3/s/Pa], (n,)."""
-    return np.interp(np.abs(alpha_p), LEAK_KNOTS, leak)
 
 
 def balance(parts: Sequence[LogPart]) -> Balance | None:
@@ -83,23 +82,14 @@ def balance(parts: Sequence[LogPart]) -> Balance | None:
     if rows is None or np.isfinite(rows.Q_m).sum() < LEAST_ROWS:
         return None
     leak = choose(parts[0].crane, rows)
-    return None if leak is None else _balance(used, rows, leak)
-
-
-def leak_rows(parts: Sequence[LogPart]) -> LeakRows | None:
-    """The windows of all parts whose signals suffice; None where none does."""
-    rows = [row for part in parts if (row := _rows(part)) is not None]
-    return LeakRows.joined(rows) if rows else None
-
-
-def _balance(parts: Sequence[LogPart], rows: LeakRows, leak: LeakChoice) -> Balance:
-    pumps = parts[0].params.active.pumps
+    if leak is None:
+        return None
+    pumps = used[0].params.active.pumps
     full = pumps.D_max * pumps.omega_p
-    logged = [p for p in parts if _logged(p)]
+    logged = [p for p in used if _logged(p)]
     b = leak.chosen.fit.b
     slip = leak.slip.value if leak.slip is not None else 0.0
     lost = b[0] * rows.Q_p + b[1] * rows.way - b[2] * rows.C_h + b[3] * rows.rate - slip * rows.slip - rows.Q_m
-    form = np.sum([x * rows.column(n) for n, x in leak.chosen.coefficients.items()], axis=0)
     return Balance(
         ratio=leak.nuisance("Q_p", -1.0),
         leakage=leak.value,
@@ -114,8 +104,13 @@ def _balance(parts: Sequence[LogPart], rows: LeakRows, leak: LeakChoice) -> Bala
         Q_m=rows.Q_m,
         Q_lost=lost,
         Q_leak=rows.file,
-        Q_form=form,
     )
+
+
+def leak_rows(parts: Sequence[LogPart]) -> LeakRows | None:
+    """The windows of all parts whose signals suffice; None where none does."""
+    rows = [row for part in parts if (row := _rows(part)) is not None]
+    return LeakRows(*stacked([vars(row).values() for row in rows])) if rows else None
 
 
 def _logged(part: LogPart) -> bool:
@@ -136,12 +131,12 @@ def _rows(part: LogPart) -> LeakRows | None:
     higher = np.maximum(p_a, p_b)
     D_m = active.motors.count * active.motors.D_max
     head = internal_leakage(1.0, np.abs(dp)) + external_leakage(1.0, higher)
-    file_leak = pump_conductance(alpha_p, active.pumps.leak) + np.asarray(motor_leakage(omega_m, active.motors))
+    file_leak = _pump_conductance(alpha_p, active.pumps.leak) + np.asarray(motor_leakage(omega_m, active.motors))
     flows = {
         "Q_m": D_m * alpha_m * omega_m,
         "Q_p": active.pumps.D_max * active.pumps.omega_p * alpha_p,
         "head": head,
-        "stroke": head * pump_conductance(alpha_p, pump_leak(part.crane.active.pump)),
+        "stroke": head * _pump_conductance(alpha_p, pump_leak(part.crane.active.pump)),
         "speed": head * np.abs(omega_m),
         "file": head * file_leak,
         "slip": active.pumps.D_max * active.pumps.omega_p * alpha_p**2 * np.abs(dp) / SLIP_PRESSURE,
@@ -157,9 +152,13 @@ def _rows(part: LogPart) -> LeakRows | None:
     return LeakRows(way=way, C_h=C_h, rate=rate, block=part.blocks(moments(part, WINDOW)), **mean)
 
 
+def _pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
+    """Pump leak conductance of a table at measured settings [m^3/s/Pa], (n,)."""
+    return np.interp(np.abs(alpha_p), LEAK_KNOTS, leak)
+
+
 def _way(dp: FloatArray, higher: FloatArray, part: LogPart) -> FloatArray:
-    """Per window, 1 where line a is the higher one all the time, -1 where b is, 0 where neither clearly is or a valve
-    flows."""
+    """Per window, 1 where line a is always the higher one, -1 where b is, 0 where neither is or a valve flows."""
     active = part.params.active
     good = (np.abs(dp) > CLEAR) & (higher > active.boost.p + CLEAR) & (higher < active.relief.p - CLEAR)
     sign = np.where(good, np.sign(dp), 0.0)
@@ -215,18 +214,6 @@ class Rests:
     measured: float
 
 
-def lacking(crane: Crane, records: Sequence[Record]) -> str:
-    """Reason why no rest can be compared, in words; "" where signals and brake are available."""
-    if crane.brake is None:
-        return "the crane file has no holding brake, and friction may maintain a difference of the lines"
-    known = [r for r in records if _standing(r)]
-    return (
-        ""
-        if known
-        else "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
-    )
-
-
 def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
     """All rests on the brake in all records, fitted together; None where there are none."""
     if crane.brake is None:
@@ -242,8 +229,8 @@ def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
     dp = _mean(each)
     leak = float(crane.active.C_leak)
     measured = [x.alpha_p for x in each if math.isfinite(x.alpha_p)]
-    held = dp.value * leak / (crane.active.pump.D_total * crane.active.pump.omega_p)
-    return Rests(dp, best[0], each, held, float(np.mean(measured)) if measured else math.nan)
+    setting = dp.value * leak / (crane.active.pump.D_total * crane.active.pump.omega_p)
+    return Rests(dp, best[0], each, setting, float(np.mean(measured)) if measured else math.nan)
 
 
 Raw = tuple[Record, int, int, int, FloatArray, FloatArray]
@@ -262,7 +249,7 @@ def _of(crane: Crane, r: Record) -> list[Raw]:
     speed = r.signals["omega_m"] if r.has("omega_m") else r.signals["v_w"] * crane.i_hD / (0.5 * crane.drum.d_max)
     every = max(1, round(EVERY / r.step))
     speed = smoothed(bridged(speed, r.step), r.step, SPEED)
-    for a, b in _runs(_stands(r, speed)):
+    for a, b in stretches_of(_stands(r, speed)):
         first = a + round(wait / r.step) if a > 0 else 0
         n = (b - first) // every
         if n * EVERY < LEAST:
@@ -279,12 +266,8 @@ def _of(crane: Crane, r: Record) -> list[Raw]:
 
 def _stands(r: Record, speed: FloatArray) -> BoolArray:
     """Samples at standstill without a command in manual mode, (n,)."""
-    n = len(r.t)
-    mode = (
-        r.signals["mode"]
-        if r.has("mode")
-        else np.full(n, MANUAL if r.test.mode is None or r.test.mode.value == "manual" else 1.0)
-    )
+    stated = MANUAL if r.test.mode is None or r.test.mode.value == "manual" else 1.0
+    mode = r.signals["mode"] if r.has("mode") else np.full(len(r.t), stated)
     with np.errstate(invalid="ignore"):
         still = (np.abs(speed) < STANDS) & (mode == MANUAL) & np.isfinite(r.signals["p_a"] + r.signals["p_b"])
         if r.has("v_op"):
@@ -292,11 +275,6 @@ def _stands(r: Record, speed: FloatArray) -> BoolArray:
         if r.has("u_p"):
             still &= np.abs(r.signals["u_p"]) < SMALL
     return np.asarray(still)
-
-
-def _runs(good: BoolArray) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False])).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _leaking(raw: Sequence[Raw]) -> tuple[float, float, float]:
@@ -358,7 +336,6 @@ def _mean(each: Sequence[Rest]) -> Estimate:
     return Estimate.around(float(np.mean(values)), math.sqrt(sum(variances)) / len(values), len(each))
 
 
-NO_REST = "the logs contain no rest: keep the winch on its brake for 5 s or more in manual mode, joystick at zero"
 WORTH = 1e5
 """Difference from which the pumps' zero is named as the other cause [Pa]."""
 
@@ -367,7 +344,12 @@ def rest_measure(crane: Crane, estimate: Rests | None, records: Sequence[Record]
     """The difference at rest as a measure of step 1, with its likely causes."""
     name, quantity = "rest_pressure_difference", "pressure"
     if estimate is None:
-        return Measure(name, None, quantity, note=lacking(crane, records) or NO_REST)
+        note = "the logs contain no rest: keep the winch on its brake for 5 s or more in manual mode, joystick at zero"
+        if crane.brake is None:
+            note = "the crane file has no holding brake, and friction may maintain a difference of the lines"
+        elif not any(_standing(r) for r in records):
+            note = "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
+        return Measure(name, None, quantity, note=note)
     dp, sides = estimate.dp, [sum(x.after == side for x in estimate.rests) for side in (1, -1)]
     seconds = sum(x.seconds for x in estimate.rests)
     data = f"{len(estimate.rests)} rests ({sides[0]} after hoisting, {sides[1]} after lowering), {number(seconds, 3)} s"
@@ -402,23 +384,7 @@ def pressures(parts: Sequence[LogPart]) -> tuple[Pressures, ...]:
         active = same[0].params.active
         apart = np.abs(a - b) > APART
         fitted = fit((np.ones_like(a),), np.where(apart, np.minimum(a, b), np.nan), block)
-        low = (
-            None
-            if fitted is None
-            else Estimate.around(float(fitted.b[0]) - active.boost.p, fitted.half(0), fitted.blocks)
-        )
+        low = None if fitted is None else fitted.estimate(0, -active.boost.p)
         high, least = float(np.nanmax(np.maximum(a, b))), float(np.nanmin(np.minimum(a, b)))
         out.append(Pressures(test, low, high / active.relief.p - 1.0, least))
     return tuple(out)
-
-
-def passive_pressure(parts: Sequence[LogPart]) -> tuple[float, float] | None:
-    """Mean of p_hp in the heave-compensated tests, and the twin's pressure at mid stroke [Pa]; None where it was not
-    logged."""
-    signals = [p["p_hp"] for p in parts if p.has("p_hp") and p.crane.passive is not None]
-    if not signals:
-        return None
-    passive = parts[0].crane.passive
-    assert passive is not None
-    values: FloatArray = np.concatenate(signals)
-    return float(np.nanmean(values)), passive.accumulator.gas.p_0

@@ -64,9 +64,7 @@ class LeakRows:
     capacitance [m^3/s]; rate flow of the motors' acceleration [m^3/s^2]; way 1 or -1; block of time; head pressure that
     drives the leak per total conductance [Pa]; stroke flow of the pumps' table [m^3/s]; speed head times speed [Pa
     rad/s]; file flow of the crane file's law [m^3/s]; slip flow of electric motors with a slip of 1 [m^3/s]; alpha head
-    times setting [Pa]; dp
-    pressure
-    difference [Pa]."""
+    times setting [Pa]; dp pressure difference [Pa]."""
 
     Q_m: FloatArray
     Q_p: FloatArray
@@ -82,10 +80,6 @@ class LeakRows:
     alpha: FloatArray
     dp: FloatArray
 
-    @classmethod
-    def joined(cls, rows: Sequence[LeakRows]) -> LeakRows:
-        return cls(*(np.concatenate([getattr(r, n) for r in rows]) for n in cls.__dataclass_fields__))
-
     @property
     def used(self) -> BoolArray:
         """Rows used in a fit, (n,)."""
@@ -95,8 +89,7 @@ class LeakRows:
 
     def column(self, name: str) -> FloatArray:
         """Leak flow per coefficient of one part of a law, or of the crane file's law."""
-        out: FloatArray = getattr(self, name)
-        return out
+        return np.asarray(getattr(self, name))
 
     def total(self, name: str) -> float:
         """Sum of a column over the rows in use."""
@@ -154,11 +147,7 @@ class LeakChoice:
     file's law at the working point [m^3/s/Pa]; bend: part of the leakage by which the crane file's law, scaled, differs
     from the chosen one over the data, as a deviation [-]; refuted: the crane file's form is; in_file_form: value that
     the crane file's law, scaled, would give; sloped: the laws of `ONE_SLOPE` that the data leave by their parts,
-    whatever the sign of
-    their
-    slope; file_at: the
-    crane file's
-    point."""
+    whatever the sign of their slope; file_at: the crane file's point."""
 
     chosen: Candidate
     candidates: tuple[Candidate, ...]
@@ -182,8 +171,7 @@ class LeakChoice:
 
     @property
     def judged(self) -> Estimate:
-        """Leakage over the crane file's, less 1, at the point where it is judged: the crane file's, or else the working
-        point."""
+        """Leakage over the crane file's, less 1, where it is judged: at the crane file's or else the working point."""
         return self.at_file_point if self.judged_at_file_point else self.value
 
     @property
@@ -204,8 +192,7 @@ class LeakChoice:
         return self.judged_at_file_point and self.chosen.parts != LINEAR
 
     def nuisance(self, name: str, add: float = 0.0, factor: float = 1.0) -> Estimate:
-        """Coefficient of one of `NUISANCE` times a factor, and a number added to it, with an interval across the
-        forms."""
+        """Coefficient of one of `NUISANCE` times a factor, plus a number, with an interval across the forms."""
         i = NUISANCE.index(name)
 
         def of(c: Candidate) -> Estimate:
@@ -214,13 +201,11 @@ class LeakChoice:
         return _across(of(self.chosen), [(c.weight, of(c)) for c in self.candidates], self.chosen.fit.blocks)
 
     def over(self, rows: LeakRows) -> Estimate:
-        """Leakage over the crane file's at the working point of other rows, less 1, with an interval across the
-        forms."""
+        """Leakage over the crane file's at the working point of other rows, less 1; interval across the forms."""
         each = [(c.weight, _value(rows, c.parts, c.fit)) for c in self.candidates]
-        free = [_value(rows, parts, f) for parts, f in self.sloped]
-        return _across(
-            _value(rows, self.chosen.parts, self.chosen.fit), each, self.chosen.fit.blocks, free, rows.unclosed
-        )
+        free = [_value(rows, *law) for law in self.sloped]
+        best = _value(rows, self.chosen.parts, self.chosen.fit)
+        return _across(best, each, self.chosen.fit.blocks, free, rows.unclosed)
 
     @property
     def slip(self) -> Estimate | None:
@@ -235,6 +220,13 @@ class LeakChoice:
         return tuple(dict.fromkeys(c.form for c in self.candidates if c.alive))
 
 
+FORMS: tuple[tuple[LeakForm, tuple[str, ...]], ...] = (
+    (LeakForm.CONSTANT, ("head",)),
+    (LeakForm.STROKE, ("head", "stroke")),
+    (LeakForm.STROKE, LINEAR),
+    (LeakForm.SPEED, ("head", "speed")),
+    (LeakForm.STROKE_SPEED, PARTS),
+)
 Option = tuple[LeakForm, tuple[str, ...], Fit, tuple[float, int]]
 
 
@@ -255,7 +247,7 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
     options: list[Option] = [(file.form, ("file",), file_fit, _distance(rows, widest, ("file",)))]
     if widest is None:
         return _chosen(crane, rows, options, 0, ())
-    forms = _forms(widest[0])
+    forms = [(form, parts) for form, parts in FORMS if parts == LINEAR or set(parts) <= set(widest[0])]
     fitted = {parts: _fitted(rows, nuisance, parts) for parts in {*(parts for _, parts in forms), *ONE_SLOPE}}
     laws = {parts: (fitted, _distance(rows, widest, parts)) for parts, fitted in fitted.items() if fitted is not None}
     for form, parts in forms:
@@ -272,20 +264,8 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
     return _chosen(crane, rows, options, len(widest[0]), sloped)
 
 
-def _forms(carried: tuple[str, ...]) -> list[tuple[LeakForm, tuple[str, ...]]]:
-    every: list[tuple[LeakForm, tuple[str, ...]]] = [
-        (LeakForm.CONSTANT, ("head",)),
-        (LeakForm.STROKE, ("head", "stroke")),
-        (LeakForm.STROKE, LINEAR),
-        (LeakForm.SPEED, ("head", "speed")),
-        (LeakForm.STROKE_SPEED, PARTS),
-    ]
-    return [(form, parts) for form, parts in every if parts == LINEAR or set(parts) <= set(carried)]
-
-
 def _nuisance_columns(rows: LeakRows) -> tuple[str, ...]:
-    """Columns in addition to the leak: slip is included only where the data support it and it is not
-    negative."""
+    """Columns in addition to the leak: slip is included only where the data support it and it is not negative."""
     widest = _widest(rows, NUISANCE)
     return NUISANCE if widest is not None and widest[1].b[NUISANCE.index("slip")] > 0.0 else NUISANCE[:-1]
 
@@ -298,8 +278,7 @@ def _fitted(rows: LeakRows, nuisance: tuple[str, ...], parts: tuple[str, ...]) -
 
 
 def _informed(fitted: Fit, i: int) -> Fit:
-    """The fit with the slip, coefficient i, combined with its prior, by the covariance of the blocks (Bayes,
-    normal)."""
+    """The fit with the slip, coefficient i, and its prior, by the covariance of the blocks (Bayes, normal)."""
     gain = fitted.cov[:, i] / (fitted.cov[i, i] + SLIP_SPREAD**2)
     cov = fitted.cov - np.outer(gain, fitted.cov[i])
     return replace(fitted, b=fitted.b + gain * (SLIP - fitted.b[i]), cov=0.5 * (cov + cov.T))
@@ -315,8 +294,7 @@ def _widest(rows: LeakRows, nuisance: tuple[str, ...]) -> tuple[tuple[str, ...],
 
 
 def _distance(rows: LeakRows, widest: tuple[tuple[str, ...], Fit] | None, parts: tuple[str, ...]) -> tuple[float, int]:
-    """Hotelling's T^2 of the widest law's coefficients against a form, and the number of conditions that the form
-    makes."""
+    """Hotelling's T^2 of the widest law's coefficients against a form, and the number of the form's conditions."""
     if widest is None:
         return 0.0, 0
     names, fitted = widest
@@ -352,55 +330,48 @@ def _chosen(
     carried: int,
     sloped: tuple[tuple[tuple[str, ...], Fit], ...],
 ) -> LeakChoice:
-    file, per = form_of(crane.active), _per(crane)
+    file = form_of(crane.active)
+    stroke = float(pump_leakage(file.at.alpha_p, pump_leak(crane.active.pump)))
+    stated = stated_leak(crane.active)
+    # conductance at the crane file's point per coefficient of each part
+    per = {"head": 1.0, "stroke": stroke, "alpha": file.at.alpha_p, "speed": file.at.n_m, "file": stated}
     m = options[0][2].blocks
     evidence = np.array([m * math.log1p(T2 / (m - 1)) + (carried - q) * math.log(m) for *_, (T2, q) in options])
     weights = np.exp(-0.5 * (evidence - evidence.min()))
     weights /= weights.sum()
     least = ALIVE * float(weights.max())
-    candidates = sorted(
-        (
-            Candidate(
-                form,
-                parts,
-                f,
-                _value(rows, parts, f),
-                _reference(per, parts, f),
-                _probability(T2, q, m),
-                float(w),
-                bool(w >= least),
-            )
-            for (form, parts, f, (T2, q)), w in zip(options, weights, strict=True)
-        ),
-        key=lambda c: -c.weight,
-    )
+    unsorted = [
+        Candidate(
+            form=form,
+            parts=parts,
+            fit=f,
+            value=_value(rows, parts, f),
+            reference=_reference(per, parts, f),
+            p=_probability(T2, q, m),
+            weight=float(w),
+            alive=bool(w >= least),
+        )
+        for (form, parts, f, (T2, q)), w in zip(options, weights, strict=True)
+    ]
+    candidates = sorted(unsorted, key=lambda c: -c.weight)
     file_candidate = next(c for c in candidates if c.parts == ("file",))
     best = file_candidate if file_candidate.alive else candidates[0]
     bend = _bend(rows, best)
-    refuted = file_candidate is not best and file_candidate.p < AGAINST and bend > NOTABLE
+    values, references = ([(c.weight, getattr(c, name)) for c in candidates] for name in ("value", "reference"))
+    free_values = [_value(rows, *law) for law in sloped]
+    free_references = [_reference(per, *law) for law in sloped]
+    blocks, unclosed = best.fit.blocks, rows.unclosed
     return LeakChoice(
         chosen=best,
         candidates=tuple(candidates),
         file_form=file.form,
-        value=_across(
-            best.value,
-            [(c.weight, c.value) for c in candidates],
-            best.fit.blocks,
-            [_value(rows, *x) for x in sloped],
-            rows.unclosed,
-        ),
-        reference=_across(
-            best.reference,
-            [(c.weight, c.reference) for c in candidates],
-            best.fit.blocks,
-            [_reference(per, *x) for x in sloped],
-            rows.unclosed * per["file"],
-        ),
-        stated=per["file"],
+        value=_across(best.value, values, blocks, free_values, unclosed),
+        reference=_across(best.reference, references, blocks, free_references, unclosed * stated),
+        stated=stated,
         twin=rows.total("file") / rows.total("head"),
         at=rows.at,
         bend=bend,
-        refuted=refuted,
+        refuted=file_candidate is not best and file_candidate.p < AGAINST and bend > NOTABLE,
         in_file_form=file_candidate.value,
         sloped=sloped,
         file_at=file.at,
@@ -442,20 +413,12 @@ def _value(rows: LeakRows, parts: tuple[str, ...], fitted: Fit) -> Estimate:
     return Estimate.around(e.value - 1.0, e.half, e.n)
 
 
-def _per(crane: Crane) -> Mapping[str, float]:
-    """Conductance at the crane file's point per coefficient of each part."""
-    at = form_of(crane.active).at
-    stroke = float(pump_leakage(at.alpha_p, pump_leak(crane.active.pump)))
-    return {"head": 1.0, "stroke": stroke, "alpha": at.alpha_p, "speed": at.n_m, "file": stated_leak(crane.active)}
-
-
 def _reference(per: Mapping[str, float], parts: tuple[str, ...], fitted: Fit) -> Estimate:
     return _linear(fitted, np.array([per[p] for p in parts]))
 
 
 def _bend(rows: LeakRows, best: Candidate) -> float:
-    """Deviation of the crane file's law, scaled to the same flow, from the chosen one over the data, over the mean leak
-    flow [-]."""
+    """Deviation of the crane file's law, scaled to the same flow, from the chosen one over the mean leak flow [-]."""
     good = rows.used
     law = np.sum([b * rows.column(p)[good] for p, b in best.coefficients.items()], axis=0)
     file_flow = rows.file[good] * (np.sum(law) / np.sum(rows.file[good]))
@@ -477,20 +440,14 @@ def form_says(leak: LeakChoice) -> str:
         log_form, file_form = f"{log_form} in other parts", "not as stated"
     others = [form for form in leak.remaining_forms if form is not leak.chosen.form]
     apart = f" (not distinguished from {' or '.join(others)})" if others else ""
+    judged_at = "crane file's point"
+    if not leak.judged_at_file_point:
+        half = f"{100.0 * leak.at_file_point.half:.0f} %"
+        judged_at = f"working point of the data, because at the crane file's point the uncertainty is +- {half}"
     reference = f"{show(leak.reference.value, 'leakage', 3)} +- {show(leak.reference.half, 'leakage', 2)}"
     return (
         f"the form of the leakage does not fit: it {log_form} in the log{apart}, {file_form} in the crane file; at the"
-        " crane"
-        f" file's point {reference} where it has {show(leak.stated, 'leakage', 3)}; structural error of its law, scaled"
-        f" to these data: {100.0 * leak.bend:.1f} %; in its form the data give {100.0 * leak.in_file_form.value:+.1f}"
-        f" %, so no value in that form is offered; {_judged_where(leak)}"
-    )
-
-
-def _judged_where(leak: LeakChoice) -> str:
-    if leak.judged_at_file_point:
-        return "judged at the crane file's point"
-    return (
-        "judged at the working point of the data, because at the crane file's point the uncertainty is +-"
-        f" {100.0 * leak.at_file_point.half:.0f} %"
+        f" crane file's point {reference} where it has {show(leak.stated, 'leakage', 3)}; structural error of its law,"
+        f" scaled to these data: {100.0 * leak.bend:.1f} %; in its form the data give"
+        f" {100.0 * leak.in_file_form.value:+.1f} %, so no value in that form is offered; judged at the {judged_at}"
     )

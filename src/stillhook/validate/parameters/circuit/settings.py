@@ -1,5 +1,4 @@
-"""Response of pumps and motors to their commands: gain, offset and hysteresis of the measured settings against the
-twin's servos."""
+"""Response of pumps and motors to their commands: gain, offset and hysteresis of settings against the twin's servos."""
 
 from __future__ import annotations
 
@@ -13,11 +12,10 @@ from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit
-from stillhook.validate.parameters.segments import LogPart, bridged
+from stillhook.validate.parameters.segments import LogPart, bridged, stacked
 
 OFFSETS = np.linspace(-0.3, 0.3, 13)
-"""Offsets of the motors' setting that are tried first [-]: three times what the thesis reports (paper E section 5.1.1:
-5 to 10 %)."""
+"""Offsets of the motors' setting that are tried first [-]: up to three times 5 to 10 % (paper E section 5.1.1)."""
 ASIDE = 0.01
 """Half of the finite difference for the setting's response to an offset [-]."""
 ROUNDS = 4
@@ -26,8 +24,7 @@ LEAST_SENSE = 2.0
 EVERY = 0.05
 """Spacing of the samples that are compared [s]: a servo responds in some tenths."""
 WIDEST_PLAY = 0.04
-"""Full width of a play beyond which a control is broken [-]: a command that has moved this far has passed the
-play."""
+"""Full width of a play beyond which a control is broken [-]: a command that has moved this far has passed the play."""
 FIRST_PLAY = 0.005
 """Half width of the play that the search starts from [-]."""
 STEPS = (0.01, 0.002, 0.02, 0.02)
@@ -100,7 +97,7 @@ def motor_offset(parts: Sequence[LogPart]) -> Offset | None:
 
     The offset that explains the settings best is looked for with the stroke's ends in the model: at full displacement
     an offset upwards cannot show, and then only the rest of the data counts. Play and the servo's speed and damping are
-    found with it: a command that comes down from full displacement leaves the setting half a play too high, one that
+    fitted with it: a command that comes down from full displacement leaves the setting half a play too high, one that
     goes up half a play too low. Until the command has moved WIDEST_PLAY either way the position within the play is
     unknown, and those samples do not count. Where no command goes that far, the play leaves the offset open by
     OPEN_PLAY, and that is in the interval as structural.
@@ -130,11 +127,11 @@ def after_play(u: FloatArray, half_width: float) -> FloatArray:
     """Response of a play to a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle
     on the first one."""
     moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
-    held, out = float(u[0]), np.empty(len(moves) + 1)
-    out[0] = held
+    position, out = float(u[0]), np.empty(len(moves) + 1)
+    out[0] = position
     for i, x in enumerate(u[moves].tolist(), 1):
-        held = min(max(held, x - half_width), x + half_width)
-        out[i] = held
+        position = min(max(position, x - half_width), x + half_width)
+        out[i] = position
     return np.repeat(out, np.diff(np.concatenate(([0], moves, [len(u)]))))
 
 
@@ -158,7 +155,7 @@ def _with_play(logs: Sequence[Logged], first: float) -> tuple[Estimate, Estimate
             use = k & (np.abs(slopes[0]) > 1e-3)
             rest = _at(part, alpha) - _played(part, u, theta)
             rows.append(tuple(x[use] for x in (*slopes, rest, _blocks(part))))
-        *columns, y, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        *columns, y, block = stacked(rows)
         fitted = fit(columns, y, block.astype(np.intp))
         if fitted is None:
             return None
@@ -205,7 +202,7 @@ def _nearer(logs: Sequence[Logged], offset: float) -> Estimate:
     for part, u, alpha in logs:
         up, down = _meant(part, u, offset + ASIDE), _meant(part, u, offset - ASIDE)
         columns.append(((up - down) / (2.0 * ASIDE), _at(part, alpha) - _meant(part, u, offset), _blocks(part)))
-    answer, rest, block = (np.concatenate(c) for c in zip(*columns, strict=True))
+    answer, rest, block = stacked(columns)
     telling = np.abs(answer) > 1e-3  # a block at full stroke throughout has no information and is left out
     fitted = fit((answer[telling],), rest[telling], block[telling])
     if fitted is None:
@@ -227,7 +224,7 @@ def pump_setting(parts: Sequence[LogPart]) -> PumpSetting | None:
         rows.append((*(_at(part, x) for x in (meant, np.gradient(meant, part.step), part["alpha_p"])), _blocks(part)))
     if not rows:
         return None
-    meant, rate, alpha, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+    meant, rate, alpha, block = stacked(rows)
     fitted = fit((meant, rate, np.ones_like(meant)), alpha, block)
     if fitted is None:
         return None

@@ -1,7 +1,5 @@
-"""Leakage and passive circuit of the truth plant: laws of their own, brought to the twin's size where a crane's tests
-work.
-
-Friction of the truth plant: another law than the twin's, of the same mean over the loads and speeds of a crane's
+"""Leakage and passive circuit of the reference plant: laws of their own, brought to the twin's size at the working
+point of a crane's tests. Its friction: another law than the twin's, of the same mean over the loads and speeds of the
 tests.
 """
 
@@ -37,8 +35,7 @@ from stillhook.winches.reference.gas import (
 from stillhook.winches.reference.laws import TrueFriction, TrueLeak, TruePassive
 
 STATES = ((0.0, 0.005), (0.328, 0.172), (0.376, 0.172), (0.656, 0.818))
-"""Payload over the SWL and wire out over all wire at which both frictions have one mean: an empty hook, and paper F
-table 3."""
+"""Payload over SWL and wire out over all wire at which both frictions have one mean: empty hook, paper F table 3."""
 SPEED = 0.25
 """Root mean square of the wire speed [m/s]: the tip of paper F table 3, some 1.4 m in 10 s."""
 SPEEDS = 40
@@ -65,8 +62,7 @@ class Surface(NamedTuple):
 
 
 class Law(NamedTuple):
-    """Friction law and how it lies to the twin's over the surface: both means [N m], rms of the relative difference
-    [-]."""
+    """Friction law against the twin's over the surface: both means [N m], rms of the relative difference [-]."""
 
     friction: TrueFriction
     mean_twin: float
@@ -116,17 +112,8 @@ def reference_friction(crane: Crane, reference: ReferenceCrane) -> Law:
     omega_s, mean = reference.stribeck * crane.friction.system.Y_4, float(at.T_f.mean())
     parts = _parts(at, omega_s, reference.uneven)
     best = _fitted(crane, omega_s, reference.uneven)
-    grown = np.array(
-        [
-            0.0,
-            reference.shape_load,
-            reference.shape_load,
-            2.0 * reference.shape_stribeck,
-            2.0 * reference.shape_stribeck,
-            0.0,
-            0.0,
-        ]
-    )
+    load, stribeck = reference.shape_load, 2.0 * reference.shape_stribeck
+    grown = np.array([0.0, load, load, stribeck, stribeck, 0.0, 0.0])
     added = np.array([0.0, 0.0, 0.0, 0.0, 0.0, reference.shape_viscous * mean / OMEGA_BEND, 0.0])
 
     def law(size: float) -> tuple[FloatArray, float]:
@@ -141,29 +128,29 @@ def reference_friction(crane: Crane, reference: ReferenceCrane) -> Law:
     c, difference = law(lo)
     c = c * mean / (parts @ c).mean()
     c = reference.friction * c
+    level, on_load, motors, start, start_load, viscous, turbulent = (float(x) for x in c)
     friction = TrueFriction(
-        level=c[0],
-        load=c[1],
-        motors=c[2],
+        level=level,
+        load=on_load,
+        motors=motors,
         uneven=reference.uneven,
-        start=c[3],
-        start_load=c[4],
+        start=start,
+        start_load=start_load,
         i_omega_s=1.0 / omega_s,
-        viscous=c[5],
-        turbulent=c[6],
+        viscous=viscous,
+        turbulent=turbulent,
         i_tau=1.0 / reference.friction_lag,
     )
-    return Law(TrueFriction(*(float(x) for x in friction)), mean, float((parts @ c).mean()), difference)
+    return Law(friction, mean, float((parts @ c).mean()), difference)
 
 
 def _fitted(crane: Crane, omega_s: float, uneven: float) -> FloatArray:
-    """Coefficients of the law's terms, none negative, with which it lies closest to the twin's friction up to FAST."""
+    """Coefficients of the law's terms, none negative, with which it is closest to the twin's friction up to FAST."""
     fast = np.linspace(0.0, FAST, SPEEDS + 1)[1:]
     wide = surface(crane, np.concatenate([usual_speeds(), -fast, fast]))
     parts = _parts(wide, omega_s, uneven)
-    share = (
-        crane.active.motor.loss.X_3
-    )  # the motors' own load-dependent friction cannot be told from the wire's by a fit at steady speed
+    # a fit at steady speed cannot distinguish the motors' own load-dependent friction from the wire's
+    share = crane.active.motor.loss.X_3
     rest, _ = nnls(np.delete(parts, 2, 1) / wide.T_f[:, None], 1.0 - share * parts[:, 2] / wide.T_f)
     return np.insert(rest, 2, share)
 
@@ -199,34 +186,11 @@ class Working(NamedTuple):
 
 
 def working(crane: Crane) -> Working:
-    """The tests' mean working point: the loads and speeds of
-    `stillhook.validate.synthetic.reference.laws.surface`."""
+    """The tests' mean working point: the loads and speeds of `stillhook.validate.synthetic.reference.laws.surface`."""
     at, a = surface(crane, usual_speeds()), crane.active
     speed = float(np.abs(at.omega_m).mean())
     stroke = speed * a.motor.D_total / (a.pump.D_total * a.pump.omega_p)
     return Working(stroke, speed, float(np.sqrt(np.mean(at.T_f**2))) / a.motor.D_total)
-
-
-class LeakSize(NamedTuple):
-    """Conductances of the twin [m^3/s/Pa]: pumps and motors at the working point, both together at full stroke and
-    OMEGA_LEAK, and of that the pumps' part [-]."""
-
-    pumps: float
-    motors: float
-    stated: float
-    of_pumps: float
-
-
-def leak_size(crane: Crane) -> LeakSize:
-    """What the twin leaks."""
-    A, w = active_record(crane), working(crane)
-    full, fast = float(pump_leakage(1.0, A.pumps.leak)), float(motor_leakage(OMEGA_LEAK, A.motors))
-    return LeakSize(
-        float(pump_leakage(w.stroke, A.pumps.leak)),
-        float(motor_leakage(w.speed, A.motors)),
-        full + fast,
-        full / (full + fast),
-    )
 
 
 def active_leak(crane: Crane, reference: ReferenceCrane) -> TrueLeak:
@@ -234,18 +198,33 @@ def active_leak(crane: Crane, reference: ReferenceCrane) -> TrueLeak:
     `leakage`. Parts `all_constant`, `all_stroke`, `all_speed` replace as much of it by that form, which has the twin's
     total where crane files state it.
     """
-    w, size = working(crane), leak_size(crane)
+    A, w = active_record(crane), working(crane)
+    full, fast = float(pump_leakage(1.0, A.pumps.leak)), float(motor_leakage(OMEGA_LEAK, A.motors))
+    stated, of_pumps = full + fast, full / (full + fast)
     remaining = reference.leakage * (1.0 - reference.all_constant - reference.all_stroke - reference.all_speed)
-    even = reference.leakage * reference.all_constant * size.stated
-    p, m = remaining * size.pumps, remaining * size.motors
+    constant, of_stroke, of_speed = (
+        reference.leakage * x * stated for x in (reference.all_constant, reference.all_stroke, reference.all_speed)
+    )
+    p = remaining * float(pump_leakage(w.stroke, A.pumps.leak))
+    m = remaining * float(motor_leakage(w.speed, A.motors))
+    leak = _leak(reference, w, p, m, w.pressure)
+    return leak._replace(
+        c_p=leak.c_p + constant * of_pumps,
+        c_p_stroke=leak.c_p_stroke + of_stroke,
+        c_m=leak.c_m + constant * (1.0 - of_pumps),
+        c_m_speed=leak.c_m_speed + of_speed / OMEGA_LEAK,
+    )
+
+
+def _leak(reference: ReferenceCrane, at: Working, pumps: float, motors: float, p_ref: float) -> TrueLeak:
+    """Leak law whose pumps and motors have these conductances [m^3/s/Pa] at the working point."""
     return TrueLeak(
-        c_p=(1.0 - reference.leak_stroke) * p + even * size.of_pumps,
-        c_p_stroke=reference.leak_stroke * p / w.stroke + reference.leakage * reference.all_stroke * size.stated,
-        c_m=(1.0 - reference.leak_speed) * m + even * (1.0 - size.of_pumps),
-        c_m_speed=reference.leak_speed * m / w.speed
-        + reference.leakage * reference.all_speed * size.stated / OMEGA_LEAK,
+        c_p=(1.0 - reference.leak_stroke) * pumps,
+        c_p_stroke=reference.leak_stroke * pumps / at.stroke,
+        c_m=(1.0 - reference.leak_speed) * motors,
+        c_m_speed=reference.leak_speed * motors / at.speed,
         edges=reference.leak_edges,
-        p_ref=w.pressure,
+        p_ref=p_ref,
         across=reference.leak_across,
         p_case=reference.p_case,
     )
@@ -264,16 +243,7 @@ def reference_passive(crane: Crane, known: PassiveCircuit, reference: ReferenceC
         bank=gas_bank(crane, reference),
     )
     p, C_m = sum(known.pumps.leak) / len(known.pumps.leak), m.count * m.C_1
-    leak = TrueLeak(
-        c_p=(1.0 - reference.leak_stroke) * p,
-        c_p_stroke=reference.leak_stroke * p / w.stroke,
-        c_m=(1.0 - reference.leak_speed) * C_m,
-        c_m_speed=reference.leak_speed * C_m / w.speed,
-        edges=reference.leak_edges,
-        p_ref=s.p_set,
-        across=reference.leak_across,
-        p_case=reference.p_case,
-    )
+    leak = _leak(reference, w, p, C_m, s.p_set)
     D_m = reference.passive * (m.count - reference.passive_dead) * m.D_max
     return TruePassive(acc=acc, leak=leak, D_m=D_m, p_lp=reference.p_low * s.p_lp, R_lp=reference.p_low_rise / Q_LOW)
 

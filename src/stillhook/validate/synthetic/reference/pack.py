@@ -113,8 +113,7 @@ def _servo(servo: Servo, omega: float, zeta: float) -> Servo:
 
 
 def _hoist(h: Hoist, reference: ReferenceCrane) -> Hoist:
-    """Gear, inertia, wire on the drum and bristle; the weight on the wire and the friction of the twin stay in it
-    unused."""
+    """Gear, inertia, wire on the drum and bristle; weight on the wire and friction of the twin remain, unused."""
     J, f = h.inertia, reference.inertia
     return h._replace(
         i_i=h.i_i / reference.gear,
@@ -138,7 +137,7 @@ def _lines(a: ActiveCircuit, reference: ReferenceCrane) -> Lines:
 
 
 def _oil(duration: float, reference: ReferenceCrane) -> Oil:
-    """One whole swing of the temperature a run, so that its mean is nominal."""
+    """One full swing of the temperature a run, so that its mean is nominal."""
     omega, phase = 2.0 * math.pi / duration, reference.oil_phase
     return Oil(
         omega, reference.oil_swing * math.sin(phase), omega * reference.oil_swing * math.cos(phase), reference.oil_thin
@@ -222,8 +221,7 @@ def simulate_reference(
     step: str | None = None,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """Run the reference plant; the Dataset is that of `stillhook.engine.simulate.simulate` with a row every
-    PLC cycle.
+    """Run the reference plant; the Dataset is that of `stillhook.engine.simulate.simulate` with a row every PLC cycle.
 
     step: by default SERIES_STEP, or shorter where the reference plant's fastest mode requires it.
 
