@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.steady_state.windows import Window
+from stillhook.identify.steady_state.steps import Window
 from stillhook.identify.system_friction.campaign.pairs import on_grid, pair_windows
 from stillhook.units import parse, show
 

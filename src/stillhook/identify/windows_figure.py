@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.identify.steady_state.search import effort_of, kind_of, signal_of
 from stillhook.identify.steady_state.steps import Rejected, Steady, Window
-from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import KINDS, in_display
 

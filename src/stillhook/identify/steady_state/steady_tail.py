@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray, IntArray
-from stillhook.identify.steady_state.steps import NOISE_LIMIT, Rejected, Window, WindowSettings, sides
+from stillhook.identify.steady_state.search import LEVEL_CHANGE, Search
+from stillhook.identify.steady_state.steps import NOISE_LIMIT, Rejected, Window, sides
 from stillhook.statistics.correlated_mean import blocks, mean_and_uncertainty, noise_of, trends
 from stillhook.statistics.estimate import NORMAL_95
-
-if TYPE_CHECKING:
-    from stillhook.logs.log import Finding, Log
-
 
 TREND_BLOCKS = 96
 """Samples of a step are put together into so many at most before its drift is looked at."""
@@ -36,80 +31,33 @@ REST = 0.1
 there."""
 MIN_DEGREES = 3.0
 """A speed that is not three standard uncertainties from zero has no direction."""
-LEVEL_CHANGE = 1.5
-"""Drift of a straight line through one change of the converter's level in the middle of a stretch, in levels."""
-BAD_KINDS = ("saturated", "stuck", "missing", "gap")
-
-
-class Search(Protocol):
-    """What `windows._Search` offers here."""
-
-    log: Log
-    settings: WindowSettings
-    held: tuple[str, ...]
-    effort_sources: tuple[str, ...]
-    t: FloatArray
-    v: FloatArray
-    e: FloatArray
-    channels: FloatArray
-    bad: NDArray[np.bool_]
-    at: IntArray
-    dt: float
-    quanta: tuple[float, float]
-    floors: tuple[float, float]
-    per_bin: float
-    slowest: float
-    high_effort: float
-
-    def tolerances(self, begin: int, end: int) -> FloatArray: ...
-    def name(self, channel: int) -> str: ...
-    def text(self, name: str, value: float) -> str: ...
-    def means(self, use: IntArray) -> dict[str, float]: ...
-    def rejected(self, begin: int, end: int, direction: int, code: str, reason: str) -> Rejected: ...
 
 
 @dataclass(frozen=True)
 class Cut:
-    """Bins [begin, end) of a step, and what bounds it: "step" (the ramp), "layer"."""
+    """Bins [begin, end) of a step; at_layer: a change of layer, and not a ramp, bounds it on one side or both."""
 
     begin: int
     end: int
-    before: str
-    after: str
+    at_layer: bool = False
 
 
-@dataclass(frozen=True)
-class Piece:
-    """Bins [begin, end) with their good ones, which have no hole: indices into the search's arrays."""
-
-    begin: int
-    end: int
-    good: IntArray
-
-
-def bad_code(findings: Iterable[Finding], names: Sequence[str], start: float, end: float) -> str:
-    """What the log's findings call a doubtful stretch."""
-    kinds = {f.kind for f in findings if f.signal in names and f.start <= end and f.end >= start}
-    return next((k for k in BAD_KINDS if k in kinds), "missing")
-
-
-def pieces_of(search: Search, cut: Cut, direction: int) -> tuple[list[Piece], list[Rejected]]:
-    """A step in parts without holes and jumps, each at least as long as a window; and what is too short, with its
-    reason."""
-    s, pieces, refused = search.settings, [], []
+def parts_of(search: Search, cut: Cut, direction: int) -> Iterator[IntArray | Rejected]:
+    """A step in parts without holes and jumps, each the good bins of a stretch at least as long as a window; what is
+    too short with its reason."""
+    s = search.settings
     last = int(np.searchsorted(search.t, search.t[cut.end - 1] + 0.5 * search.dt - s.guard, "right"))
     inside = np.arange(cut.begin, max(min(last, cut.end), cut.begin + 1))
     good = inside[~search.bad[inside]]
-    runs = np.split(good, np.nonzero(np.diff(search.t[good]) > s.largest_hole + search.dt)[0] + 1)
-    for run in runs:
-        bounded = cut.before if len(run) and run[0] == inside[0] else "hole"
-        parts = _at_jumps(search, run, bounded)
-        for part, after in parts:
+    for run in np.split(good, np.nonzero(np.diff(search.t[good]) > s.largest_hole + search.dt)[0] + 1):
+        parts = _at_jumps(search, run)
+        for i, part in enumerate(parts):
+            after_hole = i == 0 and not (len(run) and run[0] == inside[0])
             if _long_enough(search, part):
-                pieces.append(Piece(int(part[0]), int(part[-1]) + 1, part))
+                yield part
             else:
-                refused.append(_too_short(search, cut, part, inside, direction, jumped=len(parts) > 1, after=after))
-    return pieces, refused
+                jumped = len(parts) > 1
+                yield _too_short(search, cut, part, inside, direction, jumped=jumped, after_hole=after_hole)
 
 
 def _long_enough(search: Search, part: IntArray) -> bool:
@@ -122,27 +70,24 @@ def _long_enough(search: Search, part: IntArray) -> bool:
 
 
 def _too_short(
-    search: Search, cut: Cut, part: IntArray, inside: IntArray, direction: int, *, jumped: bool, after: str
+    search: Search, cut: Cut, part: IntArray, inside: IntArray, direction: int, *, jumped: bool, after_hole: bool
 ) -> Rejected:
     """Why a part of a step gives no window."""
-    least = f"a window needs {search.settings.least_length:.3g} s and {search.settings.least_samples} samples"
     begin, end = (int(part[0]), int(part[-1]) + 1) if len(part) else (int(inside[0]), int(inside[-1]) + 1)
     span = float(search.t[end - 1] - search.t[begin]) + search.dt
     lost = search.bad[inside]
-    if len(part) == 0 or np.any(search.bad[begin:end]) or (np.any(lost) and after == "hole"):
-        code = bad_code(
-            search.log.findings, (*search.effort_sources, *search.held), search.t[inside[0]], search.t[inside[-1]]
-        )
-        seconds = (float(np.sum(lost)) * search.dt, len(inside) * search.dt)
-        reason = f"{code}: {seconds[0]:.3g} s of {seconds[1]:.3g} s cannot be trusted; {least}"
-        return search.rejected(begin, end, direction, code, reason)
-    if jumped or cut.before == "layer" or cut.after == "layer":
-        return search.rejected(
-            begin, end, direction, "layer change", f"{span:.3g} s next to a change of layer; {least}"
-        )
-    if _at_hole(search, cut):
-        return search.rejected(begin, end, direction, "gap", f"{span:.3g} s next to a gap in the log; {least}")
-    return search.rejected(begin, end, direction, "short", f"{span:.3g} s at steady speed; {least}")
+    if len(part) == 0 or np.any(search.bad[begin:end]) or (np.any(lost) and after_hole):
+        names = (*search.effort_sources, *search.held)
+        code = search.bad_code(names, search.t[inside[0]], search.t[inside[-1]])
+        text = f"{code}: {np.sum(lost) * search.dt:.3g} s of {len(inside) * search.dt:.3g} s cannot be trusted"
+    elif jumped or cut.at_layer:
+        code, text = "layer change", f"{span:.3g} s next to a change of layer"
+    elif _at_hole(search, cut):
+        code, text = "gap", f"{span:.3g} s next to a gap in the log"
+    else:
+        code, text = "short", f"{span:.3g} s at steady speed"
+    needed = f"a window needs {search.settings.least_length:.3g} s and {search.settings.least_samples} samples"
+    return search.rejected(begin, end, direction, code, f"{text}; {needed}")
 
 
 def _at_hole(search: Search, cut: Cut) -> bool:
@@ -153,18 +98,16 @@ def _at_hole(search: Search, cut: Cut) -> bool:
     return before or (cut.end < len(t) and t[cut.end] - t[cut.end - 1] > wide)
 
 
-def _at_jumps(search: Search, run: IntArray, bounded: str) -> list[tuple[IntArray, str]]:
-    """A run split where effort jumps at steady speed, with what each part begins after."""
-    if len(run) == 0:
-        return [(run, bounded)]
+def _at_jumps(search: Search, run: IntArray) -> list[IntArray]:
+    """A run split where effort jumps at steady speed."""
     t = search.t[run]
     jumps = find_jumps(t, search.e[run], search.settings.effort_jump * search.high_effort)
-    out, begin, after = [], 0, bounded
+    parts, begin = [], 0
     for at in jumps:
-        out.append((run[begin : int(np.searchsorted(t, t[at] - JUMP_CLEAR))], after))
-        begin, after = int(np.searchsorted(t, t[at] + JUMP_CLEAR)), "jump"
-    out.append((run[begin:], after))
-    return [(part, name) for part, name in out if len(part)] or [(run, bounded)]
+        parts.append(run[begin : int(np.searchsorted(t, t[at] - JUMP_CLEAR))])
+        begin = int(np.searchsorted(t, t[at] + JUMP_CLEAR))
+    parts.append(run[begin:])
+    return [part for part in parts if len(part)] or [run]
 
 
 def find_jumps(t: FloatArray, e: FloatArray, least: float) -> list[int]:
@@ -188,11 +131,10 @@ def find_jumps(t: FloatArray, e: FloatArray, least: float) -> list[int]:
     return sorted(out)
 
 
-def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
-    """Bins of the longest last part without drift, and why the beginning was left out; or "code|reason" where there is
-    none."""
-    s, tolerance = search.settings, search.tolerances(piece.begin, piece.end)
-    idx = _without_ramp(search, piece.good, float(tolerance[0]) / LEVEL_CHANGE)
+def last_part(search: Search, part: IntArray, direction: int) -> tuple[IntArray, str] | Rejected:
+    """Bins of the longest last part without drift, and why the beginning was left out; or why there is none."""
+    s, tolerance = search.settings, search.tolerances(int(part[0]), int(part[-1]) + 1)
+    idx = _without_ramp(search, part, float(tolerance[0]) / LEVEL_CHANGE)
     averages = blocks(np.concatenate([search.t[idx][None, :], search.channels[:, idx]]), TREND_BLOCKS)
     t, x = averages[0], averages[1:]
     n = len(t)
@@ -203,12 +145,13 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     worst = tr.worst(tolerance)
     fails = np.nonzero(np.any(worst > 1.0, axis=0))[0]
     if len(fails) and fails[-1] == len(starts) - 1:
-        return _not_steady(search, worst[:, -1], tr.drift[:, -1], float(t[-1] - t[starts[-1]]))
+        span = float(t[-1] - t[starts[-1]])
+        return _not_steady(search, part, direction, worst[:, -1], tr.drift[:, -1], span)
     first = 0 if len(fails) == 0 else int(fails[-1]) + 1
     hidden = tr.goes_on(first, tolerance)
     if np.any(hidden > 1.0) and tr.span[first] < 2.0 * s.least_length:  # longer ones show their own drift
         drift = hidden * np.where(hidden > 0.0, tolerance, 0.0)
-        return _not_steady(search, hidden, drift, float(t[-1] - t[starts[first]]))
+        return _not_steady(search, part, direction, hidden, drift, float(t[-1] - t[starts[first]]))
     k = first + (_most_certain(x[:2], starts[first:]) if np.isfinite(tolerance[1]) else 0)
     start = int(starts[k])
     if np.isfinite(tolerance[1]):
@@ -218,9 +161,8 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
         return use, ""
     off = np.mean(x[:, :start], axis=1) - np.mean(x[:, start:], axis=1)
     bad = int(np.argmax(np.abs(off) / tolerance))
-    moved, name = float(off[bad]), search.name(bad)
-    reason = f"settling: {name} was on average {search.text(name, moved)} off for {t[start] - t[0]:.3g} s"
-    return use, reason
+    name = search.name(bad)
+    return use, f"settling: {name} was on average {search.text(name, off[bad])} off for {t[start] - t[0]:.3g} s"
 
 
 def _without_ramp(search: Search, idx: IntArray, limit: float) -> IntArray:
@@ -255,18 +197,21 @@ def _most_certain(x: FloatArray, starts: IntArray) -> int:
     return int(np.argmin(np.sum(spread / np.where(least > 0.0, least, 1.0), axis=0)))
 
 
-def _not_steady(search: Search, worst: FloatArray, drift: FloatArray, span: float) -> str:
-    bad = int(np.argmax(worst))
-    name, limit = search.name(bad), abs(drift[bad]) / worst[bad] if worst[bad] else 0.0
-    code = "displacement moved" if bad > 1 else "settling"
-    verb = "moved" if bad > 1 else "still drifted"
-    return (
-        f"{code}|{name} {verb} by {search.text(name, drift[bad])} over the last {span:.3g} s; allowed is"
+def _not_steady(
+    search: Search, part: IntArray, direction: int, worst: FloatArray, drift: FloatArray, span: float
+) -> Rejected:
+    """The part with what drifts most in it; worst: drift over tolerance, drift in SI, both (channels,); span [s]."""
+    k = int(np.argmax(worst))
+    name, limit = search.name(k), abs(drift[k]) / worst[k] if worst[k] else 0.0
+    code, verb = ("displacement moved", "moved") if k > 1 else ("settling", "still drifted")
+    reason = (
+        f"{name} {verb} by {search.text(name, drift[k])} over the last {span:.3g} s; allowed is"
         f" {search.text(name, limit)}"
     )
+    return search.rejected(int(part[0]), int(part[-1]) + 1, direction, code, reason)
 
 
-def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Window | Rejected:
+def window_of(search: Search, use: IntArray, direction: int) -> Window | Rejected:
     """The window, or why its mean says nothing about steady friction."""
     s = search.settings
     v, e = search.v[use], search.e[use]
@@ -274,33 +219,29 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
     effort, u_effort = mean_and_uncertainty(e, step=search.quanta[1], per_bin=search.per_bin, floor=search.floors[1])
     begin, end = int(use[0]), int(use[-1]) + 1
 
-    def text(x: float) -> str:
-        return search.text("speed", x)
-
-    if abs(speed) < search.slowest:
-        return search.rejected(
-            begin, end, direction, "too slow", f"{text(speed)} is below the least speed {text(search.slowest)}"
-        )
-    if abs(speed) < MIN_DEGREES * u_speed:
-        reason = f"{text(speed)} is not known better than to {text(NORMAL_95 * u_speed)} (95 %)"
+    def too_slow(reason: str) -> Rejected:
         return search.rejected(begin, end, direction, "too slow", reason)
+
+    shown = search.text("speed", speed)
+    if abs(speed) < search.slowest:
+        return too_slow(f"{shown} is below the least speed {search.text('speed', search.slowest)}")
+    if abs(speed) < MIN_DEGREES * u_speed:
+        return too_slow(f"{shown} is not known better than to {search.text('speed', NORMAL_95 * u_speed)} (95 %)")
     sticking = float(np.mean(np.abs(v) < REST * abs(speed)))
     if sticking > s.standstill:
-        reason = f"stick-slip: at rest for {100 * sticking:.0f} % of the time, {text(speed)} on average"
-        return search.rejected(begin, end, direction, "too slow", reason)
+        return too_slow(f"stick-slip: at rest for {100 * sticking:.0f} % of the time, {shown} on average")
     for name, x, scale in (("speed", v, abs(speed)), ("effort", e, search.high_effort)):
         if name == "effort" and not np.isfinite(s.effort_drift):
             continue
         amplitude, period = oscillation(search.t[use], x, s.oscillation * scale)
         if amplitude > s.oscillation * scale:
-            limit = search.text(name, s.oscillation * scale)
             reason = (
-                f"{name} swings by +-{search.text(name, amplitude)} with a period of {period:.3g} s; allowed is {limit}"
+                f"{name} swings by +-{search.text(name, amplitude)} with a period of {period:.3g} s; allowed is"
+                f" {search.text(name, s.oscillation * scale)}"
             )
             return search.rejected(begin, end, direction, "oscillating", reason)
-    others = search.means(use)
-    start, stop = float(search.t[begin]) - 0.5 * search.dt, float(search.t[end - 1]) + 0.5 * search.dt
-    return Window(start, stop, direction, speed, u_speed, effort, u_effort, len(use), others)
+    start, stop = search.ends(begin, end)
+    return Window(start, stop, direction, speed, u_speed, effort, u_effort, len(use), search.means(use))
 
 
 def oscillation(t: FloatArray, x: FloatArray, least: float) -> tuple[float, float]:

@@ -15,7 +15,8 @@ from stillhook.base.progress import Progress
 from stillhook.engine.pack.lift import wire_carried
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError, LogError, StillhookError
-from stillhook.identify.steady_state.windows import Steady, Window, steady_windows
+from stillhook.identify.steady_state.steps import Steady, Window
+from stillhook.identify.steady_state.windows import steady_windows
 from stillhook.identify.system_friction.campaign.file import Campaign, CraneTest
 from stillhook.identify.system_friction.campaign.pairs import Grid, Pairs, on_grid, pair_windows
 from stillhook.identify.system_friction.diagnosis import Statement
