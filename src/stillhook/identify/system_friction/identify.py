@@ -323,7 +323,7 @@ def _beyond_claim(held: tuple[HeldOut, ...]) -> tuple[Statement, ...]:
         f'Held-out test "{worst.test}" is predicted within {worst.worst:.1f} % of nominal torque only; the thesis'
         f" claims {CLAIM:g} %."
     )
-    return (Statement("held out", False, text),)
+    return (Statement("held out", text),)
 
 
 def _sampled_intervals(
