@@ -193,8 +193,8 @@ def _grid(windows: Sequence[Window], notes: list[Statement]) -> Grid:
         return on_grid(windows, GRID, text=speed_text)
     except IdentifyError as problem:
         notes.append(Statement("grid", f"not on the thesis's speed grid: {str(problem).rstrip('.')}"))
-        none, nothing = np.zeros(0), np.zeros((0, 0))
-        return Grid(none, none, none, none, none, nothing, nothing, nothing)
+        none = np.zeros(0)
+        return Grid(none, none, none, np.zeros((0, 0)))
 
 
 def layer_limits(campaign: Campaign) -> tuple[float, ...]:
