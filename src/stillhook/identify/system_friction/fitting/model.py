@@ -141,6 +141,11 @@ class Y(NamedTuple):
         """The parameters of a set of the library or of a crane."""
         return cls(*(getattr(system, name) for name in Y_NAMES))
 
+    @property
+    def system(self) -> SystemFriction:
+        """The parameters as a set of the library or a crane has them."""
+        return SystemFriction.model_construct(None, **{n: float(v) for n, v in self._asdict().items()})
+
 
 def system_friction(omega: FloatArray, T_d: FloatArray, y: Y) -> FloatArray:
     """System friction per motor shaft (Moslatt 2020 eq. 2.7) [N m]; omega [rad/s], T_d [N m], same shapes."""
