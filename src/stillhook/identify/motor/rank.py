@@ -199,14 +199,13 @@ def not_to_be_used(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> tu
     out: list[Statement] = []
     total = int(left.sum())
     while left.any() and len(out) < MOST_STATEMENTS:
-        sides, new = _best_box(label, counts, left, share <= threshold)
-        if sides is None or new < WORTH_NAMING * total:
+        box, new = _best_box(label, counts, left, share <= threshold)
+        if box is None or new < WORTH_NAMING * total:
             break
-        inside = _in_box(label, sides)
+        inside = _in_box(label, box)
         bad = inside & left
-        out.append(
-            Statement(_words(m, label, sides), int((inside & ~named).sum()), int(bad.sum()), float(share[bad].max()))
-        )
+        cells = int((inside & ~named).sum())
+        out.append(Statement(_words(m, label, box), cells, int(bad.sum()), float(share[bad].max())))
         named |= inside
         left &= ~inside
     if left.any():
@@ -214,27 +213,20 @@ def not_to_be_used(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> tu
     return tuple(out)
 
 
-Sides = tuple[tuple[str, int], ...]
-
-
-def _options(count: int) -> list[tuple[str, int]]:
-    """All of an axis, its lower part up to a level, its upper part from a level."""
-    return [("", 0), *(("<=", i) for i in range(count - 1)), *((">=", i) for i in range(1, count))]
-
-
-def _rows(options: list[tuple[str, int]], count: int) -> FloatArray:
-    at = np.arange(count)
-    return np.array(
-        [np.ones(count) if s == "" else (at <= i if s == "<=" else at >= i) for s, i in options], dtype=np.float64
-    )
+Box = tuple[tuple[int, int], ...]
+"""First and last level on each axis; at least one of them is an end of the axis."""
 
 
 def _best_box(
     label: IntArray, counts: tuple[int, ...], bad: NDArray[np.bool_], good: NDArray[np.bool_]
-) -> tuple[Sides | None, int]:
+) -> tuple[Box | None, int]:
     """The box with most bad cells less good ones, at least half of it bad."""
-    options = [_options(c) for c in counts]
-    masks = [_rows(o, c) for o, c in zip(options, counts, strict=True)]
+    options, masks = [], []
+    for count in counts:
+        last, place = count - 1, np.arange(count)
+        ends = [(0, last), *((0, i) for i in range(last)), *((i, last) for i in range(1, count))]
+        options.append(ends)
+        masks.append(np.array([(place >= lo) & (place <= hi) for lo, hi in ends], dtype=np.float64))
 
     def inside(rows: NDArray[np.bool_]) -> FloatArray:
         table = np.zeros(counts)
@@ -244,30 +236,28 @@ def _best_box(
         return table
 
     b, g = inside(bad), inside(good)
-    simple = sum(np.ix_(*[np.array([s != "" for s, _ in o], dtype=np.float64) for o in options]))  # conditions in words
-    score = np.where(b >= PURITY * (b + g), b - 0.5 * g - WORDY * bad.sum() * simple, -np.inf)
+    conditions = sum(np.ix_(*[np.array([o != ends[0] for o in ends], dtype=np.float64) for ends in options]))
+    score = np.where(b >= PURITY * (b + g), b - 0.5 * g - WORDY * bad.sum() * conditions, -np.inf)
     at = np.unravel_index(int(np.argmax(score)), score.shape)
     if not np.isfinite(score[at]) or b[at] == 0.0:
         return None, 0
-    return tuple(o[i] for o, i in zip(options, at, strict=True)), int(b[at])
+    return tuple(ends[i] for ends, i in zip(options, at, strict=True)), int(b[at])
 
 
-def _in_box(label: IntArray, sides: Sides) -> NDArray[np.bool_]:
-    out = np.ones(len(label), dtype=bool)
-    for axis, (side, i) in enumerate(sides):
-        if side:
-            out &= label[:, axis] <= i if side == "<=" else label[:, axis] >= i
-    return out
+def _in_box(label: IntArray, box: Box) -> NDArray[np.bool_]:
+    first, last = np.array(box).T
+    return np.asarray(((label >= first) & (label <= last)).all(axis=1))
 
 
-def _words(m: LossMap, label: IntArray, sides: Sides) -> str:
+def _words(m: LossMap, label: IntArray, box: Box) -> str:
     """A box in words, with the settings of the map at its sides."""
     parts = []
-    for axis, ((side, i), (name, kind)) in enumerate(zip(sides, AXES.items(), strict=True)):
-        if side:
-            x = m.axis(name)[label[:, axis] == i]
-            end = float(x.max() if side == "<=" else x.min())
-            parts.append(f"{show(end, kind, 3)} and {'below' if side == '<=' else 'above'}")
+    for levels_of_cells, (first, last), (name, kind) in zip(label.T, box, AXES.items(), strict=True):
+        x = m.axis(name)
+        if last < levels_of_cells.max():
+            parts.append(f"{show(float(x[levels_of_cells == last].max()), kind, 3)} and below")
+        elif first > 0:
+            parts.append(f"{show(float(x[levels_of_cells == first].min()), kind, 3)} and above")
     return ", ".join(parts) if parts else "everywhere"
 
 
