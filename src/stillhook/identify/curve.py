@@ -122,9 +122,9 @@ def friction_curve(
     """Friction over speed with 95 % uncertainty from a staircase log.
 
     Parameters: log from `read_log`; speed, effort, command, held, made_of, kinds, settings as in `steady_windows`;
-    position name of the signal on which the load depends besides the direction (a spring, a slope). With a position,
-    both directions are compared place by place on the way that both passed at steady speed, and effort need not be
-    steady in time; the scatter along the way, a friction that itself depends on the place included, is in the
+    position name of the signal on which the load depends in addition to the direction (a spring, a slope). With a
+    position, both directions are compared place by place on the way that both passed at steady speed, and effort need
+    not be steady in time; the scatter along the way, a friction that itself depends on the place included, is in the
     uncertainty. Without a least_length in the settings, a log whose motions are all too short for the default is read
     with the longest of `SHORTER` that gives a point.
     Errors: IdentifyError where a signal is missing or no two stretches can be compared, with the first reasons.

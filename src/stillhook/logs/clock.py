@@ -395,12 +395,12 @@ def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
         if good.sum() < 2:  # no line can be drawn
             out.leave_out(column)
             continue
-        known = t[good]
-        at = np.clip(np.searchsorted(known, t_main), 1, len(known) - 1)
-        nearest_sample = np.minimum(np.abs(t_main - known[at - 1]), np.abs(t_main - known[at]))
+        stamps = t[good]
+        at = np.clip(np.searchsorted(stamps, t_main), 1, len(stamps) - 1)
+        nearest_sample = np.minimum(np.abs(t_main - stamps[at - 1]), np.abs(t_main - stamps[at]))
         far = nearest_sample > NEAR * max(every, other.track.spacing)
-        far |= (t_main < known[0] - every) | (t_main > known[-1] + every)
-        on_main = np.where(far, np.nan, np.interp(t_main, known, values[good]))
+        far |= (t_main < stamps[0] - every) | (t_main > stamps[-1] + every)
+        on_main = np.where(far, np.nan, np.interp(t_main, stamps, values[good]))
         nearest = np.clip(np.searchsorted(t, t_main - 0.5 * other.track.every), 0, len(t) - 1)
         runs = tuple(
             replace(run, start=float(fit.to_main(np.array(run.start))), end=float(fit.to_main(np.array(run.end))))

@@ -25,7 +25,7 @@ N_R = 4
 """Krus: how soon a point that stays the worst is drawn to the best one instead of the centre."""
 R_FAC, GAMMA = 0.1, 0.3
 """Complex-RF: size of the random step over the spread of the population, and forgetting, after Krus."""
-MOST_RETRACTIONS = 30  # halvings of one step: the point then lies on the centre to the ninth digit
+MOST_RETRACTIONS = 30  # halvings of one step: the point is then at the centre to the ninth digit
 MOST_EVALUATIONS = 60_000
 TOLERANCE = 1e-7
 """Spread of the population over its bounds at which it counts as one point."""

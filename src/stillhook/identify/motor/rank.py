@@ -138,10 +138,10 @@ def _fold_residuals(m: LossMap, fit: LossFit, parts: list[Fold]) -> FloatArray:
     """Mean square error of each fold's cells [N^2 m^2] from a fit without them; NaN where such a fit has no answer."""
     out = []
     for _, _, excluded in parts:
-        rest, away = m.at(~excluded), m.at(excluded)
+        seen, unseen = m.at(~excluded), m.at(excluded)
         try:
-            other = fit_loss(rest, fit.model, near=fit)
-            out.append(float(np.mean((away.T_f - other.torque(away.omega_m, away.D_m, away.dp_m)) ** 2)))
+            other = fit_loss(seen, fit.model, near=fit)
+            out.append(float(np.mean((unseen.T_f - other.torque(unseen.omega_m, unseen.D_m, unseen.dp_m)) ** 2)))
         except IdentifyError:
             out.append(math.nan)
     return np.array(out)
@@ -195,21 +195,25 @@ def not_to_be_used(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> tu
     share = np.where(np.isnan(share), 0.0, share)
     label = np.column_stack([blocks(m.axis(name), 24) for name in AXES])
     counts = tuple(int(label[:, i].max()) + 1 for i in range(3))
-    left, named = share > threshold, np.zeros(len(m), dtype=bool)
+    remaining, named = share > threshold, np.zeros(len(m), dtype=bool)
     out: list[Statement] = []
-    total = int(left.sum())
-    while left.any() and len(out) < MOST_STATEMENTS:
-        box, new = _best_box(label, counts, left, share <= threshold)
+    total = int(remaining.sum())
+    while remaining.any() and len(out) < MOST_STATEMENTS:
+        box, new = _best_box(label, counts, remaining, share <= threshold)
         if box is None or new < WORTH_NAMING * total:
             break
         inside = _in_box(label, box)
-        bad = inside & left
+        bad = inside & remaining
         cells = int((inside & ~named).sum())
         out.append(Statement(_words(m, label, box), cells, int(bad.sum()), float(share[bad].max())))
         named |= inside
-        left &= ~inside
-    if left.any():
-        out.append(Statement("single cells elsewhere", int(left.sum()), int(left.sum()), float(share[left].max())))
+        remaining &= ~inside
+    if remaining.any():
+        out.append(
+            Statement(
+                "single cells elsewhere", int(remaining.sum()), int(remaining.sum()), float(share[remaining].max())
+            )
+        )
     return tuple(out)
 
 
@@ -330,12 +334,12 @@ def compare_mapped(m: LossMap, model: LossModel) -> Compared | None:
     between, beyond = [], []
     complete = fit_loss(m, model)
     for _, _, excluded in folds(m):
-        rest, away = m.at(~excluded), m.at(excluded)
-        if len(rest) <= len(complete.names):
+        seen, unseen = m.at(~excluded), m.at(excluded)
+        if len(seen) <= len(complete.names):
             return None
-        mapped, inside = mapped_loss(rest)(away.omega_m, away.D_m, away.dp_m)
-        fitted = fit_loss(rest, model, near=complete).torque(away.omega_m, away.D_m, away.dp_m)
-        off = np.column_stack((mapped - away.T_f, fitted - away.T_f))
+        mapped, inside = mapped_loss(seen)(unseen.omega_m, unseen.D_m, unseen.dp_m)
+        fitted = fit_loss(seen, model, near=complete).torque(unseen.omega_m, unseen.D_m, unseen.dp_m)
+        off = np.column_stack((mapped - unseen.T_f, fitted - unseen.T_f))
         between.append(off[inside])
         beyond.append(off[~inside])
     sets = [np.concatenate(x) if x else np.zeros((0, 2)) for x in (between, beyond)]

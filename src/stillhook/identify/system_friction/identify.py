@@ -112,7 +112,7 @@ class Mapped:
 @dataclass(frozen=True)
 class Friction:
     """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points;
-    ``fit`` the system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second``
+    ``fit`` the system friction; ``intervals`` 95 %; ``check`` the thesis's way next to ours; ``held_out``; ``second``
     loop, ``mapped`` where requested; ``proposals`` what to test next; ``statements`` what the data cannot determine;
     ``like`` where filled-in parameters come from.
     """

@@ -86,7 +86,7 @@ def limit_of(signal: Signal) -> float:
 
 MOST_MISSING = 0.5  # of the samples of a bin: with more of them missing its mean is not to be trusted
 MOST_IMPOSSIBLE = 0.01  # of the samples: more that cannot be are no spikes but another unit
-RAIL_HITS, RAIL_BINS = 20, 5  # samples and bins at an extreme, besides others: fewer are chance
+RAIL_HITS, RAIL_BINS = 20, 5  # samples and bins at an extreme, in addition to others: fewer are chance
 RAIL_LEVELS = 6  # other values around an extreme: with fewer the signal is coarse, and its extreme a value like others
 RAIL_SHARE = 3.0  # times the commonest other value: noise that is cut off piles up at the rail
 SLOWER = 0.5  # of the cells: with more of them empty, at even distances, the signal is a slower one

@@ -89,8 +89,8 @@ class Points:
 
     def where(self, mask: BoolArray) -> Points:
         """The points under the mask; test names stay as they are."""
-        rest = {f.name: getattr(self, f.name)[mask] for f in fields(self) if f.name != "names"}
-        return Points(names=self.names, **rest)
+        arrays = {f.name: getattr(self, f.name)[mask] for f in fields(self) if f.name != "names"}
+        return Points(names=self.names, **arrays)
 
     def fitted(self) -> Points:
         """The points that a fit may see."""
@@ -106,13 +106,13 @@ def joined(parts: Sequence[Points]) -> Points:
     if not parts:
         raise IdentifyError("No test gave a pair of steady stretches. See the rejected stretches and their reasons.")
     names = tuple(p.names[0] for p in parts)
-    rest = {
+    arrays = {
         f.name: np.concatenate([getattr(p, f.name) for p in parts])
         for f in fields(Points)
         if f.name not in ("names", "test")
     }
     test = np.concatenate([np.full(len(p), i, dtype=np.intp) for i, p in enumerate(parts)])
-    return Points(names=names, test=test, **rest)
+    return Points(names=names, test=test, **arrays)
 
 
 Y_NAMES = ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")
@@ -183,9 +183,8 @@ def system_columns(points: Points, Y_4: float, names: tuple[str, ...] = Y_LINEAR
 def system_slope(points: Points, y: Y) -> FloatArray:
     """Shape (n,): change of the friction at the points per change of Y_4 [N m s/rad], by a central difference."""
     h = 1e-4 * y.Y_4
-    return (
-        system_friction_at(points, y._replace(Y_4=y.Y_4 + h)) - system_friction_at(points, y._replace(Y_4=y.Y_4 - h))
-    ) / (2 * h)
+    up, down = (system_friction_at(points, y._replace(Y_4=Y_4)) for Y_4 in (y.Y_4 + h, y.Y_4 - h))
+    return (up - down) / (2 * h)
 
 
 def motor_columns(points: Points) -> FloatArray:
