@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stillhook.identify.curve import CurvePoint, FrictionCurve, friction_curve
-from stillhook.identify.steady_state.windows import WindowSettings
+from stillhook.identify.steady_state.steps import WindowSettings
 from stillhook.identify.windows_figure import draw_windows
 from stillhook.logs.log import Log, mapping_from, read_log
 from stillhook.report.plots.run import COLOURS

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from stillhook.cli.identify.curve import curve as command
 from stillhook.errors import IdentifyError
 from stillhook.identify.curve import CurvePoint, friction_curve, with_visits
-from stillhook.identify.steady_state.windows import WindowSettings
+from stillhook.identify.steady_state.steps import WindowSettings
 from stillhook.identify.windows_figure import curve_figure, window_figure
 from stillhook.logs.log import Log
 

@@ -11,8 +11,9 @@ import pytest
 from scipy.signal import lfilter
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.steady_state import windows
-from stillhook.identify.steady_state.windows import Steady, WindowSettings, steady_windows
+from stillhook.identify.steady_state.search import Search
+from stillhook.identify.steady_state.steps import Steady, WindowSettings
+from stillhook.identify.steady_state.windows import steady_windows
 from stillhook.logs.log import Finding, Log
 from stillhook.statistics.correlated_mean import converter_step, mean_and_uncertainty
 from stillhook.units import parse
@@ -460,6 +461,6 @@ def test_pauses_and_ramps_are_not_reported_as_rejected_stretches():
         10.0,
         len(v),
     )
-    search = windows._Search(log, "speed", "effort", None, (), (), {}, WindowSettings())
+    search = Search(log, "speed", "effort", None, (), (), {}, WindowSettings())
     pause, ramp, step = (search.rejected(a, b, 1, "short", "too short") for a, b in ((2, 18), (22, 38), (42, 58)))
     assert [search.pause_or_ramp(r) for r in (pause, ramp, step)] == [True, True, False]

@@ -84,8 +84,8 @@ def test_every_term_of_every_model_is_a_torque(model):
     exponent = {"m^(2-3C_n) s^(C_n-2)": "1/m^4"}  # at C_n = 2
     card = CARDS[model]
     values = [
-        2.0 if p.name == "C_n" else ureg.Quantity(1.0, exponent.get(p.unit, p.unit).replace(" (", "*("))
-        for p in card.parameters
+        2.0 if name == "C_n" else ureg.Quantity(1.0, exponent.get(unit, unit).replace(" (", "*("))
+        for name, unit in zip(card.names, card.units, strict=True)
     ]
     motor = LossMotor(ureg.Quantity(4e-5, "m^3"), ureg.Quantity(870.0, "kg/m^3"), ureg.Quantity(0.04, "Pa s"))
     if model in (LossModel.HUHTALA_14, LossModel.HUHTALA_28):

@@ -14,7 +14,8 @@ import pytest
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.curve import FrictionCurve, friction_curve
-from stillhook.identify.steady_state.windows import WindowSettings, steady_windows
+from stillhook.identify.steady_state.steps import WindowSettings
+from stillhook.identify.steady_state.windows import steady_windows
 from stillhook.logs.log import Log, mapping_from, read_log
 
 INCH, POUND, PSI = 0.0254, 4.4482216152605, 6.894757293168

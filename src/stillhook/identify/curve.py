@@ -15,13 +15,13 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
+from stillhook.identify.steady_state.search import effort_of, in_words, kind_of, signal_of
 from stillhook.identify.steady_state.steps import Rejected, Steady, Window, WindowSettings
-from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of, steady_windows
-from stillhook.identify.system_friction.campaign.pairs import Pair, pair_windows
+from stillhook.identify.steady_state.windows import steady_windows
+from stillhook.identify.system_friction.campaign.pairs import Pair, Pairs, pair_windows
 from stillhook.logs.log import Log
 from stillhook.statistics.correlated_mean import mean_and_uncertainty, students_factor
 from stillhook.statistics.estimate import NORMAL_95, Estimate
-from stillhook.units import KINDS, show
 
 SAME_STROKE = 0.05
 """Stretches of one stroke that differ in speed by less are compared as one: friction changes by far less than its
@@ -68,9 +68,9 @@ class CurvePoint:
 
 @dataclass(frozen=True)
 class FrictionCurve:
-    """``points`` by speed; ``steady`` stretches used and rejected; ``unpaired`` stretches without a partner; what was
-    asked; ``least_length`` of a stretch [s], ``adapted`` where it is shorter than the default because the log holds no
-    speed for longer.
+    """``points`` by speed; ``steady`` stretches used and rejected; ``unpaired`` stretches without a partner; names and
+    kinds of the signals; ``least_length`` of a stretch [s], ``adapted`` where it is shorter than the default because
+    the log holds no speed for longer.
     """
 
     source: str
@@ -86,8 +86,7 @@ class FrictionCurve:
 
     def text(self, name: str, value: float, digits: int = 4) -> str:
         """A "speed", "effort" or "position" with its unit; in SI where none is known."""
-        kind = self.kinds.get(name, "")
-        return show(value, kind, digits) if kind in KINDS else f"{value:.{digits}g}"
+        return in_words(value, self.kinds.get(name, ""), digits)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything in SI as plain data for JSON."""
@@ -123,96 +122,58 @@ def friction_curve(
     """Friction over speed with 95 % uncertainty from a staircase log.
 
     Parameters: log from `read_log`; speed, effort, command, held, made_of, kinds, settings as in `steady_windows`;
-    position name of the signal on which the load depends besides the direction (a spring, a slope). With a position,
-    both directions are compared place by place on the way that both passed at steady speed, and effort need not be
-    steady in time; the scatter along the way, a friction that itself depends on the place included, is in the
+    position name of the signal on which the load depends in addition to the direction (a spring, a slope). With a
+    position, both directions are compared place by place on the way that both passed at steady speed, and effort need
+    not be steady in time; the scatter along the way, a friction that itself depends on the place included, is in the
     uncertainty. Without a least_length in the settings, a log whose motions are all too short for the default is read
     with the longest of `SHORTER` that gives a point.
     Errors: IdentifyError where a signal is missing or no two stretches can be compared, with the first reasons.
     """
-    requested = settings or WindowSettings()
+    used = settings or WindowSettings()
     if position is not None:
-        requested = requested.for_effort_of_place()
-    every = (speed, effort, position, command, held, made_of, kinds)
-    result = _curve(log, *every, requested)
-    if isinstance(result, FrictionCurve):
-        return result
-    if "least_length" not in requested.model_fields_set and result.all_short:
-        for length in SHORTER:
-            if length < FEWEST_BINS * float(np.median(np.diff(log.t))):
-                break
-            shorter = _curve(log, *every, requested.model_copy(update={"least_length": length}))
-            if isinstance(shorter, FrictionCurve):
-                return replace(shorter, adapted=True)
-        raise IdentifyError(f"{result.text} Stretches down to {SHORTER[-1]:g} s were tried as well.")
-    raise IdentifyError(result.text)
-
-
-@dataclass(frozen=True)
-class _Nothing:
-    """No point, and why; all_short: for no other reason than that motions were too short."""
-
-    text: str
-    all_short: bool
-
-
-def _curve(
-    log: Log,
-    speed: str,
-    effort: str | FloatArray,
-    position: str | None,
-    command: str | None,
-    held: Sequence[str],
-    made_of: Sequence[str],
-    kinds: Mapping[str, str] | None,
-    requested: WindowSettings,
-) -> FrictionCurve | _Nothing:
-    """The curve with these settings; parameters as `friction_curve`."""
+        used = used.for_effort_of_place()
     signal_kinds = {"speed": kind_of(log, speed, kinds), "effort": kind_of(log, effort, kinds)}
     named = {**(kinds or {}), **signal_kinds}
-    steady = steady_windows(
-        log, speed, effort, command=command, held=held, made_of=made_of, kinds=named, settings=requested
-    )
+    if position is not None:
+        signal_kinds["position"] = kind_of(log, position, kinds)
 
-    def text(v: float) -> str:
-        return show(v, signal_kinds["speed"], 3) if signal_kinds["speed"] in KINDS else f"{v:.3g}"
-
-    matches = pair_windows(steady.windows, text=text)
-    points: list[CurvePoint] = []
-    unpaired = list(matches.unpaired)
-    if position is None:
+    def attempt() -> tuple[Steady, list[CurvePoint], list[Rejected]]:
+        steady = steady_windows(
+            log, speed, effort, command=command, held=held, made_of=made_of, kinds=named, settings=used
+        )
+        matches = pair_windows(steady.windows, text=lambda v: in_words(v, signal_kinds["speed"]))
+        if position is not None:
+            return steady, *_place_by_place(log, matches, steady.windows, effort, position)
         points = [
             CurvePoint(p.speed, p.friction, p.u_friction, p.load, p.u_friction, p.up, p.down) for p in matches.pairs
         ]
-    else:
-        signal_kinds["position"] = kind_of(log, position, kinds)
-        e = effort_of(log, effort)
-        x = signal_of(log, position)
-        for pair in matches.pairs:
-            strokes = [_stroke(w, steady.windows) for w in (pair.up, pair.down)]
-            point = _place_by_place(log, pair, strokes, e, x)
-            if isinstance(point, CurvePoint):
-                points.append(point)
-                unpaired = [r for r in unpaired if not any(r.start == w.start for w in (*strokes[0], *strokes[1]))]
-            else:
-                unpaired += [
-                    Rejected(w.start, w.end, w.direction, w.speed, w.effort, point, "no common way")
-                    for w in (pair.up, pair.down)
-                ]
+        return steady, points, list(matches.unpaired)
+
+    steady, points, unpaired = attempt()
+    adapted = False
     if not points:
-        short = not steady.windows and all(r.code == "short" for r in steady.rejected)
-        return _Nothing(_nothing(log, steady, unpaired), short)
-    name = effort if isinstance(effort, str) else "effort"
+        problem = _no_point(log, steady, unpaired)
+        all_short = not steady.windows and all(r.code == "short" for r in steady.rejected)
+        if all_short and "least_length" not in used.model_fields_set:
+            problem += f" Stretches down to {SHORTER[-1]:g} s were tried as well."
+            for length in SHORTER:
+                if points or length < FEWEST_BINS * float(np.median(np.diff(log.t))):
+                    break
+                adapted, used = True, used.model_copy(update={"least_length": length})
+                steady, points, unpaired = attempt()
+        if not points:
+            raise IdentifyError(problem)
     return FrictionCurve(
-        log.source,
-        speed,
-        name,
-        position,
-        signal_kinds,
-        with_visits(points),
-        steady,
-        tuple(unpaired),
-        requested.least_length,
+        source=log.source,
+        speed=speed,
+        effort=effort if isinstance(effort, str) else "effort",
+        position=position,
+        kinds=signal_kinds,
+        points=with_visits(points),
+        steady=steady,
+        unpaired=tuple(unpaired),
+        least_length=used.least_length,
+        adapted=adapted,
     )
 
 
@@ -238,6 +199,27 @@ def with_visits(points: Sequence[CurvePoint]) -> tuple[CurvePoint, ...]:
     return tuple(replace(p, u_friction=float(np.hypot(p.u_friction, u_visit)), u_visit=u_visit) for p in by_speed)
 
 
+def _place_by_place(
+    log: Log, matches: Pairs, windows: Sequence[Window], effort: str | FloatArray, position: str
+) -> tuple[list[CurvePoint], list[Rejected]]:
+    """Points of the pairs whose strokes passed a common way, and the stretches that are in none."""
+    e, x = effort_of(log, effort), signal_of(log, position)
+    points: list[CurvePoint] = []
+    unpaired = list(matches.unpaired)
+    for pair in matches.pairs:
+        strokes = [_stroke(w, windows) for w in (pair.up, pair.down)]
+        point = _on_common_way(log, pair, strokes, e, x)
+        if isinstance(point, CurvePoint):
+            points.append(point)
+            unpaired = [r for r in unpaired if not any(r.start == w.start for stroke in strokes for w in stroke)]
+        else:
+            unpaired += [
+                Rejected(w.start, w.end, w.direction, w.speed, w.effort, point, "no common way")
+                for w in (pair.up, pair.down)
+            ]
+    return points, unpaired
+
+
 def _stroke(w: Window, windows: Sequence[Window]) -> list[Window]:
     """The stretch with those before and after it in the same direction and of the same speed: one way that ripple has
     split."""
@@ -248,7 +230,7 @@ def _stroke(w: Window, windows: Sequence[Window]) -> list[Window]:
     return list(windows[first:last])
 
 
-def _place_by_place(
+def _on_common_way(
     log: Log, pair: Pair, strokes: Sequence[Sequence[Window]], e: FloatArray, x: FloatArray
 ) -> CurvePoint | str:
     """Half difference and half sum along the way that both strokes (hoisting, lowering) passed; or why there is
@@ -278,19 +260,13 @@ def _place_by_place(
     )
 
 
-def _nothing(log: Log, steady: Steady, unpaired: Sequence[Rejected]) -> str:
+def _no_point(log: Log, steady: Steady, unpaired: Sequence[Rejected]) -> str:
+    """Why there is nothing to compare, and what to do."""
     every = (*unpaired, *steady.rejected)
-    reasons = [r.reason for r in every]
     longest = max((r.end - r.start for r in every if r.code == "short"), default=0.0)
-    if longest > 0.0:
-        hint = (
-            "Hold each speed longer, in both directions, or take shorter stretches: --least-length"
-            f' "{0.9 * longest:.2g} s".'
-        )
-    else:
-        hint = "Hold each speed longer, in both directions."
-    first = f", the first because: {reasons[0]}" if reasons else ""
+    shorter = f', or take shorter stretches: --least-length "{0.9 * longest:.2g} s"' if longest > 0.0 else ""
+    first = f", the first because: {every[0].reason}" if every else ""
     return (
         f"{log.source}: no speed at which both directions can be compared, among {len(steady.windows)} steady stretches"
-        f" and {len(steady.rejected)} rejected ones{first}. {hint}"
+        f" and {len(steady.rejected)} rejected ones{first}. Hold each speed longer, in both directions{shorter}."
     )

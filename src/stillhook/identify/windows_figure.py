@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.identify.steady_state.search import effort_of, kind_of, signal_of
 from stillhook.identify.steady_state.steps import Rejected, Steady, Window
-from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import KINDS, in_display
 
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from stillhook.logs.log import Log
 
 
-USED, NOT_USED, EXCLUDED, ALONE = "#009E73", "#999999", "#E69F00", "#56B4E9"
+USED, ALONE = ("#009E73", 0.3, "steady, used"), ("#56B4E9", 0.35, "steady, no partner")
+EXCLUDED, NOT_USED = ("#E69F00", 0.25, "start left out"), ("#999999", 0.35, "rejected")
+"""Colour, opacity and label of the stretches."""
 MOST_POINTS = 6000
 """Points of a drawn line: more are not seen, and make the picture slow."""
 WORDS_FROM = 0.012
@@ -139,13 +141,8 @@ def _thinned(t: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _shade(ax: Any, steady: Steady, used: Sequence[Window], unpaired: Sequence[Rejected]) -> None:
     from matplotlib.collections import PolyCollection  # one for all of a kind: hundreds of spans take seconds
 
-    groups: tuple[tuple[Sequence[Window | Rejected], str, float], ...] = (
-        (steady.rejected, NOT_USED, 0.35),
-        (steady.trimmed, EXCLUDED, 0.25),
-        (unpaired, ALONE, 0.35),
-        (used, USED, 0.3),
-    )
-    for parts, colour, alpha in groups:
+    groups: tuple[Sequence[Window | Rejected], ...] = (steady.rejected, steady.trimmed, unpaired, used)
+    for parts, (colour, alpha, _) in zip(groups, (NOT_USED, EXCLUDED, ALONE, USED), strict=True):
         boxes = [((p.start, 0.0), (p.start, 1.0), (p.end, 1.0), (p.end, 0.0)) for p in parts]
         spans = PolyCollection(boxes, transform=ax.get_xaxis_transform(), color=colour, alpha=alpha, lw=0)
         ax.add_collection(spans, autolim=False)
@@ -161,11 +158,6 @@ def _words(ax: Any, rejected: Sequence[Rejected], length: float) -> None:
 def _legend(ax: Any, *, with_unpaired: bool) -> None:
     from matplotlib.patches import Patch
 
-    names = (
-        (USED, 0.3, "steady, used"),
-        (ALONE, 0.35, "steady, no partner"),
-        (EXCLUDED, 0.25, "start left out"),
-        (NOT_USED, 0.35, "rejected"),
-    )
-    handles = [Patch(color=c, alpha=a, label=label) for c, a, label in names if with_unpaired or c != ALONE]
+    shown = (USED, ALONE, EXCLUDED, NOT_USED) if with_unpaired else (USED, EXCLUDED, NOT_USED)
+    handles = [Patch(color=colour, alpha=alpha, label=label) for colour, alpha, label in shown]
     ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, fontsize="small", frameon=False)

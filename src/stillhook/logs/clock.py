@@ -17,6 +17,8 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
 from stillhook.logs.checks.findings import Checked
 from stillhook.logs.checks.frozen_signals import Watched
+from stillhook.logs.resample import Column
+from stillhook.logs.streaming import Run
 from stillhook.logs.types import Finding, OtherClock
 
 SLOPE = 0.6  # s over which slopes are taken: long against noise, short against moves
@@ -167,17 +169,19 @@ def _features(side: Side, step: float) -> dict[str, FloatArray]:
         for kind, y in ways:
             slope = np.zeros_like(y)
             slope[span:-span] = y[2 * span :] - y[: -2 * span]
-            size = float(np.sqrt(np.sum(slope**2)))
-            if size > 0.0:
-                out[name + kind] = slope / size
+            if slope.any():
+                out[name + kind] = _of_unit_size(slope)
     return out
 
 
 def _smooth(x: FloatArray, step: float) -> FloatArray:
     width = max(1, round(COARSE / step))
-    y = np.convolve(x, np.ones(width) / width, mode="same")
-    size = float(np.sqrt(np.sum(y**2)))
-    return y / size if size > 0.0 else y
+    return _of_unit_size(np.convolve(x, np.ones(width) / width, mode="same"))
+
+
+def _of_unit_size(x: FloatArray) -> FloatArray:
+    size = float(np.sqrt(np.sum(x**2)))
+    return x / size if size > 0.0 else x
 
 
 def _offsets(
@@ -192,12 +196,8 @@ def _offsets(
             overlap = np.minimum(len(x), lags + len(y)) - np.maximum(0, lags)
             c = np.where(overlap >= OVERLAP * min(len(x), len(y)), c, 0.0)
             if c.max() > best[0]:
-                best = (
-                    float(c.max()),
-                    name,
-                    other,
-                    [float(lag) * step for lag in lags[_peaks(c, round(APART / step))]],
-                )
+                offsets = [float(lag) * step for lag in lags[_peaks(c, round(APART / step))]]
+                best = (float(c.max()), name, other, offsets)
     return best
 
 
@@ -227,10 +227,12 @@ def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | No
     seconds = len(y) * step
     length = max(min(SHORTEST_PIECE, max(LEAST_PIECE, seconds / FEW_PIECES)), seconds / PIECES)
     t_x, t_y = np.arange(len(x)) * step, np.arange(len(y)) * step
+
+    def on_main_clock() -> FloatArray:
+        return np.asarray(np.interp((t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0))
+
     for turn in range(ROUNDS):
-        warped = np.interp(
-            (t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0
-        )  # the other side on the main clock
+        warped = on_main_clock()
         if turn == 0:
             sign = 1.0 if _best_lag(x, _smooth(warped, step), step, sign=0.0)[1] >= 0.0 else -1.0
         points = []
@@ -242,18 +244,17 @@ def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | No
         if len(points) < FEWEST_PIECES:
             return None
         at, lag, weight = np.array(points).T
-        keep = (
-            np.abs(lag - np.median(lag)) < REACH
-            if turn == 0
-            else np.abs(lag) < max(2.0 * step, 3.0 * float(np.median(np.abs(lag))))
-        )
+        if turn == 0:
+            keep = np.abs(lag - np.median(lag)) < REACH
+        else:
+            keep = np.abs(lag) < max(2.0 * step, 3.0 * float(np.median(np.abs(lag))))
         if keep.sum() < FEWEST_PIECES:
             return None
         slope, zero = np.polyfit(at[keep], lag[keep], 1, w=weight[keep])
         scatter, used = float(np.std(lag[keep] - (zero + slope * at[keep]))), int(keep.sum())
         # main = offset + (1 + drift) tau was off by lag = zero + slope * main
         offset, drift = offset + zero + slope * offset, (1.0 + drift) * (1.0 + slope) - 1.0
-    warped = np.interp((t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0)
+    warped = on_main_clock()
     overlap = (t_x > offset) & (t_x < offset + (1.0 + drift) * t_y[-1])
     size = float(np.sqrt(np.sum(x[overlap] ** 2) * np.sum(warped[overlap] ** 2)))
     return Fit(offset, drift, scatter, used, sign * float(np.sum(x[overlap] * warped[overlap])) / size if size else 0.0)
@@ -292,6 +293,15 @@ class Merged:
     findings: list[Finding] = field(default_factory=list)
     clocks: list[OtherClock] = field(default_factory=list)
 
+    def put(self, column: Column, values: FloatArray, doubtful: BoolArray, runs: tuple[Run, ...]) -> None:
+        """A signal on the bins."""
+        self.watched[column.signal.name] = Watched(column.signal, values, column.watch, runs)
+        self.doubtful[column.signal.name] = doubtful
+
+    def leave_out(self, column: Column) -> None:
+        """A signal of which nothing is known on the bins: NaN."""
+        self.put(column, np.full(len(self.t), np.nan), np.ones(len(self.t), np.bool_), ())
+
 
 @dataclass(frozen=True)
 class Other:
@@ -309,10 +319,8 @@ def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = F
     and reported.
     """
     out = Merged(main.bins.t, main.bins.at, findings=list(main.findings))
-    for i, column in enumerate(main.track.columns):
-        name = column.signal.name
-        out.watched[name] = Watched(column.signal, main.bins.means[i], column.watch, tuple(column.watch.runs))
-        out.doubtful[name] = main.doubtful[i]
+    for column, means, doubtful in zip(main.track.columns, main.bins.means, main.doubtful, strict=True):
+        out.put(column, means, doubtful, tuple(column.watch.runs))
     main_signals = {name: w.values for name, w in out.watched.items()}
     for turn in others:
         other = turn.track
@@ -330,56 +338,51 @@ def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = F
                 out.findings.append(_clock_finding(other, fit, names))
                 out.clocks.append(OtherClock(tuple(names), other.track.time_column, fit.offset, fit.drift, fit.scatter))
             except LogError as problem:
-                if not turn.dated and leave_out:
-                    _leave_out(out, other, names, str(problem))
-                    continue
-                if not turn.dated:
+                if not turn.dated and not leave_out:
                     raise
+                if not turn.dated:
+                    out.findings.append(_left_out(out, other, names, str(problem)))
+                    continue
                 out.findings.append(_believed(other, names, str(problem), apart))
         _bring(out, other, fit, main.track.every)
     return out
 
 
 def _believed(other: Checked, names: list[str], problem: str, apart: float) -> Finding:
+    signals, t = ", ".join(names), other.bins.t
     text = (
-        f"{', '.join(names)}: the stamps in {other.track.time_column} are believed, both clocks state the date;"
+        f"{signals}: the stamps in {other.track.time_column} are believed, both clocks state the date;"
         f" {problem.split(': ', 2)[-1]}"
     )
-    return Finding(
-        ", ".join(names), "clock-drift", apart, apart + float(other.bins.t[-1]), len(other.bins.t), "noted", text
-    )
+    return Finding(signals, "clock-drift", apart, apart + float(t[-1]), len(t), "noted", text)
 
 
-def _leave_out(out: Merged, other: Checked, names: list[str], problem: str) -> None:
-    for i, column in enumerate(other.track.columns):
-        watch = other.track.columns[i].watch
-        out.watched[column.signal.name] = Watched(column.signal, np.full(len(out.t), np.nan), watch, ())
-        out.doubtful[column.signal.name] = np.ones(len(out.t), np.bool_)
-    start, end = float(out.t[0]), float(out.t[-1])
+def _left_out(out: Merged, other: Checked, names: list[str], problem: str) -> Finding:
+    for column in other.track.columns:
+        out.leave_out(column)
+    signals, t = ", ".join(names), out.t
     text = (
-        f"{', '.join(names)}: left out, for the clock {other.track.time_column} cannot be brought onto that of the"
-        " log: "
+        f"{signals}: left out, for the clock {other.track.time_column} cannot be brought onto that of the log:"
+        f" {problem.split(': ', 2)[-1]}"
     )
-    out.findings.append(
-        Finding(", ".join(names), "clock", start, end, len(out.t), "left out", text + problem.split(": ", 2)[-1])
-    )
+    return Finding(signals, "clock", float(t[0]), float(t[-1]), len(t), "left out", text)
 
 
 def _clock_finding(other: Checked, fit: Fit, names: list[str]) -> Finding:
-    fast = -1e6 * fit.drift
-    t = fit.to_main(other.bins.t)
+    signals, t = ", ".join(names), fit.to_main(other.bins.t)
+    direction = "slow" if fit.drift > 0.0 else "fast"
+    unsound = ", which no sound clock does," if abs(fit.drift) > SOUND_DRIFT else ""
     text = (
-        f"{', '.join(names)}: the clock {other.track.time_column} runs {abs(fast):.0f} ppm"
-        f" {'fast' if fast >= 0.0 else 'slow'}{', which no sound clock does,' if abs(fit.drift) > SOUND_DRIFT else ''}"
-        f" and its first stamp is at {fit.offset:.3f} s of the main clock (from {fit.pieces} parts of the log, which"
-        f" agree within {fit.scatter:.2g} s): brought onto the main clock, well enough for steady windows"
+        f"{signals}: the clock {other.track.time_column} runs {abs(1e6 * fit.drift):.0f} ppm {direction}{unsound} and"
+        f" its first stamp is at {fit.offset:.3f} s of the main clock (from {fit.pieces} parts of the log, which agree"
+        f" within {fit.scatter:.2g} s): brought onto the main clock, well enough for steady windows"
     )
     if fit.also is not None:
         text += (
             f"; the motion repeats, and {fit.also:.4g} s fits as well: the offset next to the start of the file was"
             " taken"
         )
-    return Finding(", ".join(names), "clock-drift", float(t[0]), float(t[-1]), len(t), "repaired", text)
+    return Finding(signals, "clock-drift", float(t[0]), float(t[-1]), len(t), "repaired", text)
 
 
 def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
@@ -387,31 +390,26 @@ def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
     near."""
     t, t_main = fit.to_main(other.bins.at), out.at
     for i, column in enumerate(other.track.columns):
-        name, values = column.signal.name, other.bins.means[i]
+        values = other.bins.means[i]
         good = np.isfinite(values)
         if good.sum() < 2:  # no line can be drawn
-            out.watched[name] = Watched(column.signal, np.full(len(t_main), np.nan), column.watch, ())
-            out.doubtful[name] = np.ones(len(t_main), np.bool_)
+            out.leave_out(column)
             continue
-        at = np.clip(np.searchsorted(t[good], t_main), 1, int(good.sum()) - 1)
-        before, after = t[good][at - 1], t[good][at]
-        far = np.minimum(np.abs(t_main - before), np.abs(t_main - after)) > NEAR * max(every, other.track.spacing)
-        far |= (t_main < t[good][0] - every) | (
-            t_main > t[good][-1] + every
-        )  # nothing is known before the first sample and after the last
-        on_main = np.where(far, np.nan, np.interp(t_main, t[good], values[good]))
+        stamps = t[good]
+        at = np.clip(np.searchsorted(stamps, t_main), 1, len(stamps) - 1)
+        nearest_sample = np.minimum(np.abs(t_main - stamps[at - 1]), np.abs(t_main - stamps[at]))
+        far = nearest_sample > NEAR * max(every, other.track.spacing)
+        far |= (t_main < stamps[0] - every) | (t_main > stamps[-1] + every)
+        on_main = np.where(far, np.nan, np.interp(t_main, stamps, values[good]))
         nearest = np.clip(np.searchsorted(t, t_main - 0.5 * other.track.every), 0, len(t) - 1)
         runs = tuple(
             replace(run, start=float(fit.to_main(np.array(run.start))), end=float(fit.to_main(np.array(run.end))))
             for run in column.watch.runs
         )
-        out.watched[name] = Watched(column.signal, on_main, column.watch, runs)
-        out.doubtful[name] = other.doubtful[i][nearest] | far
+        out.put(column, on_main, other.doubtful[i][nearest] | far, runs)
     for finding in other.findings:
         start, end = (float(fit.to_main(np.array(x))) for x in (finding.start, finding.end))
-        text = (
-            finding.text
-            if finding.signal != "time"
-            else f"clock {other.track.time_column}: {finding.text.removeprefix('time: ')}"
-        )
+        text = finding.text
+        if finding.signal == "time":
+            text = f"clock {other.track.time_column}: {text.removeprefix('time: ')}"
         out.findings.append(replace(finding, start=start, end=end, text=text))

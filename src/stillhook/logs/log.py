@@ -13,7 +13,7 @@ through them.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -29,7 +29,7 @@ from stillhook.logs.checks.frozen_signals import standstill
 from stillhook.logs.checks.signs import check_signs
 from stillhook.logs.clock import Merged, Other, merged
 from stillhook.logs.formats.open import open_log
-from stillhook.logs.formats.source import Chunk, Source, Want, is_stamp, master
+from stillhook.logs.formats.source import EXAMPLES, Chunk, Source, Want, is_stamp, master
 from stillhook.logs.mapping import (
     STAMPS,
     allowed,
@@ -82,12 +82,10 @@ class Clock:
 class Tracks:
     """All that is read from a log: the main clock first."""
 
-    clocks: list[Clock]
-    tracks: list[Track]
-    broken: list[tuple[int, str]]
+    tracks: dict[Clock, Track] = field(default_factory=dict)
+    broken: list[tuple[int, str]] = field(default_factory=list)
+    """The first lines that do not fit the header, and what is wrong with them."""
     broken_count: int = 0
-    units: list[tuple[str, str, str]] = field(default_factory=list)
-    """Signals whose unit in the mapping is not the one in the file: name, unit of the mapping, unit of the file."""
 
 
 def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
@@ -103,12 +101,12 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
         place = place_of(signal.column, source.headings, f"{source.name}: {name}")
         unit = unit_of(source, signal, place)
         factor, offset = factors(signal, unit)
+        base = source.base(place)
         if signal.clock is not None:
             clock = clock_of(source, rows.get("time", TIME), signal.clock)
-        elif main is not None and source.base(place) == main.base:
+        elif main is not None and base == main.base:
             clock = main
         elif source.time_base:
-            base = source.base(place)
             clock = Clock(base, Want((master(base),)), 1.0, 0.0, "the file's time base")
             main = main or clock
         elif main is not None:
@@ -118,37 +116,32 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
             )
         else:
             raise LogError(f'{source.name}: no time. Add a row time = {{ column = "...", unit = "s" }} to the mapping.')
-        columns.setdefault(clock, []).append(_column(signal, place, factor, offset, unit))
+        column = Column(
+            signal, Want((place,), words=signal.words), factor, offset, unit, Watch(signal, limit_of(signal))
+        )
+        columns.setdefault(clock, []).append(column)
     if main is None or main not in columns:
         raise LogError(
             f"{source.name}: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
         )
-    clocks = [main, *(clock for clock in columns if clock != main)]
-    result = Tracks(clocks, [], [], units=_other_units(source, rows))
-    for clock in clocks:
+    result = Tracks()
+    for clock in (main, *(clock for clock in columns if clock != main)):
         spacing = _spacing(source, clock)
-        track = Track(source.name, source.row, columns[clock], spacing, max(width, spacing), None, quote(clock.column))
-        result.tracks.append(track)
-    for track in result.tracks[1:]:
-        track.every = result.tracks[0].every if track.spacing <= result.tracks[0].every else track.spacing
+        every = max(width if clock is main else result.tracks[main].every, spacing)
+        result.tracks[clock] = Track(source.name, source.row, columns[clock], spacing, every, None, quote(clock.column))
     return result
 
 
-def _column(signal: Signal, place: int, factor: float, offset: float, unit: str) -> Column:
-    return Column(signal, Want((place,), words=signal.words), factor, offset, unit, Watch(signal, limit_of(signal)))
-
-
-def _other_units(source: Source, rows: Mapping[str, Signal]) -> list[tuple[str, str, str]]:
+def _other_units(source: Source, rows: Mapping[str, Signal]) -> Iterator[Finding]:
     """Signals whose mapping gives another unit than the file, with no scale that would explain it."""
-    deviating = []
     for name, signal in rows.items():
         if signal.unit is None or signal.scale != 1.0 or (name == "time" and BOTH in signal.column):
             continue
         file_unit = _file_unit(source, place_of(signal.column, source.headings, f"{source.name}: {name}"))
         unit_name = our_unit(file_unit, signal.quantity) if file_unit else None
         if file_unit and (file_unit in SCALES if unit_name is None else unit_name != signal.unit):
-            deviating.append((name, signal.unit, file_unit))
-    return deviating
+            units = f"the mapping states {quote(signal.unit)} and the file {quote(file_unit)}"
+            yield Finding(name, "unit", 0.0, 0.0, 0, "noted", f"{name}: {units}; the mapping is believed")
 
 
 def clock_of(source: Source, time: Signal, column: str) -> Clock:
@@ -163,8 +156,6 @@ def clock_of(source: Source, time: Signal, column: str) -> Clock:
     place = place_of(column, source.headings, where)
     if time.unit is None and not _file_unit(source, place) and is_stamp(source.sample(place)):
         unit = STAMPS
-    elif time.unit is not None and (time.unit == STAMPS or "%" in time.unit):
-        unit = time.unit
     else:
         unit = unit_of(source, time, place)
     if unit == STAMPS or "%" in unit:
@@ -189,11 +180,12 @@ def unit_of(source: Source, signal: Signal, place: int) -> str:
     unit_name = our_unit(file_unit, signal.quantity)
     if unit_name is not None and (file_unit or not signal.quantity):
         return unit_name
-    where = f"{source.name}: {signal.name}: column {quote(source.headings[place])}"
-    problem = f"has the unit {quote(file_unit)}, which is not one of" if file_unit else "has no unit; choose one of"
+    problem, advice = "has no unit; choose one of", ""
+    if file_unit:
+        problem, advice = f"has the unit {quote(file_unit)}, which is not one of", hint(file_unit, signal.quantity)
     raise UnitError(
-        f"{where} {problem}"
-        f" {allowed(signal.name, signal.quantity)}.{hint(file_unit, signal.quantity) if file_unit else ''}"
+        f"{source.name}: {signal.name}: column {quote(source.headings[place])} {problem}"
+        f" {allowed(signal.name, signal.quantity)}.{advice}"
     )
 
 
@@ -240,44 +232,29 @@ def _spacing(source: Source, clock: Clock) -> float:
 
 def stream(source: Source, tracks: Tracks, size: int, progress: Callable[[float], None]) -> None:
     """All samples of a log through its tracks, in pieces of about `size` bytes."""
-    bases = list(dict.fromkeys(clock.base for clock in tracks.clocks))
-    for turn, base in enumerate(bases):
-        on_base = [
-            (clock, track) for clock, track in zip(tracks.clocks, tracks.tracks, strict=True) if clock.base == base
-        ]
-        wants = list(
-            dict.fromkeys(want for clock, track in on_base for want in (clock.want, *(c.want for c in track.columns)))
-        )
-        for chunk in source.chunks(wants, size):
+    bases = list(dict.fromkeys(clock.base for clock in tracks.tracks))
+    for done, base in enumerate(bases):
+        on_base = [(clock, track) for clock, track in tracks.tracks.items() if clock.base == base]
+        wants = [want for clock, track in on_base for want in (clock.want, *(c.want for c in track.columns))]
+        for chunk in source.chunks(list(dict.fromkeys(wants)), size):
             for clock, track in on_base:
-                _feed(clock, track, chunk)
-            _count_broken(source, tracks, chunk)
-            progress((turn + chunk.done) / len(bases))
-
-
-def _feed(clock: Clock, track: Track, chunk: Chunk) -> None:
-    for column in track.columns:
-        texts = chunk.texts.get(column.want, ())
-        if texts:
-            column.texts = tuple(dict.fromkeys((*column.texts, *texts)))[: len(texts) + len(column.texts)][:3]
-    track.feed(clock.seconds(chunk), [chunk.values[column.want] for column in track.columns], chunk.line_of)
-
-
-def _count_broken(source: Source, tracks: Tracks, chunk: Chunk) -> None:
-    if not chunk.broken:
-        return
-    tracks.broken_count += len(chunk.broken)
-    tracks.broken.extend(chunk.broken[: max(0, FEW_BROKEN - len(tracks.broken))])
+                for column in track.columns:
+                    texts = (*column.texts, *chunk.texts.get(column.want, ()))
+                    column.texts = tuple(dict.fromkeys(texts))[:EXAMPLES]
+                values = [chunk.values[column.want] for column in track.columns]
+                track.feed(clock.seconds(chunk), values, chunk.line_of)
+            tracks.broken_count += len(chunk.broken)
+            tracks.broken.extend(chunk.broken[: FEW_BROKEN - len(tracks.broken)])
+            progress((done + chunk.done) / len(bases))
 
 
 def refuse_broken(source: Source, tracks: Tracks) -> None:
     """LogError where more lines do not fit the header than a fault of the logger explains."""
-    rows = tracks.tracks[0].samples
-    if tracks.broken_count > max(FEW_BROKEN, MOST_BROKEN * (rows + tracks.broken_count)):
+    lines = next(iter(tracks.tracks.values())).samples + tracks.broken_count
+    if tracks.broken_count > max(FEW_BROKEN, MOST_BROKEN * lines):
         line, problem = tracks.broken[0]
         raise LogError(
-            f"{source.name}: line {line}: {problem} ({tracks.broken_count} such lines among"
-            f" {rows + tracks.broken_count})."
+            f"{source.name}: line {line}: {problem} ({tracks.broken_count} such lines among {lines})."
             ' Correct the export; a decimal comma needs ";" between columns.'
         )
 
@@ -311,14 +288,14 @@ def read_log(
     tracks = build(source, rows, width)
     stream(source, tracks, CHUNK, progress or (lambda share: None))
     refuse_broken(source, tracks)
-    main, *others = (checked(track) for track in tracks.tracks)
+    (main_clock, main), *others = ((clock, checked(track)) for clock, track in tracks.tracks.items())
     more = [
         Other(
             other,
             any(column.signal.clock is not None for column in other.track.columns),
-            tracks.clocks[0].dated and clock.dated,
+            main_clock.dated and clock.dated,
         )
-        for clock, other in zip(tracks.clocks[1:], others, strict=True)
+        for clock, other in others
     ]
     log = _log(source, rows, tracks, main, merged(source.name, main, more, leave_out=leave_out_clocks))
     check_signs(log)
@@ -343,17 +320,11 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, from_headings
 
 def _log(source: Source, rows: Mapping[str, Signal], tracks: Tracks, main: Checked, joined: Merged) -> Log:
     findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful, main.bins.starts)]
-    for name, mapped_unit, file_unit in tracks.units:
-        text = (
-            f"{name}: the mapping states {quote(mapped_unit)} and the file {quote(file_unit)}; the mapping is believed"
-        )
-        findings.append(Finding(name, "unit", 0.0, 0.0, 0, "noted", text))
+    findings += _other_units(source, rows)
     if tracks.broken_count:
         line, problem = tracks.broken[0]
-        text = (
-            f"{counted(tracks.broken_count, 'line')} of another length than the header left out, the first is line"
-            f" {line}: {problem}"
-        )
+        text = f"{counted(tracks.broken_count, 'line')} of another length than the header left out, the first is line"
+        text += f" {line}: {problem}"
         findings.append(Finding("", "broken", np.nan, np.nan, tracks.broken_count, "left out", text))
     ordered = [name for name in rows if name != "time"]
     return Log(

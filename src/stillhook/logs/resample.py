@@ -100,7 +100,6 @@ class Track:
     backwards: Count = field(default_factory=Count)
     untimed: Count = field(default_factory=Count)
     gaps: list[tuple[float, float]] = field(default_factory=list)
-    longest_step: float = 0.0
     _last: float = -np.inf
     _t: FloatArray = field(default_factory=lambda: np.empty(0))
     _rows: list[FloatArray] = field(default_factory=list)

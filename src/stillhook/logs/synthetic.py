@@ -3,10 +3,12 @@ noise, delays, calibration."""
 
 from __future__ import annotations
 
+import csv
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
+from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +18,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import check_folder
 from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError, SimulationError
+from stillhook.formats.unit_spelling import PURE
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.statistics.time_lag import low_pass
@@ -48,8 +51,6 @@ SPEED_STEP = 500.0 * math.pi / 30.0
 """The range of the speed pick-up is a whole number of these [rad/s]."""
 STALE = 0.003
 """Chance that a sample is that of the cycle before, because it came too late for its own (assumed)."""
-PURE = {"1": 1.0, "%": 0.01}
-"""Units of pure numbers."""
 DECIMALS = 2
 """Decimals of a logged value beyond its sensor's smallest step: the log then holds that step unharmed."""
 
@@ -70,48 +71,19 @@ class Column(NamedTuple):
     kind: str
 
 
-COLUMNS = (
-    Column("p_a", "PT A", "bar", "pressure"),
-    Column("p_b", "PT B", "bar", "pressure"),
-    Column("omega_m", "Motor speed", "rev/min", "rotation"),
-    Column("u_p", "Pump command", "1", ""),
-    Column("alpha_m", "Motor displacement", "1", ""),
-    Column("F_w", "Load cell", "kN", "force"),
-    Column("s_w", "Wire paid out", "m", "length"),
-)
-"""What the PLC logs in friction tests next to the time (Moslatt 2020 section 2.2 and paper D section 2.2)."""
+def _columns(log: str) -> Iterator[tuple[Column, float | None]]:
+    """Columns of a kind of log, each with the smallest step of what the PLC has as a number already [SI] (assumed)."""
+    for row in csv.DictReader(files(__package__).joinpath("plc_columns.csv").read_text(encoding="utf-8").splitlines()):
+        if row["log"] == log:
+            column = Column(row["name"], row["heading"], row["unit"], row["kind"])
+            yield column, float(row["step"]) if row["step"] else None
 
-AHC_COLUMNS = (
-    Column("s_tip", "Tip pos", "m", "length"),
-    Column("v_tip", "Tip speed", "m/s", "speed"),
-    Column("a_tip", "Tip acc", "m/s^2", "acceleration"),
-    Column("s_w", "Wire out", "m", "length"),
-    Column("v_w", "Wire speed", "m/min", "speed"),
-    Column("omega_m", "Motor speed", "rev/min", "rotation"),
-    Column("p_a", "PT A", "bar", "pressure"),
-    Column("p_b", "PT B", "bar", "pressure"),
-    Column("p_hp", "PT HP", "bar", "pressure"),
-    Column("u_p", "Pump command", "%", ""),
-    Column("u_m", "Motor command", "%", ""),
-    Column("alpha_p", "Pump setting", "%", ""),
-    Column("alpha_m", "Motor setting", "%", ""),
-    Column("alpha_pm", "Passive setting", "%", ""),
-    Column("F_w", "Load cell", "kN", "force"),
-    Column("e_c_measured", "AHC error", "mm", "length"),
-    Column("v_op", "Joystick", "m/min", "speed"),
-    Column("mode", "Mode", "1", ""),
-)
+
+COLUMNS = tuple(column for column, _ in _columns("friction"))
+"""What the PLC logs in friction tests next to the time (Moslatt 2020 section 2.2 and paper D section 2.2)."""
+AHC_COLUMNS = tuple(column for column, _ in _columns("ahc"))
 """What the PLC logs in heave compensation next to the time: all that the five steps of Moslatt 2020 paper F can use."""
-AHC_STEPS = {
-    "s_tip": 1e-3,
-    "v_tip": 1e-3,
-    "a_tip": 1e-3,
-    "u_p": 1e-4,
-    "u_m": 1e-4,
-    "e_c_measured": 1e-4,
-    "v_op": 1e-4,
-    "mode": 1.0,
-}
+AHC_STEPS = {column.name: step for column, step in _columns("ahc") if step is not None}
 """Smallest steps of what the PLC has as a number already, in SI (assumed)."""
 
 
@@ -133,7 +105,7 @@ class Sensor:
     stale: float = 0.0
 
 
-Sensors = Mapping[str, Sensor]
+Sensors = dict[str, Sensor]
 
 
 @dataclass(frozen=True)
@@ -155,11 +127,15 @@ class Instruments:
     def sensors(self, crane: Crane, fastest: float) -> Sensors:
         """The sensors for a crane and the highest motor speed of the tests [rad/s]. Errors: IdentifyError."""
         sensors = _typical(crane, fastest) if self.noise is Noise.TYPICAL else {c.name: Sensor() for c in COLUMNS}
-        for name, error in self.calibration.items():
-            if name not in sensors:
-                raise IdentifyError(f"calibration: {quote(name)} is not logged. Logged are {', '.join(sensors)}.")
-            sensors[name] = replace(sensors[name], gain=error.gain, offset=error.offset)
-        return sensors
+        unknown = next((name for name in self.calibration if name not in sensors), None)
+        if unknown is not None:
+            raise IdentifyError(f"calibration: {quote(unknown)} is not logged. Logged are {', '.join(sensors)}.")
+        return _calibrated(sensors, self.calibration)
+
+
+def _calibrated(sensors: Sensors, calibration: Mapping[str, Calibration]) -> Sensors:
+    """The sensors with the systematic errors of those that have some."""
+    return sensors | {name: replace(sensors[name], **asdict(error)) for name, error in calibration.items()}
 
 
 def noise_of(text: Noise | str) -> Noise:
@@ -221,13 +197,11 @@ def in_log_unit(values: FloatArray, column: Column, sensor: Sensor) -> FloatArra
 
 def unit_factor(column: Column) -> float:
     """SI value of one unit of a column."""
-    if column.kind:
-        return (
-            from_display(1.0, column.kind)
-            if column.unit == KINDS[column.kind].display
-            else parse(f"1 {column.unit}", column.kind)
-        )
-    return PURE[column.unit]
+    if not column.kind:
+        return PURE[column.unit]
+    if column.unit == KINDS[column.kind].display:
+        return from_display(1.0, column.kind)
+    return parse(f"1 {column.unit}", column.kind)
 
 
 @dataclass(frozen=True)
@@ -260,8 +234,7 @@ def ahc_sensors(crane: Crane, fastest: float, calibration: Mapping[str, Calibrat
         "s_w": typical["s_w"],
         "F_w": replace(typical["F_w"], noise=0.0, delay=0.0),
     }
-    for name, error in calibration.items():
-        sensors[name] = replace(sensors[name], gain=error.gain, offset=error.offset)
+    sensors = _calibrated(sensors, calibration)
     return {c.name: sensors[c.name] for c in AHC_COLUMNS}
 
 

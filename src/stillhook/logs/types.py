@@ -7,14 +7,14 @@ repaired or noted.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.units import KINDS, in_display, number
+from stillhook.units import number, show
 
 Action = Literal["repaired", "left out", "noted"]
 
@@ -48,9 +48,7 @@ class Signal:
 
     def say(self, value: float, digits: int = 4) -> str:
         """A value of this signal [SI] as text in its display unit; a pure number as it is."""
-        if not self.quantity:
-            return number(value, digits)
-        return f"{number(in_display(value, self.quantity), digits)} {KINDS[self.quantity].display}"
+        return show(value, self.quantity, digits) if self.quantity else number(value, digits)
 
 
 @dataclass(frozen=True)
@@ -70,15 +68,7 @@ class Finding:
 
     def to_dict(self) -> dict[str, Any]:
         """The finding as plain data for JSON."""
-        return {
-            "signal": self.signal,
-            "kind": self.kind,
-            "start": self.start,
-            "end": self.end,
-            "count": self.count,
-            "action": self.action,
-            "text": self.text,
-        }
+        return asdict(self)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Intervals for numbers from series whose samples are not independent: blocks of the series are drawn anew, never
+"""Intervals for numbers from series whose samples are not independent: blocks of the series are drawn again, never
 across a border.
 
     interval(lambda x: x.mean(), [first_part, second_part], at_least=120)
@@ -80,8 +80,8 @@ def interval(
     if b.samples < 2 or not math.isfinite(value):
         return Estimate(value, n=b.effective)
     sampled = np.array([statistic(x) for x in _draws(rows, b.length, draws, seed)], dtype=np.float64)
-    drawn = Estimate.of_draws(value, sampled)
-    low, high = value + _stretch(b) * (np.array([min(drawn.low, value), max(drawn.high, value)]) - value)
+    ends = Estimate.of_draws(value, sampled)
+    low, high = value + _stretch(b) * (np.array([min(ends.low, value), max(ends.high, value)]) - value)
     return Estimate(value, max(float(low), bounds[0]), min(float(high), bounds[1]), b.effective)
 
 

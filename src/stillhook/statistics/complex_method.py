@@ -25,7 +25,7 @@ N_R = 4
 """Krus: how soon a point that stays the worst is drawn to the best one instead of the centre."""
 R_FAC, GAMMA = 0.1, 0.3
 """Complex-RF: size of the random step over the spread of the population, and forgetting, after Krus."""
-MOST_RETRACTIONS = 30  # halvings of one step: the point then lies on the centre to the ninth digit
+MOST_RETRACTIONS = 30  # halvings of one step: the point is then at the centre to the ninth digit
 MOST_EVALUATIONS = 60_000
 TOLERANCE = 1e-7
 """Spread of the population over its bounds at which it counts as one point."""
@@ -75,63 +75,43 @@ def complex_method(
         raise IdentifyError(
             f"complex method: a population of {population} for {len(lower)} parameters. Take {len(lower) + 2} or more."
         )
-    run = _Run(cost, lower, upper, population, reflection, Variant(variant), np.random.default_rng(seed))
-    while run.evaluations < most and run.spread() > tolerance:
-        run.step(most)
-    best = int(np.argmin(run.f))
-    return Optimum(run.x[best].copy(), float(cost(run.x[best])), run.evaluations, run.spread() <= tolerance)
+    variant, rng = Variant(variant), np.random.default_rng(seed)
+    x = lower + rng.random((population, len(lower))) * (upper - lower)
+    f = np.array([cost(design) for design in x])
+    evaluations = population
+    forget = 1.0 - (GAMMA / 2.0 / population) if variant is Variant.COMPLEX_RF else 1.0
 
+    def spread() -> float:
+        return float(np.max(np.ptp(x, axis=0) / (upper - lower)))
 
-class _Run:
-    """The population while it moves."""
-
-    def __init__(
-        self,
-        cost: Callable[[FloatArray], float],
-        lower: FloatArray,
-        upper: FloatArray,
-        k: int,
-        alpha: float,
-        variant: Variant,
-        rng: np.random.Generator,
-    ) -> None:
-        self.cost, self.lower, self.upper, self.alpha, self.variant, self.rng = cost, lower, upper, alpha, variant, rng
-        self.x = lower + rng.random((k, len(lower))) * (upper - lower)
-        self.f = np.array([cost(x) for x in self.x])
-        self.evaluations = k
-        self.forget = 1.0 - (GAMMA / 2.0 / k) if variant is Variant.COMPLEX_RF else 1.0
-
-    def spread(self) -> float:
-        return float(np.max(np.ptp(self.x, axis=0) / (self.upper - self.lower)))
-
-    def step(self, most: int) -> None:
-        """Replace the worst point; while it stays the worst, draw it in."""
-        worst = int(np.argmax(self.f))
-        others = np.delete(self.x, worst, axis=0)
-        centre, best = others.mean(axis=0), self.x[int(np.argmin(self.f))]
-        x = self._shaken(centre + self.alpha * (centre - self.x[worst]))
-        second = float(np.max(np.delete(self.f, worst)))
+    while evaluations < most and spread() > tolerance:
+        worst, best = int(np.argmax(f)), x[int(np.argmin(f))]
+        centre = np.delete(x, worst, axis=0).mean(axis=0)
+        point = centre + reflection * (centre - x[worst])
+        if variant is Variant.COMPLEX_RF:
+            point = point + R_FAC * np.ptp(x, axis=0) * (rng.random(len(point)) - 0.5)
+        second = float(np.max(np.delete(f, worst)))
         for repeated in range(1, MOST_RETRACTIONS + 1):
-            x = np.minimum(np.maximum(x, self.lower), self.upper)  # Box: a point beyond a bound is set on it
-            f = self.cost(x)
-            self.evaluations += 1
-            if f < second or self.evaluations >= most:
+            point = np.minimum(np.maximum(point, lower), upper)  # Box: a point beyond a bound is set on it
+            value = cost(point)
+            evaluations += 1
+            if value < second or evaluations >= most:
                 break
-            x = self._retracted(x, centre, best, repeated)
-        if self.forget < 1.0:
-            self.f = self.f + (1.0 - self.forget) * (np.max(self.f) - np.min(self.f))
-        self.x[worst], self.f[worst] = x, f
+            if variant is Variant.BOX:
+                point = 0.5 * (point + centre)
+            else:
+                point = _towards_best(point, centre, best, repeated, rng)
+        if forget < 1.0:
+            f = f + (1.0 - forget) * (np.max(f) - np.min(f))
+        x[worst], f[worst] = point, value
+    least = x[int(np.argmin(f))]
+    return Optimum(least.copy(), float(cost(least)), evaluations, spread() <= tolerance)
 
-    def _shaken(self, x: FloatArray) -> FloatArray:
-        if self.variant is not Variant.COMPLEX_RF:
-            return x
-        return np.asarray(x + R_FAC * np.ptp(self.x, axis=0) * (self.rng.random(len(x)) - 0.5))
 
-    def _retracted(self, x: FloatArray, centre: FloatArray, best: FloatArray, repeated: int) -> FloatArray:
-        """Box: half way to the centre. Krus: half way to a place between centre and best that nears the best with every
-        try."""
-        if self.variant is Variant.BOX:
-            return 0.5 * (x + centre)
-        share = (N_R / (N_R + repeated - 1)) ** ((N_R + repeated - 1) / N_R)
-        goal = share * centre + (1.0 - share) * best
-        return np.asarray(0.5 * (x + goal) + (centre - best) * (1.0 - share) * (2.0 * self.rng.random() - 1.0))
+def _towards_best(
+    point: FloatArray, centre: FloatArray, best: FloatArray, repeated: int, rng: np.random.Generator
+) -> FloatArray:
+    """Krus: half way to a place between centre and best that nears the best with every try."""
+    share = (N_R / (N_R + repeated - 1)) ** ((N_R + repeated - 1) / N_R)
+    goal = share * centre + (1.0 - share) * best
+    return np.asarray(0.5 * (point + goal) + (centre - best) * (1.0 - share) * (2.0 * rng.random() - 1.0))

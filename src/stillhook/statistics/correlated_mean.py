@@ -91,14 +91,13 @@ def long_run_variance(gamma: FloatArray) -> float:
     n = len(gamma)
     even = n - n % 2
     pairs = gamma[:even:2] + gamma[1:even:2]
-    lost = (
-        2.0 - (4.0 * np.arange(len(pairs)) + 1.0) / n
-    ) / n  # of a pair, by taking the mean from the same samples, over the sum
+    # of a pair, by taking the mean from the same samples, over the sum
+    lost = (2.0 - (4.0 * np.arange(len(pairs)) + 1.0) / n) / n
     least, total = float(gamma[0]), float(gamma[0]) * n / (n - 1)
     for _ in range(3):  # what is lost is a part of the sum itself; three rounds settle it to the percent
-        kept = pairs + total * lost
-        end = int((kept <= 0.0).argmax()) if kept.min() <= 0.0 else len(kept)
-        total = min(max(2.0 * float(kept[: max(end, 1)].sum()) - least - total / n, least), 0.5 * n * least)
+        corrected = pairs + total * lost
+        end = int((corrected <= 0.0).argmax()) if corrected.min() <= 0.0 else len(corrected)
+        total = min(max(2.0 * float(corrected[: max(end, 1)].sum()) - least - total / n, least), 0.5 * n * least)
     return total
 
 
@@ -199,9 +198,9 @@ def converter_step(x: FloatArray, per_bin: float = 1.0) -> float:
     if len(x) <= HELD or float(np.ptp(x)) == 0.0:
         return 0.0
     changes = np.concatenate([[0], np.cumsum(np.diff(x) != 0.0)])
-    held = x[: len(x) - HELD + 1][changes[HELD - 1 :] == changes[: len(x) - HELD + 1]]
+    constant = x[: len(x) - HELD + 1][changes[HELD - 1 :] == changes[: len(x) - HELD + 1]]
     count = max(round(per_bin), 1)
-    return _common_measure(held, float(np.ptp(x))) or count * _common_measure(x, float(np.ptp(x)) / count)
+    return _common_measure(constant, float(np.ptp(x))) or count * _common_measure(x, float(np.ptp(x)) / count)
 
 
 def _common_measure(x: FloatArray, range_: float) -> float:
@@ -218,10 +217,8 @@ def _common_measure(x: FloatArray, range_: float) -> float:
     if len(steps) == 0:
         return 0.0
     most = int(np.argmax(count))
-    origin, count = (
-        levels[most],
-        np.where(np.arange(len(count)) == most, 0, count),
-    )  # standstill, which lies on every lattice
+    origin = levels[most]
+    count = np.where(np.arange(len(count)) == most, 0, count)  # standstill, which is on every lattice
     some = slice(None, None, -(-len(levels) // MOST_LEVELS))
     at = (levels[None, some] - origin) / steps[:, None]
     fits = (np.abs(at - np.round(at)) < OFF_LEVEL) @ count[some] >= MOST_HELD * count[some].sum()

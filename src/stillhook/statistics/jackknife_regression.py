@@ -85,16 +85,16 @@ def _solved(A: FloatArray, c: FloatArray, X: FloatArray, y: FloatArray) -> Fit |
     if any(_singular(rest, scale) for rest in rests):
         return None
     b = np.linalg.solve(total / np.outer(scale, scale), right / scale) / scale
-    left = np.stack(
+    leave_out = np.stack(
         [
             np.linalg.solve(r / np.outer(scale, scale), (right - ci) / scale) / scale
             for r, ci in zip(rests, c, strict=True)
         ]
     )
-    m, apart = len(A), left - left.mean(axis=0)
-    rest = y - np.sum(X * b, axis=1)
-    sd = math.sqrt(dot(rest, rest) / max(1, len(y) - len(b)))
-    return Fit(b, (m - 1) / m * apart.T @ apart, left, sd, len(y))
+    m, apart = len(A), leave_out - leave_out.mean(axis=0)
+    residual = y - np.sum(X * b, axis=1)
+    sd = math.sqrt(dot(residual, residual) / max(1, len(y) - len(b)))
+    return Fit(b, (m - 1) / m * apart.T @ apart, leave_out, sd, len(y))
 
 
 def _singular(A: FloatArray, scale: FloatArray) -> bool:

@@ -55,11 +55,11 @@ def lag(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | None
     for _ in range(AGAIN):
         if estimate is None:
             return None
-        left = _once(t, x, shifted(t, y, estimate.at(t), 2.0 * float(t[1] - t[0])), reach)
-        if left is None:
+        remainder = _once(t, x, shifted(t, y, estimate.at(t), 2.0 * float(t[1] - t[0])), reach)
+        if remainder is None:
             return estimate
-        seconds = float(estimate.at(np.array(left.middle))) + left.seconds
-        estimate = replace(left, seconds=seconds, drift=estimate.drift + left.drift)
+        seconds = float(estimate.at(np.array(remainder.middle))) + remainder.seconds
+        estimate = replace(remainder, seconds=seconds, drift=estimate.drift + remainder.drift)
     return estimate
 
 
@@ -82,27 +82,25 @@ def _once(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | No
     drift, u_drift = _slope(at - middle, seconds)
     if abs(drift) < STEADY * u_drift or len(pieces) < 2 * FEWEST:
         drift = 0.0
-    rest = seconds - drift * (at - middle)
-    keep = np.abs(rest - np.median(rest)) <= 5.0 * max(
-        1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3 * step
-    )
-    value, u = (
-        float(np.mean(rest[keep])),
-        float(np.std(rest[keep], ddof=1) / np.sqrt(keep.sum())) if keep.sum() > 1 else np.inf,
-    )
-    return Lag(value, u, float(np.median(gain)), drift, u_drift, middle, int(keep.sum())) if np.isfinite(u) else None
+    lags = seconds - drift * (at - middle)
+    off = np.abs(lags - np.median(lags))
+    good = lags[off <= 5.0 * max(1.4826 * float(np.median(off)), 1e-3 * step)]
+    if len(good) < FEWEST:
+        return None
+    u = float(np.std(good, ddof=1) / np.sqrt(len(good)))
+    return Lag(float(np.mean(good)), u, float(np.median(gain)), drift, u_drift, middle, len(good))
 
 
 def shifted(t: FloatArray, y: FloatArray, seconds: FloatArray, longest: float) -> FloatArray:
     """y as it would be without a lag [s] that may change over time; NaN where a hole of y longer than `longest` [s]
     reaches."""
-    known = np.isfinite(y)
-    if known.sum() < 2:
+    finite = np.isfinite(y)
+    if finite.sum() < 2:
         return np.full(len(y), np.nan)
-    at, have = t + seconds, t[known]
-    after = np.clip(np.searchsorted(have, at), 1, len(have) - 1)
-    hole = (have[after] - have[after - 1] > longest) | (at < have[0] - longest) | (at > have[-1] + longest)
-    return np.where(hole, np.nan, np.interp(at, have, y[known]))
+    at, stamps = t + seconds, t[finite]
+    after = np.clip(np.searchsorted(stamps, at), 1, len(stamps) - 1)
+    hole = (stamps[after] - stamps[after - 1] > longest) | (at < stamps[0] - longest) | (at > stamps[-1] + longest)
+    return np.where(hole, np.nan, np.interp(at, stamps, y[finite]))
 
 
 def changes(x: FloatArray, span: int) -> FloatArray:
@@ -161,8 +159,8 @@ def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
     if len(x) < 3:
         return 0.0, np.inf
     s = float(np.sum(x * (y - y.mean())) / np.sum(x * x))
-    rest = y - y.mean() - s * x
-    return s, float(np.sqrt(np.sum(rest**2) / (len(x) - 2) / np.sum(x * x)))
+    residual = y - y.mean() - s * x
+    return s, float(np.sqrt(np.sum(residual**2) / (len(x) - 2) / np.sum(x * x)))
 
 
 SMALL = 200_000

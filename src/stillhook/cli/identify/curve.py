@@ -15,7 +15,7 @@ from stillhook.units import parse
 
 if TYPE_CHECKING:
     from stillhook.identify.curve import FrictionCurve
-    from stillhook.identify.steady_state.windows import WindowSettings
+    from stillhook.identify.steady_state.steps import WindowSettings
     from stillhook.logs.log import Log
 
 OUT_FILES = ("curve.png", "curve.csv", "curve.json")
@@ -104,7 +104,7 @@ def _signals(log: Log, speed: str, effort: str, position: str | None, command: s
 
 
 def _settings(least_length: str | None, least_speed: str | None) -> WindowSettings:
-    from stillhook.identify.steady_state.windows import WindowSettings
+    from stillhook.identify.steady_state.steps import WindowSettings
 
     options: dict[str, Any] = {}
     if least_length is not None:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +13,10 @@ from stillhook.base.arrays import FloatArray
 from stillhook.identify.motor.fit import LossFit, fit_loss
 from stillhook.identify.motor.identify import MotorLoss
 from stillhook.identify.motor.map import AXES, LossMap, blocks, levels, mapped_loss
-from stillhook.identify.motor.models import LossModel
-from stillhook.identify.motor.rank import Ranked, residual_share
+from stillhook.identify.motor.models import CARDS, LossModel
+from stillhook.identify.motor.rank import residual_share
 from stillhook.report.plots.run import COLOURS, GREY
-from stillhook.units import from_display, in_display, show
+from stillhook.units import from_display, in_display, parse, show
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,6 +48,7 @@ BEYOND = 1.25
 SPEED = "motor speed [rev/min]"
 WARNING = "#8a4b00"
 MOST_BINS = 24
+MOST_SHOWN = 8
 HALF = 0.5 * (1.0 - 1e-6)
 """Paper A's "approximately 50 % of maximum displacement", with room for a unit's last digit."""
 
@@ -79,48 +80,27 @@ def ranking(result: MotorLoss) -> Figure:
     figure = _figure(
         result, "Sum of squared errors over sum of squared torque losses (as paper A figures 3 to 5)", (11.0, 8.0)
     )
-    top = figure.subplots(2, 2)
+    axes = figure.subplots(2, 2)
     by_age = sorted(result.ranking.ranked, key=lambda r: list(LossModel).index(r.model))
-    fixed = [r for r in by_age if r.fixed is not None]
+    fixed = {r.model: r.fixed.normalised for r in by_age if r.fixed is not None}
+    variable = {r.model: r.fit.normalised for r in by_age}
+    new = {model: error for model, error in variable.items() if model.value.startswith("mj")}
+    left_out = {r.model: 100.0 * r.cv for r in [r for r in result.ranking.ranked if r.eligible][:MOST_SHOWN]}
     full = show(float(result.map.full().D_m.max()), "displacement")
-    _bars(
-        top[0, 0],
-        fixed,
-        [r.fixed.normalised for r in fixed if r.fixed is not None],
-        result,
-        f"fixed displacement {full}",
-        log=True,
-    )
-    _bars(top[0, 1], by_age, [r.fit.normalised for r in by_age], result, "variable displacement, all models", log=True)
-    new = [r for r in by_age if r.model.value.startswith("mj")]
-    _bars(top[1, 0], new, [r.fit.normalised for r in new], result, "variable displacement, new models", log=False)
-    shown = [r for r in result.ranking.ranked if r.eligible][:MOST_SHOWN]
-    _bars(
-        top[1, 1],
-        shown,
-        [100.0 * r.cv for r in shown],
-        result,
-        "levels left out: error [% of mean nominal torque]",
-        log=False,
-    )
+    _bars(axes[0, 0], fixed, result, f"fixed displacement {full}", log=True)
+    _bars(axes[0, 1], variable, result, "variable displacement, all models", log=True)
+    _bars(axes[1, 0], new, result, "variable displacement, new models", log=False)
+    _bars(axes[1, 1], left_out, result, "levels left out: error [% of mean nominal torque]", log=False)
     return figure
 
 
-MOST_SHOWN = 8
-
-
-def _bars(
-    ax: Axes, rows: Sequence[Ranked], heights: Sequence[float], result: MotorLoss, title: str, *, log: bool
-) -> None:
-    colours = [COLOURS[1] if r.model is result.ranking.recommended else COLOURS[0] for r in rows]
-    ax.bar(range(len(rows)), heights, color=colours)
-    ax.set_xticks(
-        range(len(rows)),
-        [f"{r.fit.card.title} ({len(r.fit.names)})" for r in rows],
-        rotation=55,
-        ha="right",
-        fontsize="small",
-    )
+def _bars(ax: Axes, errors: Mapping[LossModel, float], result: MotorLoss, title: str, *, log: bool) -> None:
+    """One bar a model."""
+    heights, places = list(errors.values()), range(len(errors))
+    colours = [COLOURS[1] if model is result.ranking.recommended else COLOURS[0] for model in errors]
+    ax.bar(places, heights, color=colours)
+    titles = [f"{CARDS[model].title} ({len(CARDS[model].names)})" for model in errors]
+    ax.set_xticks(places, titles, rotation=55, ha="right", fontsize="small")
     ax.set_title(title, fontsize="medium")
     ax.grid(axis="y", alpha=0.3)
     if log:
@@ -131,11 +111,9 @@ def _bars(
 
 def _term_point(result: MotorLoss) -> tuple[FloatArray, float, float]:
     """Speeds inside the map, displacement and pressure of paper A's look at the terms."""
-    from stillhook.units import parse
-
     lo, hi = result.map.range()["omega_m"]
-    n = np.arange(*TERM_SPEEDS[:2], TERM_SPEEDS[2])
-    omega = np.array([from_display(float(x), "rotation") for x in np.append(n, TERM_SPEEDS[1])])
+    start, stop, step = TERM_SPEEDS
+    omega = np.array([from_display(float(x), "rotation") for x in np.append(np.arange(start, stop, step), stop)])
     omega = omega[(omega >= lo * 0.999) & (omega <= hi * 1.001)]
     if len(omega) < 2:
         omega = np.linspace(lo, hi, 50)
@@ -154,7 +132,8 @@ def term_shares(result: MotorLoss) -> Figure:
     that of all terms.
     """
     omega, D, dp = _term_point(result)
-    at = f"{show(dp, 'pressure', 3)}, {show(D, 'displacement', 3)}, {_span(omega)}"
+    ends = f"{_rpm(omega[0]):.0f} to {_rpm(omega[-1]):.0f} rev/min"
+    at = f"{show(dp, 'pressure', 3)}, {show(D, 'displacement', 3)}, {ends}"
     figure = _figure(result, f"Share of each term in the summed loss at {at} (as paper A figure 6)", (9.0, 4.8))
     ax = figure.subplots()
     names = list(dict.fromkeys(TERMS.values()))
@@ -164,22 +143,13 @@ def term_shares(result: MotorLoss) -> Figure:
         total = sum(float(t.sum()) for t in terms.values())
         share = {TERMS[n]: 100.0 * float(t.sum()) / total for n, t in terms.items()}
         label = fit.card.title + (f", C_n = {fit['C_n']:.2f}" if "C_n" in fit.names else "")
-        ax.bar(
-            np.arange(len(names)) + 0.27 * (i - 1),
-            [share.get(n, 0.0) for n in names],
-            width=0.25,
-            color=COLOURS[i],
-            label=label,
-        )
+        heights = [share.get(n, 0.0) for n in names]
+        ax.bar(np.arange(len(names)) + 0.27 * (i - 1), heights, width=0.25, color=COLOURS[i], label=label)
     ax.set_xticks(range(len(names)), names)
     ax.set_ylabel("share of the summed loss [%]")
     ax.grid(axis="y", alpha=0.3)
     ax.legend(frameon=False)
     return figure
-
-
-def _span(omega: FloatArray) -> str:
-    return f"{in_display(float(omega[0]), 'rotation'):.0f} to {in_display(float(omega[-1]), 'rotation'):.0f} rev/min"
 
 
 def terms_over_speed(result: MotorLoss) -> Figure:
@@ -209,11 +179,11 @@ def residuals_over_speed(result: MotorLoss) -> Figure:
     chosen = _shown(m)
     axes = figure.subplots(2, len(chosen), sharex=True, squeeze=False)
     label = levels(m.D_m)
-    half = [i for i in range(int(label.max()) + 1) if m.D_m[label == i].mean() >= HALF * m.D_max]
+    large = [i for i in range(int(label.max()) + 1) if m.D_m[label == i].mean() >= HALF * m.D_max]
+    small = [i for i in range(int(label.max()) + 1) if i not in large]
+    rows = (("half displacement and more", large), ("below half", small))
     for column, (pressure, cells) in enumerate(chosen):
-        for row in (0, 1):
-            ax = axes[row, column]
-            row_levels = [i for i in range(int(label.max()) + 1) if (i in half) == (row == 0)]
+        for ax, (words, row_levels) in zip(axes[:, column], rows, strict=True):
             for colour, i in zip(COLOURS * 4, row_levels, strict=False):
                 at = np.flatnonzero(cells & (label == i))
                 at = at[np.argsort(m.omega_m[at])]
@@ -222,16 +192,13 @@ def residuals_over_speed(result: MotorLoss) -> Figure:
                     ax.plot(_rpm(m.omega_m[at]), share[at], color=colour, lw=1.1, marker=".", ms=4, label=name)
             limit = 100.0 * result.threshold
             ax.axhspan(-limit, limit, color=GREY, alpha=0.12)
-            ax.set_title(
-                f"{show(pressure, 'pressure', 3)}, {'half displacement and more' if row == 0 else 'below half'}",
-                fontsize="small",
-            )
+            ax.set_title(f"{show(pressure, 'pressure', 3)}, {words}", fontsize="small")
             ax.grid(alpha=0.3)
             if ax.get_lines():
                 ax.legend(fontsize="x-small", frameon=False, ncols=2)
         axes[1, column].set_xlabel(SPEED)
-    for row in (0, 1):
-        axes[row, 0].set_ylabel("error [% of nominal torque]")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("error [% of nominal torque]")
     return figure
 
 
@@ -318,18 +285,11 @@ def _curves(
     D, dp = float(m.D_m[at].mean()), float(m.dp_m[at].mean())
     ax.plot(_rpm(m.omega_m[at]), m.T_f[at], ".", color=colour, ms=4)
     inside = np.linspace(*ends, 200)
-    ax.plot(
-        _rpm(inside),
-        np.broadcast_to(fit.torque(inside, D, dp), inside.shape),
-        color=colour,
-        lw=1.2,
-        label=show(D, "displacement", 3),
-    )
+    inside_T = np.broadcast_to(fit.torque(inside, D, dp), inside.shape)
+    ax.plot(_rpm(inside), inside_T, color=colour, lw=1.2, label=show(D, "displacement", 3))
     for piece in (np.linspace(0.1 * ends[0], ends[0], 50), np.linspace(ends[1], BEYOND * ends[1], 50)):
         ax.plot(_rpm(piece), np.broadcast_to(fit.torque(piece, D, dp), piece.shape), color=colour, lw=1.0, ls="--")
-        ax.plot(
-            _rpm(piece), law(piece, np.full_like(piece, D), np.full_like(piece, dp))[0], color=colour, lw=1.0, ls=":"
-        )
+        ax.plot(_rpm(piece), law(piece, D, dp)[0], color=colour, lw=1.0, ls=":")
 
 
 def _rpm(omega: Any) -> Any:

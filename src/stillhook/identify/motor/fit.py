@@ -14,6 +14,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.map import LossMap, blocks
 from stillhook.identify.motor.models import CARDS, LAMINAR, TURBULENT_AND_MORE, LossCard, LossModel
+from stillhook.physics.hydraulics.motor_losses import LossMotor
 
 EQUAL = 1.0e-7
 """Columns (each of length 1) whose smallest singular value is below this part of the largest carry the same
@@ -75,14 +76,10 @@ class LossFit:
 
     def torque(self, omega_m: Any, D_m: Any, dp_m: Any) -> Any:
         """Torque loss of the fitted model [N m]; SI, floats or arrays."""
-        from stillhook.physics.hydraulics.motor_losses import LossMotor
-
-        return self.card.torque(omega_m, D_m, dp_m, [float(v) for v in self.values], LossMotor(self.D_max))
+        return self.card.torque(omega_m, D_m, dp_m, self.values.tolist(), LossMotor(self.D_max))
 
     def terms(self, omega_m: FloatArray, D_m: FloatArray, dp_m: FloatArray) -> dict[str, FloatArray]:
         """What each linear parameter contributes [N m] (paper A eqs 13-18)."""
-        from stillhook.physics.hydraulics.motor_losses import LossMotor
-
         bent = {n: self[n] for n in self.card.bent}
         motor = LossMotor(self.D_max)
         return {n: self[n] * self.card.column(n, omega_m, D_m, dp_m, motor, bent) for n in self.card.straight}
@@ -106,7 +103,7 @@ def fit_loss(m: LossMap, model: LossModel | str, *, near: LossFit | None = None)
             f"{m.source}: {len(m)} cells for the {len(card.names)} parameters of {card.title}. Give more cells, or a"
             " model with fewer."
         )
-    bent = _bent(m, card, near)
+    bent = {} if not card.bent else _exponent(m, card) if card.model is LossModel.MJ5 else _breaks(m, card, near)
     return _result(m, card, bent, *_linear(m, card, bent))
 
 
@@ -118,27 +115,20 @@ def _linear(
     m: LossMap, card: LossCard, bent: Mapping[str, float]
 ) -> tuple[FloatArray, BoolArray, tuple[tuple[str, ...], ...]]:
     """Linear parameters, which of them are free (not at a bound, not held), and groups that cannot be distinguished."""
+    from scipy.optimize import nnls
+
     A, names = _columns(m, card, bent), card.straight
     size = np.linalg.norm(A, axis=0)
     visible = size > 0.0
     A = A / np.where(visible, size, 1.0)
     used, groups = _independent(A, names, visible)
-    positive = np.array([p.positive for p in card.parameters if p.name in names])
-    x = np.zeros(len(names))
-    x[used] = _solve(A[:, used], m.T_f, positive[used])
-    free = used & ~(positive & (x <= NOTHING * np.linalg.norm(m.T_f)))
+    x, free = np.zeros(len(names)), used
+    if card.positive:
+        x[used] = nnls(A[:, used], m.T_f)[0]
+        free = used & (x > NOTHING * np.linalg.norm(m.T_f))
+    else:
+        x[used] = np.linalg.lstsq(A[:, used], m.T_f, rcond=None)[0]
     return x / np.where(visible, size, 1.0), free, groups
-
-
-def _solve(A: FloatArray, b: FloatArray, positive: BoolArray) -> FloatArray:
-    """Least squares with some parameters not negative; columns of length about 1."""
-    from scipy.optimize import lsq_linear, nnls
-
-    if positive.all():
-        return np.asarray(nnls(A, b)[0])
-    if not positive.any():
-        return np.asarray(np.linalg.lstsq(A, b, rcond=None)[0])
-    return np.asarray(lsq_linear(A, b, (np.where(positive, 0.0, -np.inf), np.inf), method="bvls").x)
 
 
 def _independent(
@@ -159,24 +149,13 @@ def _independent(
     return used, tuple(groups)
 
 
-def _bent(m: LossMap, card: LossCard, near: LossFit | None) -> dict[str, float]:
-    """Parameters that the loss is not linear in."""
-    if not card.bent:
-        return {}
-    return _exponent(m, card) if card.model is LossModel.MJ5 else _breaks(m, card, near)
-
-
-def _misfit(m: LossMap, card: LossCard, bent: Mapping[str, float]) -> FloatArray:
-    x, _, _ = _linear(m, card, bent)
-    return m.T_f - _columns(m, card, bent) @ x
-
-
 def _exponent(m: LossMap, card: LossCard) -> dict[str, float]:
     """MJ5's C_n within its bounds: the loss is linear in all the others."""
     from scipy.optimize import minimize_scalar
 
     def cost(C_n: float) -> float:
-        r = _misfit(m, card, {"C_n": C_n})
+        bent = {"C_n": C_n}
+        r = m.T_f - _columns(m, card, bent) @ _linear(m, card, bent)[0]
         return float(r @ r)
 
     optimum = minimize_scalar(
@@ -200,20 +179,17 @@ def _breaks(m: LossMap, card: LossCard, near: LossFit | None) -> dict[str, float
     n, alpha = np.linspace(m.omega_m.min(), m.omega_m.max(), 3), np.array([m.D_m.min(), m.D_m.max()]) / m.D_max
     powers, top = n[:, None] ** np.arange(3), float(m.dp_m.max())
     at_knots = np.vstack([np.hstack([powers, a * powers]) for a in alpha]) if len(card.bent) == 6 else powers
+    size = np.linalg.norm(at_knots, axis=0)
 
     def coefficients(z: FloatArray) -> dict[str, float]:
-        solution = np.linalg.lstsq(at_knots / np.linalg.norm(at_knots, axis=0), z * top, rcond=None)[
-            0
-        ] / np.linalg.norm(at_knots, axis=0)
-        return dict(zip(card.bent, map(float, solution), strict=True))
+        scaled, *_ = np.linalg.lstsq(at_knots / size, z * top, rcond=None)
+        return dict(zip(card.bent, map(float, scaled / size), strict=True))
 
     def residual(z: FloatArray) -> FloatArray:
         A = _columns(m, card, coefficients(z))
         length = np.linalg.norm(A, axis=0)
         A = A / np.where(length > 0.0, length, 1.0)
-        normal = A.T @ A + np.diag(
-            np.full(A.shape[1], RIDGE)
-        )  # a small system is fast, and accurate enough to search with
+        normal = A.T @ A + RIDGE * np.eye(A.shape[1])  # a small system is fast, and accurate enough to search with
         return np.asarray(m.T_f - A @ np.linalg.solve(normal, A.T @ m.T_f))
 
     starts = [np.array(z) for z in product(BREAKS, repeat=len(card.bent))]
@@ -232,15 +208,16 @@ def _result(
     groups: tuple[tuple[str, ...], ...],
 ) -> LossFit:
     values = np.array([bent[n] if n in bent else x[card.straight.index(n)] for n in card.names])
-    residuals = m.T_f - card.torque(m.omega_m, m.D_m, m.dp_m, [float(v) for v in values], m.motor)
-    loose = np.array([_inside(n, bent) if n in bent else bool(free[card.straight.index(n)]) for n in card.names])
+    residuals = m.T_f - card.torque(m.omega_m, m.D_m, m.dp_m, values.tolist(), m.motor)
+    inside = {n: n != "C_n" or LAMINAR < v < TURBULENT_AND_MORE for n, v in bent.items()}  # a break has no bounds
+    loose = np.array([inside[n] if n in bent else bool(free[card.straight.index(n)]) for n in card.names])
     dropped = {n for g in groups for n in (g[-1:] if len(g) > 1 else g)}
-    held = tuple(n for n, ok in zip(card.names, loose, strict=True) if not ok and n not in dropped)
+    at_bound = tuple(n for n, ok in zip(card.names, loose, strict=True) if not ok and n not in dropped)
     dof = len(m) - int(loose.sum())
     SSR, count = float(residuals @ residuals), int(loose.sum()) + 1  # the variance is a parameter too
     covariance = _covariance(m, card, values, loose, SSR / max(dof, 1))
-    unsure = [n in {k for g in groups for k in g} for n in card.names]
-    covariance[unsure, :] = covariance[:, unsure] = np.nan
+    confounded = [n in {k for g in groups for k in g} for n in card.names]
+    covariance[confounded, :] = covariance[:, confounded] = np.nan
     errors = np.sqrt(np.diag(covariance))
     scale = np.where(errors > 0.0, errors, np.nan)
     N, rms = len(m), math.sqrt(SSR / len(m))
@@ -252,7 +229,7 @@ def _result(
         errors,
         covariance,
         covariance / np.outer(scale, scale),
-        held,
+        at_bound,
         groups,
         residuals,
         rms,
@@ -267,19 +244,10 @@ def _result(
     )
 
 
-def _inside(name: str, bent: Mapping[str, float]) -> bool:
-    """Whether a bent parameter is off its bounds (the break of the two-line model has none that matter)."""
-    return name != "C_n" or LAMINAR < bent[name] < TURBULENT_AND_MORE
-
-
 def _covariance(m: LossMap, card: LossCard, values: FloatArray, loose: BoolArray, variance: float) -> FloatArray:
     """Covariance of the free parameters from the slopes of the model there; NaN for the others."""
     out = np.full((len(values), len(values)), np.nan)
-    J = (
-        np.column_stack([_slope(m, card, values, i) for i in np.flatnonzero(loose)])
-        if loose.any()
-        else np.zeros((len(m), 0))
-    )
+    J = np.column_stack([np.zeros((len(m), 0)), *(_slope(m, card, values, i) for i in np.flatnonzero(loose))])
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
     inverse = np.linalg.pinv((J / size).T @ (J / size), hermitian=True)
@@ -297,7 +265,7 @@ def _slope(m: LossMap, card: LossCard, values: FloatArray, i: Any) -> FloatArray
     step = 1e-5 * max(abs(bent[name]), 1e-3)
     up, down = values.copy(), values.copy()
     up[i], down[i] = values[i] + step, values[i] - step
-    ends = [card.torque(m.omega_m, m.D_m, m.dp_m, [float(v) for v in way], m.motor) for way in (up, down)]
+    ends = [card.torque(m.omega_m, m.D_m, m.dp_m, parameters.tolist(), m.motor) for parameters in (up, down)]
     return np.asarray((ends[0] - ends[1]) / (2.0 * step))
 
 

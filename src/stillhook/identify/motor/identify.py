@@ -16,7 +16,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.fit import LossFit, indeterminate, spread_of_levels
-from stillhook.identify.motor.map import AXES, LossMap
+from stillhook.identify.motor.map import AXES, AXIS_NAMES, LossMap
 from stillhook.identify.motor.models import LossModel
 from stillhook.identify.motor.rank import (
     THRESHOLD,
@@ -35,7 +35,7 @@ from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, LossSet, load_losses
 from stillhook.report.document import Bullets, Document, Figure, Section, Table, Text, Verdict
-from stillhook.report.formatting import EMPTY, percent_fixed
+from stillhook.report.formatting import EMPTY, fmt, percent_fixed
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import number, show
 from stillhook.winches.circuits.tables import TorqueLoss
@@ -108,14 +108,13 @@ def identify_motor(
     if like is not None:
         load_losses(like)
     ranking = rank_losses(m)
-    have = [r.model for r in ranking.ranked]
     chosen = chosen or ranking.recommended
     for needed in (chosen, LossModel.MJ4):
-        if needed not in have:
+        if not any(r.model is needed for r in ranking.ranked):
             raise IdentifyError(f"{m.source}: {len(m)} cells are too few for {needed.value}. Give more of the map.")
     fit, mj4 = ranking[chosen].fit, ranking[LossModel.MJ4].fit
     spread = spread_of_levels(m, mj4)
-    lender, others = like if like is not None else _same_size(m), borrowed(m)
+    lender, others = like if like is not None else _motor_of_this_size(m), borrowed(m)
     return MotorLoss(
         m,
         ranking,
@@ -132,7 +131,7 @@ def identify_motor(
     )
 
 
-def _same_size(m: LossMap) -> str | None:
+def _motor_of_this_size(m: LossMap) -> str | None:
     sizes = {name: abs(library_motor(name).D_max / m.D_max - 1.0) for name in library_motors()}
     name = min(sizes, key=lambda n: sizes[n])
     return name if sizes[name] < SAME_SIZE else None
@@ -149,13 +148,12 @@ def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
     near = min((o.scaled for o in others), default=0.0)
     if near < FAR:
         return ()
-    return (
-        (
-            f"no motor of the library, carried over to this size, comes nearer than {percent_fixed(near, 0)} of nominal"
-            " torque, where similar motors differ by about 1 %: check the units of pressure, speed, displacement and"
-            " torque, and whether they are those of one motor"
-        ),
+    text = (
+        f"no motor of the library, carried over to this size, comes nearer than {percent_fixed(near, 0)} of nominal"
+        " torque, where similar motors differ by about 1 %: check the units of pressure, speed, displacement and"
+        " torque, and whether they are those of one motor"
     )
+    return (text,)
 
 
 def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
@@ -245,17 +243,13 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
         "usable": result.usable,
         "usable_share": usable_share(m, result.fit, result.threshold),
         "threshold": result.threshold,
-        "not_to_be_used": [
-            {"text": s.text, "cells": s.cells, "bad": s.bad, "worst": s.worst} for s in result.statements
-        ],
-        "mj4_not_to_be_used": [
-            {"text": s.text, "cells": s.cells, "bad": s.bad, "worst": s.worst} for s in result.mj4_statements
-        ],
+        "not_to_be_used": [asdict(s) for s in result.statements],
+        "mj4_not_to_be_used": [asdict(s) for s in result.mj4_statements],
         "notes": list(result.notes),
         "mj4_covariance": result.covariance.tolist(),
         "mj4_covariance_by_levels": result.by_levels,
         "interpolated_map": None if result.mapped is None else asdict(result.mapped),
-        "other_motors": [{"name": o.name, "unscaled": o.unscaled, "scaled": o.scaled} for o in result.others],
+        "other_motors": [asdict(o) for o in result.others],
         "models": [
             {
                 "model": x.model.value,
@@ -279,8 +273,8 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
                 "at_bound": list(x.fit.at_bound),
                 "confounded": [list(g) for g in x.fit.confounded],
                 "parameters": {
-                    p.name: {"value": float(v), "standard_error": float(e), "unit": p.unit}
-                    for p, v, e in zip(x.fit.card.parameters, x.fit.values, x.fit.errors, strict=True)
+                    name: {"value": float(v), "standard_error": float(e), "unit": unit}
+                    for name, unit, v, e in zip(x.fit.names, x.fit.card.units, x.fit.values, x.fit.errors, strict=True)
                 },
                 "covariance": x.fit.covariance.tolist(),
                 "correlation": x.fit.correlation.tolist(),
@@ -290,7 +284,6 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
     }
 
 
-AXIS_NAMES = {"D_m": "displacement", "omega_m": "speed", "dp_m": "pressure drop"}
 RANKING_HEADER = (
     "model",
     "eq.",
@@ -331,28 +324,18 @@ def _ranking(result: MotorLoss) -> list[list[str]]:
     least = min(r.fit.aicc for r in ranked)
     rows = []
     for r in ranked:
-        remark = [
-            *(["recommended"] if r.model is result.ranking.recommended else []),
-            *(["best"] if r.model is result.ranking.best else []),
-            *([r.reason] if r.reason else []),
-            *([] if r.fit.card.sees_displacement else ["does not see the displacement"]),
-            *([f"{', '.join(r.fit.at_bound)} at bound"] if r.fit.at_bound else []),
-        ]
+        card = r.fit.card
+        remarks = {
+            "recommended": r.model is result.ranking.recommended,
+            "best": r.model is result.ranking.best,
+            r.reason: bool(r.reason),
+            "does not see the displacement": not card.sees_displacement,
+            f"{', '.join(r.fit.at_bound)} at bound": bool(r.fit.at_bound),
+        }
         fixed = EMPTY if r.fixed is None else f"{r.fixed.normalised:.2e}"
-        cv = percent_fixed(r.cv) if math.isfinite(r.cv) else EMPTY
-        card, all_data = r.fit.card, f"{r.fit.normalised:.2e}"
-        rows.append(
-            [
-                card.title,
-                card.equation,
-                str(len(card.names)),
-                fixed,
-                all_data,
-                cv,
-                f"{r.fit.aicc - least:.0f}",
-                "; ".join(remark),
-            ]
-        )
+        errors = [fixed, f"{r.fit.normalised:.2e}", percent_fixed(r.cv), f"{r.fit.aicc - least:.0f}"]
+        status = "; ".join(text for text, applies in remarks.items() if applies)
+        rows.append([card.title, card.equation, str(len(card.names)), *errors, status])
     return rows
 
 
@@ -360,18 +343,13 @@ def _parameters(result: MotorLoss, fit: LossFit) -> list[list[str]]:
     """Parameters of one fit with their standard errors, SI."""
     wide = result.covariance.diagonal() if fit.model is LossModel.MJ4 and result.by_levels else None
     rows = []
-    for i, p in enumerate(fit.card.parameters):
-        error = fit.errors[i]
-        remark = (
-            "at its bound"
-            if p.name in fit.at_bound
-            else ""
-            if math.isfinite(error)
-            else "cannot be distinguished from others"
-        )
-        spread = "-" if wide is None or not math.isfinite(error) else number(math.sqrt(wide[i]), 2)
-        stated = number(float(error), 2) if math.isfinite(error) else "-"
-        rows.append([p.name, number(float(fit.values[i]), 4), stated, spread, p.unit, remark])
+    for i, (name, unit) in enumerate(zip(fit.names, fit.card.units, strict=True)):
+        error = float(fit.errors[i])
+        remark = "" if math.isfinite(error) else "cannot be distinguished from others"
+        if name in fit.at_bound:
+            remark = "at its bound"
+        spread = math.nan if wide is None or not math.isfinite(error) else math.sqrt(wide[i])
+        rows.append([name, number(float(fit.values[i]), 4), fmt(error, digits=2), fmt(spread, digits=2), unit, remark])
     return rows
 
 
@@ -412,14 +390,8 @@ def _mapped(result: MotorLoss) -> str:
     )
 
 
-def _other_motors(result: MotorLoss) -> list[tuple[str, str, str]]:
-    """What the parameters of other motors would cost on this map."""
-    fitted = ("fitted to this map", percent_fixed(result.mj4.rms_share), EMPTY)
-    return [fitted, *((o.name, percent_fixed(o.unscaled), percent_fixed(o.scaled)) for o in result.others)]
-
-
-def _map(result: MotorLoss) -> list[str]:
-    m, count = result.map, levels_of(result.map)
+def _map(m: LossMap) -> list[str]:
+    count = levels_of(m)
     ends = [
         f"{AXIS_NAMES[n]} {show(lo, AXES[n], 4)} to {show(hi, AXES[n], 4)} ({count[n]} levels)"
         for n, (lo, hi) in m.range().items()
@@ -433,8 +405,10 @@ def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> Document:
     best = next(i for i, x in enumerate(r.ranked) if x.model is result.model)
     borders = [avoid(s, result.threshold) for s in result.statements]
     nowhere = f"no cell of the map is beyond {percent_fixed(result.threshold, 1)}"
+    others = [("fitted to this map", percent_fixed(result.mj4.rms_share), EMPTY)]
+    others += [(o.name, percent_fixed(o.unscaled), percent_fixed(o.scaled)) for o in result.others]
     sections = [
-        Section("The map", [Bullets(_map(result))]),
+        Section("The map", [Bullets(_map(result.map))]),
         Section("Models", [Text(r.rule), Table(RANKING_HEADER, _ranking(result), bold_rows=[best]), Text(ERROR)]),
         Section(
             f"Parameters of {card.title} (paper {card.equation}), SI",
@@ -447,7 +421,7 @@ def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> Document:
         *_mj4(result),
         Section("Where it must not be used", [Bullets([*(borders or [nowhere]), *result.notes])]),
         Section("The map itself as a model", [Text(_mapped(result))]),
-        Section("What the parameters of other motors would cost here", [Table(OTHERS_HEADER, _other_motors(result))]),
+        Section("What the parameters of other motors would cost here", [Table(OTHERS_HEADER, others)]),
         *([Section("Figures", [Figure(png, CAPTIONS[stem]) for stem, png in pictures.items()])] if pictures else []),
     ]
     return Document(

@@ -11,7 +11,7 @@ real motor.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -93,7 +93,9 @@ class LossMap:
         return replace(self, D_m=self.D_m[rows], omega_m=self.omega_m[rows], dp_m=self.dp_m[rows], T_f=self.T_f[rows])
 
     def axis(self, name: str) -> FloatArray:
-        return {"D_m": self.D_m, "omega_m": self.omega_m, "dp_m": self.dp_m}[name]
+        """The settings on one of `AXES`."""
+        settings: FloatArray = getattr(self, name)
+        return settings
 
     def range(self) -> dict[str, tuple[float, float]]:
         """Least and largest setting on each axis, SI."""
@@ -107,6 +109,7 @@ class LossMap:
 
 AXES: Mapping[str, str] = {"D_m": "displacement", "omega_m": "rotation", "dp_m": "pressure"}
 """Axes of a map and their kinds of quantity."""
+AXIS_NAMES = {"D_m": "displacement", "omega_m": "speed", "dp_m": "pressure drop"}
 
 
 def levels(values: FloatArray) -> NDArray[np.intp]:
@@ -189,11 +192,11 @@ def read_map(
 
 def _with_thin_axes(m: LossMap) -> LossMap:
     """The map with a finding for every axis that it has one level of."""
-    thin = [name for name in AXES if levels(m.axis(name)).max() == 0]
     more = tuple(
-        f"one {'displacement' if name == 'D_m' else 'speed' if name == 'omega_m' else 'pressure drop'} only "
-        f"({show(float(m.axis(name)[0]), AXES[name])}): how the loss depends on it cannot be determined from this map"
-        for name in thin
+        f"one {AXIS_NAMES[name]} only ({show(float(m.axis(name)[0]), kind)}): how the loss depends on it cannot be"
+        " determined from this map"
+        for name, kind in AXES.items()
+        if levels(m.axis(name)).max() == 0
     )
     return replace(m, findings=m.findings + more)
 
@@ -222,32 +225,33 @@ def _in_range(table: Columns) -> None:
 def _loss(table: Columns, notes: list[str]) -> FloatArray:
     """Torque loss of every row [N m] from the first of torque loss, shaft torque and efficiency that the table has."""
     D, dp = table.values["D_m"], table.values["dp_m"]
-    have = [w for w in LOSSES if w.name in table.values]
-    if not have:
+    available = [w.name for w in LOSSES if w.name in table.values]
+    if not available:
         examples = ", ".join(f'"{w.example}"' for w in LOSSES)
         raise LogError(f"{table.source}: no column with the loss. Choose one of {examples}, or map it with --mapping.")
-    first = have[0]
-    ways = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
-    loss: FloatArray = ways[first.name](table.values[first.name])
-    heading = quote(table.headings[first.name])
-    _plausible(table, first.name, heading)
+    first, *others = available
+    laws = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
+    loss: FloatArray = laws[first](table.values[first])
+    heading = quote(table.headings[first])
+    if first == "eta_hm":
+        _refuse_parts_of_1(table, heading)
     meaning = {
         "T_f": "torque loss",
         "T_shaft": "shaft torque of the driving motor",
         "eta_hm": "hydromechanical efficiency",
     }
-    notes.append(f"column {heading} read as {meaning[first.name]}")
-    for other in have[1:]:
-        gap = np.abs(ways[other.name](table.values[other.name]) - loss)
+    notes.append(f"column {heading} read as {meaning[first]}")
+    for other in others:
+        gap = np.abs(laws[other](table.values[other]) - loss)
         most = f"{np.nanmax(gap):.3g} N m" if np.isfinite(gap).any() else "nothing to compare"
-        notes.append(f"column {quote(table.headings[other.name])} not used; losses from it differ by up to {most}")
+        notes.append(f"column {quote(table.headings[other])} not used; losses from it differ by up to {most}")
     return loss
 
 
-def _plausible(table: Columns, name: str, heading: str) -> None:
+def _refuse_parts_of_1(table: Columns, heading: str) -> None:
     """Refuse efficiencies that are written as parts of 1 under a heading in per cent, as spreadsheets do."""
-    eta = table.values.get("eta_hm")
-    if name == "eta_hm" and eta is not None and np.isfinite(eta).any() and float(np.nanmax(eta)) <= SPREADSHEET:
+    eta = table.values["eta_hm"]
+    if np.isfinite(eta).any() and float(np.nanmax(eta)) <= SPREADSHEET:
         raise LogError(
             f"{table.source}: column {heading} reads at most {100.0 * float(np.nanmax(eta)):.2g} %, and no motor is"
             ' that bad. Where the cells hold parts of 1, write the heading as "eta_hm [1]".'
@@ -255,20 +259,16 @@ def _plausible(table: Columns, name: str, heading: str) -> None:
 
 
 def _good(table: Columns, loss: FloatArray, notes: list[str]) -> BoolArray:
-    """Rows that hold a loss of a running, driving motor; why the others are left out is added to `found`."""
+    """Rows that hold a loss of a running, driving motor; why the others are left out is added to the notes."""
     keep = np.ones(len(loss), dtype=bool)
     D, n, dp = (table.values[w.name] for w in SETTINGS)
-    eta = (
-        table.values.get("eta_hm", np.full(len(loss), 0.5))
-        if "T_f" not in table.values and "T_shaft" not in table.values
-        else None
-    )
     reasons = [
         (~np.isfinite(D + n + dp + loss), "an empty cell"),
         (dp < 0.0, "a negative pressure drop (a motor that is driven)"),
         (n == 0.0, "standstill, where a running loss has no meaning"),
     ]
-    if eta is not None:
+    if "T_f" not in table.values and "T_shaft" not in table.values:
+        eta = table.values["eta_hm"]
         reasons += [
             (dp == 0.0, "no pressure drop, where an efficiency says nothing"),
             (eta > 1.0, "an efficiency above 100 %"),
@@ -282,9 +282,9 @@ def _good(table: Columns, loss: FloatArray, notes: list[str]) -> BoolArray:
             notes.append(f"{int(new.sum())} rows left out for {reason} (row {at}{', ...' if new.sum() > 3 else ''})")
             keep &= ~bad
     if keep.sum() < (1.0 - MAX_EXCLUDED) * len(keep):
-        last = notes[-1]
         raise LogError(
-            f"{table.source}: {int((~keep).sum())} of {len(keep)} rows make no sense, {last}. Check columns and units."
+            f"{table.source}: {int((~keep).sum())} of {len(keep)} rows make no sense, {notes[-1]}. Check columns and"
+            " units."
         )
     return keep
 
@@ -307,75 +307,61 @@ def _single(
     return settings[:, 0], settings[:, 1], settings[:, 2], mean
 
 
-class MappedLoss:
+SAME_POINT = 1.0e-9
+"""Relative: a setting that went through its unit and back is still on the edge of the map."""
+MappedLoss = Callable[[Any, Any, Any], tuple[FloatArray, BoolArray]]
+"""Torque loss [N m] and whether the point is inside the map, from omega_m, D_m and dp_m: floats or arrays, SI, even in
+omega_m and dp_m."""
+
+
+def mapped_loss(m: LossMap) -> MappedLoss:
     """The map itself as a loss model: linear between its cells; outside, the loss at the edge is held and marked.
 
     Held, not continued: a straight line through the last two cells may cross zero or invent a loss nobody measured.
     With held values the loss stays inside what the map has. Full grids are interpolated in each axis in turn
     (trilinear), others over the simplices between scattered cells, with the axes scaled to their range; outside of
     those the nearest cell counts. Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
+    Errors: LogError for a map of one cell.
     """
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
+    from scipy.spatial import QhullError
 
-    def __init__(self, m: LossMap) -> None:
-        from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
-        from scipy.spatial import QhullError
+    cells = np.column_stack([m.axis(name) for name in AXES])
+    lo, hi = cells.min(axis=0), cells.max(axis=0)
+    used = np.flatnonzero(hi > lo)
+    if not len(used):
+        raise LogError(f"{m.source}: one cell cannot be interpolated. Give more of the map.")
 
-        points = np.column_stack([m.axis(name) for name in AXES])
-        self.source = m.source
-        self.lo, self.hi = points.min(axis=0), points.max(axis=0)
-        self.used = np.flatnonzero(self.hi > self.lo)
-        if not len(self.used):
-            raise LogError(f"{m.source}: one cell cannot be interpolated. Give more of the map.")
-        axes = [np.unique(points[:, i]) for i in self.used]
-        self.grid = bool(np.prod([len(a) for a in axes]) == len(points))
-        scaled = self._scaled(points)
-        if self.grid:
-            order = np.lexsort([points[:, i] for i in self.used[::-1]])
-            table = m.T_f[order].reshape([len(a) for a in axes])
-            self._at = RegularGridInterpolator(
-                [self._scaled_axis(a, i) for a, i in zip(axes, self.used, strict=True)], table
-            )
-        elif len(self.used) == 1:
-            order = np.argsort(scaled[:, 0])
-            x, y = scaled[order, 0], m.T_f[order]
-            self._at = lambda q: np.interp(q[:, 0], x, y)
-        else:
-            try:
-                self._at = LinearNDInterpolator(scaled, m.T_f)
-            except QhullError:  # the settings move together: nothing is between the cells
-                self._at = lambda q: np.full(len(q), np.nan)
-        self._nearest = NearestNDInterpolator(scaled, m.T_f) if len(self.used) > 1 else None
+    def scaled(points: FloatArray) -> FloatArray:
+        return np.asarray((points[:, used] - lo[used]) / (hi[used] - lo[used]))
 
-    def _scaled_axis(self, values: FloatArray, i: Any) -> FloatArray:
-        return np.asarray((values - self.lo[i]) / (self.hi[i] - self.lo[i]))
+    x = scaled(cells)
+    axes = [np.unique(column) for column in x.T]
+    if np.prod([len(a) for a in axes]) == len(x):
+        interpolated: Any = RegularGridInterpolator(axes, m.T_f[np.lexsort(x.T[::-1])].reshape([len(a) for a in axes]))
+    elif len(used) == 1:
+        order = np.argsort(x[:, 0])
+        interpolated = lambda q: np.interp(q[:, 0], x[order, 0], m.T_f[order])
+    else:
+        try:
+            interpolated = LinearNDInterpolator(x, m.T_f)
+        except QhullError:  # the settings move together: nothing is between the cells
+            interpolated = lambda q: np.full(len(q), np.nan)
+    nearest: Any = NearestNDInterpolator(x, m.T_f) if len(used) > 1 else None  # all of one axis is between its cells
+    slack = SAME_POINT * np.maximum(np.abs(lo), np.abs(hi))
 
-    def _scaled(self, points: FloatArray) -> FloatArray:
-        return np.column_stack([self._scaled_axis(points[:, i], i) for i in self.used])
-
-    def __call__(self, omega_m: Any, D_m: Any, dp_m: Any) -> tuple[FloatArray, BoolArray]:
-        """Torque loss [N m] and whether the point is inside the map; floats or arrays, SI, even in omega_m and
-        dp_m."""
-        D, n, dp = np.broadcast_arrays(
-            np.asarray(D_m, float), np.abs(np.asarray(omega_m, float)), np.abs(np.asarray(dp_m, float))
-        )
+    def loss(omega_m: Any, D_m: Any, dp_m: Any) -> tuple[FloatArray, BoolArray]:
+        D, n, dp = np.broadcast_arrays(D_m, np.abs(omega_m), np.abs(dp_m))
         points = np.column_stack([a.ravel() for a in (D, n, dp)])
-        slack = SAME_POINT * np.maximum(np.abs(self.lo), np.abs(self.hi))
-        inside = ((points >= self.lo - slack) & (points <= self.hi + slack)).all(axis=1)
-        limited = self._scaled(np.clip(points, self.lo, self.hi))
-        T_f = np.array(self._at(limited), dtype=np.float64)
-        empty = np.isnan(T_f)
-        if empty.any() and self._nearest is not None:
-            T_f[empty] = self._nearest(limited[empty])
-        return T_f.reshape(D.shape), (inside & ~empty).reshape(D.shape)
+        inside = ((points >= lo - slack) & (points <= hi + slack)).all(axis=1)
+        limited = scaled(np.clip(points, lo, hi))
+        T_f = np.array(interpolated(limited), dtype=np.float64)
+        between_no_cells = np.isnan(T_f)
+        if between_no_cells.any():
+            T_f[between_no_cells] = nearest(limited[between_no_cells])
+        return T_f.reshape(D.shape), (inside & ~between_no_cells).reshape(D.shape)
 
-
-SAME_POINT = 1.0e-9
-"""Relative: a setting that went through its unit and back is still on the edge of the map."""
-
-
-def mapped_loss(m: LossMap) -> MappedLoss:
-    """The map as a loss model, to be compared with a fitted one."""
-    return MappedLoss(m)
+    return loss
 
 
 SPEEDS = tuple(range(400, 2501, 100))

@@ -1,23 +1,24 @@
 """The torque-loss models that can be fitted: what each is called, where it is from, what its parameters are, where it
 holds.
 
-The equations are those of `stillhook.physics.hydraulics.motor_losses`; this table adds nothing to them. A column of a
-linear fit is the model itself with one parameter at 1 and the others at 0.
+The equations are those of `stillhook.physics.hydraulics.motor_losses`; the table `models.toml` adds nothing to them. A
+column of a linear fit is the model itself with one parameter at 1 and the others at 0.
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from importlib.resources import files
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.physics.hydraulics import motor_losses as eq
-from stillhook.physics.hydraulics.motor import TorqueLossFit
+from stillhook.physics.hydraulics import motor_losses
 from stillhook.physics.hydraulics.motor_losses import LossMotor
 
 LAMINAR, TURBULENT_AND_MORE = 1.0, 3.0
@@ -45,15 +46,6 @@ class LossModel(StrEnum):
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """Name as in paper A, SI unit, and whether physics asks that it is not negative (a loss never drives the shaft)."""
-
-    name: str
-    unit: str
-    positive: bool = True
-
-
-@dataclass(frozen=True)
 class LossCard:
     """What there is to know about a model next to its equation."""
 
@@ -62,17 +54,26 @@ class LossCard:
     author: str
     year: int
     equation: str
-    function: Callable[..., Any]
-    record: Callable[..., Any]
-    parameters: tuple[Parameter, ...]
+    record: type[Any]
+    """The parameters as the equation takes them, named as in paper A."""
+    units: tuple[str, ...]
+    """SI units of the parameters."""
+    validity: str
     sees_displacement: bool = True
+    positive: bool = True
+    """Whether physics asks that no parameter is negative (a loss never drives the shaft)."""
     bent: tuple[str, ...] = ()
     """Parameters that the loss is not linear in."""
-    validity: str = ""
+
+    @property
+    def function(self) -> Callable[..., Any]:
+        """The equation: f(omega_m, D_m, dp_m, record, motor) [N m]."""
+        return getattr(motor_losses, self.model.name.lower())  # type: ignore[no-any-return]
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(p.name for p in self.parameters)
+        """The parameters in the order of the record."""
+        return self.record._fields  # type: ignore[no-any-return]
 
     @property
     def straight(self) -> tuple[str, ...]:
@@ -93,205 +94,14 @@ class LossCard:
         ).copy()
 
 
-PUBLISHED = "published without a range; paper A fits 400-2500 rev/min, 50-350 bar"
-FITTED = "paper A: 400-2500 rev/min, 50-350 bar; within 1 % of nominal torque down to half displacement"
-STANDSTILL = "; not at standstill"
-
-_NM, _PURE = "N m", "1"
-
-
-def _p(units: Mapping[str, str], *, positive: bool = True) -> tuple[Parameter, ...]:
-    return tuple(Parameter(name, unit, positive) for name, unit in units.items())
-
-
-def _polynomials(suffix: str) -> dict[str, str]:
-    """Names and units of the four polynomials of the two-line model."""
-    powers = {"a": (_NM, 4), "b": ("m^3", 4), "c": ("m^3", 3), "p": ("Pa", 3)}
-    return {
-        f"{letter}_{i}{suffix}": unit + ("" if i == 0 else f" (s/rad)^{i}")
-        for letter, (unit, n) in powers.items()
-        for i in range(n)
-    }
+def _cards() -> dict[LossModel, LossCard]:
+    table = tomllib.loads(files(__package__).joinpath("models.toml").read_text(encoding="utf-8"))
+    out = {}
+    for model in LossModel:
+        row = table[model]
+        lists = {name: tuple(row.get(name, ())) for name in ("units", "bent")}
+        out[model] = LossCard(model, **row | lists | {"record": getattr(motor_losses, row["record"])})
+    return out
 
 
-_JEONG = {"C_e": _NM, "C_f": "m^3", "C_g": "m^3", "C_i": "m^5", "C_k": "m^2", "C_m": "m^5/N"}
-_BREAK = ("p_0", "p_1", "p_2")
-_ORTWIG = {
-    "C_e": _NM,
-    "C_f": "m^3",
-    "C_g": "N m s",
-    "C_h": "m^3 s",
-    "C_i": "N m s^2",
-    "C_j": _NM,
-    "C_k": "m^3",
-    "C_l": "N m s",
-}
-_TWO_LINES = (
-    "our reading of the two-line model, paper A prints no equation; a polynomial: good between data, not beyond"
-)
-
-_CARDS = (
-    LossCard(
-        LossModel.WILSON,
-        "Wilson",
-        "Wilson",
-        1948,
-        "A.1",
-        eq.wilson,
-        eq.Wilson,
-        _p({"C_a": _PURE, "C_b": _PURE, "C_c": "Pa"}),
-        sees_displacement=False,
-        validity=PUBLISHED,
-    ),
-    LossCard(
-        LossModel.SCHLOSSER,
-        "Schlösser",
-        "Schlösser",
-        1961,
-        "A.2",
-        eq.schlosser,
-        eq.Schlosser,
-        _p({"C_a": _PURE, "C_b": _PURE, "C_d": _PURE}),
-        sees_displacement=False,
-        validity=PUBLISHED,
-    ),
-    LossCard(
-        LossModel.THOMA,
-        "Thoma",
-        "Thoma",
-        1969,
-        "A.3",
-        eq.thoma,
-        eq.Thoma,
-        _p({"C_a": _PURE, "C_b": _PURE, "C_e": _PURE}),
-        validity=PUBLISHED,
-    ),
-    LossCard(
-        LossModel.PACEY,
-        "Pacey",
-        "Pacey and others",
-        1979,
-        "A.4",
-        eq.pacey,
-        eq.Pacey,
-        _p({"C_a": _PURE, "C_b": _PURE, "C_e": _NM}),
-        validity=PUBLISHED + "; swivel angle of 25 deg at full displacement assumed",
-    ),
-    LossCard(
-        LossModel.HUHTALA_14,
-        "Huhtala, 14",
-        "Huhtala and Vilenius",
-        1997,
-        "A section 3.5",
-        eq.huhtala_14,
-        eq.Huhtala14,
-        _p(_polynomials(""), positive=False),
-        sees_displacement=False,
-        bent=_BREAK,
-        validity=_TWO_LINES,
-    ),
-    LossCard(
-        LossModel.HUHTALA_28,
-        "Huhtala, 28",
-        "Huhtala and Vilenius",
-        1997,
-        "A section 3.5",
-        eq.huhtala_28,
-        eq.Huhtala28,
-        _p(_polynomials("") | _polynomials("D"), positive=False),
-        bent=(*_BREAK, *(f"{n}D" for n in _BREAK)),
-        validity=_TWO_LINES,
-    ),
-    LossCard(
-        LossModel.ORTWIG,
-        "Ortwig",
-        "Ortwig",
-        2002,
-        "A.5",
-        eq.ortwig,
-        eq.Ortwig,
-        _p(_ORTWIG, positive=False),
-        validity=PUBLISHED + "; an interpolation: not beyond the data",
-    ),
-    LossCard(
-        LossModel.JEONG,
-        "Jeong",
-        "Jeong and Kim",
-        2007,
-        "A.6",
-        eq.jeong,
-        eq.Jeong,
-        _p(_JEONG),
-        sees_displacement=False,
-        validity=PUBLISHED + STANDSTILL,
-    ),
-    LossCard(
-        LossModel.MJ1,
-        "MJ1",
-        "Moslått and others",
-        2018,
-        "A.7",
-        eq.mj1,
-        eq.MJ1,
-        _p({"C_e": _NM, "C_f": "m^3", "C_g": "m^3", "C_m": "m^5/N", "C_i": "1/m^4", "C_k": "m^2"}),
-        validity=FITTED + STANDSTILL,
-    ),
-    LossCard(
-        LossModel.MJ2,
-        "MJ2",
-        "Moslått and others",
-        2018,
-        "A.8",
-        eq.mj2,
-        eq.MJ2,
-        _p({"C_e": _NM, "C_f": "m^3", "C_g": "m^3", "C_i": "1/m^4", "C_m": "m^5/N"}),
-        validity=FITTED,
-    ),
-    LossCard(
-        LossModel.MJ3,
-        "MJ3",
-        "Moslått and others",
-        2018,
-        "A.9",
-        eq.mj3,
-        eq.MJ3,
-        _p({"C_e": _NM, "C_f": "m^3", "C_g": "m^3", "C_i": "1/m^4"}),
-        validity=FITTED,
-    ),
-    LossCard(
-        LossModel.MJ4,
-        "MJ4",
-        "Moslått and others",
-        2018,
-        "A.10, 2.12",
-        eq.mj4,
-        TorqueLossFit,
-        _p({"X_1": "N m s/rad", "X_2": "N m s^2/rad^2/(m^3/rad)^3", "X_3": _PURE, "X_4": _NM, "X_5": "m^5/N"}),
-        validity=FITTED,
-    ),
-    LossCard(
-        LossModel.MJ5,
-        "MJ5",
-        "Moslått and others",
-        2018,
-        "A.11",
-        eq.mj5,
-        eq.MJ5,
-        _p({"C_e": _NM, "C_f": _PURE, "C_g": "m^3", "C_i": "m^(2-3C_n) s^(C_n-2)", "C_n": _PURE, "C_m": "m^5/N"}),
-        bent=("C_n",),
-        validity=FITTED,
-    ),
-    LossCard(
-        LossModel.MJ6,
-        "MJ6",
-        "Moslått and others",
-        2018,
-        "A.12",
-        eq.mj6,
-        eq.MJ6,
-        _p({"C_e": _NM, "C_f": _PURE, "C_g": "m^3", "C_m": "m^5/N", "C_i": "1/m^4", "C_k": "m^2"}),
-        validity=FITTED + STANDSTILL,
-    ),
-)
-
-CARDS: Mapping[LossModel, LossCard] = MappingProxyType({c.model: c for c in _CARDS})
+CARDS: Mapping[LossModel, LossCard] = MappingProxyType(_cards())

@@ -138,10 +138,10 @@ def _fold_residuals(m: LossMap, fit: LossFit, parts: list[Fold]) -> FloatArray:
     """Mean square error of each fold's cells [N^2 m^2] from a fit without them; NaN where such a fit has no answer."""
     out = []
     for _, _, excluded in parts:
-        rest, away = m.at(~excluded), m.at(excluded)
+        seen, unseen = m.at(~excluded), m.at(excluded)
         try:
-            other = fit_loss(rest, fit.model, near=fit)
-            out.append(float(np.mean((away.T_f - other.torque(away.omega_m, away.D_m, away.dp_m)) ** 2)))
+            other = fit_loss(seen, fit.model, near=fit)
+            out.append(float(np.mean((unseen.T_f - other.torque(unseen.omega_m, unseen.D_m, unseen.dp_m)) ** 2)))
         except IdentifyError:
             out.append(math.nan)
     return np.array(out)
@@ -195,46 +195,42 @@ def not_to_be_used(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> tu
     share = np.where(np.isnan(share), 0.0, share)
     label = np.column_stack([blocks(m.axis(name), 24) for name in AXES])
     counts = tuple(int(label[:, i].max()) + 1 for i in range(3))
-    left, named = share > threshold, np.zeros(len(m), dtype=bool)
+    remaining, named = share > threshold, np.zeros(len(m), dtype=bool)
     out: list[Statement] = []
-    total = int(left.sum())
-    while left.any() and len(out) < MOST_STATEMENTS:
-        sides, new = _best_box(label, counts, left, share <= threshold)
-        if sides is None or new < WORTH_NAMING * total:
+    total = int(remaining.sum())
+    while remaining.any() and len(out) < MOST_STATEMENTS:
+        box, new = _best_box(label, counts, remaining, share <= threshold)
+        if box is None or new < WORTH_NAMING * total:
             break
-        inside = _in_box(label, sides)
-        bad = inside & left
-        out.append(
-            Statement(_words(m, label, sides), int((inside & ~named).sum()), int(bad.sum()), float(share[bad].max()))
-        )
+        inside = _in_box(label, box)
+        bad = inside & remaining
+        cells = int((inside & ~named).sum())
+        out.append(Statement(_words(m, label, box), cells, int(bad.sum()), float(share[bad].max())))
         named |= inside
-        left &= ~inside
-    if left.any():
-        out.append(Statement("single cells elsewhere", int(left.sum()), int(left.sum()), float(share[left].max())))
+        remaining &= ~inside
+    if remaining.any():
+        out.append(
+            Statement(
+                "single cells elsewhere", int(remaining.sum()), int(remaining.sum()), float(share[remaining].max())
+            )
+        )
     return tuple(out)
 
 
-Sides = tuple[tuple[str, int], ...]
-
-
-def _options(count: int) -> list[tuple[str, int]]:
-    """All of an axis, its lower part up to a level, its upper part from a level."""
-    return [("", 0), *(("<=", i) for i in range(count - 1)), *((">=", i) for i in range(1, count))]
-
-
-def _rows(options: list[tuple[str, int]], count: int) -> FloatArray:
-    at = np.arange(count)
-    return np.array(
-        [np.ones(count) if s == "" else (at <= i if s == "<=" else at >= i) for s, i in options], dtype=np.float64
-    )
+Box = tuple[tuple[int, int], ...]
+"""First and last level on each axis; at least one of them is an end of the axis."""
 
 
 def _best_box(
     label: IntArray, counts: tuple[int, ...], bad: NDArray[np.bool_], good: NDArray[np.bool_]
-) -> tuple[Sides | None, int]:
+) -> tuple[Box | None, int]:
     """The box with most bad cells less good ones, at least half of it bad."""
-    options = [_options(c) for c in counts]
-    masks = [_rows(o, c) for o, c in zip(options, counts, strict=True)]
+    options, masks = [], []
+    for count in counts:
+        last, place = count - 1, np.arange(count)
+        ends = [(0, last), *((0, i) for i in range(last)), *((i, last) for i in range(1, count))]
+        options.append(ends)
+        masks.append(np.array([(place >= lo) & (place <= hi) for lo, hi in ends], dtype=np.float64))
 
     def inside(rows: NDArray[np.bool_]) -> FloatArray:
         table = np.zeros(counts)
@@ -244,30 +240,28 @@ def _best_box(
         return table
 
     b, g = inside(bad), inside(good)
-    simple = sum(np.ix_(*[np.array([s != "" for s, _ in o], dtype=np.float64) for o in options]))  # conditions in words
-    score = np.where(b >= PURITY * (b + g), b - 0.5 * g - WORDY * bad.sum() * simple, -np.inf)
+    conditions = sum(np.ix_(*[np.array([o != ends[0] for o in ends], dtype=np.float64) for ends in options]))
+    score = np.where(b >= PURITY * (b + g), b - 0.5 * g - WORDY * bad.sum() * conditions, -np.inf)
     at = np.unravel_index(int(np.argmax(score)), score.shape)
     if not np.isfinite(score[at]) or b[at] == 0.0:
         return None, 0
-    return tuple(o[i] for o, i in zip(options, at, strict=True)), int(b[at])
+    return tuple(ends[i] for ends, i in zip(options, at, strict=True)), int(b[at])
 
 
-def _in_box(label: IntArray, sides: Sides) -> NDArray[np.bool_]:
-    out = np.ones(len(label), dtype=bool)
-    for axis, (side, i) in enumerate(sides):
-        if side:
-            out &= label[:, axis] <= i if side == "<=" else label[:, axis] >= i
-    return out
+def _in_box(label: IntArray, box: Box) -> NDArray[np.bool_]:
+    first, last = np.array(box).T
+    return np.asarray(((label >= first) & (label <= last)).all(axis=1))
 
 
-def _words(m: LossMap, label: IntArray, sides: Sides) -> str:
+def _words(m: LossMap, label: IntArray, box: Box) -> str:
     """A box in words, with the settings of the map at its sides."""
     parts = []
-    for axis, ((side, i), (name, kind)) in enumerate(zip(sides, AXES.items(), strict=True)):
-        if side:
-            x = m.axis(name)[label[:, axis] == i]
-            end = float(x.max() if side == "<=" else x.min())
-            parts.append(f"{show(end, kind, 3)} and {'below' if side == '<=' else 'above'}")
+    for levels_of_cells, (first, last), (name, kind) in zip(label.T, box, AXES.items(), strict=True):
+        x = m.axis(name)
+        if last < levels_of_cells.max():
+            parts.append(f"{show(float(x[levels_of_cells == last].max()), kind, 3)} and below")
+        elif first > 0:
+            parts.append(f"{show(float(x[levels_of_cells == first].min()), kind, 3)} and above")
     return ", ".join(parts) if parts else "everywhere"
 
 
@@ -340,12 +334,12 @@ def compare_mapped(m: LossMap, model: LossModel) -> Compared | None:
     between, beyond = [], []
     complete = fit_loss(m, model)
     for _, _, excluded in folds(m):
-        rest, away = m.at(~excluded), m.at(excluded)
-        if len(rest) <= len(complete.names):
+        seen, unseen = m.at(~excluded), m.at(excluded)
+        if len(seen) <= len(complete.names):
             return None
-        mapped, inside = mapped_loss(rest)(away.omega_m, away.D_m, away.dp_m)
-        fitted = fit_loss(rest, model, near=complete).torque(away.omega_m, away.D_m, away.dp_m)
-        off = np.column_stack((mapped - away.T_f, fitted - away.T_f))
+        mapped, inside = mapped_loss(seen)(unseen.omega_m, unseen.D_m, unseen.dp_m)
+        fitted = fit_loss(seen, model, near=complete).torque(unseen.omega_m, unseen.D_m, unseen.dp_m)
+        off = np.column_stack((mapped - unseen.T_f, fitted - unseen.T_f))
         between.append(off[inside])
         beyond.append(off[~inside])
     sets = [np.concatenate(x) if x else np.zeros((0, 2)) for x in (between, beyond)]

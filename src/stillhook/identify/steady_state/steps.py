@@ -173,6 +173,8 @@ TO_AND_FRO = 3.0
 """Path of the speed over its net change that makes a swing: once up, down and up again."""
 NOISE_AROUND = 21
 """Samples from which the noise around one is taken: more than twice those that a change of speed disturbs."""
+STANDSTILL = 1e-4
+"""Part of full speed below which the winch is at rest."""
 SAME_LEVEL = 0.03
 """Stretches within this part of their speed belong to one step that a disturbance has split."""
 
@@ -187,7 +189,7 @@ class Step:
 
 
 def noise_along(x: FloatArray) -> FloatArray:
-    """The same around every sample, since noise of a speed grows with it: shape (n,)."""
+    """Standard deviation of the noise around every sample, since noise of a speed grows with it: shape (n,)."""
     from scipy.ndimage import median_filter
 
     if len(x) < 4:
@@ -226,15 +228,13 @@ def find_steps(
     swung = _find(
         t, 0.5 * (left + right), command, holes, quantum, max(SWINGS * settings.smoothing, 1.01 * dt), settings
     )
-    coarse = [s for s in swung if _swings(v[s.begin : s.end])]
+
+    def to_and_fro(s: Step) -> bool:
+        return float(np.sum(np.abs(np.diff(v[s.begin : s.end])))) > TO_AND_FRO * abs(float(v[s.end - 1] - v[s.begin]))
+
     complete = [s for s in fine if t[s.end - 1] - t[s.begin] + dt >= settings.least_length]
-    steps = complete + [s for s in coarse if not _overlaps(s, complete)]
+    steps = complete + [s for s in swung if to_and_fro(s) and not _overlaps(s, complete)]
     return sorted(steps + [s for s in fine if not _overlaps(s, steps)], key=lambda s: s.begin)
-
-
-def _swings(v: FloatArray) -> bool:
-    """Whether speed goes to and fro, and not just from one value to another."""
-    return float(np.sum(np.abs(np.diff(v)))) > TO_AND_FRO * abs(float(v[-1] - v[0]))
 
 
 def _overlaps(step: Step, others: list[Step]) -> bool:
@@ -257,26 +257,23 @@ def _find(
     smooth = 0.5 * (left + right)
     full = float(np.max(np.abs(smooth)))
     steady = np.abs(right - left) <= np.maximum(settings.speed_rate * np.abs(smooth) * apart, NOISE_LIMIT * noise)
-    steady &= np.abs(smooth) > np.maximum(
-        NOISE_LIMIT * noise / 2.0, 1e-4 * full
-    )  # a ten-thousandth of full speed is standstill
-    u_step, u_smooth = 0.0, smooth
+    steady &= np.abs(smooth) > np.maximum(NOISE_LIMIT * noise / 2.0, STANDSTILL * full)
+    u_step, u_smooth = np.inf, smooth
     if command is not None:
         before, after, _, n_u = sides(t, command, h)
         u_step = settings.command_step * float(np.max(np.abs(command)))
         steady &= np.abs(after - before) <= np.maximum(u_step, NOISE_LIMIT * noise_of(command) * np.sqrt(2.0 / n_u))
         u_smooth = 0.5 * (before + after)
-    pieces = _runs(steady, np.sign(smooth), holes)
+    pieces = runs(np.where(steady, np.sign(smooth), 0.0), holes)
     levels = [(float(np.mean(v[p.begin : p.end])), float(np.mean(u_smooth[p.begin : p.end]))) for p in pieces]
-    return _joined(t, pieces, levels, holes, sigma, u_step if command is not None else np.inf, settings)
+    return _joined(t, pieces, levels, holes, sigma, u_step, settings)
 
 
-def _runs(steady: BoolArray, direction: FloatArray, holes: BoolArray) -> list[Step]:
-    """Runs of steady bins of one direction that no hole interrupts."""
-    label = np.where(steady, direction, 0.0)
-    cuts = np.nonzero((np.diff(label) != 0.0) | holes[1:])[0] + 1
-    ends = [0, *cuts.tolist(), len(label)]
-    return [Step(a, b, int(label[a])) for a, b in pairwise(ends) if label[a] != 0.0]
+def runs(direction: FloatArray, holes: BoolArray) -> list[Step]:
+    """Runs of bins of one direction, not 0, that no hole interrupts."""
+    cuts = np.nonzero((np.diff(direction) != 0.0) | holes[1:])[0] + 1
+    ends = [0, *cuts.tolist(), len(direction)]
+    return [Step(a, b, int(direction[a])) for a, b in pairwise(ends) if direction[a] != 0.0]
 
 
 def _joined(

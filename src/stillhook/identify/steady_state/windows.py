@@ -7,45 +7,48 @@ Source of the test: Moslatt 2020 section 2.2 and figure 2.5: hoisting and loweri
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.errors import IdentifyError
-from stillhook.identify.steady_state.steady_tail import (
-    LEVEL_CHANGE,
-    Cut,
-    Piece,
-    bad_code,
-    last_part,
-    pieces_of,
-    window_of,
+from stillhook.base.arrays import FloatArray, IntArray
+from stillhook.identify.steady_state.search import LEVEL_CHANGE, WORTH_REPORTING, Search, signal_of
+from stillhook.identify.steady_state.steps import (
+    NOISE_LIMIT,
+    Rejected,
+    Steady,
+    Step,
+    Window,
+    WindowSettings,
+    find_steps,
+    sides,
 )
-from stillhook.identify.steady_state.steps import Rejected, Steady, Step, Window, WindowSettings, find_steps
-from stillhook.statistics.correlated_mean import SHARE_OF_RANGE, converter_step, noise_of
-from stillhook.units import KINDS, show
-from stillhook.variables import PHYSICAL
+from stillhook.statistics.correlated_mean import blocks, mean_and_uncertainty, noise_of, trends
+from stillhook.statistics.estimate import NORMAL_95
 
 if TYPE_CHECKING:
-    from stillhook.logs.log import Log
+    from stillhook.logs.types import Log
 
-__all__ = ["Rejected", "Steady", "Window", "WindowSettings", "steady_windows"]
-
-
-HIGH = 95.0
-"""Percentile of a signal's magnitude that represents "high": above settled values, below the spikes of starting and
-stopping."""
-REST_SHARE = 0.01
-"""Part of full speed below which time that nothing else claims is counted as standing."""
-RAMP_CHANGE, RAMP_STRAIGHT = 0.3, 0.7
-"""Change of speed within a stretch, over its mean, from which it is a ramp, and the least part of the path that is this
-change."""
-WORTH_TELLING = 0.5
-"""Stretches shorter than this part of the least length are ramps and overshoots, and are counted as such, not
-reported one by one."""
+TREND_BLOCKS = 96
+"""Samples of a step are put together into so many at most before its drift is looked at."""
+MOST_STARTS = 24
+"""Starts of the last part that are tried: to 4 % of the step's length."""
+HEAD = 1.0
+"""Beginning of a stretch that must agree with its rest: a load on its wire swings once [s]."""
+JUMP_SIDE, JUMP_CLEAR, JUMP_FAR, JUMP_RATIO = 1.0, 0.5, 2.0, 4.0
+"""A jump: means of 1 s before and after differ, four times more than the same two seconds earlier and later; 0.5 s is
+left out on both sides of it, in which the pressure swings to its new level [s]."""
+MOST_JUMPS = 4
+"""Layers that one step is looked through for: 60 s at full speed cross no more."""
+FISHER = 0.01
+"""Chance of a false alarm of Fisher's test for one frequency in noise (Proc. R. Soc. A 125, 1929)."""
+REST = 0.1
+"""Part of the mean speed below which the winch is at rest; noise, however large, puts no more than 5 % of the samples
+there."""
+MIN_DEGREES = 3.0
+"""A speed that is not three standard uncertainties from zero has no direction."""
 
 
 def steady_windows(
@@ -72,276 +75,278 @@ def steady_windows(
     which speed, effort and held signals do not drift: beyond their tolerance *and* beyond their noise. Errors:
     IdentifyError for a name that the log does not have, or no sample to work on.
     """
-    search = _Search(
-        log, speed, effort, command, tuple(held), tuple(made_of), dict(kinds or {}), settings or WindowSettings()
-    )
-    windows: list[Window] = []
-    rejected: list[Rejected] = list(search.bad_speed())
-    trimmed: list[Rejected] = []
-    for step in search.steps():
+    s = settings or WindowSettings()
+    search = Search(log, speed, effort, command, tuple(held), tuple(made_of), dict(kinds or {}), s)
+    parts: list[Window | Rejected] = list(search.bad_speed())
+    for step in find_steps(search.t, search.v, search.command, search.holes, search.quanta[0], s):
         for cut in _cut_at_layers(search, step, layer_limits, position):
-            for window in _from_step(search, cut, step.direction):
-                if isinstance(window, Window):
-                    windows.append(window)
-                else:
-                    (trimmed if window.code == "start" else rejected).append(window)
-    rejected = [r for r in rejected if not search.pause_or_ramp(r)]
-    rejected += search.never_steady([*windows, *rejected])
-    key = lambda r: r.start
-    time = search.time_by_use(windows, rejected, trimmed)
-    return Steady(
-        tuple(sorted(windows, key=key)), tuple(sorted(rejected, key=key)), tuple(sorted(trimmed, key=key)), time
-    )
+            parts += _from_step(search, cut, step.direction)
+    parts = [p for p in parts if isinstance(p, Window) or not search.pause_or_ramp(p)]
+    parts += search.never_steady([p for p in parts if isinstance(p, Window) or p.code != "start"])
+    parts.sort(key=lambda p: p.start)
+    windows = tuple(p for p in parts if isinstance(p, Window))
+    trimmed = tuple(p for p in parts if isinstance(p, Rejected) and p.code == "start")
+    rejected = tuple(p for p in parts if isinstance(p, Rejected) and p.code != "start")
+    return Steady(windows, rejected, trimmed, search.time_by_use(windows, rejected, trimmed))
 
 
-class _Search:
-    """The log's signals on the bins that have a speed, with tolerances and wording."""
+@dataclass(frozen=True)
+class Cut:
+    """Bins [begin, end) of a step; at_layer: a change of layer, and not a ramp, bounds it on one side or both."""
 
-    def __init__(
-        self,
-        log: Log,
-        speed: str,
-        effort: str | FloatArray,
-        command: str | None,
-        held: tuple[str, ...],
-        made_of: tuple[str, ...],
-        kinds: dict[str, str],
-        settings: WindowSettings,
-    ) -> None:
-        self.log, self.settings, self.held = log, settings, held
-        v = self.signal(speed)
-        e, name, parts = self._effort(effort, made_of)
-        self.effort_sources = parts
-        self.kinds = {
-            "speed": kind_of(log, speed, kinds),
-            "effort": kind_of(log, name, kinds) or kinds.get("effort", ""),
-        }
-        self.kinds.update({h: kind_of(log, h, kinds) for h in held})
-        doubtful_speed = self.doubt((speed,)) | ~np.isfinite(v)
-        if command is not None:
-            doubtful_speed |= ~np.isfinite(self.signal(command))
-        self.speed_name, self.speed_lost = speed, doubtful_speed
-        self.at = np.nonzero(~doubtful_speed)[0]
-        if len(self.at) < settings.least_samples:
-            raise IdentifyError(f'{log.source}: "{speed}" has {len(self.at)} good samples. Give a log with a speed.')
-        self.t = log.t[self.at]
-        self.dt = float(np.median(np.diff(log.t)))
-        self.v, self.e = v[self.at], e[self.at]
-        self.channels = np.stack([self.v, self.e, *(self.signal(h)[self.at] for h in held)])
-        self.bad = (self.doubt((*parts, *held))[self.at]) | ~np.all(np.isfinite(self.channels), axis=0)
-        self.command = None if command is None else self.signal(command)[self.at]
-        self.all = np.stack([np.asarray(x, dtype=float) for x in log.signals.values()])
-        self._scales(speed, name)
-
-    def _effort(self, effort: str | FloatArray, made_of: tuple[str, ...]) -> tuple[FloatArray, str, tuple[str, ...]]:
-        if not isinstance(effort, str):
-            return effort_of(self.log, effort), "effort", made_of
-        pressures = tuple(p for p in ("p_a", "p_b") if effort == "dp_m" and p in self.log.signals)
-        return effort_of(self.log, effort), effort, (*pressures, effort)
-
-    def signal(self, name: str) -> FloatArray:
-        return signal_of(self.log, name)
-
-    def doubt(self, names: Sequence[str]) -> BoolArray:
-        out = np.zeros(len(self.log.t), dtype=bool)
-        for name in names:
-            out |= self.log.doubtful.get(name, False)
-        return out
-
-    def _scales(self, speed: str, effort: str) -> None:
-        """Full speed, high effort, steps of the converters, least uncertainties."""
-        good_e = self.e[np.isfinite(self.e)]
-        self.full_speed = float(np.max(np.abs(self.v)))
-        moving = (
-            np.abs(self.v) > REST_SHARE * self.full_speed
-        )  # high effort is one of a moving winch, however long it was
-        use = self.e[moving & np.isfinite(self.e)]
-        self.high_effort = float(np.percentile(np.abs(use if len(use) else good_e), HIGH)) if len(good_e) else 0.0
-        named = self.settings.resolution
-        self.per_bin = max(1.0, self.log.rate * self.dt)
-        step_v = named[speed] if speed in named else converter_step(self.v, self.per_bin)
-        parts = [p for p in self.effort_sources if p in self.log.signals]
-        if len(parts) > 2:  # a difference next to the two that it is made of
-            parts.remove(effort)
-        steps = [named[p] if p in named else converter_step(self.log.signals[p], self.per_bin) for p in parts]
-        step_e = named[effort] if effort in named else float(np.sqrt(np.sum(np.square(steps))))
-        self.quanta = (step_v, step_e)
-        self.floors = (SHARE_OF_RANGE * self.full_speed, SHARE_OF_RANGE * self.high_effort)
-        self.slowest = self.settings.slowest()
-
-    def tolerances(self, begin: int, end: int) -> FloatArray:
-        """Drift that is let pass, by channel; never below what one change of the converter's level looks like."""
-        s = self.settings
-        level = np.abs(np.sort(self.channels[:, begin:end], axis=1)[:, (end - begin) // 2])
-        out = s.held_drift * level
-        out[0] = max(s.speed_drift * level[0], SHARE_OF_RANGE * self.full_speed, LEVEL_CHANGE * self.quanta[0])
-        out[1] = max(s.effort_drift * self.high_effort, LEVEL_CHANGE * self.quanta[1])
-        return np.asarray(np.maximum(out, np.finfo(float).tiny), dtype=float)
-
-    def name(self, channel: int) -> str:
-        return ("speed", "effort", *self.held)[channel]
-
-    def text(self, name: str, value: float) -> str:
-        """A value with its unit, or in SI where the unit is not known."""
-        kind = self.kinds.get(name, "")
-        return show(value, kind, 3) if kind in KINDS else f"{value:.3g}"
-
-    def holes(self) -> BoolArray:
-        """True where too much time is between a bin and the one before."""
-        out = np.zeros(len(self.t), dtype=bool)
-        out[1:] = np.diff(self.t) > max(self.settings.largest_hole + self.dt, 1.5 * self.dt)
-        return out
-
-    def steps(self) -> list[Step]:
-        return find_steps(self.t, self.v, self.command, self.holes(), self.quanta[0], self.settings)
-
-    def never_steady(self, reported: Sequence[Window | Rejected]) -> Iterator[Rejected]:
-        """Motions (from standstill to standstill or reversal) of which nothing has been reported yet."""
-        label = np.where(np.abs(self.v) > self.at_rest(), np.sign(self.v), 0.0)
-        cuts = np.nonzero((np.diff(label) != 0.0) | self.holes()[1:])[0] + 1
-        for a, b in pairwise([0, *cuts.tolist(), len(label)]):
-            length = float(self.t[b - 1] - self.t[a]) + self.dt
-            if label[a] == 0.0 or length < self.settings.least_length:
-                continue
-            if not any(w.start < self.t[b - 1] and w.end > self.t[a] for w in reported):
-                reason = (
-                    f"moved for {length:.3g} s, at no time at steady speed for"
-                    f" {WORTH_TELLING * self.settings.least_length:.3g} s"
-                )
-                yield self.rejected(a, b, int(label[a]), "short", reason)
-
-    def pause_or_ramp(self, r: Rejected) -> bool:
-        """Whether what was taken for a short step is the winch at rest, or on its way from one speed to another."""
-        if r.code != "short" or r.direction == 0:
-            return False
-        a, b = (int(k) for k in np.searchsorted(self.t, (r.start, r.end)))
-        v = self.v[a:b]
-        if len(v) < 2 or abs(r.speed) <= self.at_rest():
-            return True
-        net, path = abs(float(v[-1] - v[0])), float(np.sum(np.abs(np.diff(v))))
-        return net > RAMP_CHANGE * abs(r.speed) and path < 1.0 / RAMP_STRAIGHT * net
-
-    def at_rest(self) -> float:
-        """Speed below which the winch is taken to stand [SI]."""
-        return max(4.0 * noise_of(self.v), REST_SHARE * self.full_speed, self.slowest)
-
-    def bad_speed(self) -> Iterator[Rejected]:
-        """Stretches of the log whose speed (or command) is missing or doubtful, where they are as long as a step."""
-        for a, b in true_runs(self.speed_lost):
-            start, end = self.log.t[a] - 0.5 * self.dt, self.log.t[b - 1] + 0.5 * self.dt
-            if end - start >= self.settings.least_length:
-                code = bad_code(self.log.findings, (self.speed_name,), start, end)
-                yield Rejected(
-                    start, end, 0, np.nan, np.nan, f"no speed to trust for {end - start:.3g} s ({code})", code
-                )
-
-    def means(self, use: NDArray[np.intp]) -> dict[str, float]:
-        """Mean of every signal of the log over these bins; signals without a good one are left out."""
-        values = self.all[:, self.at[use]]
-        good = np.isfinite(values)
-        count = good.sum(axis=1)
-        sums = np.where(good, values, 0.0).sum(axis=1)
-        return {name: float(s / c) for name, s, c in zip(self.log.signals, sums, count, strict=True) if c}
-
-    def rejected(self, begin: int, end: int, direction: int, code: str, reason: str) -> Rejected:
-        v, e = self.v[begin:end], self.e[begin:end]
-        e = e[np.isfinite(e)]
-        start, stop = self.t[begin] - 0.5 * self.dt, self.t[end - 1] + 0.5 * self.dt
-        return Rejected(
-            float(start), float(stop), direction, float(v.mean()), float(e.mean()) if len(e) else np.nan, reason, code
-        )
-
-    def time_by_use(
-        self, windows: Sequence[Window], rejected: Sequence[Rejected], trimmed: Sequence[Rejected]
-    ) -> dict[str, float]:
-        """Seconds of the log by what became of them."""
-        labels = ("changing speed", "standing", "rejected", "trimmed", "used")
-        state = np.zeros(len(self.log.t), dtype=int)
-        state[self.at[np.abs(self.v) < self.at_rest()]] = 1
-        for value, parts in ((2, rejected), (3, trimmed), (4, windows)):
-            for part in parts:
-                a, b = np.searchsorted(self.log.t, (part.start, part.end))
-                state[a:b] = value
-        out = {label: float(np.sum(state == i)) * self.dt for i, label in enumerate(labels)}
-        out["no samples"] = max(float(self.log.t[-1] - self.log.t[0]) + self.dt - len(self.log.t) * self.dt, 0.0)
-        return out
+    begin: int
+    end: int
+    at_layer: bool = False
 
 
-def signal_of(log: Log, name: str) -> FloatArray:
-    """A signal of the log, shape (n,). Errors: IdentifyError naming those that it has."""
-    if name not in log.signals:
-        available = ", ".join(sorted(log.signals))
-        raise IdentifyError(f'{log.source}: no signal "{name}". It has {available}. Name it in the mapping.')
-    return np.asarray(log.signals[name], dtype=float)
-
-
-def effort_of(log: Log, effort: str | FloatArray) -> FloatArray:
-    """The effort of every bin, shape (n,): a signal, p_a - p_b for "dp_m" where only those are there, or the array that
-    is given."""
-    if not isinstance(effort, str):
-        values = np.asarray(effort, dtype=float)
-        if values.shape != log.t.shape:
-            raise IdentifyError(
-                f"effort: {values.shape} values for {log.t.shape} samples. Give one for each bin of the log."
-            )
-        return values
-    if effort == "dp_m" and effort not in log.signals and "p_a" in log.signals:
-        return signal_of(log, "p_a") - signal_of(log, "p_b")
-    return signal_of(log, effort)
-
-
-def kind_of(log: Log, name: str | FloatArray, kinds: Mapping[str, str] | None = None) -> str:
-    """Key of units.KINDS of a signal: as the caller says, as the mapping states, as the variable of that name; "" where
-    nothing does."""
-    if not isinstance(name, str):
-        name = "effort"
-    if kinds and name in kinds:
-        return kinds[name]
-    return log.kind(name) or (PHYSICAL[name].kind if name in PHYSICAL else "")
-
-
-def true_runs(mask: BoolArray) -> list[tuple[int, int]]:
-    """Half-open runs of True."""
-    edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
-    return list(zip(np.nonzero(edges > 0)[0].tolist(), np.nonzero(edges < 0)[0].tolist(), strict=True))
-
-
-def _cut_at_layers(search: _Search, step: Step, limits: Sequence[float], position: str) -> list[Cut]:
+def _cut_at_layers(search: Search, step: Step, limits: Sequence[float], position: str) -> list[Cut]:
     """The step in parts, none of which holds a change of layer that the caller has named."""
     if not limits:
-        return [Cut(step.begin, step.end, "step", "step")]
-    where = search.signal(position)[search.at][step.begin : step.end]
-    layer = np.searchsorted(np.sort(np.asarray(limits, dtype=float)), where)
-    layer = (
-        np.maximum.accumulate(layer) if layer[-1] >= layer[0] else np.minimum.accumulate(layer)
-    )  # noise crosses no layer twice
+        return [Cut(step.begin, step.end)]
+    wire = signal_of(search.log, position)[search.at][step.begin : step.end]
+    layer = np.searchsorted(np.sort(np.asarray(limits, dtype=float)), wire)
+    rising = layer[-1] >= layer[0]  # noise crosses no layer twice
+    layer = np.maximum.accumulate(layer) if rising else np.minimum.accumulate(layer)
     edges = [0, *(np.nonzero(np.diff(layer))[0] + 1).tolist(), len(layer)]
-    return [
-        Cut(step.begin + a, step.begin + b, "step" if a == 0 else "layer", "step" if b == len(layer) else "layer")
-        for a, b in pairwise(edges)
-    ]
+    return [Cut(step.begin + a, step.begin + b, at_layer=len(edges) > 2) for a, b in pairwise(edges)]
 
 
-def _from_step(search: _Search, cut: Cut, direction: int) -> Iterator[Window | Rejected]:
+def _from_step(search: Search, cut: Cut, direction: int) -> Iterator[Window | Rejected]:
     """What becomes of one step: windows, parts that were left out, or a reason."""
-    s = search.settings
     length = float(search.t[cut.end - 1] - search.t[cut.begin]) + search.dt
-    if (length < WORTH_TELLING * s.least_length or cut.end - cut.begin < 2) and cut.before == cut.after == "step":
+    least = WORTH_REPORTING * search.settings.least_length
+    if (length < least or cut.end - cut.begin < 2) and not cut.at_layer:
         return
-    pieces, refused = pieces_of(search, cut, direction)
-    yield from refused
-    for piece in pieces:
-        yield from _from_piece(search, piece, direction)
+    for part in _parts_of(search, cut, direction):
+        if isinstance(part, Rejected):
+            yield part
+            continue
+        tail = _last_part(search, part, direction)
+        if isinstance(tail, Rejected):
+            yield tail
+            continue
+        use, reason = tail
+        window = _window_of(search, use, direction)
+        yield window
+        if isinstance(window, Window) and reason:
+            yield search.rejected(int(part[0]), int(use[0]), direction, "start", reason)
 
 
-def _from_piece(search: _Search, piece: Piece, direction: int) -> Iterator[Window | Rejected]:
-    tail = last_part(search, piece)
-    if isinstance(tail, str):
-        code, reason = tail.split("|", 1)
-        yield search.rejected(piece.begin, piece.end, direction, code, reason)
-        return
-    use, reason = tail
-    window = window_of(search, piece, use, direction)
-    yield window
-    if isinstance(window, Window) and reason:
-        yield search.rejected(piece.begin, int(use[0]), direction, "start", reason)
+def _parts_of(search: Search, cut: Cut, direction: int) -> Iterator[IntArray | Rejected]:
+    """A step in parts without holes and jumps, each the good bins of a stretch at least as long as a window; what is
+    too short with its reason."""
+    s = search.settings
+    last = int(np.searchsorted(search.t, search.t[cut.end - 1] + 0.5 * search.dt - s.guard, "right"))
+    inside = np.arange(cut.begin, max(min(last, cut.end), cut.begin + 1))
+    good = inside[~search.bad[inside]]
+    for run in np.split(good, np.nonzero(np.diff(search.t[good]) > s.largest_hole + search.dt)[0] + 1):
+        parts = _at_jumps(search, run)
+        for i, part in enumerate(parts):
+            after_hole = i == 0 and not (len(run) and run[0] == inside[0])
+            if _long_enough(search, part):
+                yield part
+            else:
+                jumped = len(parts) > 1
+                yield _too_short(search, cut, part, inside, direction, jumped=jumped, after_hole=after_hole)
+
+
+def _long_enough(search: Search, part: IntArray) -> bool:
+    s = search.settings
+    if len(part) < s.least_samples:
+        return False
+    span = float(search.t[part[-1]] - search.t[part[0]]) + search.dt
+    covered = int(part[-1]) - int(part[0]) + 1
+    return span >= s.least_length * (1.0 - 1e-9) and len(part) >= (1.0 - s.doubtful) * covered
+
+
+def _too_short(
+    search: Search, cut: Cut, part: IntArray, inside: IntArray, direction: int, *, jumped: bool, after_hole: bool
+) -> Rejected:
+    """Why a part of a step gives no window."""
+    begin, end = (int(part[0]), int(part[-1]) + 1) if len(part) else (int(inside[0]), int(inside[-1]) + 1)
+    span = float(search.t[end - 1] - search.t[begin]) + search.dt
+    lost = search.bad[inside]
+    if len(part) == 0 or np.any(search.bad[begin:end]) or (np.any(lost) and after_hole):
+        names = (*search.effort_sources, *search.held)
+        code = search.bad_code(names, search.t[inside[0]], search.t[inside[-1]])
+        text = f"{code}: {np.sum(lost) * search.dt:.3g} s of {len(inside) * search.dt:.3g} s cannot be trusted"
+    elif jumped or cut.at_layer:
+        code, text = "layer change", f"{span:.3g} s next to a change of layer"
+    elif _at_hole(search, cut):
+        code, text = "gap", f"{span:.3g} s next to a gap in the log"
+    else:
+        code, text = "short", f"{span:.3g} s at steady speed"
+    needed = f"a window needs {search.settings.least_length:.3g} s and {search.settings.least_samples} samples"
+    return search.rejected(begin, end, direction, code, f"{text}; {needed}")
+
+
+def _at_hole(search: Search, cut: Cut) -> bool:
+    """Whether samples are missing at an end of the step."""
+    t = search.t
+    wide = search.settings.largest_hole + search.dt
+    before = cut.begin > 0 and t[cut.begin] - t[cut.begin - 1] > wide
+    return before or (cut.end < len(t) and t[cut.end] - t[cut.end - 1] > wide)
+
+
+def _at_jumps(search: Search, run: IntArray) -> list[IntArray]:
+    """A run split where effort jumps at steady speed."""
+    t = search.t[run]
+    jumps = find_jumps(t, search.e[run], search.settings.effort_jump * search.high_effort)
+    parts, begin = [], 0
+    for at in jumps:
+        parts.append(run[begin : int(np.searchsorted(t, t[at] - JUMP_CLEAR))])
+        begin = int(np.searchsorted(t, t[at] + JUMP_CLEAR))
+    parts.append(run[begin:])
+    return [part for part in parts if len(part)] or [run]
+
+
+def find_jumps(t: FloatArray, e: FloatArray, least: float) -> list[int]:
+    """Indices at which the level of e changes suddenly, by time: a jump, no drift, and not the first seconds of a
+    step."""
+    if len(t) < 8 or t[-1] - t[0] < JUMP_FAR + 2.0 * JUMP_SIDE:
+        return []
+    before, after, _, count = sides(t, e, JUMP_SIDE)
+    size = np.abs(after - before)
+    visible = (
+        (size > least) & (size > NOISE_LIMIT * noise_of(e) * np.sqrt(2.0 / count)) & (count >= min(3.0, count.max()))
+    )
+    visible &= t > t[0] + JUMP_FAR + JUMP_SIDE
+    out: list[int] = []
+    while np.any(visible) and len(out) < MOST_JUMPS:
+        k = int(np.argmax(np.where(visible, size, 0.0)))
+        far = [int(np.searchsorted(t, t[k] + sign * JUMP_FAR)) for sign in (-1.0, 1.0)]
+        if all(JUMP_RATIO * size[j] <= size[k] for j in far if 0 < j < len(t) - 1):
+            out.append(k)
+        visible &= np.abs(t - t[k]) > JUMP_FAR
+    return sorted(out)
+
+
+def _last_part(search: Search, part: IntArray, direction: int) -> tuple[IntArray, str] | Rejected:
+    """Bins of the longest last part without drift, and why the beginning was left out; or why there is none."""
+    s, tolerance = search.settings, search.tolerances(int(part[0]), int(part[-1]) + 1)
+    idx = _without_ramp(search, part, float(tolerance[0]) / LEVEL_CHANGE)
+    averages = blocks(np.concatenate([search.t[idx][None, :], search.channels[:, idx]]), TREND_BLOCKS)
+    t, x = averages[0], averages[1:]
+    n = len(t)
+    size = -(-len(idx) // TREND_BLOCKS)
+    latest = min(int(np.searchsorted(t, t[-1] + size * search.dt - s.least_length + 1e-6, "right")) - 1, n - 3)
+    starts = np.unique(np.linspace(0, max(latest, 0), MOST_STARTS).astype(np.intp))
+    tr = trends(t, x, starts, HEAD)
+    worst = tr.worst(tolerance)
+    fails = np.nonzero(np.any(worst > 1.0, axis=0))[0]
+    if len(fails) and fails[-1] == len(starts) - 1:
+        span = float(t[-1] - t[starts[-1]])
+        return _not_steady(search, part, direction, worst[:, -1], tr.drift[:, -1], span)
+    first = 0 if len(fails) == 0 else int(fails[-1]) + 1
+    hidden = tr.goes_on(first, tolerance)
+    if np.any(hidden > 1.0) and tr.span[first] < 2.0 * s.least_length:  # longer ones show their own drift
+        drift = hidden * np.where(hidden > 0.0, tolerance, 0.0)
+        return _not_steady(search, part, direction, hidden, drift, float(t[-1] - t[starts[first]]))
+    k = first + (_most_certain(x[:2], starts[first:]) if np.isfinite(tolerance[1]) else 0)
+    start = int(starts[k])
+    if np.isfinite(tolerance[1]):
+        start = min(start + round(s.spare * (n - start)), max(latest, start))
+    use = idx[len(idx) - (n - start) * size :] if start else idx
+    if start == 0:
+        return use, ""
+    off = np.mean(x[:, :start], axis=1) - np.mean(x[:, start:], axis=1)
+    bad = int(np.argmax(np.abs(off) / tolerance))
+    name = search.name(bad)
+    return use, f"settling: {name} was on average {search.text(name, off[bad])} off for {t[start] - t[0]:.3g} s"
+
+
+def _without_ramp(search: Search, idx: IntArray, limit: float) -> IntArray:
+    """Without the beginning of the next ramp, which is too slow to show at once where the converter is coarse or the
+    noise large."""
+    bins = max(3, round(search.settings.smoothing / search.dt))
+    fewest = max(search.settings.least_samples, round(search.settings.least_length / search.dt), 4 * bins)
+    while len(idx) - bins >= fewest:
+        tail, before = search.v[idx[-bins:]], search.v[idx[-4 * bins : -bins]]
+        off = abs(float(tail.mean() - before.mean()))
+        if off <= max(limit, NOISE_LIMIT * float(before.std()) / np.sqrt(bins)):
+            break
+        idx = idx[:-bins]
+    return idx
+
+
+def _most_certain(x: FloatArray, starts: IntArray) -> int:
+    """Which of the starts gives the best known means of speed and effort: the least variance over count, each against
+    its best.
+
+    Source: White, An effective truncation heuristic for bias reduction in simulation output, Simulation 69 (1997): the
+    marginal standard error rule, which looks for the start in the first half as here. It takes the end of a decay away
+    that is still within the tolerances.
+    """
+    n = x.shape[1]
+    starts = starts[: len(starts) // 2 + 1]
+    r = x - x[:, -1:]
+    sums, squares = (np.cumsum(y[:, ::-1], axis=1)[:, ::-1][:, starts] for y in (r, r * r))
+    count = n - starts
+    spread = np.maximum(squares - sums**2 / count, 0.0) / count**2
+    least = np.min(spread, axis=1, keepdims=True)
+    return int(np.argmin(np.sum(spread / np.where(least > 0.0, least, 1.0), axis=0)))
+
+
+def _not_steady(
+    search: Search, part: IntArray, direction: int, worst: FloatArray, drift: FloatArray, span: float
+) -> Rejected:
+    """The part with what drifts most in it; worst: drift over tolerance, drift in SI, both (channels,); span [s]."""
+    k = int(np.argmax(worst))
+    name, limit = search.name(k), abs(drift[k]) / worst[k] if worst[k] else 0.0
+    code, verb = ("displacement moved", "moved") if k > 1 else ("settling", "still drifted")
+    reason = (
+        f"{name} {verb} by {search.text(name, drift[k])} over the last {span:.3g} s; allowed is"
+        f" {search.text(name, limit)}"
+    )
+    return search.rejected(int(part[0]), int(part[-1]) + 1, direction, code, reason)
+
+
+def _window_of(search: Search, use: IntArray, direction: int) -> Window | Rejected:
+    """The window, or why its mean says nothing about steady friction."""
+    s = search.settings
+    v, e = search.v[use], search.e[use]
+    speed, u_speed = mean_and_uncertainty(v, step=search.quanta[0], per_bin=search.per_bin, floor=search.floors[0])
+    effort, u_effort = mean_and_uncertainty(e, step=search.quanta[1], per_bin=search.per_bin, floor=search.floors[1])
+    begin, end = int(use[0]), int(use[-1]) + 1
+
+    def too_slow(reason: str) -> Rejected:
+        return search.rejected(begin, end, direction, "too slow", reason)
+
+    shown = search.text("speed", speed)
+    if abs(speed) < search.slowest:
+        return too_slow(f"{shown} is below the least speed {search.text('speed', search.slowest)}")
+    if abs(speed) < MIN_DEGREES * u_speed:
+        return too_slow(f"{shown} is not known better than to {search.text('speed', NORMAL_95 * u_speed)} (95 %)")
+    sticking = float(np.mean(np.abs(v) < REST * abs(speed)))
+    if sticking > s.standstill:
+        return too_slow(f"stick-slip: at rest for {100 * sticking:.0f} % of the time, {shown} on average")
+    for name, x, scale in (("speed", v, abs(speed)), ("effort", e, search.high_effort)):
+        if name == "effort" and not np.isfinite(s.effort_drift):
+            continue
+        amplitude, period = oscillation(search.t[use], x, s.oscillation * scale)
+        if amplitude > s.oscillation * scale:
+            reason = (
+                f"{name} swings by +-{search.text(name, amplitude)} with a period of {period:.3g} s; allowed is"
+                f" {search.text(name, s.oscillation * scale)}"
+            )
+            return search.rejected(begin, end, direction, "oscillating", reason)
+    start, stop = search.ends(begin, end)
+    return Window(start, stop, direction, speed, u_speed, effort, u_effort, len(use), search.means(use))
+
+
+def oscillation(t: FloatArray, x: FloatArray, least: float) -> tuple[float, float]:
+    """Amplitude and period of the strongest frequency, (0, 0) where it is below `least` or may be noise (Fisher's
+    test).
+
+    Only frequencies with two periods or more in the stretch count: one is a drift.
+    """
+    r = x - x.mean()
+    if np.sqrt(2.0 * np.mean(r * r)) <= least or len(x) < 8:
+        return 0.0, 0.0
+    power = np.abs(np.fft.rfft(r)[1:]) ** 2
+    k = 1 + int(np.argmax(power[1:]))
+    m = len(power)
+    if power[k] / power.sum() < 1.0 - (FISHER / m) ** (1.0 / (m - 1)):
+        return 0.0, 0.0
+    near = float(np.sum(power[max(k - 1, 0) : k + 2]))
+    return float(2.0 * np.sqrt(near)) / len(x), float(t[-1] - t[0]) / (k + 1) * len(x) / max(len(x) - 1, 1)

@@ -43,11 +43,11 @@ COURSE_SHOWN = 0.01
 
 @dataclass(frozen=True)
 class Statement:
-    """``code`` short name; ``severe`` the set must not be used as it is; ``text`` what is so, and what to do."""
+    """``code`` short name; ``text`` what is so, and what to do; ``severe`` the set must not be used as it is."""
 
     code: str
-    severe: bool
     text: str
+    severe: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,10 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
         text = (
             f"All tests carry about the same drum torque ({show(high, 'drum_torque', 3)}): friction in proportion to"
             f" the load (Y_1, Y_6) and constant friction (Y_3, Y_2) cannot be distinguished; {', '.join(lost)}"
-            f" {filled},"
-            f" {', '.join(fading)} represent both. The result holds for this load only. Add a staircase"
+            f" {filled}, {', '.join(fading)} represent both. The result holds for this load only. Add a staircase"
             f" {'with a load near SWL' if light else 'with the empty hook'}."
         )
-        out.append(Statement("one load", False, text))
+        out.append(Statement("one load", text))
     slowest, fastest = float(points.omega.min()), float(points.omega.max())
     if slowest > SLOW:
         used = [n for n in used if n not in ("Y_1", "Y_3")]
@@ -95,21 +94,20 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
             + ("It is taken from the set given with --like. " if like else "")
             + "Add steps between 20 and 150 rev/min, or name a set of a similar winch with --like."
         )
-        out.append(Statement("no low speed", like is None, text))
+        out.append(Statement("no low speed", text, severe=like is None))
     if fastest < FAST:
         text = (
             f"The fastest pair runs at {show(fastest, 'rotation', 3)}: friction that grows with speed (Y_5) is hardly"
             " seen. Add steps up to the highest speed of the winch."
         )
-        out.append(Statement("no high speed", False, text))
+        out.append(Statement("no high speed", text))
     if float(np.ptp(points.D_m)) < ONE_DISPLACEMENT * float(points.D_m.max()):
         text = (
             f"All tests have one displacement ({show(float(points.D_m.mean()), 'displacement', 3)} a motor):"
-            " whether the"
-            " split between motor loss and system friction is right cannot be checked. Repeat a load at two thirds"
-            " of it."
+            " whether the split between motor loss and system friction is right cannot be checked. Repeat a load at two"
+            " thirds of it."
         )
-        out.append(Statement("one displacement", False, text))
+        out.append(Statement("one displacement", text))
     constant = "Y_2" in used and "Y_6" not in used and "Y_6" not in prescribed
     return Design(tuple(used), prescribed, tuple(out), True if constant else None)
 
@@ -118,7 +116,7 @@ def judge(points: Points, fit: FrictionFit, intervals: Mapping[str, Estimate]) -
     """What the fit itself shows: bounds, open or useless intervals, parameters bound together, outliers, what the model
     leaves over."""
     points = points.fitted()
-    out = [*_nothing(fit), *_bounds(fit), *_intervals(intervals), *_together(points, fit)]
+    out = [*_limits(fit), *_intervals(intervals), *_together(points, fit)]
     sigma = fit.noise.sigma
     far = np.flatnonzero(np.abs(fit.residual) > OUTLIER * sigma)
     if len(far):
@@ -130,7 +128,7 @@ def judge(points: Points, fit: FrictionFit, intervals: Mapping[str, Estimate]) -
             f"{len(far)} pairs are more than {OUTLIER:g} standard uncertainties off: {places}{more}. Look at their"
             " stretches."
         )
-        out.append(Statement("outliers", False, text))
+        out.append(Statement("outliers", text))
     return (*out, *_drift(fit), *_residual_statements(points, fit))
 
 
@@ -145,37 +143,33 @@ def _drift(fit: FrictionFit) -> list[Statement]:
             " and read them at rest before and after each test; what repeats badly beyond that belongs into the"
             ' campaign file: [accuracy] p = "0.1 bar".'
         )
-        out.append(Statement("zero drift", False, text))
+        out.append(Statement("zero drift", text))
     if course > COURSE_SHOWN:
         text = (
-            f"Friction depends on time or test in addition to speed and load, by about {course:.1%} (oil that"
-            " warms up, or a law"
-            " of another form): at rising speeds this cannot be distinguished from friction that goes with"
-            " speed, so the"
-            " intervals are wider. Warm the oil up first, and run the speeds once more in falling order."
+            f"Friction depends on time or test in addition to speed and load, by about {course:.1%} (oil that warms up,"
+            " or a law of another form): at rising speeds this cannot be distinguished from friction that goes with"
+            " speed, so the intervals are wider. Warm the oil up first, and run the speeds once more in falling order."
         )
-        out.append(Statement("friction drift", False, text))
+        out.append(Statement("friction drift", text))
     return out
 
 
-def _nothing(fit: FrictionFit) -> list[Statement]:
-    if any(getattr(fit.y, n) > 0.0 for n in Y_LINEAR):
-        return []
-    text = (
-        "No system friction is left: the motor loss alone is more than what was measured. Check the motor loss, units"
-        " and scales, and the number of motors."
-    )
-    return [Statement("nothing left", True, text)]
-
-
-def _bounds(fit: FrictionFit) -> list[Statement]:
+def _limits(fit: FrictionFit) -> list[Statement]:
+    """Where the fit ended on the limits of what friction can be."""
+    out = []
+    if not any(getattr(fit.y, n) > 0.0 for n in Y_LINEAR):
+        text = (
+            "No system friction is left: the motor loss alone is more than what was measured. Check the motor loss,"
+            " units and scales, and the number of motors."
+        )
+        out.append(Statement("nothing left", text, severe=True))
     if "Y_4" in fit.at_bound:
         text = (
             f"Y_4 ended on the edge of its range ({show(fit.y.Y_4, 'rotation', 3)}): break-away friction does not fade"
             " the way the model has it. Look at the slowest steps; add some between 20 and 300 rev/min."
         )
-        return [Statement("Y_4 at its bound", True, text)]
-    return []
+        out.append(Statement("Y_4 at its bound", text, severe=True))
+    return out
 
 
 def _intervals(intervals: Mapping[str, Estimate]) -> list[Statement]:
@@ -188,16 +182,16 @@ def _intervals(intervals: Mapping[str, Estimate]) -> list[Statement]:
     out = []
     if open_:
         text = f"{', '.join(open_)}: no upper end with 95 % confidence. See the proposed tests."
-        out.append(Statement("open interval", "Y_4" in open_, text))
+        out.append(Statement("open interval", text, severe="Y_4" in open_))
     if zero:
-        out.append(Statement("not above zero", False, f"{', '.join(zero)}: may as well be zero (95 % interval)."))
+        out.append(Statement("not above zero", f"{', '.join(zero)}: may as well be zero (95 % interval)."))
     return out
 
 
 def _together(points: Points, fit: FrictionFit) -> list[Statement]:
     rest = "cannot be distinguished by these speeds and loads. See the proposed tests."
     blind = [names for names in blind_directions(points, fit) if len(names) > 1]
-    out = [Statement("cannot be distinguished", False, f"{' and '.join(names)} {rest}") for names in blind]
+    out = [Statement("cannot be distinguished", f"{' and '.join(names)} {rest}") for names in blind]
     r = correlation(fit)
     bound = [
         f"{fit.names[j]} and {a} ({r[i, j]:.2f})"
@@ -207,7 +201,7 @@ def _together(points: Points, fit: FrictionFit) -> list[Statement]:
     ]
     if bound and not out:
         text = f"Bound together (correlation): {', '.join(bound)}. Trust what they add up to in the friction, not each."
-        out.append(Statement("bound together", False, text))
+        out.append(Statement("bound together", text))
     return out
 
 
@@ -228,10 +222,12 @@ def _residual_statements(points: Points, fit: FrictionFit) -> list[Statement]:
     )
     if means:
         _, r, name, D = max(means)
-        mean = f"{'+' if r > 0 else ''}{show(r, 'torque', 2)}"
-        text += f', most in test "{name}" ({show(D, "displacement", 3)} a motor: {mean} in the mean)'
+        sign = "+" if r > 0 else ""
+        text += (
+            f', most in test "{name}" ({show(D, "displacement", 3)} a motor: {sign}{show(r, "torque", 2)} in the mean)'
+        )
     text += (
         ". The intervals count it as scatter. Differences that go with displacement point to the motor model (second"
         " loop)."
     )
-    return [Statement("left over", False, text)]
+    return [Statement("left over", text)]

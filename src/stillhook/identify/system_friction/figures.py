@@ -4,13 +4,13 @@ measurement, errors."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.identify.system_friction.fitting.fit import predicted_sd
+from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
 from stillhook.identify.system_friction.fitting.model import Loss, Points, mj4, motor_loss_at, system_friction
 from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, nominal_share
 from stillhook.report.plots.run import COLOURS, GREY
@@ -59,20 +59,10 @@ def figures(result: Friction) -> Mapping[str, Figure]:
 def friction_pressure(result: Friction) -> Figure:
     """dp_F over motor speed, by test (thesis figure 2.6): pairs with 95 % bars, the 25 rev/min grid as lines."""
     figure, ax = _axes("Friction as pressure, dp_F = (dp_up - dp_down) / 2 (as figure 2.6)", "dp_F [bar]")
-    for style, k, name in _tests(result.points):
-        points = result.points.where(result.points.test == k)
+    for style, points, grid in _tests(result):
         bars = NORMAL_95 * np.hypot(points.u_dp, result.fit.tau)
-        ax.errorbar(
-            _rpm(points.omega),
-            _bar(points.dp_F),
-            yerr=_bar(bars),
-            ls="none",
-            ms=4,
-            capsize=2,
-            label=_label(result, k, name),
-            **style,
-        )
-        grid = result.grid.where(result.grid.test == k)
+        dp_F, speed = _bar(points.dp_F), _rpm(points.omega)
+        ax.errorbar(speed, dp_F, yerr=_bar(bars), ls="none", capsize=2, **style)
         ax.plot(_rpm(grid.omega), _bar(grid.dp_F), lw=0.8, color=style["color"])
     return _finished(figure, ax)
 
@@ -82,16 +72,10 @@ def friction_torque(result: Friction) -> Figure:
     figure, ax = _axes(
         "Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)", "T_f [N m]"
     )
-    for style, k, name in _tests(result.points):
-        points = _sorted(result.points.where(result.points.test == k))
-        ax.plot(_rpm(points.omega), points.T_f, ls="none", ms=4, label=_label(result, k, name), **style)
-        ax.plot(
-            _rpm(points.omega),
-            _model(points, result),
-            lw=1.0,
-            color=style["color"],
-            ls="--" if points.hold_out.any() else "-",
-        )
+    for style, points, _ in _tests(result):
+        speed, modelled = _rpm(points.omega), predicted(points, result.loss, result.fit.y)
+        ax.plot(speed, points.T_f, ls="none", **style)
+        ax.plot(speed, modelled, lw=1.0, color=style["color"], ls=_line(points))
     return _finished(figure, ax)
 
 
@@ -103,17 +87,9 @@ def system_friction_figure(result: Friction) -> Figure:
     )
     omega = np.linspace(0.0, float(result.points.omega.max()), 200)
     loads: set[float] = set()
-    for style, k, name in _tests(result.points):
-        points = result.points.where(result.points.test == k)
+    for style, points, _ in _tests(result):
         T_d = float(points.T_d.mean())
-        ax.plot(
-            _rpm(points.omega),
-            points.T_f - motor_loss_at(points, result.loss),
-            ls="none",
-            ms=4,
-            label=_label(result, k, name),
-            **style,
-        )
+        ax.plot(_rpm(points.omega), points.T_f - motor_loss_at(points, result.loss), ls="none", **style)
         if round(T_d, -3) not in loads:
             loads.add(round(T_d, -3))
             _band(ax, omega, T_d, result, style["color"])
@@ -151,10 +127,10 @@ def model_against_measured(result: Friction) -> Figure:
         "measured [N m]",
     )
     top = 0.0
-    for style, k, name in _tests(result.points):
-        points = result.points.where(result.points.test == k)
-        measured, modelled = points.count * points.T_f, points.count * _model(points, result)
-        ax.plot(measured, modelled, ls="none", ms=4, label=_label(result, k, name), **style)
+    for style, points, _ in _tests(result):
+        measured = points.count * points.T_f
+        modelled = points.count * predicted(points, result.loss, result.fit.y)
+        ax.plot(measured, modelled, ls="none", **style)
         top = max(top, float(measured.max()), float(modelled.max()))
     ax.plot([0.0, 1.05 * top], [0.0, 1.05 * top], color=GREY, lw=0.8)
     ax.set_xlim(0.0, 1.05 * top)
@@ -167,11 +143,9 @@ def error_figure(result: Friction) -> Figure:
     figure, ax = _axes(
         "Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]"
     )
-    for style, k, name in _tests(result.points):
-        points = _sorted(result.points.where(result.points.test == k))
-        ls = "--" if points.hold_out.any() else "-"
+    for style, points, _ in _tests(result):
         error = nominal_share(points, result.loss, result.fit.y)
-        ax.plot(_rpm(points.omega), error, ms=4, lw=0.8, ls=ls, label=_label(result, k, name), **style)
+        ax.plot(_rpm(points.omega), error, lw=0.8, ls=_line(points), **style)
     ax.axhspan(-1.0, 1.0, color=GREY, alpha=0.15, lw=0)
     ax.axvline(in_display(JUDGED_FROM, "rotation"), color=GREY, lw=0.8, ls=":")
     return _finished(figure, ax)
@@ -202,10 +176,9 @@ def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title:
     figure = Canvas(figsize=(5.0 * len(losses), 5.0), layout="constrained")
     axes = figure.subplots(1, len(losses), sharey=True, squeeze=False)[0]
     for ax, (label, loss) in zip(axes, losses.items(), strict=True):
-        for style, k, name in _tests(result.points):
-            points = _sorted(result.points.where(result.points.test == k))
+        for style, points, _ in _tests(result):
             derived = points.count * (points.T_f - motor_loss_at(points, loss))
-            ax.plot(_rpm(points.omega), derived, ms=4, lw=0.8, label=_label(result, k, name), **style)
+            ax.plot(_rpm(points.omega), derived, lw=0.8, **style)
         ax.set_title(label, fontsize="medium")
         ax.set_xlabel(SPEED)
         ax.grid(alpha=0.3)
@@ -234,35 +207,26 @@ def _finished(figure: Figure, ax: Axes) -> Figure:
     return figure
 
 
-def _tests(points: Points) -> Sequence[tuple[dict[str, Any], int, str]]:
-    """Style, index and name of every test; held-out ones are drawn hollow."""
-    out = []
-    for i, k in enumerate(np.unique(points.test)):
-        held = bool(points.hold_out[points.test == k].any())
+def _tests(result: Friction) -> Iterator[tuple[dict[str, Any], Points, Points]]:
+    """Style with label, points by speed and points on the grid of every test; held-out ones are drawn hollow."""
+    for i, k in enumerate(np.unique(result.points.test)):
+        points = result.points.where(result.points.test == k)
+        points = points.where(np.argsort(points.omega))  # type: ignore[arg-type]
+        test, D_m = result.campaign.tests[k], show(float(points.D_m.mean()), "displacement", 3)
+        note = ", held out" if test.hold_out else ""
         style = {
             "color": COLOURS[i % len(COLOURS)],
             "marker": MARKERS[i % len(MARKERS)],
-            "mfc": "none" if held else None,
+            "ms": 4,
+            "mfc": "none" if points.hold_out.any() else None,
+            "label": f"{points.names[k]}: {show(test.load, 'mass', 3)}, {D_m}{note}",
         }
-        out.append((style, int(k), points.names[k]))
-    return out
+        yield style, points, result.grid.where(result.grid.test == k)
 
 
-def _label(result: Friction, k: int, name: str) -> str:
-    test = result.campaign.tests[k]
-    D = float(result.points.D_m[result.points.test == k].mean())
-    held = ", held out" if test.hold_out else ""
-    return f"{name}: {show(test.load, 'mass', 3)}, {show(D, 'displacement', 3)}{held}"
-
-
-def _sorted(points: Points) -> Points:
-    return points.where(np.argsort(points.omega))  # type: ignore[arg-type]
-
-
-def _model(points: Points, result: Friction) -> FloatArray:
-    from stillhook.identify.system_friction.fitting.fit import predicted
-
-    return predicted(points, result.loss, result.fit.y)
+def _line(points: Points) -> str:
+    """Style of a test's line: dashed where no fit has seen it."""
+    return "--" if points.hold_out.any() else "-"
 
 
 def _rpm(omega: FloatArray) -> FloatArray:

@@ -27,7 +27,6 @@ from stillhook.identify.system_friction.fitting.fit import (
     predicted,
 )
 from stillhook.identify.system_friction.fitting.model import (
-    Y_LINEAR,
     Y_NAMES,
     Loss,
     Points,
@@ -113,7 +112,7 @@ class Mapped:
 @dataclass(frozen=True)
 class Friction:
     """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points;
-    ``fit`` the system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second``
+    ``fit`` the system friction; ``intervals`` 95 %; ``check`` the thesis's way next to ours; ``held_out``; ``second``
     loop, ``mapped`` where requested; ``proposals`` what to test next; ``statements`` what the data cannot determine;
     ``like`` where filled-in parameters come from.
     """
@@ -143,7 +142,7 @@ class Friction:
     @property
     def system(self) -> SystemFriction:
         """The parameters as a crane has them."""
-        return SystemFriction.model_construct(None, **{n: float(getattr(self.fit.y, n)) for n in Y_NAMES})
+        return self.fit.y.system
 
 
 def friction(
@@ -176,9 +175,7 @@ def friction(
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
     method, variant = choice(Intervals, intervals, "intervals"), choice(Variant, variant, "variant")
     measured = _measured(campaign, progress)
-    campaign = replace(
-        campaign, tests=tuple(m.test for m in measured)
-    )  # with the weight of the wire that the logs show
+    campaign = replace(campaign, tests=tuple(m.test for m in measured))  # with the wire's weight, as the logs show it
     points, grid = joined([m.points for m in measured]), joined([m.grid_points for m in measured])
     if not len(points.fitted()):
         raise IdentifyError(
@@ -190,14 +187,15 @@ def friction(
     keep = plan.keep_Y_2 if keep_Y_2 is None else keep_Y_2
     fit = fit_system(points, loss, keep_Y_2=keep, used=plan.used, prescribed=plan.prescribed)
     profile = profile_intervals(points, loss, fit)  # what is severe must not depend on the method of the intervals
-    parameter_intervals = (
-        profile if method is Intervals.PROFILE else _sampled_intervals(method, points, loss, fit, seed)
-    )
-    held = held_out_errors(points, loss, fit.y)
+    parameter_intervals: Mapping[str, Estimate] = profile
+    if method is not Intervals.PROFILE:
+        draws = bootstrap if method is Intervals.BOOTSTRAP else posterior
+        parameter_intervals = quantile_intervals(draws(points, loss, fit, seed=seed), fit)
+    held_out = held_out_errors(points, loss, fit.y)
     statements = (
         *plan.statements,
         *judge(points, fit, profile),
-        *_beyond_claim(held),
+        *_beyond_claim(held_out),
         *motor_statement(campaign, points, fit),
         *unlike(points, fit.y),
         *log_statements(measured),
@@ -215,7 +213,7 @@ def friction(
         intervals=parameter_intervals,
         method=method,
         check=thesis_check(grid, points, loss, fit, variant, seed),
-        held_out=held,
+        held_out=held_out,
         second=second,
         mapped=mapped,
         proposals=propose(campaign, points, loss, fit, n=proposals) if proposals else (),
@@ -234,8 +232,7 @@ def thesis_check(
     enough = len(grid.fitted()) > len(fit.names) + 1
     fitted = grid.fitted() if enough else points.fitted()
     target = fitted.T_f - motor_loss_at(fitted, loss)
-    used = tuple(n for n in Y_LINEAR if n in fit.names)
-    problem = Problem(Target(fitted, target), np.ones(len(fitted)), used, fit.prescribed)
+    problem = Problem(Target(fitted, target), np.ones(len(fitted)), fit.linear, fit.prescribed)
     y_grid, cost_grid = problem.best()
     names = [n for n in Y_NAMES if n in fit.names]
     blank = Y(**{**dict.fromkeys(Y_NAMES, 0.0), "Y_4": fit.y.Y_4, **fit.prescribed})
@@ -260,30 +257,22 @@ def with_map(points: Points, path: str | Path, D_max: float, fit: FrictionFit) -
     supplier = read_map(path, D_max=f"{D_max!r} m^3/rad")
     table = mapped_loss(supplier)
     loss: Loss = lambda omega, D_m, dp: table(omega, D_m, dp)[0]
-    refit = fit_system(
-        points,
-        loss,
-        used=tuple(n for n in Y_LINEAR if n in fit.names),
-        keep_Y_2="Y_2" in fit.names,
-        prescribed=fit.prescribed,
-    )
-    inside = (
-        table(points.omega_up, points.D_m, points.dp_up)[1] & table(points.omega_down, points.D_m, points.dp_down)[1]
-    )
+    refit = fit_system(points, loss, used=fit.linear, keep_Y_2="Y_2" in fit.names, prescribed=fit.prescribed)
+    inside = table(points.omega_up, points.D_m, points.dp_up)[1]
+    inside &= table(points.omega_down, points.D_m, points.dp_down)[1]
     rms_model, rms_map = (float(np.sqrt(np.mean(f.residual**2))) for f in (fit, refit))
     return Mapped(supplier.source, loss, refit, rms_model, rms_map, float(np.mean(~inside)))
 
 
 def held_out_errors(points: Points, loss: Loss, y: Y) -> tuple[HeldOut, ...]:
     """How well the friction of tests that no fit has seen is predicted."""
-    held = points.held_out()
-    held = held.where(held.omega >= JUDGED_FROM)
-    error = 100.0 * (predicted(held, loss, y) - held.T_f) / held.T_N
-    out = []
-    for k in np.unique(held.test):
-        e = error[held.test == k]
-        out.append(HeldOut(held.names[k], float(np.sqrt(np.mean(e**2))), float(np.max(np.abs(e))), len(e)))
-    return tuple(out)
+    unseen = points.held_out()
+    unseen = unseen.where(unseen.omega >= JUDGED_FROM)
+    error = nominal_share(unseen, loss, y)
+    errors = {unseen.names[k]: error[unseen.test == k] for k in np.unique(unseen.test)}
+    return tuple(
+        HeldOut(name, float(np.sqrt(np.mean(e**2))), float(np.max(np.abs(e))), len(e)) for name, e in errors.items()
+    )
 
 
 def _measured(campaign: Campaign, progress: Progress | None) -> tuple[Measured, ...]:
@@ -315,22 +304,15 @@ CLAIM = 1.0
 """The thesis's claim [% of nominal torque] (paper D, conclusions)."""
 
 
-def _beyond_claim(held: tuple[HeldOut, ...]) -> tuple[Statement, ...]:
-    worst = max(held, key=lambda h: h.worst, default=None)
+def _beyond_claim(held_out: tuple[HeldOut, ...]) -> tuple[Statement, ...]:
+    worst = max(held_out, key=lambda h: h.worst, default=None)
     if worst is None or worst.worst <= CLAIM:
         return ()
     text = (
         f'Held-out test "{worst.test}" is predicted within {worst.worst:.1f} % of nominal torque only; the thesis'
         f" claims {CLAIM:g} %."
     )
-    return (Statement("held out", False, text),)
-
-
-def _sampled_intervals(
-    method: Intervals, points: Points, loss: Loss, fit: FrictionFit, seed: int
-) -> Mapping[str, Estimate]:
-    draw = bootstrap if method is Intervals.BOOTSTRAP else posterior
-    return quantile_intervals(draw(points, loss, fit, seed=seed), fit)
+    return (Statement("held out", text),)
 
 
 def nominal_share(points: Points, loss: Loss, y: Y) -> np.ndarray:

@@ -18,7 +18,6 @@ from stillhook.errors import IdentifyError
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, covariance, fit_system, predicted
 from stillhook.identify.system_friction.fitting.model import (
     X_NAMES,
-    Y_LINEAR,
     Loss,
     Points,
     Y,
@@ -80,45 +79,33 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
     refined, system, spread = loss, fit, np.zeros((len(X_NAMES), len(X_NAMES)))
     for _ in range(rounds):
         refined, spread = _motor_fit(fitted_points, system)
-        used = tuple(n for n in Y_LINEAR if n in fit.names)
-        system = fit_system(points, mj4(refined), used=used, keep_Y_2="Y_2" in fit.names, prescribed=fit.prescribed)
+        system = fit_system(
+            points, mj4(refined), used=fit.linear, keep_Y_2="Y_2" in fit.names, prescribed=fit.prescribed
+        )
     first, second = _costs(points, mj4(loss), fit.y), _costs(points, mj4(refined), system.y)
     verdict = _verdict(first, second, len(points.held_out()))
-    return SecondLoop(
-        refined,
-        spread,
-        system,
-        first,
-        second,
-        rounds,
-        verdict,
-        _statements(points, loss, refined, first, second, verdict),
-    )
+    statements = _statements(points, loss, refined, first, second, verdict)
+    return SecondLoop(refined, spread, system, first, second, rounds, verdict, statements)
 
 
 def _motor_fit(fitted_points: Points, system: FrictionFit) -> tuple[TorqueLoss, FloatArray]:
     from scipy.optimize import nnls
 
     sigma = system.noise.sigma
-    A, b = (
-        motor_columns(fitted_points) / sigma[:, None],
-        (fitted_points.T_f - system.noise.shift - system_friction_at(fitted_points, system.y)) / sigma,
-    )
+    A = motor_columns(fitted_points) / sigma[:, None]
+    b = (fitted_points.T_f - system.noise.shift - system_friction_at(fitted_points, system.y)) / sigma
     size = np.linalg.norm(A, axis=0)
     x = nnls(A / size, b)[0] / size
     excess = max(float(np.sum((b - A @ x) ** 2)) / max(len(fitted_points) - len(x), 1), 1.0)
-    return (
-        TorqueLoss.model_construct(None, **{n: float(v) for n, v in zip(X_NAMES, x, strict=True)}),
-        covariance(A) * excess,
-    )
+    refined = TorqueLoss.model_construct(None, **dict(zip(X_NAMES, map(float, x), strict=True)))
+    return refined, covariance(A) * excess
 
 
 def _costs(points: Points, loss: Loss, y: Y) -> Costs:
-    held = points.held_out()
-    if not len(held):
-        return Costs(cost(points.fitted(), loss, y), math.nan, math.nan)
-    worst = float(np.max(np.abs(held.T_f - predicted(held, loss, y)) / held.T_N)) * 100.0
-    return Costs(cost(points.fitted(), loss, y), cost(held, loss, y), worst)
+    unseen, worst = points.held_out(), math.nan
+    if len(unseen):
+        worst = float(np.max(np.abs(unseen.T_f - predicted(unseen, loss, y)) / unseen.T_N)) * 100.0
+    return Costs(cost(points.fitted(), loss, y), cost(unseen, loss, y) if len(unseen) else math.nan, worst)
 
 
 def _verdict(first: Costs, second: Costs, count: int) -> str:
@@ -137,9 +124,8 @@ def _statements(
     out = [f"cost on the fitted tests {_change(first.fitted, second.fitted)}"]
     if verdict == "untested":
         out.append(
-            "no test was held out: it is not known whether the refined model holds elsewhere. Keep the"
-            " supplier's, or hold"
-            " tests out"
+            "no test was held out: it is not known whether the refined model holds elsewhere. Keep the supplier's, or"
+            " hold tests out"
         )
     else:
         out.append(f"cost on the held-out tests {_change(first.held_out, second.held_out)}: {verdict}")

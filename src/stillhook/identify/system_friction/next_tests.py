@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,7 +61,7 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
     Loads from the empty hook to SWL and displacements down to half of the full one are candidates, as far as the active
     circuit's relief pressure allows. Errors: IdentifyError where no candidate can be run.
     """
-    names = _names(fit)
+    names = tuple(n for n in Y_NAMES if n != "Y_2" or n in fit.names)  # what is not known yet is what tests are for
     sigma = max(float(np.sqrt(fit.tau**2 + np.median(points.u_dp) ** 2)), LEAST_SD)
     d = _diameter(campaign, points)
     range_ = joined(
@@ -69,7 +69,10 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
     )
     goal = jacobian(range_, _evaluation_point(fit), names)
     information = _information(points.fitted(), fit, names, fit.tau)
-    candidates = _candidates(campaign, loss, fit, d, sigma)
+    a = campaign.crane.active
+    designs = [(s * campaign.crane.SWL, part * campaign.motor.D_max) for s in SHARES for part in DISPLACEMENTS]
+    stairs = [(*design, _staircase(campaign, loss, fit, *design, d, sigma)) for design in designs]
+    candidates = [c for c in stairs if float(c[-1].dp_up.max()) < a.relief.p - a.boost.p]
     if not candidates:
         raise IdentifyError(
             "No staircase can be proposed: even the empty hook is beyond the relief pressure at every displacement."
@@ -82,14 +85,10 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
         after = [math.inf if k in chosen else _rms(goal, information + w) for k, w in enumerate(worth)]
         best = int(np.argmin(after))
         chosen.add(best)
-        out.append(Proposal(candidates[best][0], candidates[best][1], before, after[best]))
+        load, D_m, _ = candidates[best]
+        out.append(Proposal(load, D_m, before, after[best]))
         information = information + worth[best]
     return tuple(out)
-
-
-def _names(fit: FrictionFit) -> tuple[str, ...]:
-    """All parameters but a dropped Y_2: what could not be determined yet is what new tests should determine."""
-    return tuple(n for n in Y_NAMES if n != "Y_2" or n in fit.names)
 
 
 def _evaluation_point(fit: FrictionFit) -> Y:
@@ -122,20 +121,6 @@ def _diameter(campaign: Campaign, points: Points) -> float:
     if len(points):
         return float(2.0 * np.mean(points.T_d) / np.mean([weights[i] for i in points.test]))
     return float(layer_diameter(float(campaign.crane.drum.layers), drum_record(campaign.crane)))
-
-
-def _candidates(
-    campaign: Campaign, loss: Loss, fit: FrictionFit, d: float, sigma: float
-) -> list[tuple[float, float, Points]]:
-    a = campaign.crane.active
-    candidates = []
-    for share in SHARES:
-        for part in DISPLACEMENTS:
-            load, D_m = share * campaign.crane.SWL, part * campaign.motor.D_max
-            stair = _staircase(campaign, loss, fit, load, D_m, d, sigma)
-            if float(stair.dp_up.max()) < a.relief.p - a.boost.p:
-                candidates.append((load, D_m, stair))
-    return candidates
 
 
 def _staircase(
@@ -183,7 +168,7 @@ def unlike(points: Points, y: Y) -> tuple[Statement, ...]:
         f" {show(float(T_d[0]), 'drum_torque', 3)}: published winches have {show(min(others), 'torque', 3)} to"
         f" {show(max(others), 'torque', 3)} there. Check units and scales, number of motors and motor loss."
     )
-    return (Statement("unusual", False, text),)
+    return (Statement("unusual", text),)
 
 
 MOTOR_SHARE = 0.5
@@ -205,21 +190,18 @@ def motor_statement(campaign: Campaign, points: Points, fit: FrictionFit) -> tup
         f"The motor loss is itself uncertain; that moves {texts}. It is not in the intervals, which hold for this motor"
         " loss."
     )
-    return (Statement("motor loss", False, text),)
+    return (Statement("motor loss", text),)
 
 
 def log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:
     """What was noted about single tests while they were measured, and what was found in their logs."""
-    out = [Statement(n.code, n.severe, f'test "{m.test.name}": {n.text}.') for m in measured for n in m.notes]
+    out = [replace(n, text=f'test "{m.test.name}": {n.text}.') for m in measured for n in m.notes]
     for m in measured:
         findings = [f for f in m.log.findings if f.kind != "constant" or f.signal not in SET_VALUES]
         if findings:
             kinds = Counter(f.kind for f in findings)
             counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(findings) > 1 else ""
             more = "; the report lists the others" if len(findings) > 1 else ""
-            out.append(
-                Statement(
-                    "log", False, f'test "{m.test.name}": found in {m.log.source}{counts}: {findings[0].text}{more}.'
-                )
-            )
+            text = f'test "{m.test.name}": found in {m.log.source}{counts}: {findings[0].text}{more}.'
+            out.append(Statement("log", text))
     return tuple(out)

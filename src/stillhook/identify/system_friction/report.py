@@ -9,7 +9,7 @@ from typing import Any
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction
-from stillhook.identify.system_friction.next_tests import ANYTHING, Proposal
+from stillhook.identify.system_friction.next_tests import ANYTHING
 from stillhook.identify.system_friction.result import test_rows
 from stillhook.report.document import Bullets, Document, Figure, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import EMPTY, fmt
@@ -82,11 +82,6 @@ def _parameter(name: str, value: float | None, digits: int = 4) -> str:
     return f"{value:.{digits - 1}e}"
 
 
-def _tonnes(mass: float) -> str:
-    """A measured load, to a tenth of a tonne."""
-    return EMPTY if math.isnan(mass) else f"{mass / 1e3:.1f} t"
-
-
 def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str, bytes] | None = None) -> Document:
     """The report. figures PNG by stem (see `friction_figures.figures`); windows PNG of the logs by test name."""
     campaign = result.campaign
@@ -115,13 +110,11 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
 def _verdict(result: Friction) -> Verdict:
     used = sum(not m.test.hold_out for m in result.measured)
     pairs = len(result.points.fitted())
-    good = (
-        "The set can be used where the campaign has been."
-        if result.usable
-        else "The set must not be used as it is: see below."
-    )
+    advice = "The set must not be used as it is: see below."
+    if result.usable:
+        advice = "The set can be used where the campaign has been."
     held_out = len(result.measured) - used
-    text = f"{used} tests fitted ({pairs} pairs of steady stretches), {held_out} held out. {good}"
+    text = f"{used} tests fitted ({pairs} pairs of steady stretches), {held_out} held out. {advice}"
     return Verdict(text, result.usable)
 
 
@@ -130,7 +123,13 @@ def _parameters(result: Friction) -> Section:
     for n in Y_NAMES:
         i, value = result.intervals.get(n), float(getattr(result.fit.y, n))
         ends = (_parameter(n, i.low if i else None), _parameter(n, i.high if i else None))
-        rows.append((n, _parameter(n, value), *ends, MEANING[n] + _state(result, n)))
+        state = " (taken from another set)" if n in result.fit.prescribed else ""
+        state = " (left out)" if n in result.fit.dropped else state
+        rows.append((n, _parameter(n, value), *ends, MEANING[n] + state))
+    matrix, names = correlation(result.fit), result.fit.names
+    correlations = [
+        [name, *(f"{matrix[i, j]:.2f}" if j <= i else "" for j in range(len(names)))] for i, name in enumerate(names)
+    ]
     equation = (
         "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
         f"Intervals: 95 %, {result.method.value}. Motor loss: {result.campaign.motor_name} (MJ4)."
@@ -139,22 +138,9 @@ def _parameters(result: Friction) -> Section:
         Text(equation),
         Table(("", "value", "from", "to", "meaning"), rows),
         Text("Correlation of the fitted parameters: near 1 or -1, only their combination is known."),
-        Table(("", *result.fit.names), _correlations(result)),
+        Table(("", *names), correlations),
     ]
     return Section("System friction per motor shaft (eq. 2.7)", parts)
-
-
-def _state(result: Friction, name: str) -> str:
-    if name in result.fit.prescribed:
-        return " (taken from another set)"
-    return " (left out)" if name in result.fit.dropped else ""
-
-
-def _correlations(result: Friction) -> list[list[str]]:
-    matrix, names = correlation(result.fit), result.fit.names
-    return [
-        [name, *(f"{matrix[i, j]:.2f}" if j <= i else "" for j in range(len(names)))] for i, name in enumerate(names)
-    ]
 
 
 def _weaknesses(result: Friction) -> list[Part]:
@@ -179,11 +165,12 @@ def _tests(result: Friction) -> Section:
 def _test(t: Mapping[str, Any]) -> Sequence[str]:
     """A test, see `TEST_HEADER`, from its row of numbers."""
     speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
+    carried = t["load_carried"]
     return (
         t["name"],
         "held out" if t["hold_out"] else "fitted",
         show(t["load"], "mass", 3),
-        _tonnes(t["load_carried"]),
+        EMPTY if math.isnan(carried) else f"{carried / 1e3:.1f} t",
         show(t["D_m"], "displacement", 4),
         speeds,
         str(t["pairs"]),
@@ -201,10 +188,8 @@ def _remarks(result: Friction) -> Iterator[str]:
         for texts in similar.values():
             yield from (f"test {m.test.name}: {text}" for text in texts[:MAX_SIMILAR])
             if len(texts) > MAX_SIMILAR:
-                yield (
-                    f"test {m.test.name}: ... and {len(texts) - MAX_SIMILAR} more of this kind (all of them in"
-                    " summary.json)"
-                )
+                more = len(texts) - MAX_SIMILAR
+                yield f"test {m.test.name}: ... and {more} more of this kind (all of them in summary.json)"
         yield from (f"test {m.test.name}: {n.text}" for n in m.notes)
 
 
@@ -263,13 +248,11 @@ def _mapped(result: Friction) -> list[Section]:
 
 def _proposals(result: Friction) -> Section:
     header = ("load", "displacement\nof one motor", "uncertainty of\npredicted friction")
-    return Section("What to test next", [Table(header, [_proposal(p) for p in result.proposals])])
-
-
-def _proposal(p: Proposal) -> tuple[str, str, str]:
-    """Load, displacement of one motor, and what the uncertainty of the predicted friction becomes."""
-    change = f"{_deviation(p.sd_before)} to {_deviation(p.sd_after)} per motor"
-    return show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change
+    rows = []
+    for p in result.proposals:
+        change = f"{_deviation(p.sd_before)} to {_deviation(p.sd_after)} per motor"
+        rows.append((show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change))
+    return Section("What to test next", [Table(header, rows)])
 
 
 def _deviation(sd: float) -> str:

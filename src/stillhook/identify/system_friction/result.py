@@ -23,7 +23,7 @@ from stillhook.identify.system_friction.campaign.measure import LOAD_CODE, Measu
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
 from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, Points, motor_loss_at
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
-from stillhook.identify.system_friction.identify import Friction, HeldOut, nominal_share
+from stillhook.identify.system_friction.identify import Friction, nominal_share
 from stillhook.identify.system_friction.next_tests import ANYTHING
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
 from stillhook.physics.load_path.drum import layer_diameter
@@ -42,17 +42,26 @@ if TYPE_CHECKING:
 def friction_set(result: Friction, name: str) -> FrictionSet:
     """The identified parameters as a set for the library or a crane file, with where each is from and how well it is
     known."""
-    fit, campaign, fitted_points = result.fit, result.campaign, result.points.fitted()
-    prefix = "SYNTHETIC " if campaign.synthetic else ""
+    campaign, fitted_points = result.campaign, result.points.fitted()
+    prefix = _prefix(result)
     extent = f"{len(np.unique(fitted_points.test))} tests, {len(fitted_points)} pairs"
     text = f"identified from {prefix}campaign {campaign.source} ({extent}), motor loss {campaign.motor_name}"
-    sources = _sources(result, fit, text)
-    remarks = [s.text for s in result.statements]
-    evidence = Evidence.fitted(
-        fit.names, fit.covariance, dof=fit.dof, data=text, ranges=_ranges(fitted_points), statements=remarks
-    )
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
-    return FrictionSet(name, title if "SYNTHETIC" in title else prefix + title, result.system, sources, evidence)
+    title = title if "SYNTHETIC" in title else prefix + title
+    return _set_of(result, result.fit, name, title, text, [s.text for s in result.statements])
+
+
+def _prefix(result: Friction) -> str:
+    return "SYNTHETIC " if result.campaign.synthetic else ""
+
+
+def _set_of(
+    result: Friction, fit: FrictionFit, name: str, title: str, text: str, statements: Sequence[str]
+) -> FrictionSet:
+    """The parameters of a fit as a set; text: where they are from."""
+    ranges = _ranges(result.points.fitted())
+    evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=ranges, statements=statements)
+    return FrictionSet(name, title, fit.y.system, _sources(result, fit, text), evidence)
 
 
 def warnings(result: Friction) -> str:
@@ -67,14 +76,11 @@ def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]
     for n in fit.prescribed:
         out[n] = Source(text=f"taken from {result.like}: these tests cannot determine it", kind=SourceKind.ASSUMED)
     for n in fit.dropped:
-        out[n] = Source(text=_dropped_note(result, n), kind=SourceKind.FITTED)
+        reason = f"{result.campaign.source} does not ask for it"
+        if n not in result.design.used:
+            reason = f"the tests of {result.campaign.source} cannot determine it"
+        out[n] = Source(text=f"left out: {reason}", kind=SourceKind.FITTED)
     return out
-
-
-def _dropped_note(result: Friction, name: str) -> str:
-    if name in result.design.used:
-        return f"left out: {result.campaign.source} does not ask for it"
-    return f"left out: the tests of {result.campaign.source} cannot determine it"
 
 
 def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
@@ -85,41 +91,27 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     loop, campaign = result.second, result.campaign
     if loop is None:
         raise ValueError("no second loop was run: give loops=1")
-    prefix = "SYNTHETIC " if campaign.synthetic else ""
-    fitted_points = result.points.fitted()
+    prefix, fitted_points = _prefix(result), result.points.fitted()
     text = (
         f"second loop (paper D section 3) on {prefix}campaign {campaign.source}, {len(fitted_points)} pairs:"
         f" {loop.verdict}"
     )
-    fitted = Source(text=text, kind=SourceKind.FITTED)
     free = [i for i, n in enumerate(X_NAMES) if getattr(loop.loss, n) > 0.0]
     names, matrix = [X_NAMES[i] for i in free], loop.covariance[np.ix_(free, free)]
-    remarks = list(loop.statements)
-    about = _ranges(fitted_points)
-    motor_ranges = {k: v for k, v in about.items() if k != "T_d"}
+    ranges = {k: v for k, v in _ranges(fitted_points).items() if k != "T_d"}
     plain = {n: getattr(campaign.motor, n) for n in Motor.model_fields if n not in LOSS_RANGE}
     motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
     unchanged = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
-    sources = unchanged | {f"loss.{n}": fitted for n in X_NAMES}
-    of_motor = Evidence.fitted(
-        names, matrix, dof=float(len(fitted_points) - len(names)), data=text, ranges=motor_ranges, statements=remarks
-    )
+    sources = unchanged | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in X_NAMES}
+    dof, remarks = float(len(fitted_points) - len(names)), list(loop.statements)
+    evidence = Evidence.fitted(names, matrix, dof=dof, data=text, ranges=ranges, statements=remarks)
     title = f"{prefix}{campaign.motor_name}, torque loss refined on {campaign.title}"
-    system = SystemFriction.model_construct(None, **{n: float(getattr(loop.system.y, n)) for n in Y_NAMES})
-    of_system = Evidence.fitted(
-        loop.system.names,
-        loop.system.covariance,
-        dof=float(loop.system.dof),
-        data=text,
-        ranges=about,
-        statements=remarks,
-    )
     friction_title = (
         f"{prefix}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
     )
     return (
-        LossSet("second-loop-motor", title, motor, sources, of_motor),
-        FrictionSet("second-loop-friction", friction_title, system, _sources(result, loop.system, text), of_system),
+        LossSet("second-loop-motor", title, motor, sources, evidence),
+        _set_of(result, loop.system, "second-loop-friction", friction_title, text, remarks),
     )
 
 
@@ -173,7 +165,9 @@ def to_dict(result: Friction) -> dict[str, Any]:
             "on_grid": check.on_grid,
         },
         "tests": test_rows(result),
-        "held_out": [_held_out_record(held) for held in result.held_out],
+        "held_out": [
+            {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count} for h in result.held_out
+        ],
         "second_loop": _second(result),
         "map": _mapped(result),
         "proposals": [
@@ -192,10 +186,6 @@ def to_dict(result: Friction) -> dict[str, Any]:
 def _finite_or_none(sd: float) -> float | None:
     """A standard error of a friction torque, None where nothing is known."""
     return sd if sd < ANYTHING else None
-
-
-def _held_out_record(h: HeldOut) -> dict[str, Any]:
-    return {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count}
 
 
 def _parameter(result: Friction, name: str) -> dict[str, Any]:
@@ -300,11 +290,10 @@ def stretches_table(result: Friction) -> polars.DataFrame:
 
     rows = []
     for m in result.measured:
-        used = [(w.start, w.end, w.direction, w.speed, w.effort, "used") for w in m.steady.windows]
-        rest = [
-            (r.start, r.end, r.direction, r.speed, r.effort, r.reason) for r in (*m.steady.rejected, *m.pairs.unpaired)
-        ]
-        rows += [(m.test.name, *row) for row in sorted(used + rest)]
+        stretches = [(w.start, w.end, w.direction, w.speed, w.effort, "used") for w in m.steady.windows]
+        unused = (*m.steady.rejected, *m.pairs.unpaired)
+        stretches += [(r.start, r.end, r.direction, r.speed, r.effort, r.reason) for r in unused]
+        rows += [(m.test.name, *row) for row in sorted(stretches)]
     columns = ["test", "start [s]", "end [s]", "direction", "omega_m [rad/s]", "dp_m [Pa]", "use"]
     frame = pl.DataFrame(rows, schema=columns, orient="row")
     return frame.with_columns(
@@ -317,7 +306,6 @@ FASTEST = 2000.0
 """Highest motor speed of the figure [rev/min], as in Moslatt 2020 paper D figure 8."""
 AT = (0.0, 100.0, 250.0, 500.0, 1000.0, 2000.0)
 """Motor speeds of the table [rev/min]."""
-"""Confidence of the bands."""
 PARTS = ("total", "Coulomb", "stiction", "viscous")
 SLOPE_STEP = 1e-4
 """Share of a parameter (or of its deviation) by which a slope is taken."""
@@ -373,10 +361,8 @@ def band(system: SystemFriction, evidence: Evidence, T_d: float, omega: FloatArr
         h = SLOPE_STEP * (abs(value) or evidence.deviation(name) or 1.0)
         up, down = (sum(_parts(system.model_copy(update={name: value + s * h}), T_d, omega)) for s in (1.0, -1.0))
         slopes.append((up - down) / (2.0 * h))
-    S = np.array(slopes)
-    variance: FloatArray = np.einsum("in,ij,jn->n", S, evidence.matrix, S)
-    half: FloatArray = t_factor(evidence.dof) * np.sqrt(np.maximum(variance, 0.0))
-    return half
+    variance = np.einsum("in,ij,jn->n", np.array(slopes), evidence.matrix, np.array(slopes))
+    return np.asarray(t_factor(evidence.dof) * np.sqrt(np.maximum(variance, 0.0)))
 
 
 def drum_torque(crane: Crane, load: float, layer: int | None = None) -> float:
@@ -415,19 +401,18 @@ def table(splits: Sequence[Split]) -> list[dict[str, Any]]:
     band."""
     rows = []
     for s in splits:
-        total = {f"{n:g} rev/min": float(np.interp(n, s.omega * 30.0 / np.pi, s.total)) for n in AT}
-        half = {
-            n: None if s.half is None else float(np.interp(float(n.split()[0]), s.omega * 30.0 / np.pi, s.half))
-            for n in total
-        }
+        speed = s.omega * 30.0 / np.pi
         row = {
             "set": s.item.name,
             "title": s.item.title,
             "coulomb": float(s.coulomb[0]),
             "stiction": float(s.stiction[0]),
+            "viscous_1000": float(np.interp(1000.0, speed, s.viscous)),
+            "total": {f"{n:g} rev/min": float(np.interp(n, speed, s.total)) for n in AT},
+            "half_95": {f"{n:g} rev/min": None if s.half is None else float(np.interp(n, speed, s.half)) for n in AT},
+            "sources": provenance(s.item),
         }
-        viscous = float(np.interp(1000.0, s.omega * 30.0 / np.pi, s.viscous))
-        rows.append(row | {"viscous_1000": viscous, "total": total, "half_95": half, "sources": provenance(s.item)})
+        rows.append(row)
     return rows
 
 
@@ -443,7 +428,7 @@ def figure(splits: Sequence[Split], T_d: float, description: str = "") -> Figure
     """Total friction and its three parts over motor speed, one colour a set, bands where they are known, dotted where a
     set's own data do not reach, sources below.
 
-    Source of the arrangement: Moslatt 2020 paper D figure 8. what: in words, what gives the drum torque.
+    Source of the arrangement: Moslatt 2020 paper D figure 8. description: in words, what gives the drum torque.
     """
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 

@@ -18,7 +18,7 @@ from stillhook.base.arrays import BoolArray
 from stillhook.errors import LogError
 from stillhook.logs.resample import Binned, Column, Track, on_stretches
 from stillhook.logs.streaming import Rail
-from stillhook.logs.types import Finding, Signal
+from stillhook.logs.types import Action, Finding, Signal
 from stillhook.units import quote
 
 REV_PER_MIN = 2.0 * math.pi / 60.0  # rad/s
@@ -86,7 +86,7 @@ def limit_of(signal: Signal) -> float:
 
 MOST_MISSING = 0.5  # of the samples of a bin: with more of them missing its mean is not to be trusted
 MOST_IMPOSSIBLE = 0.01  # of the samples: more that cannot be are no spikes but another unit
-RAIL_HITS, RAIL_BINS = 20, 5  # samples and bins at an extreme, besides others: fewer are chance
+RAIL_HITS, RAIL_BINS = 20, 5  # samples and bins at an extreme, in addition to others: fewer are chance
 RAIL_LEVELS = 6  # other values around an extreme: with fewer the signal is coarse, and its extreme a value like others
 RAIL_SHARE = 3.0  # times the commonest other value: noise that is cut off piles up at the rail
 SLOWER = 0.5  # of the cells: with more of them empty, at even distances, the signal is a slower one
@@ -105,21 +105,24 @@ class Checked:
     doubtful: list[BoolArray]
     findings: list[Finding] = field(default_factory=list)
 
+    def note(
+        self, signal: str, kind: str, start: float, end: float, count: int, text: str, action: Action = "noted"
+    ) -> None:
+        """One more finding, see `Finding`; its text begins with the signal."""
+        self.findings.append(Finding(signal, kind, start, end, count, action, f"{signal}: {text}"))
+
 
 def checked(track: Track) -> Checked:
     """The bins of a track with everything that is wrong with them. Errors: LogError for signals that cannot be trusted
     at all."""
     bins = track.finish()
     for i, column in enumerate(track.columns):
-        column.watch.finish()
+        watch = column.watch
+        watch.finish()
         t, means = on_stretches(bins.t, bins.starts), on_stretches(bins.means[i], bins.starts)
-        marked = (
-            [replace(run, noisy=column.watch.noisy_at(run, t, means)) for run in column.watch.runs]
-            if judged(column)
-            else []
-        )
-        column.watch.runs = marked
-        column.watch.spans.clear()
+        may_rest = column.signal.name in SET_VALUES or watch.lowest == watch.highest
+        watch.runs = [] if may_rest else [replace(run, noisy=watch.noisy_at(run, t, means)) for run in watch.runs]
+        watch.spans.clear()
     out = Checked(track, bins, [np.zeros(len(bins.t), np.bool_) for _ in track.columns])
     _time(out)
     for i, column in enumerate(track.columns):
@@ -130,11 +133,6 @@ def checked(track: Track) -> Checked:
     return out
 
 
-def judged(column: Column) -> bool:
-    """Whether a signal that is stationary is worth reporting: a set value may."""
-    return column.signal.name not in SET_VALUES and column.watch.lowest < column.watch.highest
-
-
 def counted(number: int, noun: str) -> str:
     """A number of things: "1 sample", "2 samples"."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
@@ -142,54 +140,24 @@ def counted(number: int, noun: str) -> str:
 
 def _time(out: Checked) -> None:
     track = out.track
-    if track.untimed.number:
-        out.findings.append(
-            Finding(
-                "time",
-                "missing",
-                np.nan,
-                np.nan,
-                track.untimed.number,
-                "left out",
-                f"time: {counted(track.untimed.number, track.row)} without a readable time left out, the first is"
-                f" {track.row} {track.untimed.line}",
-            )
-        )
-    back = track.backwards
+    untimed, back = track.untimed, track.backwards
+    if untimed.number:
+        text = f"{counted(untimed.number, track.row)} without a readable time left out, the first is"
+        out.note("time", "missing", np.nan, np.nan, untimed.number, f"{text} {track.row} {untimed.line}", "left out")
     if back.number:
-        out.findings.append(
-            Finding(
-                "time",
-                "time-backwards",
-                back.start,
-                back.end,
-                back.number,
-                "left out",
-                f"time: {counted(back.number, 'sample')} whose time repeats or runs back (by up to {back.largest:.3g}"
-                f" s) left out, the first is {track.row} {back.line}",
-            )
+        text = (
+            f"{counted(back.number, 'sample')} whose time repeats or runs back (by up to {back.largest:.3g} s) left"
+            f" out, the first is {track.row} {back.line}"
         )
+        out.note("time", "time-backwards", back.start, back.end, back.number, text, "left out")
     _uneven(out)
     for start, end in track.gaps[:MOST_LISTED]:
-        out.findings.append(
-            Finding(
-                "time", "gap", start, end, 1, "noted", f"time: no samples for {end - start:.4g} s from {start:.6g} s on"
-            )
-        )
-    if len(track.gaps) > MOST_LISTED:
-        rest = track.gaps[MOST_LISTED:]
+        out.note("time", "gap", start, end, 1, f"no samples for {end - start:.4g} s from {start:.6g} s on")
+    rest = track.gaps[MOST_LISTED:]
+    if rest:
         longest = max(end - start for start, end in rest)
-        out.findings.append(
-            Finding(
-                "time",
-                "gap",
-                rest[0][0],
-                rest[-1][1],
-                len(rest),
-                "noted",
-                f"time: {len(rest)} more gaps, the longest {longest:.4g} s, from {rest[0][0]:.6g} s on",
-            )
-        )
+        text = f"{len(rest)} more gaps, the longest {longest:.4g} s, from {rest[0][0]:.6g} s on"
+        out.note("time", "gap", rest[0][0], rest[-1][1], len(rest), text)
 
 
 def _uneven(out: Checked) -> None:
@@ -201,11 +169,8 @@ def _uneven(out: Checked) -> None:
         return
     mean = track.samples / max(covered, track.spacing)
     if abs(mean * track.spacing - 1.0) > RATE and covered > FEWEST_SLOW * track.every:
-        text = (
-            f"time: {mean:.4g} samples per second on average, and {1.0 / track.spacing:.4g} at the start: the spacing"
-            " is uneven"
-        )
-        out.findings.append(Finding("time", "uneven", 0.0, float(out.bins.t[-1]), track.samples, "noted", text))
+        text = f"{mean:.4g} samples per second on average, and {1.0 / track.spacing:.4g} at the start"
+        out.note("time", "uneven", 0.0, float(out.bins.t[-1]), track.samples, f"{text}: the spacing is uneven")
 
 
 def _impossible(out: Checked, column: Column) -> None:
@@ -216,21 +181,17 @@ def _impossible(out: Checked, column: Column) -> None:
     if watch.beyond > MOST_IMPOSSIBLE * max(1, watch.good + watch.beyond):
         raise LogError(
             f"{track.file}: {track.row} {watch.beyond_line}: {message} ({watch.beyond} such samples of"
-            f" {watch.good + watch.beyond}). Check the unit {quote(column.unit)} of column"
-            f" {quote(signal.column)} in the"
-            " mapping, or its scale."
+            f" {watch.good + watch.beyond}). {_check_unit(column)}"
         )
-    out.findings.append(
-        Finding(
-            signal.name,
-            "impossible",
-            watch.beyond_at,
-            watch.beyond_at,
-            watch.beyond,
-            "left out",
-            f"{message} in {track.row} {watch.beyond_line}: {counted(watch.beyond, 'such sample')} left out",
-        )
-    )
+    text = f"{message} in {track.row} {watch.beyond_line}: {counted(watch.beyond, 'such sample')} left out"
+    at = watch.beyond_at
+    out.findings.append(Finding(signal.name, "impossible", at, at, watch.beyond, "left out", text))
+
+
+def _check_unit(column: Column) -> str:
+    """What to do about values that a signal cannot have."""
+    unit, heading = quote(column.unit), quote(column.signal.column)
+    return f"Check the unit {unit} of column {heading} in the mapping, or its scale."
 
 
 def _missing(out: Checked, i: int, column: Column) -> None:
@@ -248,25 +209,15 @@ def _missing(out: Checked, i: int, column: Column) -> None:
     out.doubtful[i] |= missing > MOST_MISSING * per_bin  # the mean of the others is good
     if number <= 0:
         return
-    where = np.flatnonzero(missing > 0)
-    out.findings.append(
-        Finding(
-            signal.name,
-            "missing",
-            float(out.bins.t[where[0]]),
-            float(out.bins.t[where[-1]]),
-            number,
-            "left out",
-            f"{signal.name}: {counted(number, 'sample')} missing ({texts or 'empty cells'}), first near"
-            f" {out.bins.t[where[0]]:.6g} s",
-        )
-    )
+    t = out.bins.t[missing > 0]
+    text = f"{counted(number, 'sample')} missing ({texts or 'empty cells'}), first near {t[0]:.6g} s"
+    out.note(signal.name, "missing", float(t[0]), float(t[-1]), number, text, "left out")
 
 
 def _slower(out: Checked, i: int) -> bool:
     """Whether a column with many empty cells is that of a slower signal, one value in so many rows; then the bins
     between are filled."""
-    means, t, signal = out.bins.means[i], out.bins.t, out.track.columns[i].signal
+    means, t, column = out.bins.means[i], out.bins.t, out.track.columns[i]
     good = np.flatnonzero(np.isfinite(means))
     if len(good) < FEWEST_SLOW:
         return False
@@ -274,23 +225,16 @@ def _slower(out: Checked, i: int) -> bool:
     usual = float(np.median(apart))
     if np.count_nonzero(apart > 1.5 * usual) > IRREGULAR * len(apart):
         return False
-    after = np.clip(np.searchsorted(good, np.arange(len(t))), 1, len(good) - 1)
-    inside = (
-        (t[good[after]] - t[good[after - 1]] <= 2.5 * usual)
-        & (np.arange(len(t)) >= good[0])
-        & (np.arange(len(t)) <= good[-1])
-    )
-    out.bins.means[i] = np.where(
-        np.isfinite(means), means, np.where(inside, np.interp(t, t[good], means[good]), np.nan)
-    )
+    bins = np.arange(len(t))
+    after = np.clip(np.searchsorted(good, bins), 1, len(good) - 1)
+    near = (t[good[after]] - t[good[after - 1]] <= 2.5 * usual) & (bins >= good[0]) & (bins <= good[-1])
+    filled = np.where(near, np.interp(t, t[good], means[good]), np.nan)
+    out.bins.means[i] = np.where(np.isfinite(means), means, filled)
     out.doubtful[i] |= np.isnan(out.bins.means[i])
-    every = out.track.samples / max(1, out.track.columns[i].watch.good)
-    text = (
-        f"{signal.name}: one value in {every:.3g} {out.track.row}s, the other cells are empty: read as a slower signal"
-    )
-    out.findings.append(
-        Finding(signal.name, "slower", float(t[0]), float(t[-1]), out.track.columns[i].watch.good, "noted", text)
-    )
+    count = column.watch.good
+    every = out.track.samples / max(1, count)
+    text = f"one value in {every:.3g} {out.track.row}s, the other cells are empty: read as a slower signal"
+    out.note(column.signal.name, "slower", float(t[0]), float(t[-1]), count, text)
     return True
 
 
@@ -298,20 +242,19 @@ def _saturated(out: Checked, i: int, column: Column) -> None:
     """Samples at the ends of the sensor's range, and extremes at which a noisy signal is cut off."""
     watch, signal = column.watch, column.signal
     if watch.at_ends:
-        bins = np.unique(np.concatenate(watch.at_ends))
         assert signal.lo is not None
         assert signal.hi is not None
         ends = f"an end of its range ({signal.say(signal.lo)} to {signal.say(signal.hi)})"
-        _mark_saturated(out, i, signal.name, bins, watch.at_ends_samples, f"{signal.name}: {{n}} samples are at {ends}")
+        text = f"{watch.at_ends_samples} samples are at {ends}"
+        _mark_saturated(out, i, watch.at_ends, watch.at_ends_samples, text)
     if signal.name in SET_VALUES or not watch.noisy:
         return
     for rail, extreme in ((watch.top, "largest"), (watch.bottom, "smallest")):
         inside = signal.lo is None or signal.hi is None or signal.lo < rail.value < signal.hi
         if inside and _is_rail(rail) and not (rail.value == 0.0 and signal.quantity in ("rotation", "speed")):
-            bins = np.unique(np.concatenate(rail.bins))
             at = f"its {extreme} value {signal.say(rail.value)}"
-            message = f"{signal.name}: {{n}} samples or more are exactly at {at}, which a noisy signal does not"
-            _mark_saturated(out, i, signal.name, bins, rail.hits, message)
+            text = f"{rail.hits} samples or more are exactly at {at}, which a noisy signal does not"
+            _mark_saturated(out, i, rail.bins, rail.hits, text)
 
 
 def _is_rail(rail: Rail) -> bool:
@@ -324,24 +267,22 @@ def _is_rail(rail: Rail) -> bool:
     )
 
 
-def _mark_saturated(out: Checked, i: int, name: str, stretches: NDArray[np.int64], samples: int, text: str) -> None:
-    at = np.isin(out.bins.wide, stretches)
+def _mark_saturated(out: Checked, i: int, parts: list[NDArray[np.int64]], samples: int, text: str) -> None:
+    """The bins of these stretches are doubtful."""
+    at = np.isin(out.bins.wide, np.unique(np.concatenate(parts)))
     out.doubtful[i] |= at
     t = out.bins.t[at]
-    text = (
-        f"{text.format(n=samples)}, from {t[0]:.6g} s on, in {int(at.sum())} bins: the sensor or its converter is"
-        " saturated"
-    )
-    out.findings.append(Finding(name, "saturated", float(t[0]), float(t[-1]), samples, "noted", text))
+    text += f", from {t[0]:.6g} s on, in {int(at.sum())} bins: the sensor or its converter is saturated"
+    out.note(out.track.columns[i].signal.name, "saturated", float(t[0]), float(t[-1]), samples, text)
 
 
 def _too_small(out: Checked, column: Column) -> None:
     """LogError for a signal that stays far below what it must reach: its unit is another."""
     watch, signal = column.watch, column.signal
     least = LEAST.get(signal.name)
-    if least is not None and watch.good and max(abs(watch.lowest), abs(watch.highest)) < least:
+    largest = max(abs(watch.lowest), abs(watch.highest))
+    if least is not None and watch.good and largest < least:
         raise LogError(
-            f"{out.track.file}: {signal.name} never exceeds {signal.say(max(abs(watch.lowest), abs(watch.highest)))},"
-            f" where {signal.say(least)} is the smallest plausible value. Check the unit {quote(column.unit)} of column"
-            f" {quote(signal.column)} in the mapping, or its scale."
+            f"{out.track.file}: {signal.name} never exceeds {signal.say(largest)}, where {signal.say(least)} is the"
+            f" smallest plausible value. {_check_unit(column)}"
         )

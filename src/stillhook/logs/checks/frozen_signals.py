@@ -133,15 +133,15 @@ def _while_moving(
     if part.stop - part.start < 2:
         return ""
     if w.signal.name in TIP:
-        return next((name for name, other in others.items() if _tip_moves(other, part, spread[name])), "")
+        return next((name for name, other in others.items() if _moves(other, part, spread[name], TIP_MOVES)), "")
     turning = next((name for name, other in others.items() if _shows_motion(t, other, part)), "")
     if w.signal.quantity == "length" or (w.signal.quantity in MOTION and run.value == 0.0):
         return turning  # a winch at rest is allowed
     if w.signal.quantity in MOTION:  # pressures may change at a constant speed
         others = {name: other for name, other in others.items() if other.signal.quantity in MOTION or name == "u_p"}
-    changing = next(
-        (name for name, other in others.items() if spread[name] > 0.0 and _changes(other, part, spread[name])), ""
-    )
+    others = {name: o for name, o in others.items() if spread[name] > 0.0 and o.signal.quantity != "length"}
+    others = {name: o for name, o in others.items() if name == "u_p" or name not in SET_VALUES}
+    changing = next((name for name, o in others.items() if _moves(o, part, spread[name], ABOVE_NOISE)), "")
     if changing or not run.noisy:
         return changing
     return turning or ("the winch" if w.signal.quantity in MOTION else "")
@@ -168,54 +168,27 @@ def _noise(values: FloatArray) -> float:
     return float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
 
 
-def _tip_moves(other: Watched, part: slice, spread: float) -> bool:
-    """Whether another signal of the tip says that it moves."""
+def _moves(other: Watched, part: slice, spread: float, above_noise: float) -> bool:
+    """Whether a signal, whose spread is so many times its noise, changes by much of it."""
     values = other.values[part]
     if not np.isfinite(values).any():
         return False
-    return bool(spread > TIP_MOVES * _noise(other.values) and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
-
-
-def _changes(other: Watched, part: slice, spread: float) -> bool:
-    """Whether a signal changes by more than its noise."""
-    values = other.values[part]
-    if other.signal.quantity == "length" or (other.signal.name in SET_VALUES and other.signal.name != "u_p"):
-        return False
-    if not np.isfinite(values).any():
-        return False
-    return bool(spread > ABOVE_NOISE * _noise(other.values) and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
+    return bool(spread > above_noise * _noise(other.values) and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
 
 
 def _stuck_findings(t: FloatArray, w: Watched, stuck: list[tuple[Run, str]], doubtful: BoolArray) -> list[Finding]:
-    findings = []
-    name = w.signal.name
+    name, findings = w.signal.name, []
     for run, reason in stuck:
         doubtful[(t >= run.start - 1e-9) & (t <= run.end + 1e-9)] = True
-        findings.append(
-            Finding(
-                name,
-                "stuck",
-                run.start,
-                run.end,
-                run.samples,
-                "noted",
-                f"{name} stays at {w.signal.say(run.value, 6)} to the last digit from {run.start:.6g} s to"
-                f" {run.end:.6g} s while {reason} moves: stuck",
-            )
+        text = (
+            f"{name} stays at {w.signal.say(run.value, 6)} to the last digit from {run.start:.6g} s to {run.end:.6g} s"
+            f" while {reason} moves: stuck"
         )
-    if len(findings) <= MOST_LISTED:
-        return findings
+        findings.append(Finding(name, "stuck", run.start, run.end, run.samples, "noted", text))
     rest = findings[MOST_LISTED:]
-    seconds = sum(finding.end - finding.start for finding in rest)
-    return [
-        *findings[:MOST_LISTED],
-        Finding(
-            name,
-            "stuck",
-            rest[0].start,
-            rest[-1].end,
-            sum(finding.count for finding in rest),
-            "noted",
-            f"{name} is stuck {len(rest)} more times, {seconds:.4g} s in all, from {rest[0].start:.6g} s on",
-        ),
-    ]
+    if rest:
+        seconds = sum(finding.end - finding.start for finding in rest)
+        count = sum(finding.count for finding in rest)
+        text = f"{name} is stuck {len(rest)} more times, {seconds:.4g} s in all, from {rest[0].start:.6g} s on"
+        findings[MOST_LISTED:] = [Finding(name, "stuck", rest[0].start, rest[-1].end, count, "noted", text)]
+    return findings

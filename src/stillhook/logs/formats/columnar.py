@@ -1,10 +1,14 @@
-"""Logs as columns of arrays: Parquet, MAT v5 and v7.3 (and other HDF5)."""
+"""Logs as columns of arrays: Parquet; MAT v5 and v7.3 (and other HDF5); MDF4 (asammdf) and TDMS (nptdms).
+
+The readers of the last two are extras: pip install "stillhook[logs]".
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +19,16 @@ import polars as pl
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.binary.reader import refuse_bomb
-from stillhook.logs.formats.source import EXAMPLES, NANO, Chunk, Want, from_sample, stamps_to_seconds, with_words
+from stillhook.logs.formats.source import (
+    EXAMPLES,
+    NANO,
+    Chunk,
+    Want,
+    from_sample,
+    master,
+    stamps_to_seconds,
+    with_words,
+)
 from stillhook.units import quote
 
 FEWEST_ROWS = 64  # of a piece, however small the pieces
@@ -98,60 +111,108 @@ def seconds_of(cells: pl.Series) -> FloatArray:
     return np.asarray(numbers * NANO, dtype=np.float64)
 
 
+Slice = Callable[[int, int], Any]
+"""Rows [begin, end) of a column as the file has them."""
+
+
 @dataclass(frozen=True)
 class ArrayColumn:
-    """A column that is read by slices: its heading, length, and how to read rows from to."""
+    """A column that is read by slices: its heading, length, unit, and the time base that it belongs to."""
 
     heading: str
     length: int
-    read: Callable[[int, int], Any]
+    read: Slice
     unit: str = ""
+    base: int = 0
 
 
 @dataclass
 class ArraysLog:
-    """Columns of numbers, each read by slices; those of one length belong together."""
+    """Columns that are each read by slices; those of one time base belong together.
+
+    lengths of the time bases; times: their stamps [s] where the format carries them itself (MDF, TDMS).
+    """
 
     name: str
-    columns: list[ArrayColumn]
+    columns: Sequence[ArrayColumn]
+    lengths: Sequence[int]
+    times: Sequence[Slice] = ()
     row: str = "sample"
-    time_base: bool = False
+    time_base: bool = field(init=False)
     headings: tuple[str, ...] = field(init=False)
     units: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        if not self.columns:
-            raise LogError(f"{self.name}: holds no column of numbers. Save time and signals as vectors of one length.")
+        self.time_base = bool(self.times)
         self.headings, self.units = tuple(c.heading for c in self.columns), tuple(c.unit for c in self.columns)
-        self._lengths = list(dict.fromkeys(c.length for c in self.columns))
 
     def base(self, place: int) -> int:
-        """Columns of one length share their time."""
-        return self._lengths.index(self.columns[place].length)
+        """The time base of a column."""
+        return master(place) if place < 0 else self.columns[place].base
 
     def sample(self, place: int) -> str:
         """The first cell of a column."""
-        return str(np.asarray(self.columns[place].read(0, 1)).ravel()[0]) if self.columns[place].length else ""
+        first = self.columns[place].read(0, 1)
+        return str(first[0]) if len(first) else ""
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
-        """The requested columns in slices."""
-        length = self.columns[wants[0].places[0]].length
-        rows = rows_of(size, len(wants))
+        """The requested columns of one time base in slices."""
+        base = self.base(wants[0].places[0])
+        length, rows = self.lengths[base], rows_of(size, len(wants))
         for begin in range(0, length, rows):
             end = min(length, begin + rows)
             texts: dict[Want, tuple[str, ...]] = {}
-            values = {}
-            for want in wants:
-                if want.stamps is not None:
-                    raise LogError(
-                        f"{self.name}: column {quote(self.headings[want.places[0]])} holds numbers, not stamps."
-                        " Give its"
-                        ' unit, such as "s".'
-                    )
-                values[want] = np.asarray(self.columns[want.places[0]].read(begin, end), dtype=np.float64).ravel()
-                if not np.isfinite(values[want]).all():
-                    texts[want] = ("nan",)
-            yield Chunk(self.base(wants[0].places[0]), values, from_sample(begin), end / length, texts)
+            values = {want: self._column(want, begin, end, texts) for want in wants}
+            yield Chunk(base, values, from_sample(begin), end / length, texts)
+
+    def _column(self, want: Want, begin: int, end: int, texts: dict[Want, tuple[str, ...]]) -> FloatArray:
+        place = want.places[0]
+        read = self.times[master(place)] if place < 0 else self.columns[place].read
+        raw = np.ma.asarray(read(begin, end))
+        mask, cells = np.ma.getmaskarray(raw), np.asarray(raw.data)
+        if len(cells) != end - begin:
+            raise LogError(
+                f"{self.name}: channel {quote(self.headings[place])} holds fewer samples than its time base. The"
+                " file is cut off."
+            )
+        if cells.dtype.kind == "M":
+            return np.asarray(cells.astype("datetime64[ns]").astype(np.int64) * NANO, dtype=np.float64)
+        if want.stamps is not None:
+            heading = quote(self.headings[place])
+            if self.time_base:
+                raise LogError(
+                    f"{self.name}: channel {heading} holds no stamps. Leave out time: the file carries its own."
+                )
+            raise LogError(f'{self.name}: column {heading} holds numbers, not stamps. Give its unit, such as "s".')
+        if cells.dtype.kind in "fiub":
+            values = np.where(mask, np.nan, cells.astype(np.float64))
+            words: list[str] = ["invalid"] if mask.any() else []
+        else:
+            values, words = _numbers(cells, dict(want.words))
+        if not np.isfinite(values).all():
+            texts[want] = tuple(words[:EXAMPLES]) or ("nan",)
+        return values
+
+
+def _numbers(cells: Any, numbers_of_words: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
+    """Cells of text as numbers, words that represent one among them; and examples of those that are none."""
+    values, words = np.full(len(cells), np.nan), []
+    lower = {word.lower(): value for word, value in numbers_of_words.items()}
+    for i, cell in enumerate(cells):
+        text = cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell)
+        try:
+            values[i] = lower[text.strip().lower()] if text.strip().lower() in lower else float(text)
+        except ValueError:
+            words.append(text)
+    return values, list(dict.fromkeys(words))
+
+
+def _by_length(name: str, columns: Sequence[ArrayColumn]) -> ArraysLog:
+    """Columns without a time base of their own: those of one length share their time."""
+    if not columns:
+        raise LogError(f"{name}: holds no column of numbers. Save time and signals as vectors of one length.")
+    lengths = list(dict.fromkeys(c.length for c in columns))
+    return ArraysLog(name, [replace(c, base=lengths.index(c.length)) for c in columns], lengths)
 
 
 def open_mat(path: Path) -> ArraysLog:
@@ -164,7 +225,7 @@ def open_mat(path: Path) -> ArraysLog:
     for name, value in content.items():
         if not name.startswith("__"):
             columns += _array_columns(name, value)
-    return ArraysLog(path.name, columns)
+    return _by_length(path.name, columns)
 
 
 def _array_columns(name: str, value: Any) -> list[ArrayColumn]:
@@ -181,20 +242,20 @@ def _array_columns(name: str, value: Any) -> list[ArrayColumn]:
     if array.dtype.kind not in "fiub" or array.size < 2:
         return []
     if array.ndim == 1:
-        return [ArrayColumn(name, len(array), lambda a, b: array[a:b])]
+        return [ArrayColumn(name, len(array), partial(_rows, array))]
     if array.ndim == 2:
         return [
-            ArrayColumn(f"{name}(:,{k + 1})", len(array), partial(_column_of, array, k)) for k in range(array.shape[1])
+            ArrayColumn(f"{name}(:,{k + 1})", len(array), partial(_rows, array, column=k))
+            for k in range(array.shape[1])
         ]
     return []
 
 
-def _column_of(array: Any, k: int, begin: int, end: int) -> Any:
-    return array[begin:end, k]
-
-
-def _row_of(array: Any, k: int, begin: int, end: int) -> Any:
-    return array[k, begin:end]
+def _rows(array: Any, begin: int, end: int, *, column: int | None = None, line: int | None = None) -> Any:
+    """Rows of a vector, of a column of a matrix, or of a line of one that is stored the other way round."""
+    if line is not None:
+        return array[line, begin:end]
+    return array[begin:end] if column is None else array[begin:end, column]
 
 
 def open_hdf(path: Path) -> ArraysLog:
@@ -209,18 +270,81 @@ def open_hdf(path: Path) -> ArraysLog:
             return
         heading = name.replace("/", ".")
         if item.ndim == 1:
-            columns.append(ArrayColumn(heading, item.shape[0], lambda a, b: item[a:b]))
+            columns.append(ArrayColumn(heading, item.shape[0], partial(_rows, item)))
         elif item.ndim == 2 and 1 in item.shape:
-            long = int(np.argmax(item.shape))
-            columns.append(
-                ArrayColumn(heading, item.shape[long], lambda a, b: item[a:b, 0] if long == 0 else item[0, a:b])
-            )
+            vector = {"column": 0} if item.shape[0] > 1 else {"line": 0}
+            columns.append(ArrayColumn(heading, item.size, partial(_rows, item, **vector)))
         elif item.ndim == 2:  # MATLAB stores columns as rows
             columns.extend(
-                ArrayColumn(f"{heading}(:,{k + 1})", item.shape[1], partial(_row_of, item, k))
+                ArrayColumn(f"{heading}(:,{k + 1})", item.shape[1], partial(_rows, item, line=k))
                 for k in range(item.shape[0])
             )
 
     file.visititems(visit)
     refuse_bomb(path, NUMBER * sum(column.length for column in columns), at_once=False)
-    return ArraysLog(path.name, columns)
+    return _by_length(path.name, columns)
+
+
+def _named(names: Sequence[tuple[str, str]]) -> list[str]:
+    """Headings of (group, name): the name alone where it is in one group only."""
+    often = Counter(name for _, name in names)
+    return [name if often[name] == 1 else f"{group}/{name}" for group, name in names]
+
+
+def open_mdf(path: Path) -> ArraysLog:
+    """An MDF file, version 3 or 4; each group of channels has its time."""
+    from asammdf import MDF
+
+    file = MDF(path)
+    lengths = [int(group.channel_group.cycles_nr) for group in file.groups]
+    channels = [
+        (g, i, channel)
+        for g, group in enumerate(file.groups)
+        for i, channel in enumerate(group.channels)
+        if file.masters_db.get(g) != i
+    ]
+    refuse_bomb(path, NUMBER * sum(lengths[g] for g, _, _ in channels), at_once=False)
+
+    def samples(g: int, i: int, begin: int, end: int) -> Any:
+        signal = file.get(
+            group=g, index=i, record_offset=begin, record_count=end - begin, ignore_invalidation_bits=True
+        )
+        bits = getattr(signal, "invalidation_bits", None)
+        invalid = False if bits is None else np.asarray(bits, dtype=np.bool_)
+        return np.ma.masked_array(signal.samples, mask=invalid)
+
+    def times(g: int, begin: int, end: int) -> FloatArray:
+        return np.asarray(file.get_master(g, record_offset=begin, record_count=end - begin), dtype=np.float64)
+
+    headings = _named([(str(g), channel.name) for g, _, channel in channels])
+    columns = [
+        ArrayColumn(heading, lengths[g], partial(samples, g, i), str(getattr(channel, "unit", "") or ""), g)
+        for heading, (g, i, channel) in zip(headings, channels, strict=True)
+    ]
+    return ArraysLog(path.name, columns, lengths, [partial(times, g) for g in range(len(lengths))])
+
+
+def open_tdms(path: Path) -> ArraysLog:
+    """A TDMS file; channels of one length, start and increment share their time."""
+    from nptdms import TdmsFile
+
+    file = TdmsFile.open(path)
+    channels = [(group.name, channel) for group in file.groups() for channel in group.channels() if len(channel)]
+    refuse_bomb(path, NUMBER * sum(len(channel) for _, channel in channels), at_once=False)
+
+    def times(increment: float, offset: float, start: Any, begin: int, end: int) -> FloatArray:
+        zero = 0.0 if start is None else float(np.datetime64(start, "ns").astype(np.int64)) * NANO
+        return zero + float(offset) + np.arange(begin, end, dtype=np.float64) * float(increment)
+
+    columns, bases = [], dict[Any, int]()
+    for heading, (_, channel) in zip(_named([(group, c.name) for group, c in channels]), channels, strict=True):
+        p = channel.properties
+        clock = (p.get("wf_increment"), p.get("wf_start_offset", 0.0), p.get("wf_start_time"))
+        base = bases.setdefault((len(channel), *clock), len(bases))
+        unit = str(p.get("unit_string", p.get("NI_UnitDescription", "")) or "")
+        columns.append(ArrayColumn(heading, len(channel), partial(_rows, channel), unit, base))
+    clocks = [clock for _, *clock in bases]
+    timed = all(increment for increment, *_ in clocks)
+    return ArraysLog(
+        path.name, columns, [length for length, *_ in bases], [partial(times, *c) for c in clocks] if timed else ()
+    )

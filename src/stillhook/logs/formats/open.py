@@ -18,9 +18,8 @@ from typing import Any, TypeVar
 from stillhook.errors import LogError, UnreadableError
 from stillhook.formats.binary import process as reader_process
 from stillhook.formats.binary.reader import Reader, time_limit
-from stillhook.logs.formats.columnar import ParquetLog, open_hdf, open_mat
+from stillhook.logs.formats.columnar import ParquetLog, open_hdf, open_mat, open_mdf, open_tdms
 from stillhook.logs.formats.csv import open_csv
-from stillhook.logs.formats.mdf_tdms import MdfLog, TdmsLog
 from stillhook.logs.formats.source import Chunk, Source, Want, master
 from stillhook.units import quote
 
@@ -114,10 +113,10 @@ def _opened(file: Path, head: bytes) -> Source:
         return BinaryLog(file, "Parquet", ParquetLog)
     if head.startswith((b"MDF ", b"UnFinMF")):
         _need("asammdf", "MDF", file)
-        return BinaryLog(file, "MDF", MdfLog)
+        return BinaryLog(file, "MDF", open_mdf)
     if head.startswith(b"TDSm"):
         _need("nptdms", "TDMS", file)
-        return BinaryLog(file, "TDMS", TdmsLog)
+        return BinaryLog(file, "TDMS", open_tdms)
     if head.startswith(b"\x89HDF") or head[_HEAD:].startswith(b"\x89HDF"):  # MATLAB puts 512 bytes of text before
         return BinaryLog(file, "HDF5", open_hdf)
     if head.startswith(b"MATLAB "):

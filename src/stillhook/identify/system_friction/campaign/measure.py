@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from stillhook.base.progress import Progress
 from stillhook.engine.pack.lift import wire_carried
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError, LogError, StillhookError
-from stillhook.identify.steady_state.windows import Steady, Window, steady_windows
+from stillhook.identify.steady_state.steps import Rejected, Steady, Window
+from stillhook.identify.steady_state.windows import steady_windows
 from stillhook.identify.system_friction.campaign.file import Campaign, CraneTest
 from stillhook.identify.system_friction.campaign.pairs import Grid, Pairs, on_grid, pair_windows
 from stillhook.identify.system_friction.diagnosis import Statement
@@ -45,12 +47,12 @@ LEAST_TRAVEL = parse("0.2 m", "length")  # of wire in a stretch from which a spe
 MOST_LOST = 0.5  # share of the stretches that are not used from which that is worth reporting
 WIRE_ROOM = parse("20 m", "length")  # by which a wire counter's zero may be off
 SAME_SPEED = 1.05  # ratio of speeds that are one where the slope of friction over speed is taken
-D_DOUBT, D_WRONG = (
-    0.02,
-    0.25,
-)  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
+D_DOUBT, D_WRONG = 0.02, 0.25
+"""Difference between the stated and the logged displacement, over D_max; a closed servo holds it within one per
+cent."""
 
 LOAD_CODE = "load"
+speed_text = partial(show, kind="rotation", digits=3)
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     command = "u_p" if "u_p" in log.signals else None
     limits = layer_limits(campaign) if "s_w" in log.signals else ()
     steady = steady_windows(extended, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
-    pairs = pair_windows(steady.windows, text=_speed)
+    pairs = pair_windows(steady.windows, text=speed_text)
     if not pairs.pairs:
         raise IdentifyError(_no_pair(log, steady))
     grid = _grid(steady.windows, notes)
@@ -106,22 +108,21 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     wire = _wire(campaign, test, log, pairs, notes)
     test = replace(test, wire=float(np.mean(wire)))
     weight = campaign.weight(test)
-    diameters = np.array([_diameter(campaign, p.up, p.down, d) for p in pairs.pairs])
+    diameters = np.full(len(pairs.pairs), d)
+    if d is None:
+        diameters = _mean_of_pairs(pairs, lambda w: campaign.layer_diameter(w.others["s_w"]))
     points = _points(campaign, test, pairs, D_m, (weight + (wire - test.wire) * G) * 0.5 * diameters)
     if len(np.unique(np.round(diameters, 6))) > 1:
-        notes.append(_note("layers", "the wire changed its layer; every pair has the drum torque of its own layer"))
-    notes += (
-        _speed_check(campaign, extended, pairs, diameters)
-        + _load_check(campaign, test, points)
-        + _cell_check(weight, pairs)
-    )
-    lost = len(steady.rejected) + len(pairs.unpaired)
-    if lost > MOST_LOST * (lost + 2 * len(pairs.pairs)):
-        text = f"{lost} stretches are not used and {2 * len(pairs.pairs)} are; most often: {_commonest(steady, pairs)}"
-        notes.append(_note("few stretches", text))
-    return Measured(
-        test, extended, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes)
-    )
+        notes.append(Statement("layers", "the wire changed its layer; every pair has the drum torque of its own layer"))
+    notes += _speed_check(campaign, extended, pairs, diameters)
+    notes += _load_check(campaign, test, points)
+    notes += _cell_check(weight, pairs)
+    unused, used = (*steady.rejected, *pairs.unpaired), 2 * len(pairs.pairs)
+    if len(unused) > MOST_LOST * (len(unused) + used):
+        text = f"{len(unused)} stretches are not used and {used} are; most often: {_commonest(unused)}"
+        notes.append(Statement("few stretches", text))
+    grid_points = _grid_points(campaign, test, grid, points)
+    return Measured(test, extended, steady, pairs, grid, points, grid_points, tuple(notes))
 
 
 def _with_full_wire_length(campaign: Campaign, log: Log, notes: list[Statement]) -> Log:
@@ -140,13 +141,8 @@ def _with_full_wire_length(campaign: Campaign, log: Log, notes: list[Statement])
         )
     if good.all():
         return log
-    share = float(np.mean(~good))
-    notes.append(
-        _note(
-            "wire",
-            f"s_w is missing in {share:.1%} of the log: filled by straight lines, for the layer and the wire's weight",
-        )
-    )
+    text = f"s_w is missing in {np.mean(~good):.1%} of the log: filled by straight lines, for the layer and the wire's"
+    notes.append(Statement("wire", f"{text} weight"))
     return replace(log, signals={**log.signals, "s_w": np.interp(log.t, log.t[good], s_w[good])})
 
 
@@ -158,19 +154,15 @@ def _wire(campaign: Campaign, test: CraneTest, log: Log, pairs: Pairs, notes: li
         return np.zeros(n)
     if "s_w" in log.signals:
         h_tip = test.hook.tip_height(float(log.signals["s_w"][0]))
-        s_w = np.array([0.5 * (p.up.others["s_w"] + p.down.others["s_w"]) for p in pairs.pairs])
+        s_w = _mean_of_pairs(pairs, lambda w: w.others["s_w"])
     elif test.s_w is not None:
         h_tip, s_w = test.hook.tip_height(test.s_w), np.full(n, test.s_w)
     else:
         s_w, h_tip = np.full(n, test.hook.wire_out()), float(test.hook.h_tip or 0.0)
     on_hook = show(test.load + crane.hook_mass, "mass", 3)
     text = f"the winch carries load and hook, {on_hook}, and {wire_text(crane, float(s_w.mean()), h_tip)}"
-    notes.append(_note("wire weight", f"{text} in the mean of the pairs" if np.ptp(s_w) > LEAST_TRAVEL else text))
+    notes.append(Statement("wire weight", f"{text} in the mean of the pairs" if np.ptp(s_w) > LEAST_TRAVEL else text))
     return np.array([wire_carried(crane, float(x), h_tip) for x in s_w])
-
-
-def _note(code: str, text: str, *, severe: bool = False) -> Statement:
-    return Statement(code, severe, text)
 
 
 def _no_pair(log: Log, steady: Steady) -> str:
@@ -179,36 +171,30 @@ def _no_pair(log: Log, steady: Steady) -> str:
     if steady.windows and len(directions) == 1:
         direction = "negative" if steady.windows[0].direction > 0 else "positive"
         return (
-            f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never"
-            f" {direction}. Is its"
-            " sensor unsigned, or was the winch only hoisted or only lowered? Friction needs both directions."
+            f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never {direction}. Is"
+            " its sensor unsigned, or was the winch only hoisted or only lowered? Friction needs both directions."
         )
-    reason = f", most often: {_commonest(steady, None)}" if steady.rejected else ""
+    reason = f", most often: {_commonest(steady.rejected)}" if steady.rejected else ""
     return (
         f"{log.source}: no hoisting and lowering stretch of one speed among {len(steady.windows)} steady ones "
         f"({len(steady.rejected)} were rejected{reason}). Hold each speed for 10 s or more, up and down."
     )
 
 
-def _commonest(steady: Steady, pairs: Pairs | None) -> str:
+def _commonest(unused: Sequence[Rejected]) -> str:
     """The reason that most stretches share, in the words of the first of them."""
-    every = [*steady.rejected, *(pairs.unpaired if pairs is not None else ())]
-    code = Counter(r.code for r in every).most_common(1)[0][0]
-    return next(r.reason for r in every if r.code == code)
+    code = Counter(r.code for r in unused).most_common(1)[0][0]
+    return next(r.reason for r in unused if r.code == code)
 
 
 def _grid(windows: Sequence[Window], notes: list[Statement]) -> Grid:
     """The thesis's grid; an empty one, with a note, where a direction has fewer than two speeds."""
     try:
-        return on_grid(windows, GRID, text=_speed)
+        return on_grid(windows, GRID, text=speed_text)
     except IdentifyError as problem:
-        notes.append(_note("grid", f"not on the thesis's speed grid: {str(problem).rstrip('.')}"))
-        none, nothing = np.zeros(0), np.zeros((0, 0))
-        return Grid(none, none, none, none, none, nothing, nothing, nothing)
-
-
-def _speed(omega: float) -> str:
-    return show(omega, "rotation", 3)
+        notes.append(Statement("grid", f"not on the thesis's speed grid: {str(problem).rstrip('.')}"))
+        none = np.zeros(0)
+        return Grid(none, none, none, np.zeros((0, 0)))
 
 
 def layer_limits(campaign: Campaign) -> tuple[float, ...]:
@@ -244,10 +230,8 @@ def shaft_speed(campaign: Campaign, test: CraneTest, log: Log) -> tuple[FloatArr
         return s["omega_m"], d
     if "v_w" not in s:
         raise LogError(f"{log.source}: no signal omega_m. Map the motor speed omega_m, or the wire speed v_w.")
-    if d is None:
-        diameters = np.array([campaign.layer_diameter(float(x)) for x in s["s_w"]])
-        return s["v_w"] * campaign.crane.i_hD / (0.5 * diameters), d
-    return s["v_w"] * campaign.crane.i_hD / (0.5 * d), d
+    diameter = np.array([campaign.layer_diameter(float(x)) for x in s["s_w"]]) if d is None else d
+    return s["v_w"] * campaign.crane.i_hD / (0.5 * diameter), d
 
 
 def _cut(log: Log, test: CraneTest) -> Log:
@@ -271,25 +255,24 @@ def _inherited(log: Log) -> Mapping[str, np.ndarray]:
     return {"dp_m": np.any(pressures, axis=0), "omega_m": np.any(speeds[:1], axis=0)}
 
 
-def _diameter(campaign: Campaign, up: Window, down: Window, d: float | None) -> float:
-    if d is not None:
-        return d
-    return 0.5 * (campaign.layer_diameter(up.others["s_w"]) + campaign.layer_diameter(down.others["s_w"]))
+def _mean_of_pairs(pairs: Pairs, value: Callable[[Window], float]) -> FloatArray:
+    """Mean of both stretches of every pair, shape (n,)."""
+    return np.array([0.5 * (value(p.up) + value(p.down)) for p in pairs.pairs])
 
 
 def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list[Statement]) -> FloatArray:
     """Displacement of one motor at every pair [m^3/rad]: the logged one where there is one, else the stated one."""
     logged: FloatArray | None = None
-    for name, factor in (("D_m", 1.0), ("alpha_m", campaign.motor.D_max)):
-        if name in pairs.pairs[0].up.others:
-            logged = factor * np.array([0.5 * (p.up.others[name] + p.down.others[name]) for p in pairs.pairs])
-            break
-    if logged is None and test.D_m is None:
-        raise IdentifyError(
-            "D_m: missing, and the log has neither D_m nor alpha_m. Give the displacement of one motor."
-        )
+    others = pairs.pairs[0].up.others
+    if "D_m" in others:
+        logged = _mean_of_pairs(pairs, lambda w: w.others["D_m"])
+    elif "alpha_m" in others:
+        logged = campaign.motor.D_max * _mean_of_pairs(pairs, lambda w: w.others["alpha_m"])
     if logged is None:
-        assert test.D_m is not None
+        if test.D_m is None:
+            raise IdentifyError(
+                "D_m: missing, and the log has neither D_m nor alpha_m. Give the displacement of one motor."
+            )
         return np.full(len(pairs.pairs), test.D_m)
     if np.any(logged <= 0.0) or np.any(logged > 1.05 * campaign.motor.D_max):
         worst = float(logged[np.argmax(np.abs(logged - 0.5 * campaign.motor.D_max))])
@@ -297,11 +280,15 @@ def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list
             f"displacement {show(worst, 'displacement')} in the log: the motors have above 0 up to "
             f"{show(campaign.motor.D_max, 'displacement')} each. Check unit and scale of the signal."
         )
-    off = abs(float(logged.mean()) - test.D_m) / campaign.motor.D_max if test.D_m is not None else 0.0
-    if test.D_m is not None and off > D_DOUBT:
-        measured, stated = show(float(logged.mean()), "displacement"), show(test.D_m, "displacement")
-        text = f"displacement {measured} a motor in the log, {stated} in the campaign file: the log's is used"
-        notes.append(_note("displacement", text, severe=off > D_WRONG))
+    mean = float(logged.mean())
+    stated = mean if test.D_m is None else test.D_m
+    off = abs(mean - stated) / campaign.motor.D_max
+    if off > D_DOUBT:
+        text = (
+            f"displacement {show(mean, 'displacement')} a motor in the log, {show(stated, 'displacement')} in the"
+            " campaign file: the log's is used"
+        )
+        notes.append(Statement("displacement", text, severe=off > D_WRONG))
     return logged
 
 
@@ -385,12 +372,11 @@ def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Sta
     if math.isnan(mass) or off <= max(LOAD_TOLERANCE, LOAD_DOUBT * gross):
         return []
     text = (
-        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file states {show(test.load, 'mass', 3)}:"
-        " check load,"
-        " hook, depth, layer, displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
-        f" ({off / gross:.1%} of the carried weight; from {LOAD_WRONG:.0%} on no set is written)"
+        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file states {show(test.load, 'mass', 3)}: check"
+        " load, hook, depth, layer, displacement, number of motors, gear ratio and the pressure sensors' gain and"
+        f" offset ({off / gross:.1%} of the carried weight; from {LOAD_WRONG:.0%} on no set is written)"
     )
-    return [_note(LOAD_CODE, text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * gross))]
+    return [Statement(LOAD_CODE, text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * gross))]
 
 
 def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:
@@ -403,11 +389,8 @@ def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:
     force = float(np.mean(read)) if read else math.nan
     if math.isnan(force) or abs(force - weight) <= max(CELL_DOUBT * weight, LOAD_TOLERANCE * G):
         return []
-    stated = show(weight, "force", 3)
-    text = (
-        f"the load cell reads {show(force, 'force', 3)} where load and hook weigh {stated}: check its unit and the load"
-    )
-    return [_note("load cell", text)]
+    text = f"the load cell reads {show(force, 'force', 3)} where load and hook weigh {show(weight, 'force', 3)}"
+    return [Statement("load cell", f"{text}: check its unit and the load")]
 
 
 def _speed_check(campaign: Campaign, log: Log, pairs: Pairs, diameters: FloatArray) -> list[Statement]:
@@ -428,10 +411,9 @@ def _speed_check(campaign: Campaign, log: Log, pairs: Pairs, diameters: FloatArr
     if abs(ratio - 1.0) <= SPEED_DOUBT:
         return []
     text = (
-        f"the motor speed is {ratio:.3g} times what the wire paid out indicates: check units of omega_m and s_w,"
-        " gear ratio"
-        " and layer"
+        f"the motor speed is {ratio:.3g} times what the wire paid out indicates: check units of omega_m and s_w, gear"
+        " ratio and layer"
     )
     if not 1.0 - SPEED_WRONG < ratio < 1.0 / (1.0 - SPEED_WRONG):
         raise LogError(f"{log.source}: {text}.")
-    return [_note("speed", text)]
+    return [Statement("speed", text)]

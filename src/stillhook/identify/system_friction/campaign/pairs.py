@@ -114,29 +114,21 @@ def _alone(w: Window, others: FloatArray, largest_difference: float, text: Text)
 
 @dataclass(frozen=True)
 class Grid:
-    """Both directions at the same speeds; arrays (n,), covariances (n, n), in SI.
+    """Both directions at the same speeds; arrays (n,), covariance (n, n), in SI.
 
-    ``speed`` grid, positive; ``up``, ``down`` effort when hoisting and when lowering; ``dp_F`` = (up - down)/2
-    friction, ``dp_L`` = (up + down)/2 load (eqs 2.1-2.5); ``u_F``, ``u_L`` standard uncertainties; ``cov_F``, ``cov_L``
-    covariances, ``cov_FL`` between dp_F and dp_L: neighbours on the grid share stretches, so they are not independent.
+    ``speed`` grid, positive; ``up``, ``down`` effort when hoisting and when lowering; ``cov_F`` covariance of the
+    friction (up - down)/2 (eqs 2.1-2.5), ``u_F`` its standard uncertainties: neighbours on the grid share stretches, so
+    they are not independent.
     """
 
     speed: FloatArray
     up: FloatArray
     down: FloatArray
-    dp_F: FloatArray
-    dp_L: FloatArray
     cov_F: FloatArray
-    cov_L: FloatArray
-    cov_FL: FloatArray
 
     @property
     def u_F(self) -> FloatArray:
         return np.asarray(np.sqrt(np.diag(self.cov_F)), dtype=float)
-
-    @property
-    def u_L(self) -> FloatArray:
-        return np.asarray(np.sqrt(np.diag(self.cov_L)), dtype=float)
 
 
 def on_grid(windows: Sequence[Window], step: float, *, text: Text = lambda v: f"{v:.4g} (SI)") -> Grid:
@@ -165,8 +157,7 @@ def on_grid(windows: Sequence[Window], step: float, *, text: Text = lambda v: f"
             f" to {text(down.speed[-1])}: no multiple of {text(step)} in both. Take a smaller step."
         )
     (e_up, c_up), (e_down, c_down) = _interpolated(up, grid), _interpolated(down, grid)
-    both = 0.25 * (c_up + c_down)
-    return Grid(grid, e_up, e_down, 0.5 * (e_up - e_down), 0.5 * (e_up + e_down), both, both, 0.25 * (c_up - c_down))
+    return Grid(grid, e_up, e_down, 0.25 * (c_up + c_down))
 
 
 @dataclass(frozen=True)
@@ -187,17 +178,13 @@ def _nodes(windows: Sequence[Window], close: float) -> _Nodes:
             rows[-1].append(w)
         else:
             rows.append([w])
-    speed = [_average([abs(w.speed) for w in row], [w.u_effort for w in row], [w.u_speed for w in row]) for row in rows]
-    effort = [
-        _average([w.effort for w in row], [w.u_effort for w in row], [w.u_effort for w in row], scatter=True)
-        for row in rows
-    ]
-    return _Nodes(
-        *(
-            np.array(c)
-            for c in ([s[0] for s in speed], [e[0] for e in effort], [s[1] for s in speed], [e[1] for e in effort])
-        )
-    )
+    nodes = []
+    for row in rows:
+        u_speed, u_effort = [w.u_speed for w in row], [w.u_effort for w in row]
+        speed, u_mean_speed = _average([abs(w.speed) for w in row], u_effort, u_speed)
+        effort, u_mean_effort = _average([w.effort for w in row], u_effort, u_effort, scatter=True)
+        nodes.append((speed, effort, u_mean_speed, u_mean_effort))
+    return _Nodes(*np.ascontiguousarray(np.array(nodes).reshape(-1, 4).T))
 
 
 def _average(

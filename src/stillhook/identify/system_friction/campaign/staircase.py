@@ -1,13 +1,15 @@
 """The operator's staircase of a friction test: hoisting and lowering in turn at rising speed (Moslatt 2020 figure
 2.5).
 
-The friction tests that the thesis made on real cranes, as tables: which displacement, which load, used for what.
+The friction tests that the thesis made on real cranes, in `published.toml`: displacement, load, use.
 """
 
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import dataclass
+from importlib.resources import files
 
 import numpy as np
 
@@ -50,75 +52,20 @@ class TestPlan:
     source: str
 
 
-def planned(name: str, D_total: str, motors: int, load: str, *, hold_out: bool = False) -> PlannedTest:
-    """A test as the tables print it: displacement of all motors together, load on the hook."""
-    return PlannedTest(name, parse(D_total, "displacement") / motors, parse(load, "mass"), hold_out)
+def _published() -> dict[str, TestPlan]:
+    table = tomllib.loads(files(__package__).joinpath("published.toml").read_text(encoding="utf-8"))
+    plans = {}
+    for name, row in table.items():
+        hold_out, motors = row.pop("hold_out", ()), row["motors"]
+        tests = tuple(
+            PlannedTest(test, parse(D_total, "displacement") / motors, parse(load, "mass"), test in hold_out)
+            for test, (D_total, load) in row.pop("tests").items()
+        )
+        plans[name] = TestPlan(name=name, tests=tests, **row)
+    return plans
 
 
-def _tests(motors: int, rows: tuple[tuple[str, str, str], ...], *held_out: str) -> tuple[PlannedTest, ...]:
-    return tuple(
-        planned(name, f"{D} cm^3/rev", motors, f"{load} t", hold_out=name in held_out) for name, D, load in rows
-    )
-
-
-_TABLE_2_3 = (
-    ("1", "720", "0"),
-    ("2", "960", "0"),
-    ("3", "1120", "0"),
-    ("4", "1290", "0"),
-    ("5", "720", "55"),
-    ("6", "960", "55"),
-    ("7", "1120", "55"),
-    ("8", "1290", "55"),
-    ("9", "1120", "100"),
-    ("10", "1290", "100"),
-)
-_D_TABLE_2 = (
-    ("1", "2365", "0"),
-    ("2", "2365", "77"),
-    ("3", "2365", "107"),
-    ("4", "1800", "0"),
-    ("5", "1800", "77"),
-    ("6", "1800", "107"),
-    ("7", "2200", "0"),
-)
-_D_TABLE_5 = (
-    ("8", "2200", "107"),
-    ("9", "1600", "77"),
-    ("10", "1320", "77"),
-    ("11", "1600", "107"),
-    ("12", "1120", "0"),
-)
-
-CAMPAIGNS = {
-    plan.name: plan
-    for plan in (
-        TestPlan(
-            name="L4593",
-            title="friction tests of L4593, 100 t pure active",
-            crane="nov-100t-pure-active",
-            motors=6,
-            tests=_tests(6, _TABLE_2_3, "1", "2", "3"),
-            source="Moslatt 2020 table 2.3; fitted on tests 4 to 10 (section 2.3.3), tests 1 to 3 held out",
-        ),
-        TestPlan(
-            name="crane-2",
-            title="friction tests of crane 2, 150 t active/passive",
-            crane="nov-150t",
-            motors=11,
-            tests=_tests(11, _D_TABLE_2),
-            source="Moslatt 2020 paper D table 2; all seven tests fitted (section 2.4)",
-        ),
-        TestPlan(
-            name="crane-2-extended",
-            title="friction tests of crane 2, 150 t active/passive, with the later tests held out",
-            crane="nov-150t",
-            motors=11,
-            tests=_tests(11, _D_TABLE_2 + _D_TABLE_5, "8", "9", "10", "11", "12"),
-            source="Moslatt 2020 paper D tables 2 and 5; tests 1 to 7 fitted, tests 8 to 12 held out (section 4.1)",
-        ),
-    )
-}
+CAMPAIGNS = _published()
 """Published test campaigns by name."""
 
 
@@ -195,8 +142,8 @@ def staircase(crane: Crane, test: PlannedTest, *, layer: int, duration: float = 
             " leakage. Lower the load or the displacement."
         )
     speeds = _speeds(fastest, pairs)
-    profile = _profile(speeds, leak, 0.5 * d / crane.i_hD)
-    s_w, notes = _start(crane, layer, _travel(speeds, 0.5 * d / crane.i_hD))
+    r_eff = 0.5 * d / crane.i_hD
+    s_w, notes = _start(crane, layer, float(speeds.max()) * r_eff * (HOLD + RAMP))
     case = Scenario(
         name=test.name,
         load=f"{test.load!r} kg",
@@ -205,7 +152,7 @@ def staircase(crane: Crane, test: PlannedTest, *, layer: int, duration: float = 
         ramp="0 s",
         duration=f"{duration!r} s",
         warm_up=f"{PAUSE!r} s",
-        operator=Operator(profile=profile, alpha_m=alpha),
+        operator=Operator(profile=_profile(speeds, leak, r_eff), alpha_m=alpha),
     )
     return Staircase(case, speeds, alpha * motor.D_max, d, dp_L, layer, notes)
 
@@ -262,14 +209,9 @@ def _profile(speeds: FloatArray, leak: float, r_eff: float) -> tuple[tuple[str, 
     return tuple(rows)
 
 
-def _travel(speeds: FloatArray, r_eff: float) -> float:
-    """Most wire taken in by one step [m]."""
-    return float(speeds.max()) * r_eff * (HOLD + RAMP)
-
-
 def _start(crane: Crane, layer: int, travel: float) -> tuple[float, tuple[str, ...]]:
-    """Wire paid out in the middle of a layer [m], and whether the test leaves the layer. Errors: IdentifyError where it
-    is not there."""
+    """Wire paid out in the middle of a layer [m], and a note where the fastest step, which takes in `travel` of wire
+    [m], leaves the layer. Errors: IdentifyError for a layer that the drum does not have."""
     drum = drum_record(crane)
     if not 1 <= layer <= crane.drum.layers:
         raise IdentifyError(f'layer = {layer}: the drum of "{crane.name}" has layers 1 to {crane.drum.layers}.')
@@ -278,9 +220,8 @@ def _start(crane: Crane, layer: int, travel: float) -> tuple[float, tuple[str, .
     s_w = 0.5 * (inner + outer)
     if travel <= 0.5 * (inner - outer):
         return s_w, ()
-    return s_w, (
-        (
-            f"the fastest step moves {travel:.3g} m of wire, and there are {inner - outer:.3g} m on layer {layer} "
-            f"({LAST_TURNS:.0f} turns kept): the test leaves the layer"
-        ),
+    text = (
+        f"the fastest step moves {travel:.3g} m of wire, and there are {inner - outer:.3g} m on layer {layer}"
+        f" ({LAST_TURNS:.0f} turns kept): the test leaves the layer"
     )
+    return s_w, (text,)

@@ -78,12 +78,7 @@ def closed_circuit(crane: Crane) -> Crane:
     if p is None:
         return crane
     a = crane.active
-    if (a.motor.D_max, a.motor.loss, a.motor.C_1, a.motor.C_2) != (
-        p.motor.D_max,
-        p.motor.loss,
-        p.motor.C_1,
-        p.motor.C_2,
-    ):
+    if any(getattr(a.motor, name) != getattr(p.motor, name) for name in ("D_max", "loss", "C_1", "C_2")):
         raise SpecError(
             f'"{crane.name}": active motors {a.motor.type} and passive motors {p.motor.type} differ: they make no one'
             " circuit."
@@ -184,9 +179,8 @@ def write_campaign(
                 for i, log in enumerate(pool.map(work, range(len(stairs))))
                 for note in log
             ]
-        (part / REFERENCE_FILE).write_text(
-            f"# {MARK}. The crane that made the logs.\n{crane_toml(crane)}", encoding="utf-8"
-        )
+        text = f"# {MARK}. The crane that made the logs.\n{crane_toml(crane)}"
+        (part / REFERENCE_FILE).write_text(text, encoding="utf-8")
         text = campaign_text(plan, stairs, files, noise=instruments.noise, sensors=sensors)
         (part / CAMPAIGN_FILE).write_text(text, encoding="utf-8")
     return CampaignFiles(folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), chosen, tuple(notes))

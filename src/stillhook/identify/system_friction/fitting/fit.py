@@ -49,12 +49,12 @@ class FrictionFit:
     """Identified system friction.
 
     ``y`` parameters in SI (a dropped one is 0); ``names`` those that were free; ``covariance`` of them in SI, in that
-    order, taken as if bounds were not there (so never too small), ``own`` the part of it that the weights of the fit
-    know; ``at_bound`` free ones that ended on zero, or Y_4 on an end of its range;
-    ``dropped`` those left out (Y_4 too where nothing fades); ``given`` those that were not asked; ``evidence`` by name,
-    how much AICc improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the
-    fitted points, what the sums of pressure show of the drifting zero taken off [N m]; ``tau`` scatter of dp_F beyond
-    what the stretches themselves showed [Pa]; ``chi2`` whitened; ``dof`` degrees of freedom of the predicted friction,
+    order, taken as if bounds were not there (so never too small), ``nominal_covariance`` the part of it that the
+    weights of the fit know; ``at_bound`` free ones that ended on zero, or Y_4 on an end of its range; ``dropped`` those
+    left out (Y_4 too where nothing fades); ``prescribed`` those that keep a value; ``evidence`` by name, how much AICc
+    improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the fitted points,
+    what the sums of pressure show of the drifting zero taken off [N m]; ``tau`` scatter of dp_F beyond what the
+    stretches themselves showed [Pa]; ``chi2`` whitened; ``dof`` degrees of freedom of the predicted friction,
     ``freedom`` by parameter (fewer than points less parameters where errors are correlated); ``noise`` how the points'
     errors are correlated.
     """
@@ -73,6 +73,11 @@ class FrictionFit:
     dof: float
     freedom: Mapping[str, float]
     noise: Noise
+
+    @property
+    def linear(self) -> tuple[str, ...]:
+        """Those free ones that the friction is linear in."""
+        return tuple(n for n in Y_LINEAR if n in self.names)
 
     def sd(self, name: str) -> float:
         """Standard error of a free parameter in SI, NaN for one that was left out."""
@@ -276,20 +281,23 @@ def _fit(
 ) -> FrictionFit:
     """One fit; with known noise no variance is estimated, else from start, where there is one."""
     points, noise = target.points, fixed_noise if fixed_noise is not None else start
-    problem = Problem(target, sigma_of(points, float(np.sqrt(np.mean(points.u_dp**2)))), used, prescribed)
-    for _ in range(ROUNDS if noise is None else 1):
-        if noise is not None:
-            problem = Problem(target, noise.root, used, prescribed, noise.shift)
-        y, _ = problem.best()
+
+    def solved(problem: Problem) -> tuple[Y, float, tuple[str, ...], FloatArray]:
+        """Best parameters, chi^2, which of them are free, and the Jacobian."""
+        y, chi2 = problem.best()
         names = tuple(n for n in _free(used, prescribed) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
-        J = jacobian(points, y, names)
-        if fixed_noise is None:
-            noise = noise_of(points, loss, y, J, noise.sd if noise is not None else None, pair=u_extra)
+        return y, chi2, names, jacobian(points, y, names)
+
+    for _ in range(ROUNDS if noise is None else int(fixed_noise is None)):
+        if noise is None:
+            problem = Problem(target, sigma_of(points, float(np.sqrt(np.mean(points.u_dp**2)))), used, prescribed)
+        else:
+            problem = Problem(target, noise.root, used, prescribed, noise.shift)
+        y, _, _, J = solved(problem)
+        noise = noise_of(points, loss, y, J, noise.sd if noise is not None else None, pair=u_extra)
     assert noise is not None
     problem = Problem(target, noise.root, used, prescribed, noise.shift)
-    y, chi2 = problem.best()
-    names = tuple(n for n in _free(used, prescribed) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
-    J = jacobian(points, y, names)
+    y, chi2, names, J = solved(problem)
     white = problem.whitened(J)
     nominal_covariance = covariance(white)
     weights = nominal_covariance @ problem.whitened_transposed(white).T

@@ -89,8 +89,8 @@ class Points:
 
     def where(self, mask: BoolArray) -> Points:
         """The points under the mask; test names stay as they are."""
-        rest = {f.name: getattr(self, f.name)[mask] for f in fields(self) if f.name != "names"}
-        return Points(names=self.names, **rest)
+        arrays = {f.name: getattr(self, f.name)[mask] for f in fields(self) if f.name != "names"}
+        return Points(names=self.names, **arrays)
 
     def fitted(self) -> Points:
         """The points that a fit may see."""
@@ -106,13 +106,13 @@ def joined(parts: Sequence[Points]) -> Points:
     if not parts:
         raise IdentifyError("No test gave a pair of steady stretches. See the rejected stretches and their reasons.")
     names = tuple(p.names[0] for p in parts)
-    rest = {
+    arrays = {
         f.name: np.concatenate([getattr(p, f.name) for p in parts])
         for f in fields(Points)
         if f.name not in ("names", "test")
     }
     test = np.concatenate([np.full(len(p), i, dtype=np.intp) for i, p in enumerate(parts)])
-    return Points(names=names, test=test, **rest)
+    return Points(names=names, test=test, **arrays)
 
 
 Y_NAMES = ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")
@@ -140,6 +140,11 @@ class Y(NamedTuple):
     def of(cls, system: SystemFriction) -> Y:
         """The parameters of a set of the library or of a crane."""
         return cls(*(getattr(system, name) for name in Y_NAMES))
+
+    @property
+    def system(self) -> SystemFriction:
+        """The parameters as a set of the library or a crane has them."""
+        return SystemFriction.model_construct(None, **{n: float(v) for n, v in self._asdict().items()})
 
 
 def system_friction(omega: FloatArray, T_d: FloatArray, y: Y) -> FloatArray:
@@ -178,9 +183,8 @@ def system_columns(points: Points, Y_4: float, names: tuple[str, ...] = Y_LINEAR
 def system_slope(points: Points, y: Y) -> FloatArray:
     """Shape (n,): change of the friction at the points per change of Y_4 [N m s/rad], by a central difference."""
     h = 1e-4 * y.Y_4
-    return (
-        system_friction_at(points, y._replace(Y_4=y.Y_4 + h)) - system_friction_at(points, y._replace(Y_4=y.Y_4 - h))
-    ) / (2 * h)
+    up, down = (system_friction_at(points, y._replace(Y_4=Y_4)) for Y_4 in (y.Y_4 + h, y.Y_4 - h))
+    return (up - down) / (2 * h)
 
 
 def motor_columns(points: Points) -> FloatArray:

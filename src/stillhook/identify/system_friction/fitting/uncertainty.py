@@ -25,7 +25,6 @@ from stillhook.identify.system_friction.fitting.fit import (
 )
 from stillhook.identify.system_friction.fitting.model import (
     X_NAMES,
-    Y_LINEAR,
     Y_NAMES,
     Loss,
     Points,
@@ -52,14 +51,8 @@ SEARCH = 40  # doublings of an interval's end before it counts as open
 def fitted_problem(points: Points, loss: Loss, fit: FrictionFit) -> Problem:
     """The least-squares problem that a fit has solved."""
     fitted_points = points.fitted()
-    used = tuple(n for n in Y_LINEAR if n in fit.names)
-    return Problem(
-        Target(fitted_points, fitted_points.T_f - motor_loss_at(fitted_points, loss)),
-        fit.noise.root,
-        used,
-        fit.prescribed,
-        fit.noise.shift,
-    )
+    target = Target(fitted_points, fitted_points.T_f - motor_loss_at(fitted_points, loss))
+    return Problem(target, fit.noise.root, fit.linear, fit.prescribed, fit.noise.shift)
 
 
 def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> dict[str, Estimate]:
@@ -70,9 +63,8 @@ def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> dict[str,
     """
     problem = fitted_problem(points, loss, fit)
     least = problem.best()[1]
-    wider = np.diag(fit.covariance) / np.diag(
-        fit.nominal_covariance
-    )  # what has no weight in the fit moves its answer all the same
+    # what has no weight in the fit moves its answer all the same
+    wider = np.diag(fit.covariance) / np.diag(fit.nominal_covariance)
     return {
         n: _profile(problem, n, fit, least + float(w) * t_factor(fit.freedom[n]) ** 2)
         for n, w in zip(fit.names, wider, strict=True)
@@ -151,12 +143,12 @@ def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, se
 
     def log_probability(x: FloatArray) -> float:
         try:
-            return measured(x)
+            return density(x)
         except KeyboardInterrupt:  # emcee would print a traceback of its own
             stopped.append(True)
             return -math.inf
 
-    def measured(x: FloatArray) -> float:
+    def density(x: FloatArray) -> float:
         y = Y(**{**blank, **dict(zip(fit.names, x, strict=True))})
         if np.any(x < 0.0) or not Y_4_LEAST <= y.Y_4 <= Y_4_MOST:
             return -math.inf
@@ -274,12 +266,13 @@ def draw_cranes(
         raise IdentifyError(f"n = {n!r}: give a whole number of draws from 1 to {MOST}.")
     streams = np.random.SeedSequence(seed).spawn(2)
     out = [crane] * n
+    names = [f"draw {i} of {n} (seed {seed})" for i in range(n)]
     if friction_set is not None:
         samples = draw(friction_set, n, np.random.default_rng(streams[0]))
-        out = [with_friction(c, friction_set, samples, i, f"draw {i} of {n} (seed {seed})") for i, c in enumerate(out)]
+        out = [with_friction(out[i], friction_set, samples, i, name) for i, name in enumerate(names)]
     if loss_set is not None:
         samples = draw(loss_set, n, np.random.default_rng(streams[1]))
-        out = [with_loss(c, loss_set, samples, i, f"draw {i} of {n} (seed {seed})") for i, c in enumerate(out)]
+        out = [with_loss(out[i], loss_set, samples, i, name) for i, name in enumerate(names)]
     return out
 
 
@@ -289,9 +282,8 @@ def quantiles(run: xarray.Dataset, names: Sequence[str] = ("e_c_pp", "p_max")) -
     edge = 0.5 * (1.0 - BAND)
     out = {}
     for name in (name for name in names if name in run):
-        values = run[name].values[
-            np.isfinite(run[name].values)
-        ]  # a diverged draw has no numbers, and manual mode no error
+        values = run[name].values
+        values = values[np.isfinite(values)]  # a diverged draw has no numbers, and manual mode no error
         ends = np.quantile(values, (edge, 0.5, 1.0 - edge)) if len(values) else np.full(3, np.nan)
         low, median, high = (float(x) for x in ends)
         out[name] = {"low": low, "median": median, "high": high}
