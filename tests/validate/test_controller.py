@@ -130,7 +130,7 @@ def test_every_measure_can_be_judged():
 
 
 def test_the_winch_at_its_limit_is_compared_as_held():
-    manual = [d for d in own_step().deviations if not d.ahc and d.signal == "u_p"]
+    manual = [d for d in own_step().estimates.deviations if not d.ahc and d.signal == "u_p"]
     assert manual[0].test == "limits"
     assert manual[0].high.value < 1e-3
 
@@ -261,9 +261,9 @@ def test_commands_of_another_cycle_in_a_row_are_found_by_the_joystick_and_set_ri
     a, b = (bent(x, u_p=later(x["u_p"], cycles), u_m=later(x["u_m"], cycles)) for x in (own_ahc_log(), manual))
     a["v_tip"] = noisy(a["v_tip"], 2e-3)  # of the log alone
     step = checked(record(a), limits_record(b))
-    assert step.rows.cycles == cycles
+    assert step.estimates.rows.cycles == cycles
     assert found(step, "command_lag").value == pytest.approx(cycles * STEP, abs=2e-4)
-    assert step.rows.evidence == "joystick"
+    assert step.estimates.rows.evidence == "joystick"
     assert found(step, "u_p_deviation", "test 1").value < 5e-3  # that noise
     assert abs(found(step, "K_2_deviation").value) < 0.01
     assert not lines(step)["3-lag"].failed
@@ -278,7 +278,7 @@ def test_noise_that_both_sides_carry_shows_the_order_of_the_rows():
     (segment,) = plc_segments(TWIN, record(log))
     told = segment.simulated_commands(TWIN)
     step = checked(record(bent(log, u_p=later(told.u_p, 1), u_m=later(told.u_m, 1))))
-    assert (step.rows.cycles, step.rows.evidence) == (1, "fine")
+    assert (step.estimates.rows.cycles, step.estimates.rows.evidence) == (1, "fine")
 
 
 def test_a_tip_that_is_not_the_plcs_own_fails_by_its_lag():
@@ -374,7 +374,7 @@ def test_motors_that_were_not_logged_are_made_up_and_only_their_rest_tells_gains
 def test_a_motor_that_the_operator_holds_is_seen():
     step = checked(record(own_ahc_log()), limits_record(limits_log(TWIN, alpha_m=0.9)))
     assert "Test limits: the operator holds the motors at 0.900." in step.statements
-    assert all(d.high.value < 1e-3 for d in step.deviations if not d.ahc)
+    assert all(d.high.value < 1e-3 for d in step.estimates.deviations if not d.ahc)
 
 
 @pytest.mark.parametrize("lack", ["u_p", "s_w"])

@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.engine.pack.payload import COLUMNS, pack_payload
 from stillhook.physics.load_path.payload import WettedLevel
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.run import COLOURS, GREY, new_figure
 from stillhook.spec.lift.payload import RHO_STEEL, Payload
 
 if TYPE_CHECKING:
@@ -84,12 +84,10 @@ def _unstated(payload: Payload) -> list[dict[str, str]]:
 def payload_figure(payload: Payload, rho: float) -> Figure:
     """Displaced volume, added mass, its slope as slamming at 1 m/s, and drag over submergence; dots: the levels that a
     run uses."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
     record, rows = pack_payload(payload, rho, DEPTH)
     h = rows[:, COLUMNS.index("h")]
     smooth = payload.curve(rho)
-    figure = Figure(figsize=(11.0, 4.5), layout="constrained")
+    figure = new_figure(11.0, 4.5)
     axes = figure.subplots(1, 4, sharey=True)
     for ax, name, x, y in (
         (axes[0], "displaced volume [m^3]", smooth.V, rows[:, COLUMNS.index("V")]),
@@ -105,8 +103,7 @@ def payload_figure(payload: Payload, rho: float) -> Figure:
         ax.axhline(payload.height, color=GREY, lw=0.8, ls=":")
         ax.grid(alpha=0.3)
         ax.set_xlim(left=0.0)
-    axes[0].set_ylim(record.reach, 0.0)
-    axes[0].set_ylabel("underside under the surface [m]")
+    axes[0].set(ylim=(record.reach, 0.0), ylabel="underside under the surface [m]")
     axes[0].text(
         0.03,
         payload.height,

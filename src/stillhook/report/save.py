@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder
 from stillhook.control.supervisor import wire_weight
 from stillhook.engine.inputs import twin_line
@@ -17,7 +17,16 @@ from stillhook.engine.pack.programme import settings
 from stillhook.formats.lift_file import LiftFile, describe_stage
 from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G
-from stillhook.report.plots.run import COLOURS, GREY, Limits, lowering_panels, save_animation, save_figure, strip
+from stillhook.report.plots.run import (
+    COLOURS,
+    GREY,
+    Limits,
+    lowering_panels,
+    new_figure,
+    save_animation,
+    save_figure,
+    strip,
+)
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.text import motion_to_json
 from stillhook.sea.spectra.spectrum import Sea
@@ -29,6 +38,7 @@ from stillhook.spec.lift.lowering import Lowering
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -56,7 +66,7 @@ def lowering_answer(run: xarray.Dataset, file: LiftFile) -> dict[str, Any]:
     return {**head, **status, **single, "notes": [*file.notes, *(notes.split("; ") if notes else [])], "stages": stages}
 
 
-def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> NDArray[np.float64]:
+def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> FloatArray:
     """Tension at the crane tip with everything at rest at the wetness and wire out of each moment, the load hanging
     free [N]."""
     s = settings(crane, lift)
@@ -85,13 +95,6 @@ def write_lowering(
     return (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES
 
 
-if TYPE_CHECKING:
-    import xarray
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    FloatArray = NDArray[np.float64]
-
 RESPONSE_FILES = ("response.png", "response.nc", "summary.json")
 GAP = 3.0
 """Spacings of records from which a line is broken: months without measurements are not drawn over."""
@@ -109,9 +112,7 @@ def write_response(out: Path, data: xarray.Dataset, answer: dict[str, Any], figu
 def year_figure(data: xarray.Dataset, title: str) -> Figure:
     """Speed of the tip, and motion of the load compensated and on the brake: over time, and against the height of the
     sea."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(11.0, 10.0), layout="constrained")
+    figure = new_figure(11.0, 10.0)
     rows = figure.add_gridspec(3, 2, height_ratios=(1.0, 1.2, 1.5))
     top = figure.add_subplot(rows[0, :])
     middle = figure.add_subplot(rows[1, :], sharex=top)
@@ -156,9 +157,7 @@ def _over_time(ax: Axes, data: xarray.Dataset, lines: tuple[tuple[str, float, st
 def sea_figure(omega: FloatArray, spectra: dict[str, FloatArray], T_wire: float, title: str) -> Figure:
     """Densities of height over frequency in one sea [m^2 s/rad], by what moves; the load's first natural period
     marked."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(9.0, 5.5), layout="constrained")
+    figure = new_figure(9.0, 5.5)
     ax = figure.subplots()
     highest = max(float(S.max()) for S in spectra.values())
     colours = (COLOURS[0], GREY, COLOURS[1], COLOURS[2])
@@ -231,10 +230,8 @@ def write_tip(
 def tip_figure(rao: Rao, sea: Sea, at: TipPoint, summary: dict[str, Any], motion: IrregularTip) -> Figure:
     """Spectra of sea and tip, where speed and acceleration come from, sigma_v over the heading, and the fastest two
     minutes."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
     response = tip_response(rao, sea, at.x, at.y)
-    figure = Figure(figsize=(11.0, 8.5), layout="constrained")
+    figure = new_figure(11.0, 8.5)
     axes = figure.subplots(2, 2)
     _spectra(axes[0, 0], response)
     _origins(axes[0, 1], response)

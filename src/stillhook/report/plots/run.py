@@ -30,6 +30,13 @@ EFFORTS = ("pressure", "torque")
 """Kinds of a signal that shows how hard a winch works."""
 
 
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of this size [inch] whose parts do not overlap."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
 def four_panels(
     runs: Mapping[str, xarray.Dataset], *, title: str = "", start: float = 0.0, end: float | None = None
 ) -> Figure:
@@ -38,9 +45,7 @@ def four_panels(
     Parameters: runs label -> Dataset with the names of `stillhook.variables` (simulated or measured); start, end [s].
     Source of the arrangement: Moslatt 2020 paper E figures 15-22. Displacements are shown as part of the full one.
     """
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(10.0, 11.0), layout="constrained")
+    figure = new_figure(10.0, 11.0)
     axes = figure.subplots(4, 1, sharex=True)
     first = next(iter(runs.values()))
     effort = effort_of(first)
@@ -71,8 +76,7 @@ def four_panels(
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(name)
         ax.grid(alpha=0.3)
-    axes[3].set_ylim(-1.1, 1.1)
-    axes[3].set_xlabel("time [s]")
+    axes[3].set(ylim=(-1.1, 1.1), xlabel="time [s]")
     axes[0].set_xlim(start, float(first["time"][-1]) if end is None else end)
     figure.suptitle("\n".join(textwrap.wrap(title, 110)), fontsize="medium")
     handles, labels = axes[0].get_legend_handles_labels()
@@ -145,9 +149,7 @@ def lowering_panels(
     run: series of one lowering, names of `stillhook.variables`; static: tension at the crane tip with everything at
     rest at the depth and wetness of the moment [N], one for each time.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 14.0), layout="constrained")
+    figure = new_figure(10.0, 14.0)
     axes = figure.subplots(6, 1, sharex=True)
     t = run["time"].values
     _depth(axes[0], run, lift, t)
@@ -298,12 +300,10 @@ def time_segments(run: xarray.Dataset, lift: Lowering) -> list[TimeSegment]:
 def strip(run: xarray.Dataset, lift: Lowering, *, title: str = "") -> Figure:
     """Moments of a lowering side by side: payload, slings, water and seabed, to scale; a row for the surface, one for
     the seabed."""
-    from matplotlib.figure import Figure
-
     rows = time_segments(run, lift) or [TimeSegment("", 0, run.sizes["time"] - 1)]
     views = [_bounds(run, lift, row) for row in rows]
     heights = [1.5 * 0.5 * (b.high - b.low) / b.half for b in views]
-    figure = Figure(figsize=(13.0, sum(heights) + 0.7 * len(rows) + 0.5), layout="constrained")
+    figure = new_figure(13.0, sum(heights) + 0.7 * len(rows) + 0.5)
     grid = figure.subplots(len(rows), MOMENTS, squeeze=False, height_ratios=heights)
     for row, axes, bounds in zip(rows, grid, views, strict=True):
         for ax, i in zip(axes, np.linspace(row.first, row.last, MOMENTS).astype(int), strict=True):
@@ -364,8 +364,7 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
         )
     ax.plot([0.0, 0.0], [hook, bounds.high], color="black", lw=1.2)
     ax.plot([0.0], [hook], marker="s", color="black", ms=4)
-    ax.set_xlim(-half, half)
-    ax.set_ylim(bounds.low, bounds.high)
+    ax.set(xlim=(-half, half), ylim=(bounds.low, bounds.high))
     ax.set_aspect("equal")
     ax.set_xticks([])
 
@@ -388,8 +387,7 @@ def save_animation(run: xarray.Dataset, lift: Lowering, path: str | Path, *, tit
     bounds, cut = _bounds(run, lift, row), slice(row.first, row.last + 1, max(1, count // 1500))
     for name, label, colour in (("F_w", "at the crane tip", COLOURS[0]), ("F_sling", "slings", COLOURS[1])):
         right.plot(t[cut], _shown(run, name, "force")[cut], color=colour, lw=1.0, label=label)
-    right.set_xlabel(f"time [s] (shown {faster:.1f} times as fast)")
-    right.set_ylabel("tension [kN]")
+    right.set(xlabel=f"time [s] (shown {faster:.1f} times as fast)", ylabel="tension [kN]")
     right.grid(alpha=0.3)
     right.legend(fontsize="small", loc="upper right")
     figure.suptitle("\n".join(textwrap.wrap(title, 90)), fontsize="small")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.run import COLOURS, GREY, new_figure
 from stillhook.sea.spectra.measured import Measured, SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import WaveSpectrum
 from stillhook.sea.vessel.rao import DOFS, Rao, long_wave_limits, long_wave_scales
@@ -28,9 +28,7 @@ UPPER = 4.0
 
 def spectrum_figure(wave: WaveSpectrum) -> Figure:
     """S over omega, with the mean and zero-crossing frequencies."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(8.0, 4.5), layout="constrained")
+    figure = new_figure(8.0, 4.5)
     ax = figure.subplots()
     if isinstance(wave, Measured):
         edges = np.append(wave.omega - wave.width / 2.0, wave.omega[-1] + wave.width[-1] / 2.0)
@@ -52,10 +50,8 @@ def spectrum_figure(wave: WaveSpectrum) -> Figure:
 
 def series_figure(series: SpectrumSeries | SeaStates) -> Figure:
     """Height and periods over time, and the mean spectrum where there are spectra."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
     spectral = isinstance(series, SpectrumSeries)
-    figure = Figure(figsize=(10.0, 8.0 if spectral else 5.5), layout="constrained")
+    figure = new_figure(10.0, 8.0 if spectral else 5.5)
     axes = figure.subplots(3 if spectral else 2, 1)
     axes[0].plot(series.time, series.H_m0, color=COLOURS[0], lw=0.8)
     _axes(axes[0], "", "H_m0 [m]")
@@ -83,8 +79,7 @@ def _quantiles(ax: Axes, series: SpectrumSeries) -> None:
 
 
 def _axes(ax: Axes, x: str, y: str) -> None:
-    ax.set_xlabel(x)
-    ax.set_ylabel(y)
+    ax.set(xlabel=x, ylabel=y)
     ax.grid(alpha=0.3)
 
 
@@ -95,9 +90,7 @@ LONGEST = 30.0  # s: shown of longer tables
 def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
     """Amplitudes over period of six motions, and with a point (x, y) [m] of its vertical motion; dots: the table,
     curves: what is used."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(11.0, 8.0 if point is None else 10.5), layout="constrained")
+    figure = new_figure(11.0, 8.0 if point is None else 10.5)
     axes = figure.subplots(2 if point is None else 3, 3)
     period = np.linspace(2.0 * math.pi / rao.omega[-1], min(LONGEST, 2.0 * math.pi / rao.omega[0]), 800)
     omega = 2.0 * math.pi / period
@@ -187,9 +180,7 @@ NAMES = {"H_m0": "Hs [m]", "wind": "wind [m/s]", "T_p": "Tp [s]", "T_m02": "Tz [
 
 def persistence_figure(answer: dict[str, Any]) -> Figure:
     """Shares of the time and waits, month by month, of what `answer.persistence_answer` gives."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(8.0, 6.5), layout="constrained")
+    figure = new_figure(8.0, 6.5)
     top, low = figure.subplots(2, 1, sharex=True)
     months = answer["months"]
     place = np.array([m["month"] for m in months])
@@ -219,11 +210,9 @@ def persistence_figure(answer: dict[str, Any]) -> Figure:
 def forecast_figure(weather: Weather, limits: list[Limit], answer: dict[str, Any]) -> Figure:
     """What is forecast, the limits as written and times alpha, and when the operation may start, of what
     `forecast.numbers` gives."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
     bounded = [limit for limit in limits if KIND[limit.range.name] != "angle" and np.isfinite(limit.range.high)]
     columns = list(dict.fromkeys(limit.range.name for limit in bounded))
-    figure = Figure(figsize=(9.0, 1.5 + 2.4 * len(columns)), layout="constrained")
+    figure = new_figure(9.0, 1.5 + 2.4 * len(columns))
     first = np.datetime64(answer["starts"][0]["time"].rstrip("Z"))
     last = np.datetime64(answer["starts"][-1]["time"].rstrip("Z")) + np.timedelta64(round(answer["T_R"]), "s")
     rows = (weather.time >= first) & (weather.time <= last)
@@ -247,8 +236,7 @@ def forecast_figure(weather: Weather, limits: list[Limit], answer: dict[str, Any
             if start["go"]:
                 begin = np.datetime64(start["time"].rstrip("Z"))
                 ax.axvspan(begin, begin + np.timedelta64(round(weather.step), "s"), color=COLOURS[2], alpha=0.25, lw=0)
-        ax.set_ylabel(NAMES[name])
-        ax.set_ylim(bottom=0.0)
+        ax.set(ylabel=NAMES[name], ylim=(0.0, None))
         ax.grid(alpha=0.3)
         ax.legend(frameon=False, fontsize="small", ncols=4, loc="lower right")
     figure.autofmt_xdate(rotation=25)

@@ -13,7 +13,16 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Meter
 from stillhook.report.document import Table
 from stillhook.units import number, show
-from stillhook.validate.ahc.comparison import Comparison, Shape, Spectra, compare, correlation, mean_and_s, shape
+from stillhook.validate.ahc.comparison import (
+    Comparison,
+    Shape,
+    Spectra,
+    by_case,
+    compare,
+    correlation,
+    mean_and_s,
+    shape,
+)
 from stillhook.validate.ahc.diagnosis import CauseEstimate, Deviation, explain, statements
 from stillhook.validate.ahc.measures import measures
 from stillhook.validate.ahc.replay import SETTLE, Replay, measured_error, replay, run_twin, usable
@@ -47,9 +56,10 @@ def comparison_statements(comparisons: Sequence[Comparison], like: Shape, *, log
     """The comparison in sentences, the most important first."""
     x = np.concatenate([c.windows.x for c in comparisons])
     mean, s = mean_and_s(x)
+    n = len(by_case(comparisons))
     first = (
-        f"The twin repeats {_cases(comparisons)} with the measured tip motion. Peak to peak over the window its"
-        " control error"
+        f"The twin repeats {n} load case{'s' if n > 1 else ''} with the measured tip motion. Peak to peak over the"
+        " window its control error"
         f" deviates by {100.0 * mean:.2g} cm from the crane's on average (s {100.0 * s:.2g} cm){_range(comparisons)}."
         if len(x)
         else "The twin repeats the tests, but no window of the logs is complete."
@@ -59,19 +69,14 @@ def comparison_statements(comparisons: Sequence[Comparison], like: Shape, *, log
 
 def _range(comparisons: Sequence[Comparison]) -> str:
     """Load cases with the least and the largest mean deviation."""
-    names = dict.fromkeys(c.name for c in comparisons if len(c.windows.x))
-    means = {n: float(np.mean(np.concatenate([c.windows.x for c in comparisons if c.name == n]))) for n in names}
+    cases = by_case(c for c in comparisons if len(c.windows.x))
+    means = {name: float(np.mean(np.concatenate([c.windows.x for c in rows]))) for name, rows in cases.items()}
     if len(means) < 2:
         return ""
     least, most = min(means, key=lambda n: means[n]), max(means, key=lambda n: means[n])
     return (
         f", from {100.0 * means[least]:.2g} cm in load case {least} to {100.0 * means[most]:.2g} cm in load case {most}"
     )
-
-
-def _cases(comparisons: Sequence[Comparison]) -> str:
-    n = len({c.name for c in comparisons})
-    return f"{n} load case{'s' if n > 1 else ''}"
 
 
 def _shape(like: Shape) -> Iterable[str]:
@@ -93,8 +98,7 @@ def _remarks(comparisons: Sequence[Comparison], *, logged: bool) -> Iterable[str
     if not logged:
         yield (
             "e_c_measured was not logged in every test: the control error is derived from s_tip and s_w, about its"
-            " mean,"
-            " so that a constant offset of the crane is not visible."
+            " mean, so that a constant offset of the crane is not visible."
         )
     for c in comparisons:
         offset = float(np.mean(c.pair[0]) - np.mean(c.pair[1])) if len(c.pair[0]) else 0.0
@@ -116,14 +120,13 @@ def _remarks(comparisons: Sequence[Comparison], *, logged: bool) -> Iterable[str
 
 
 def tables(comparisons: Sequence[Comparison], explained: Sequence[CauseEstimate]) -> tuple[Table, ...]:
-    """Load cases, signals beside the control error, causes."""
+    """Load cases, signals in addition to the control error, causes."""
     return (_load_cases(comparisons), *_signals(comparisons), *_causes(explained))
 
 
 def _load_cases(comparisons: Sequence[Comparison]) -> Table:
     rows = []
-    for name in dict.fromkeys(c.name for c in comparisons):
-        rows_of_case = [c for c in comparisons if c.name == name]
+    for name, rows_of_case in by_case(comparisons).items():
         x, measured, simulated = (
             np.concatenate([getattr(c.windows, k) for c in rows_of_case]) for k in ("x", "measured", "simulated")
         )
@@ -141,10 +144,10 @@ def _load_cases(comparisons: Sequence[Comparison]) -> Table:
                 f"{segment.load / 1e3:.0f} t",
                 f"{segment.s_w:.0f} m",
                 segment.mode.value,
-                f"{sum(len(c.e_measured) * c.replay.record.step for c in rows_of_case):.0f} s",
+                f"{sum(c.seconds for c in rows_of_case):.0f} s",
                 *map(_cm, mean_and_s(x)),
-                _cm(_mean(measured)),
-                _cm(_mean(simulated)),
+                _cm(mean_and_s(measured)[0]),
+                _cm(mean_and_s(simulated)[0]),
                 *map(_cm, peak),
                 f"{correlation(both):.3f}",
             )
@@ -164,10 +167,6 @@ def _load_cases(comparisons: Sequence[Comparison]) -> Table:
         "corre-\nlation",
     )
     return Table(header, tuple(rows), "Control error by load case")
-
-
-def _mean(x: np.ndarray) -> float:
-    return float(x.mean()) if len(x) else math.nan
 
 
 def _cm(x: float) -> str:
@@ -261,30 +260,33 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callabl
 
 
 def _obstacle(campaign: Campaign, records: Sequence[Record], parts: Sequence[tuple[Record, object]]) -> str:
-    tests = [r for r in records if r.test.kind is Kind.AHC]
+    """Reason why nothing can be compared, "" without: the first that any test of heave compensation gives."""
     if not campaign.of(Kind.AHC):
         return 'the campaign has no test of kind = "ahc"; log the crane in heave compensation'
-    without = next((r.test.name for r in tests if not r.has("s_tip")), None)
-    if without is not None:
-        return f's_tip is not in the log of test "{without}"; log the tip motion as received by the PLC'
-    without = next((r.test.name for r in tests if not r.has("e_c_measured") and not r.has("s_w")), None)
-    if without is not None:
-        return (
-            f'neither e_c_measured nor s_w is in the log of test "{without}"; log the PLC\'s control error, or the wire'
-            " paid out"
-        )
-    made = next((r.test.name for r in tests if not r.has("e_c_measured") and "s_w" in r.derived), None)
-    if made is not None:
-        return (
-            f'in test "{made}" the wire paid out is derived from a speed, too coarse for centimetres; log e_c_measured'
-            " or s_w"
-        )
-    slow = next((r for r in tests if r.step > SLOWEST + 1e-9), None)
-    if slow is not None:
-        return (
-            f'the log of test "{slow.test.name}" has a sample every {slow.step:.3g} s; log every {SLOWEST:g} s or'
-            " faster"
-        )
+    tests = [r for r in records if r.test.kind is Kind.AHC]
+    reasons = (
+        (
+            lambda r: not r.has("s_tip"),
+            's_tip is not in the log of test "{}"; log the tip motion as received by the PLC',
+        ),
+        (
+            lambda r: not r.has("e_c_measured") and not r.has("s_w"),
+            'neither e_c_measured nor s_w is in the log of test "{}"; log the PLC\'s control error, or the wire paid'
+            " out",
+        ),
+        (
+            lambda r: not r.has("e_c_measured") and "s_w" in r.derived,
+            'in test "{}" the wire paid out is derived from a speed, too coarse for centimetres; log e_c_measured or'
+            " s_w",
+        ),
+        (
+            lambda r: r.step > SLOWEST + 1e-9,
+            f'the log of test "{{}}" has a sample every {{:.3g}} s; log every {SLOWEST:g} s or faster',
+        ),
+    )
+    for applies, text in reasons:
+        if test := next((r for r in tests if applies(r)), None):
+            return text.format(test.test.name, test.step)
     return "" if parts else "no segment with heave compensation is long enough; log 60 s or more without interruption"
 
 

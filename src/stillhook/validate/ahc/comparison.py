@@ -4,7 +4,7 @@ peak-to-peak values over moving windows."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -46,6 +46,11 @@ class Windows:
     def eta_simulated(self) -> FloatArray:
         """Compensation efficiency, simulated [-]; NaN where the tip does not move."""
         return efficiency(self.simulated, self.s_tip_pp)
+
+    @property
+    def eta_deviation(self) -> FloatArray:
+        """Deviation |eta_c simulated - eta_c measured| of every window [-]."""
+        return np.abs(self.eta_simulated - self.eta_measured)
 
 
 def efficiency(e_c_pp: FloatArray, s_tip_pp: FloatArray) -> FloatArray:
@@ -100,11 +105,7 @@ def by_motion(parts: Sequence[Windows], width: float) -> tuple[FloatArray, Float
     Returns: middles of bins of this width [m], mean deviation of e_c_pp [m], mean |deviation| of the efficiency [-],
     windows in each bin.
     """
-    tip = np.concatenate([w.s_tip_pp for w in parts])
-    x, eta = (
-        np.concatenate([w.x for w in parts]),
-        np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in parts]),
-    )
+    tip, x, eta = (np.concatenate([getattr(w, name) for w in parts]) for name in ("s_tip_pp", "x", "eta_deviation"))
     cell = np.floor(tip / width).astype(np.intp)
     cells = np.unique(cell)
     count = np.array([(cell == c).sum() for c in cells], dtype=np.intp)
@@ -135,6 +136,11 @@ class Comparison:
         return self.replay.name
 
     @property
+    def seconds(self) -> float:
+        """Length that counts [s]."""
+        return len(self.e_measured) * self.replay.record.step
+
+    @property
     def pair(self) -> tuple[FloatArray, FloatArray]:
         """Measured and simulated control error where both are known."""
         good = np.isfinite(self.e_measured) & np.isfinite(self.e_simulated)
@@ -147,6 +153,14 @@ class Comparison:
         good = np.isfinite(self.e_measured) & np.isfinite(self.e_simulated)
         noise = self.noise * self.replay.noise[good]
         return self.e_measured[good] - noise, self.e_simulated[good] - noise
+
+
+def by_case(comparisons: Iterable[Comparison]) -> dict[str, list[Comparison]]:
+    """Comparisons of each load case."""
+    cases: dict[str, list[Comparison]] = {}
+    for c in comparisons:
+        cases.setdefault(c.name, []).append(c)
+    return cases
 
 
 def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window: float, *, logged: bool) -> Comparison:

@@ -15,7 +15,7 @@ from stillhook.spec.crane import Crane
 from stillhook.statistics.time_lag import dot
 from stillhook.units import show
 from stillhook.validate.ahc.replay import SETTLE, Replay, run_twin
-from stillhook.validate.dynamics.fitting.model import C_H, C_LEAK, INERTIA, bent
+from stillhook.validate.dynamics.fitting.model import C_H, C_LEAK, INERTIA, bent, scaled, with_change
 from stillhook.winches.circuits.tables import ServoVariant
 
 LONGEST = 270.0
@@ -68,42 +68,34 @@ def _bent(*names: str) -> Callable[[Crane, float], Crane]:
     return lambda crane, x: bent(crane, dict.fromkeys(names, math.log1p(x)))
 
 
-def _control(name: str) -> Callable[[Crane, float], Crane]:
-    def bend(crane: Crane, x: float) -> Crane:
-        control = crane.control
-        return crane.model_copy(
-            update={"control": control.model_copy(update={name: getattr(control, name) * (1.0 + x)})}
-        )
-
-    return bend
-
-
-def _motor(crane: Crane, update: dict[str, object]) -> Crane:
-    a = crane.active
-    return crane.model_copy(update={"active": a.model_copy(update={"motor": a.motor.model_copy(update=update)})})
-
-
-def _motor_servo(crane: Crane, x: float) -> Crane:
-    servo = crane.active.motor.servo
-    return _motor(crane, {"servo": servo.model_copy(update={"omega_n": servo.omega_n * (1.0 + x)})})
+def _scaled(path: str) -> Callable[[Crane, float], Crane]:
+    return lambda crane, x: scaled(crane, 1.0 + x, path)
 
 
 def _motor_offset(crane: Crane, x: float) -> Crane:
-    return _motor(crane, {"variant": ServoVariant.OPEN_LOOP, "offset": x, "hysteresis": 0.0})
+    update = {"variant": ServoVariant.OPEN_LOOP, "offset": x, "hysteresis": 0.0}
+    changed: Crane = with_change(crane, "active.motor", lambda motor: motor.model_copy(update=update))
+    return changed
 
 
 CAUSES = (
     Cause("leakage", "leakage of the active pumps and motors", _bent(C_LEAK), 0.1, 3.0),
     Cause("friction", "friction of the winch", _bent("dry", "breakaway", "viscous", "pressure_loss"), 0.1, 3.0),
-    Cause("K_1", "K_1 of the crane's controller", _control("K_1"), 0.01, 0.3),
-    Cause("K_2", "K_2 of the crane's controller", _control("K_2"), 0.1, 3.0),
-    Cause("K_p", "K_p of the crane's controller", _control("K_p"), 0.1, 3.0),
+    Cause("K_1", "K_1 of the crane's controller", _scaled("control.K_1"), 0.01, 0.3),
+    Cause("K_2", "K_2 of the crane's controller", _scaled("control.K_2"), 0.1, 3.0),
+    Cause("K_p", "K_p of the crane's controller", _scaled("control.K_p"), 0.1, 3.0),
     Cause("speed", "wire speed per pump command (layer, gear ratio, pump flow)", _bent("pump_flow"), 0.01, 0.3),
     Cause("motor_offset", "displacement of the active motors over their command", _motor_offset, 0.05, 0.3),
     Cause("C_h", "capacitance of the active lines", _bent(C_H), 0.1, 3.0),
     Cause("J_m_eff", "inertia at the motor shaft", _bent(INERTIA), 0.1, 1.0),
     Cause("pump_servo", "natural frequency of the pumps' displacement control", _bent("pump_omega_n"), 0.1, 1.0),
-    Cause("motor_servo", "natural frequency of the motors' displacement control", _motor_servo, 0.2, 3.0),
+    Cause(
+        "motor_servo",
+        "natural frequency of the motors' displacement control",
+        _scaled("active.motor.servo.omega_n"),
+        0.2,
+        3.0,
+    ),
 )
 
 

@@ -43,7 +43,7 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
 
 def _shown(comparisons: Sequence[Comparison]) -> Comparison:
     """The last load case that is long enough to be shown, else the longest: as print shows its load case 4."""
-    long = [c for c in comparisons if len(c.e_measured) * c.replay.record.step >= 0.8 * SHOWN]
+    long = [c for c in comparisons if c.seconds >= 0.8 * SHOWN]
     return long[-1] if long else max(comparisons, key=lambda c: len(c.e_measured))
 
 
@@ -63,8 +63,7 @@ def _over_time(c: Comparison, campaign: Campaign) -> Figure:
     names = ("crane tip [m]\n(up positive)", "wire speed [m/min]\n(hoisting positive)", "control error [cm]")
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(name)
-    axes[2].set_xlabel("time [s]")
-    axes[2].set_xlim(0.0, t[-1])
+    axes[2].set(xlabel="time [s]", xlim=(0.0, t[-1]))
     figure.align_ylabels(axes)
     legend_below(figure, [axes[2]], 2)
     return figure
@@ -84,16 +83,11 @@ def _against_motion(parts: Sequence[Comparison], campaign: Campaign) -> Figure:
     axes = grid[0]
     windows = [c.windows for c in parts]
     tip = np.concatenate([w.s_tip_pp for w in windows])
-    for colour, label, error, eta in (
-        (MEASURED, "measured", "measured", "eta_measured"),
-        (SIMULATED, "simulated", "simulated", "eta_simulated"),
-    ):
-        y = 100.0 * np.concatenate([getattr(w, error) for w in windows])
+    for colour, label in ((MEASURED, "measured"), (SIMULATED, "simulated")):
+        y, eta = (100.0 * np.concatenate([getattr(w, name) for w in windows]) for name in (label, f"eta_{label}"))
         axes[0].plot(tip, y, ".", ms=3, color=colour, alpha=0.5, label=label)
         axes[0].axhline(y.mean(), color=colour, ls=":", lw=1.2, label=f"{label}, average")
-        axes[1].plot(
-            tip, 100.0 * np.concatenate([getattr(w, eta) for w in windows]), ".", ms=3, color=colour, alpha=0.5
-        )
+        axes[1].plot(tip, eta, ".", ms=3, color=colour, alpha=0.5)
     axes[0].set_ylabel("control error, peak to peak [cm]")
     axes[1].set_ylabel("compensation efficiency [%]")
     axes[0].set_ylim(bottom=0.0)
@@ -110,16 +104,12 @@ def _deviations(windows: Sequence[Windows], campaign: Campaign) -> Figure:
     axes = grid[0]
     tip = np.concatenate([w.s_tip_pp for w in windows])
     middle, error, eta, count = by_motion(windows, BIN)
-    dots = (
-        100.0 * np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in windows]),
-        100.0 * np.concatenate([w.x for w in windows]),
-    )
+    dots = (100.0 * np.concatenate([getattr(w, name) for w in windows]) for name in ("eta_deviation", "x"))
     names = ("deviation of the efficiency [percentage points]", "deviation of the control error [cm]")
     for ax, y, mean, name in zip(axes[:2], dots, (100.0 * eta, 100.0 * error), names, strict=True):
         ax.plot(tip, y, ".", ms=3, color=COLOURS[5], label="windows")
         ax.plot(middle, mean, "o-", color="#000000", lw=1.5, ms=4, label=f"average over {BIN:g} m")
-        ax.set_ylabel(name)
-        ax.set_ylim(bottom=0.0)
+        ax.set(ylabel=name, ylim=(0.0, None))
     axes[2].bar(middle, 100.0 * count / count.sum(), width=0.9 * BIN, color=GREY)
     axes[2].set_ylabel("share of the windows [%]")
     for ax in axes:
@@ -135,8 +125,6 @@ def _spectra(x: Spectra, campaign: Campaign) -> Figure:
     ax.axvspan(*BAND, color=GREY, alpha=0.12, lw=0, label="wave band")
     ax.loglog(x.f[band], 1e4 * x.measured[band], color=MEASURED, lw=1.4, label="measured")
     ax.loglog(x.f[band], 1e4 * x.simulated[band], color=SIMULATED, lw=1.2, ls="--", label="simulated")
-    ax.set_xlabel("frequency [Hz]")
-    ax.set_ylabel("power density [cm$^2$/Hz]")
-    ax.set_xlim(x.f[band][0], x.f[band][-1])
+    ax.set(xlabel="frequency [Hz]", ylabel="power density [cm$^2$/Hz]", xlim=(x.f[band][0], x.f[band][-1]))
     legend_below(figure, [ax], 3)
     return figure

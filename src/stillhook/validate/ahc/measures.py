@@ -19,6 +19,7 @@ from stillhook.validate.ahc.comparison import (
     EVERY,
     Comparison,
     Shape,
+    by_case,
     correlation,
     counted_share,
     gaussian_share,
@@ -112,7 +113,7 @@ def measures(comparisons: Sequence[Comparison], like: Shape, settings: Mapping[s
     """Every measure of step 5, over all load cases together; the mean deviation and the largest error of each load case
     as well."""
     block = round(2.0 * settings["window"] / EVERY)
-    parts = by_case(comparisons, lambda c: c.windows.x)
+    parts = parts_by_case(comparisons, lambda c: c.windows.x)
     mean = over_cases(np.mean, parts, at_least=block, bounds=(0.0, math.inf))
     return (
         *_deviations(comparisons, parts, mean, settings["window"]),
@@ -123,14 +124,11 @@ def measures(comparisons: Sequence[Comparison], like: Shape, settings: Mapping[s
     )
 
 
-def by_case(
+def parts_by_case(
     comparisons: Sequence[Comparison], values: Callable[[Comparison], FloatArray]
 ) -> dict[str, list[FloatArray]]:
     """Rows of every unbroken part, by load case."""
-    out: dict[str, list[FloatArray]] = {}
-    for c in comparisons:
-        out.setdefault(c.name, []).append(values(c))
-    return out
+    return {name: [values(c) for c in rows] for name, rows in by_case(comparisons).items()}
 
 
 def _measure(
@@ -154,9 +152,8 @@ def _deviations(
     mean, s = mean_and_s(np.concatenate(x))
     block = round(2.0 * window / EVERY)
     pooled = [over_all, *(over_cases(statistic, parts, at_least=block, bounds=ends) for statistic, ends in _STATISTICS)]
-    signed = over_cases(
-        np.mean, by_case(comparisons, lambda c: c.windows.simulated - c.windows.measured), at_least=block
-    )
+    differences = parts_by_case(comparisons, lambda c: c.windows.simulated - c.windows.measured)
+    signed = over_cases(np.mean, differences, at_least=block)
     estimates = [*(_with_share_end(p.pooled) for p in pooled), signed.pooled]
     level = float(np.mean(np.concatenate([c.windows.measured for c in comparisons])))
     data = f"{_extent(comparisons)}, {estimates[0].n:.0f} effective windows of {window:g} s"
@@ -175,16 +172,13 @@ def _cm(x: float) -> str:
 def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Estimate], window: float) -> tuple[Measure, ...]:
     """Mean deviation of every load case: the mean over all would hide a short bad case behind a long good one."""
     name, out = "e_c_pp_deviation_case", []
-    for case in dict.fromkeys(c.name for c in comparisons):
+    for case, rows in by_case(comparisons).items():
+        measure = _measure(name, None, note="no window is full of numbers")
         if case in cases:
             estimate = cases[case]
-            data = (
-                f"{_extent([c for c in comparisons if c.name == case])}, {estimate.n:.0f} effective windows"
-                f" of {window:g} s"
-            )
-            out.append(replace(_measure(name, estimate.value, estimate, data=data), test=f"load case {case}"))
-        else:
-            out.append(replace(_measure(name, None, note="no window is full of numbers"), test=f"load case {case}"))
+            data = f"{_extent(rows)}, {estimate.n:.0f} effective windows of {window:g} s"
+            measure = _measure(name, estimate.value, estimate, data=data)
+        out.append(replace(measure, test=f"load case {case}"))
     return tuple(out)
 
 
@@ -205,37 +199,26 @@ _STATISTICS: tuple[tuple[Callable[[FloatArray], float], tuple[float, float]], ..
 
 
 def _extent(comparisons: Sequence[Comparison]) -> str:
-    cases, seconds = (
-        len({c.name for c in comparisons}),
-        sum(len(c.e_measured) * c.replay.record.step for c in comparisons),
-    )
+    cases, seconds = len(by_case(comparisons)), sum(c.seconds for c in comparisons)
     return f"{cases} load case{'s' if cases > 1 else ''}, {seconds:.0f} s"
 
 
 def _largest(comparisons: Sequence[Comparison]) -> tuple[Measure, ...]:
     """Both readings of paper F table 2, item 2a: the largest error of every load case, and the largest difference at
     one moment."""
-    pairs = [(c, *c.pair) for c in comparisons if len(c.pair[0])]
-    if not pairs:
+    known = [c for c in comparisons if len(c.pair[0])]
+    if not known:
         note = "the control error is not known in any sample"
         return _measure("e_c_max_difference", None, note=note), _measure("e_c_deviation_max", None, note=note)
     out = []
-    for case in dict.fromkeys(c.name for c, _, _ in pairs):
-        same = [x for x in pairs if x[0].name == case]
-        measured, simulated = (
-            max(float(np.abs(m).max()) for _, m, _ in same),
-            max(float(np.abs(s).max()) for _, _, s in same),
-        )
-        note = f"simulated {100.0 * simulated:.3g} cm, measured {100.0 * measured:.3g} cm"
-        data = _extent([x[0] for x in same])
-        out.append(
-            replace(
-                _measure("e_c_max_difference", simulated - measured, data=data, note=note), test=f"load case {case}"
-            )
-        )
-    apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c, _, _ in pairs]
+    for case, rows in by_case(known).items():
+        measured, simulated = (max(float(np.abs(c.pair[k]).max()) for c in rows) for k in (0, 1))
+        note = f"simulated {_cm(simulated)}, measured {_cm(measured)}"
+        measure = _measure("e_c_max_difference", simulated - measured, data=_extent(rows), note=note)
+        out.append(replace(measure, test=f"load case {case}"))
+    apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c in known]
     worst = int(np.argmax([x.max() for x in apart]))
-    moment = _moment(pairs[worst][0], int(np.argmax(apart[worst])))
+    moment = _moment(known[worst], int(np.argmax(apart[worst])))
     return *out, _measure("e_c_deviation_max", float(apart[worst].max()), data=_extent(comparisons), note=moment)
 
 
@@ -253,7 +236,7 @@ def _moment(c: Comparison, i: int) -> str:
 def _efficiency(comparisons: Sequence[Comparison], above: float, block: int) -> Measure:
     """Mean |eta_c simulated - eta_c measured| over windows with high tip motion."""
     high = {id(c): c.windows.s_tip_pp >= above for c in comparisons}
-    parts = by_case(comparisons, lambda c: np.abs(c.windows.eta_simulated - c.windows.eta_measured)[high[id(c)]])
+    parts = parts_by_case(comparisons, lambda c: c.windows.eta_deviation[high[id(c)]])
     if not any(len(part) for rows in parts.values() for part in rows):
         note = f"the tip moves {above:g} m or more in no window; test in higher waves"
         return _measure("eta_c_deviation_high", None, note=note)
@@ -271,24 +254,15 @@ def _thin(c: Comparison) -> FloatArray:
 
 
 def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tuple[Measure, ...]:
-    rows = by_case([c for c in comparisons if len(c.pair[0])], _thin)
+    rows = parts_by_case([c for c in comparisons if len(c.pair[0])], _thin)
     bounds, block = (-1.0, 1.0), round(2.0 * window / THIN)
     estimate = over_cases(correlation, rows, at_least=block, bounds=bounds, scale=FISHER) if rows else None
     data = _extent(comparisons)
     band = "" if math.isfinite(like.distance) else "no segment is a minute long"
+    pooled, note = (estimate.pooled, estimate.extremes("{:.3g}".format)) if estimate else (None, "")
     return (
-        _measure(
-            "e_c_correlation",
-            like.correlation,
-            estimate.pooled if estimate else None,
-            data=data,
-            note=_correlations(estimate),
-        ),
+        _measure("e_c_correlation", like.correlation, pooled, data=data, note=note),
         _measure("e_c_lag", like.lag, Estimate.around(like.lag, NORMAL_95 * like.u_lag), data=data),
         _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
         _measure("e_c_spectral_distance", like.distance, data=data, note=band),
     )
-
-
-def _correlations(estimate: OverCases | None) -> str:
-    return estimate.extremes(lambda x: f"{x:.3g}") if estimate else ""

@@ -57,9 +57,6 @@ LIBRARIES = ("numba", "numpy", "polars", "scipy")
 ROUNDING = 1e-9
 OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", "torque", "rotation")
 """Below ROUNDING [SI], a number of these quantities is what rounding leaves of zero, which no two machines do alike."""
-CELLS = ("key", "title", "value", "interval", "limit", "verdict", "data", "source")
-"""What people read of a verdict line; see `stillhook.validate.report.texts.line_cells`."""
-
 DECIDING = ("verdict", "key", "text")
 """What people read of a line that decides the verdict."""
 
@@ -175,7 +172,7 @@ def plain(x: Any) -> Any:
 
 def _line(validation: Validation, line: CriterionResult) -> dict[str, Any]:
     measure = {"measure": _numbers(line.measure) if line.measure is not None else None}
-    return {**plain(line.to_dict()), **measure, "cells": dict(zip(CELLS, line_cells(validation, line), strict=True))}
+    return {**plain(line.to_dict()), **measure, "cells": line_cells(validation, line)._asdict()}
 
 
 def _step(validation: Validation, step: Step) -> dict[str, Any]:

@@ -4,7 +4,7 @@ and tables."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,18 +28,32 @@ LEAST_SETTING = 0.01
 QUANTITY = {"K_1": "time_per_length", "K_2": "time_squared_per_length", "K_p": "gain_per_length"}
 
 
-def causes(
-    campaign: Campaign,
-    runs: Sequence[Run],
-    rows: Rows,
-    law: Law | None,
-    laws: Mapping[str, Law],
-    u_thr: Estimate | None,
-    motors: Sequence[MotorLaw],
-) -> dict[str, str]:
+@dataclass(frozen=True)
+class ControllerEstimates:
+    """Estimates of step 2: runs of the simulated PLC, order of the log's rows, deviations of the commands, implied laws
+    of all tests and of each; see the functions that compute them."""
+
+    runs: tuple[Run, ...]
+    rows: Rows
+    deviations: tuple[Deviation, ...]
+    law: Law | None
+    laws: dict[str, Law]
+    K_op: Estimate | None
+    u_thr: Estimate | None
+    motor_laws: tuple[MotorLaw, ...]
+
+
+@dataclass(frozen=True)
+class ControllerStep(Step):
+    """Step 2 with what its figures need; None where no command could be compared."""
+
+    estimates: ControllerEstimates | None = None
+
+
+def causes(crane: Crane, estimates: ControllerEstimates) -> dict[str, str]:
     """Deviations, one line each, by subject: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p"
     and "u_m" repeat the first that explains a deviation of that command."""
-    crane, out = campaign.crane, {}
+    rows, law, u_thr, out = estimates.rows, estimates.law, estimates.u_thr, {}
     if rows.late and rows.waves is not None:
         out["lag"] = _late(rows.waves.value, crane)
     if law is not None:
@@ -52,12 +66,11 @@ def causes(
             if abs(share) > least and significant(e, file_value):
                 log, file = fmt(e.value, QUANTITY[name], 3), fmt(file_value, QUANTITY[name], 3)
                 out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({change(share, 0)})"
-        if text := _by_case(laws):
+        if text := _by_case(estimates.laws):
             out["K_wire"] = text
             for name in ("K_2", "K_p"):
                 out.pop(name, None)  # they depend on the same wrong ratio
-    clip = _clipped(runs)
-    if clip:
+    if clip := _clipped(estimates.runs):
         out["clip"] = clip
     if (
         u_thr is not None
@@ -68,7 +81,7 @@ def causes(
         out["u_thr"] = (
             f"u_thr {u_thr.value:.3g} in the log's motor commands, {crane.control.u_thr:.3g} in the crane file"
         )
-    for m in motors:
+    for m in estimates.motor_laws:
         if m.follows is not None:
             out["mode"] = f'test {m.test}: the motor command follows mode "{m.follows}", the log says "{m.mode}"'
         elif m.setting is not None and m.wanted is not None and abs(m.setting - m.wanted) > LEAST_SETTING:
@@ -114,28 +127,24 @@ def _by_case(laws: Mapping[str, Law]) -> str:
 
 def _clipped(runs: Sequence[Run]) -> str:
     for run in runs:
-        lo, hi = ends_of(run.segment.u_p, run.simulated.u_raw, run.segment.record.step)
+        lo, hi = ends_of(run.segment.u_p, run.simulated.u_raw, run.step)
         end = min(-lo, hi) + FLAT
         if end < FULL and float(np.abs(run.simulated.u_p).max()) > end + 0.02:
-            where = f"test {run.segment.record.test.name}"
             return (
-                f"{where}: the logged pump commands stop at {100.0 * end:.3g} % of full command, the simulated ones at"
-                " 100 %"
+                f"test {run.test}: the logged pump commands stop at {100.0 * end:.3g} % of full command, the simulated"
+                " ones at 100 %"
             )
     return ""
 
 
 def statements(
-    deviations: Sequence[Deviation],
-    rows: Rows,
-    explanations: Mapping[str, str],
-    runs: Sequence[Run],
-    records: Sequence[Record],
+    estimates: ControllerEstimates, explanations: Mapping[str, str], records: Sequence[Record]
 ) -> tuple[str, ...]:
     """Lines for the reader, the most important first."""
-    out = []
+    out, order = [], estimates.rows.description
     for signal, name in (("u_p", "pump"), ("u_m", "motor")):
-        worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high.value, default=None)
+        compared = (d for d in estimates.deviations if d.signal == signal and d.ahc)
+        worst = max(compared, key=lambda d: d.high.value, default=None)
         if worst is not None:
             high, mean, largest = (percent(x, 2) for x in (worst.high.value, worst.mean.value, worst.worst))
             out.append(
@@ -143,17 +152,17 @@ def statements(
                 f" of the time (test {worst.test}, the worst; mean {mean}, worst sample {largest})."
             )
     out += [f"Deviation: {text}." for key, text in explanations.items() if key not in ("u_p", "u_m")]
-    out.append(f"{rows.description[0].upper()}{rows.description[1:]}.")
-    out += _made_up(runs)
+    out.append(f"{order[0].upper()}{order[1:]}.")
+    out += _substitutes(estimates.runs)
     out += [f"Test {r.test.name} cannot be used for the controller: {lack}." for r in records if (lack := lacking(r))]
     return tuple(out)
 
 
-def _made_up(runs: Sequence[Run]) -> list[str]:
+def _substitutes(runs: Sequence[Run]) -> list[str]:
     notes: dict[str, list[str]] = {}
     for run in runs:
         for note in run.segment.notes:
-            notes.setdefault(note, []).append(run.segment.record.test.name)
+            notes.setdefault(note, []).append(run.test)
     tests = {n: list(dict.fromkeys(names)) for n, names in notes.items()}
     return [f"Test{'s' if len(t) > 1 else ''} {', '.join(t)}: {note}." for note, t in tests.items()]
 
@@ -168,17 +177,15 @@ def deviation_table(deviations: Sequence[Deviation]) -> Table:
     return Table(header, tuple(rows), "Measured less simulated command, share of full command")
 
 
-def gain_table(
-    crane: Crane, law: Law | None, laws: Mapping[str, Law], K_op: Estimate | None, u_thr: Estimate | None
-) -> Table:
+def gain_table(crane: Crane, estimates: ControllerEstimates) -> Table:
     """Gains implied by the logged commands, by test, with those of the crane file."""
-    g = gains(crane)
+    g, law = gains(crane), estimates.law
     file_row = ("crane file", *(f"{x:.4g}" for x in (g.K_1, g.K_2, g.K_p, crane.control.u_thr)))
-    rows = [file_row, *((f"test {n}", _e(f.K_1), _e(f.K_2), _e(f.K_p), "") for n, f in laws.items())]
+    rows = [file_row, *((f"test {n}", _e(f.K_1), _e(f.K_2), _e(f.K_p), "") for n, f in estimates.laws.items())]
     if law is not None:
-        rows.append(("all", _e(law.K_1), _e(law.K_2), _e(law.K_p), _e(u_thr)))
-    if K_op is not None:
-        rows.append(("joystick, manual", _e(K_op), "", "", ""))
+        rows.append(("all", _e(law.K_1), _e(law.K_2), _e(law.K_p), _e(estimates.u_thr)))
+    if estimates.K_op is not None:
+        rows.append(("joystick, manual", _e(estimates.K_op), "", "", ""))
     header = ("of", "K_1 [s/m]", "K_2 [s^2/m]", "K_p [1/m]", "u_thr [-]")
     return Table(header, tuple(rows), "Control law in the logged commands (95 % interval)")
 
@@ -193,32 +200,6 @@ NOT_LOGGED = (
 )
 
 
-@dataclass(frozen=True)
-class ControllerStep(Step):
-    """Step 2 with what its figures need: runs of the simulated PLC, order of the log's rows, implied laws."""
-
-    runs: tuple[Run, ...] = ()
-    rows: Rows | None = None
-    law: Law | None = None
-    laws: Mapping[str, Law] = field(default_factory=dict)
-    motor_laws: tuple[MotorLaw, ...] = ()
-    deviations: tuple[Deviation, ...] = ()
-
-
-@dataclass(frozen=True)
-class ControllerEstimates:
-    """Estimates of step 2; see the functions that compute them."""
-
-    runs: tuple[Run, ...]
-    rows: Rows
-    deviations: tuple[Deviation, ...]
-    law: Law | None
-    laws: dict[str, Law]
-    K_op: Estimate | None
-    u_thr: Estimate | None
-    motor_laws: tuple[MotorLaw, ...]
-
-
 def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
     """Step 2 of the validation. Measures: u_p_deviation, u_m_deviation (95 % quantile of |measured - simulated|, each
     test in compensation), their means, those of manual mode, command_lag [s], and K_1, K_2, K_p, u_thr implied by the
@@ -231,10 +212,10 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.segment.parts)]
     if not ahc:
         return _not_shown(records)
-    rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False), crane)
+    rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False))
     progress(0.5)
-    names, noisy = dict.fromkeys(r.segment.record.test.name for r in ahc), rows.evidence != "fine"
-    laws = {n: law([r for r in ahc if r.segment.record.test.name == n], rows.aligned, input_noise=noisy) for n in names}
+    names, noisy = dict.fromkeys(r.test for r in ahc), rows.evidence != "fine"
+    laws = {n: law([r for r in ahc if r.test == n], rows.aligned, input_noise=noisy) for n in names}
     estimates = ControllerEstimates(
         tuple(runs),
         rows,
@@ -246,24 +227,14 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
         tuple(motor_laws(crane, runs, rows.cycles)),
     )
     progress(0.9)
-    explanations = causes(
-        campaign, estimates.runs, estimates.rows, estimates.law, estimates.laws, estimates.u_thr, estimates.motor_laws
-    )
+    explanations = causes(crane, estimates)
     return ControllerStep(
         StepNumber.CONTROLLER,
-        _measures(campaign, estimates, explanations),
-        statements(estimates.deviations, rows, explanations, runs, records),
-        (
-            deviation_table(estimates.deviations),
-            gain_table(crane, estimates.law, estimates.laws, estimates.K_op, estimates.u_thr),
-        ),
+        _measures(crane, estimates, explanations),
+        statements(estimates, explanations, records),
+        (deviation_table(estimates.deviations), gain_table(crane, estimates)),
         _data(estimates),
-        estimates.runs,
-        rows,
-        estimates.law,
-        estimates.laws,
-        estimates.motor_laws,
-        estimates.deviations,
+        estimates,
     )
 
 
@@ -278,68 +249,47 @@ def _not_shown(records: Sequence[Record]) -> Step:
     )
 
 
-def _measures(campaign: Campaign, estimates: ControllerEstimates, explanations: dict[str, str]) -> tuple[Measure, ...]:
+def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mapping[str, str]) -> tuple[Measure, ...]:
     out = [m for d in estimates.deviations for m in _of_test(d, explanations.get(d.signal, ""))]
     if not any(d.signal == "u_m" and d.ahc for d in estimates.deviations):
-        out.append(
-            Measure("u_m_deviation", None, note="u_m was not logged in heave compensation: log the motor command")
-        )
+        note = "u_m was not logged in heave compensation: log the motor command"
+        out.append(Measure("u_m_deviation", None, note=note))
     seconds = f"{estimates.law.seconds:.0f} s of unsaturated compensation" if estimates.law else ""
-    lagging = estimates.rows.waves
-    out.append(
-        Measure(
-            "command_lag",
-            lagging.value,
-            "time",
-            lagging.low,
-            lagging.high,
-            data=seconds,
-            note=explanations.get("lag", estimates.rows.description),
-        )
-        if lagging
-        else Measure("command_lag", None, note="the tip does not move in compensation: log AHC tests in waves")
-    )
+    note = explanations.get("lag", estimates.rows.description)
+    unmoved = "the tip does not move in compensation: log AHC tests in waves"
+    out.append(_measure("command_lag", estimates.rows.waves, note, unmoved, quantity="time", data=seconds))
     gains = estimates.runs[0].segment.plc.gains
+    little = "too little unsaturated compensation in the logs to determine the gain: log AHC tests in waves"
     for name in ("K_1", "K_2", "K_p"):
-        e = getattr(estimates.law, name) if estimates.law else None
+        e, file_value = getattr(estimates.law, name, None), getattr(gains, name)
         note = "; ".join(explanations[k] for k in (name, "K_wire") if k in explanations)
-        out.append(_share(f"{name}_deviation", e, getattr(gains, name), seconds, note))
-    u_thr = campaign.crane.control.u_thr
-    e, never = estimates.u_thr, "the feedforward does not exceed the threshold long enough: log higher waves"
-    known = (
-        Measure(
-            "u_thr_difference", e.value - u_thr, "", e.low - u_thr, e.high - u_thr, note=explanations.get("u_thr", "")
-        )
-        if e
-        else None
-    )
-    out.append(known or Measure("u_thr_difference", None, note=never))
+        if e is not None and file_value != 0.0:
+            share = Estimate(e.value / file_value - 1.0, e.low / file_value - 1.0, e.high / file_value - 1.0)
+            out.append(_measure(f"{name}_deviation", share, note, data=f"{seconds}, {e.n} blocks"))
+        else:
+            out.append(_measure(f"{name}_deviation", None, "", little))
+    e, u_thr = estimates.u_thr, crane.control.u_thr
+    difference = Estimate(e.value - u_thr, e.low - u_thr, e.high - u_thr) if e else None
+    never = "the feedforward does not exceed the threshold long enough: log higher waves"
+    out.append(_measure("u_thr_difference", difference, explanations.get("u_thr", ""), never))
     return tuple(out)
 
 
-def _of_test(d: Deviation, explanations: str) -> list[Measure]:
-    data = f"{d.seconds:.0f} s, worst sample {100.0 * d.worst:.2g} %, rms {100.0 * d.rms:.2g} %"
+def _measure(name: str, e: Estimate | None, note: str = "", without: str = "", **more: str) -> Measure:
+    """A measure from its estimate; without one the reason."""
+    if e is None:
+        return Measure(name, None, note=without)
+    return Measure(name, e.value, low=e.low, high=e.high, note=note, **more)  # type: ignore[arg-type]
+
+
+def _of_test(d: Deviation, explanation: str) -> list[Measure]:
+    test, data = f"test {d.test}", f"{d.seconds:.0f} s, worst sample {100.0 * d.worst:.2g} %, rms {100.0 * d.rms:.2g} %"
     if not d.ahc:
-        return [_deviation(f"{d.signal}_deviation_manual", d.high, d.test, data)]
+        return [_measure(f"{d.signal}_deviation_manual", d.high, test=test, data=data)]
     return [
-        _deviation(f"{d.signal}_deviation", d.high, d.test, data, explanations),
-        _deviation(f"{d.signal}_deviation_mean", d.mean, d.test, data),
+        _measure(f"{d.signal}_deviation", d.high, explanation, test=test, data=data),
+        _measure(f"{d.signal}_deviation_mean", d.mean, test=test, data=data),
     ]
-
-
-def _deviation(name: str, e: Estimate, test: str, data: str, note: str = "") -> Measure:
-    return Measure(name, e.value, "", e.low, e.high, test=f"test {test}", data=data, note=note)
-
-
-def _share(name: str, e: Estimate | None, ours: float, data: str, note: str) -> Measure:
-    if e is None or ours == 0.0:
-        return Measure(
-            name,
-            None,
-            note=("too little unsaturated compensation in the logs to determine the gain: log AHC tests in waves"),
-        )
-    low, high = e.low / ours - 1.0, e.high / ours - 1.0
-    return Measure(name, e.value / ours - 1.0, "", low, high, data=f"{data}, {e.n} blocks", note=note)
 
 
 def _data(estimates: ControllerEstimates) -> dict[str, object]:
@@ -356,16 +306,8 @@ def _data(estimates: ControllerEstimates) -> dict[str, object]:
         "K_1_joystick": of(estimates.K_op),
         "u_thr": of(estimates.u_thr),
         "deviations": [
-            {
-                "test": d.test,
-                "signal": d.signal,
-                "ahc": d.ahc,
-                "mean": d.mean.value,
-                "rms": d.rms,
-                "high": d.high.value,
-                "worst": d.worst,
-                "seconds": d.seconds,
-            }
+            {name: getattr(d, name) for name in ("test", "signal", "ahc", "rms", "worst", "seconds")}
+            | {"mean": d.mean.value, "high": d.high.value}
             for d in estimates.deviations
         ],
     }

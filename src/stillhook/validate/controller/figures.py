@@ -37,18 +37,19 @@ ALLOWED = 3.0
 
 def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
     """Pictures of step 2 by name; none where no command could be compared."""
-    if not isinstance(step, ControllerStep) or step.rows is None:
+    if not isinstance(step, ControllerStep) or step.estimates is None:
         return {}
-    runs = [r for r in step.runs if any(p.mode.compensates for p in r.segment.parts)]
+    estimates = step.estimates
+    runs = [r for r in estimates.runs if any(p.mode.compensates for p in r.segment.parts)]
     out = {
-        "commands": _commands(runs, step.rows.cycles, campaign),
-        "deviation": _exceedance(runs, step.rows.cycles, campaign),
+        "commands": _commands(runs, estimates.rows.cycles, campaign),
+        "deviation": _exceedance(runs, estimates.rows.cycles, campaign),
     }
-    laws = [m for m in step.motor_laws if m.mode in SEMI]
+    laws = [m for m in estimates.motor_laws if m.mode in SEMI]
     if laws:
         out["motor-law"] = _motor_law(laws, campaign)
-    if step.law is not None:
-        out["gains"] = _gains(step.law, step.laws, campaign)
+    if estimates.law is not None:
+        out["gains"] = _gains(estimates.law, estimates.laws, campaign)
     return out
 
 
@@ -59,7 +60,7 @@ def _shown(runs: Sequence[Run]) -> list[tuple[Run, slice]]:
         u, T = np.abs(run.segment.u_p), run.segment.record.step
         at, n = int(np.nanargmax(u)), round(SHOWN / T)
         first = int(np.clip(at - n // 2, 0, max(0, len(u) - n)))
-        name, top = run.segment.record.test.name, float(u[at])
+        name, top = run.test, float(u[at])
         if name not in largest or top > largest[name][0]:
             largest[name] = (top, run, slice(first, first + n))
     best = sorted(largest, key=lambda n: -largest[n][0])[:MOST]
@@ -118,22 +119,15 @@ def _exceedance(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
     figure, axes = axes_of(
         1, 2, (10.0, 4.6), marked(campaign, "Exceedance of the deviation of the commands"), sharey=True, sharex=True
     )
-    names = list(dict.fromkeys(r.segment.record.test.name for r in runs))
+    names = list(dict.fromkeys(r.test for r in runs))
     for ax, signal, machine in zip(axes[0], ("u_p", "u_m"), ("pump", "motor"), strict=True):
         for colour, name in zip(COLOURS * 3, names, strict=False):
-            parts = [
-                d for r in runs if r.segment.record.test.name == name for d in differences(r, signal, cycles, ahc=True)
-            ]
+            parts = [d for r in runs if r.test == name for d in differences(r, signal, cycles, ahc=True)]
             if parts:
                 size = np.sort(100.0 * np.abs(np.concatenate(parts)))
-                every = max(1, len(size) // POINTS)
-                ax.step(
-                    np.maximum(size, 1e-3)[::every],
-                    (100.0 * np.arange(len(size), 0, -1) / len(size))[::every],
-                    color=colour,
-                    lw=1.2,
-                    label=f"test {name}",
-                )
+                exceeded = 100.0 * np.arange(len(size), 0, -1) / len(size)
+                dots = slice(None, None, max(1, len(size) // POINTS))
+                ax.step(np.maximum(size, 1e-3)[dots], exceeded[dots], color=colour, lw=1.2, label=f"test {name}")
         ax.axvline(ALLOWED, color=GREY, ls=":", lw=1.2, label="criterion 3: at most 3 %")
         ax.axhline(5.0, color=GREY, ls="--", lw=0.8, label="5 % of the time")
         ax.set_xlabel(f"deviation of the {machine} command [% of full command]")
@@ -153,25 +147,12 @@ def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
     for m in laws:
         curves.setdefault((m.mode, round(m.lowest, 2)), m)
     for (mode, lowest), style in zip(curves, ("-", "--", ":", "-.") * 3, strict=False):
-        ax.plot(
-            x,
-            [_law(float(u), mode, lowest, campaign.crane) for u in x],
-            style,
-            color="#000000",
-            lw=1.2,
-            label=f"twin, {mode.value}, minimum {lowest:g}",
-        )
+        y = [_law(float(u), mode, lowest, campaign.crane) for u in x]
+        ax.plot(x, y, style, color="#000000", lw=1.2, label=f"twin, {mode.value}, minimum {lowest:g}")
     for colour, m in zip(COLOURS * 3, laws, strict=False):
-        every = max(1, len(m.u_ff) // POINTS)
-        ax.plot(
-            m.u_ff[::every],
-            m.u_m[::every],
-            ".",
-            ms=2.0,
-            color=colour,
-            label=f"test {m.test}, measured",
-            rasterized=True,
-        )
+        dots = slice(None, None, max(1, len(m.u_ff) // POINTS))
+        label = f"test {m.test}, measured"
+        ax.plot(m.u_ff[dots], m.u_m[dots], ".", ms=2.0, color=colour, label=label, rasterized=True)
     ax.axvline(campaign.crane.control.u_thr, color=GREY, lw=0.8, ls=":")
     ax.set(
         xlim=(0.0, 1.05),
@@ -204,15 +185,9 @@ def _gains(law: Law, laws: Mapping[str, Law], campaign: Campaign) -> Figure:
         for k, (_, gains_of_row) in enumerate(rows):
             e = getattr(gains_of_row, name)
             if e is not None and file_value > 0.0:
-                ax.errorbar(
-                    100.0 * (e.value / file_value - 1.0),
-                    k,
-                    xerr=100.0 * e.half / file_value,
-                    fmt="o",
-                    ms=4,
-                    capsize=3,
-                    color=COLOURS[1] if gains_of_row is law else MEASURED,
-                )
+                colour = COLOURS[1] if gains_of_row is law else MEASURED
+                share, half = 100.0 * (e.value / file_value - 1.0), 100.0 * e.half / file_value
+                ax.errorbar(share, k, xerr=half, fmt="o", ms=4, capsize=3, color=colour)
         ax.axvline(0.0, color=GREY, lw=1.0)
         reach = max(1.0, 1.15 * float(np.abs(ax.get_xlim()).max()))
         ax.set(xlim=(-reach, reach), xlabel=f"{name} [% deviation], 95 % interval")

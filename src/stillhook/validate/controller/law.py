@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.kernels.plc_alone import Commands
-from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import Fit, fit
 from stillhook.statistics.time_lag import dot
@@ -62,10 +61,24 @@ class Run:
     segment: PlcSegment
     simulated: Commands
 
+    @property
+    def test(self) -> str:
+        """Name of the test."""
+        return self.segment.record.test.name
+
+    @property
+    def step(self) -> float:
+        """Spacing of the samples [s]."""
+        return self.segment.record.step
+
+    def logged_u_p(self, cycles: float) -> FloatArray:
+        """Logged pump command (n,) at the moment of its inputs; cycles: its lag behind the inputs in the same row."""
+        return shifted(self.segment.u_p, -cycles * self.step, self.step)
+
     def rows(self, *, ahc: bool) -> BoolArray:
         """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the
         simulated one is saturated, and in which no mode change or start from the brake still decays."""
-        s, T = self.segment, self.segment.record.step
+        s, T = self.segment, self.step
         mode = s.seen.mode
         lo, hi = ends_of(s.u_p, self.simulated.u_raw, T)
         free = (s.u_p > lo) & (s.u_p < hi) & (np.abs(self.simulated.u_raw) < 1.0)
@@ -136,11 +149,10 @@ def _raw(run: Run) -> list[FloatArray]:
 
 def _columns(run: Run, cycles: float, width: float) -> list[FloatArray]:
     """The same and the command that they make up [-], smoothed, thinned, about their means."""
-    s, T = run.segment, run.segment.record.step
-    faded = (
-        run.simulated.u_raw - run.simulated.u_ff + s.plc.gains.K_p * run.simulated.e_c / s.seen.f_pump
-    )  # bumpless start after a mode change
-    x = [*_raw(run), shifted(s.u_p, -cycles * T, T) - faded]
+    s, T, simulated = run.segment, run.step, run.simulated
+    # what remains of the bumpless start after a mode change
+    faded = simulated.u_raw - simulated.u_ff + s.plc.gains.K_p * simulated.e_c / s.seen.f_pump
+    x = [*_raw(run), run.logged_u_p(cycles) - faded]
     good = run.rows(ahc=True) & np.isfinite(x[-1])
     return _about_mean(_thin([smoothed(np.nan_to_num(c), good, width, T) for c in x], T))
 
@@ -173,8 +185,7 @@ def _noise(runs: list[Run]) -> dict[str, float]:
     """Power of white noise in every smoothed regressor, from the second differences of the raw one."""
     total, count = np.zeros(len(NAMES)), 0
     for run in runs:
-        T = run.segment.record.step
-        n = max(1, round(SMOOTH[0] / T))
+        n = max(1, round(SMOOTH[0] / run.step))
         w = np.hanning(n + 2)[1:-1]
         left = dot(w, w) / float(w.sum()) ** 2
         good = run.rows(ahc=True)
@@ -211,10 +222,10 @@ def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
     """K_1 by the joystick in manual mode [s/m]; None where it was not moved."""
     columns: list[list[FloatArray]] = []
     for run in runs:
-        s, T = run.segment, run.segment.record.step
+        s, T = run.segment, run.step
         x = s.seen.v_op * s.seen.K_wire * s.seen.alpha_m / s.seen.f_pump
         faded = run.simulated.u_raw - run.simulated.u_ff
-        y = shifted(s.u_p, -cycles * T, T) - np.where(s.seen.mode > MANUAL, 0.0, faded)
+        y = run.logged_u_p(cycles) - np.where(s.seen.mode > MANUAL, 0.0, faded)
         good = run.rows(ahc=False) & np.isfinite(y)
         columns.append(_thin([smoothed(np.nan_to_num(c), good, SMOOTH[0], T) for c in (x, y)], T))
     x, y = (np.concatenate([c[k] for c in columns]) for k in (0, 1)) if columns else (np.zeros(0), np.zeros(0))
@@ -232,7 +243,7 @@ def lag(runs: list[Run], *, ahc: bool) -> Estimate | None:
     with the shifted command until convergence. A wrong K_2 shows as a lag too: K_2 / K_1 is the time by which the
     law leads the waves.
     """
-    pairs = [(r.segment.u_p, r.simulated.u_p, r.rows(ahc=ahc), r.segment.record.step) for r in runs]
+    pairs = [(r.segment.u_p, r.simulated.u_p, r.rows(ahc=ahc), r.step) for r in runs]
     pairs = [p for p in pairs if p[2].any() and float(np.std(p[1][p[2]])) > MOVES]
     if not pairs:
         return None
@@ -359,14 +370,13 @@ class Rows:
         n = abs(self.cycles)
         return (
             f"the commands in a row of the log are {n} cycle{'s' if n > 1 else ''} {way} than its inputs ({evidence});"
-            " they"
-            " are compared with this shift"
+            " they are compared with this shift"
         )
 
 
-def rows_of(runs: Sequence[Run], waves: Estimate | None, joystick: Estimate | None, crane: Crane) -> Rows:
+def rows_of(runs: Sequence[Run], waves: Estimate | None, joystick: Estimate | None) -> Rows:
     """The order of the rows, by the best evidence available."""
-    step = runs[0].segment.record.step
+    step = runs[0].step
     fine = fine_shift(list(runs))
     if fine is not None and abs(fine[0]) <= MOST_CYCLES:
         return Rows(fine[0], "fine", waves, joystick, step, fine[1])

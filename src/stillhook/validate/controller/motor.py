@@ -46,13 +46,13 @@ def deviations(runs: Sequence[Run], cycles: int) -> list[Deviation]:
     """Of u_p and u_m, of each test in compensation and in manual mode. cycles: lag of logged commands behind their
     inputs."""
     result = []
-    for test in dict.fromkeys(r.segment.record.test.name for r in runs):
-        same = [r for r in runs if r.segment.record.test.name == test]
+    for test in dict.fromkeys(r.test for r in runs):
+        same = [r for r in runs if r.test == test]
         for ahc in (True, False):
             for signal in ("u_p", "u_m"):
                 parts = [d for r in same for d in differences(r, signal, cycles, ahc=ahc)]
                 if parts:
-                    result.append(_of(test, signal, ahc, parts, same[0].segment.record.step))
+                    result.append(_of(test, signal, ahc, parts, same[0].step))
     return result
 
 
@@ -60,7 +60,7 @@ def difference(run: Run, signal: str, cycles: int) -> FloatArray | None:
     """Measured less simulated command over a stretch (n,), NaN where it or the motors' displacement is
     unknown; None where it was not logged."""
     s = run.segment
-    measured, T = s.u_p if signal == "u_p" else s.u_m, s.record.step
+    measured, T = s.u_p if signal == "u_p" else s.u_m, run.step
     if measured is None:
         return None
     d = shifted(measured, -cycles * T, T) - getattr(run.simulated, signal)
@@ -108,11 +108,6 @@ def _quantile(rows: FloatArray) -> float:
     return float(np.interp(HIGH * count[-1], count, EDGES))
 
 
-def manual(run: Run) -> bool:
-    """Whether a segment has no compensation at all."""
-    return bool((run.segment.seen.mode == MANUAL).all())
-
-
 BETWEEN = (0.05, 0.95)  # of the reduction: outside, the law is saturated and does not depend on its threshold
 FEWEST = 1.0  # s of reduction from which a threshold is reported
 BLOCK = 2.0  # s: a wave's crest
@@ -147,11 +142,8 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
         s = run.segment
         if s.u_m is None:
             continue
-        u_ff, u_m, lowest = (
-            feedforward_logged(run, cycles),
-            shifted(s.u_m, -cycles * s.record.step, s.record.step),
-            least(crane, run),
-        )
+        u_m = shifted(s.u_m, -cycles * run.step, run.step)
+        u_ff, lowest = feedforward_logged(run, cycles), least(crane, run)
         for part in s.parts:
             if not part.mode.compensates:
                 continue
@@ -159,7 +151,7 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
             fixed = part.mode not in SEMI
             laws.append(
                 MotorLaw(
-                    s.record.test.name,
+                    run.test,
                     np.abs(u_ff[at]),
                     u_m[at],
                     float(np.median(lowest[at])),
@@ -175,11 +167,10 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
 def feedforward_logged(run: Run, cycles: int) -> FloatArray:
     """Feedforward in the logged pump command, which is that less the twin's feedback [-]; NaN where
     saturated."""
-    s, T = run.segment, run.segment.record.step
-    u_p = shifted(s.u_p, -cycles * T, T)
-    lo, hi = ends_of(s.u_p, run.simulated.u_raw, T)
-    rest = run.simulated.u_raw - run.simulated.u_ff  # feedback and the remainder of a bumpless start
-    return np.where((u_p > lo) & (u_p < hi), u_p - rest, np.nan)
+    u_p = run.logged_u_p(cycles)
+    lo, hi = ends_of(run.segment.u_p, run.simulated.u_raw, run.step)
+    feedback = run.simulated.u_raw - run.simulated.u_ff  # with the remainder of a bumpless start
+    return np.where((u_p > lo) & (u_p < hi), u_p - feedback, np.nan)
 
 
 def least(crane: Crane, run: Run) -> FloatArray:

@@ -7,14 +7,15 @@ Step 4 in words and tables: tuned values, and gradients, periods and fit before 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from stillhook.library.leakage import stated_leak
 from stillhook.report.document import Table
-from stillhook.report.formatting import change
+from stillhook.report.formatting import change, percent_fixed
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
 from stillhook.units import show
@@ -49,6 +50,23 @@ its values are meaningless. Another friction law, lines with two ends and sensor
 MORE = "Make more and quicker turns without load, and log all signals."
 OPEN_BRAKE = "No value is proposed; keep the brake open between more turns of two speeds both ways"
 JUDGED = ("p_a", "p_b", "omega_m")
+
+
+class Compared(NamedTuple):
+    """A quantity of the swings: name of its measure, field of `Swing`, line that it is of ("": both), and in words."""
+
+    measure: str
+    field: str
+    line: str
+    words: str
+
+
+COMPARED = (
+    Compared("pressure_gradient_error", "gradient", "A", "pressure gradient, line A"),
+    Compared("pressure_gradient_error", "gradient", "B", "pressure gradient, line B"),
+    Compared("swing_period_error", "period", "", "period between peaks"),
+    Compared("swing_damping_error", "zeta", "", "damping ratio"),
+)
 
 
 @dataclass(frozen=True)
@@ -140,11 +158,7 @@ def measures_of(
     out = [_change(f, data) for f in values]
     for tuned in (False, True):
         end = "_tuned" if tuned else ""
-        out += [
-            _error(f"pressure_gradient_error{end}", swings.gradient(line, tuned), f"line {line}") for line in ("A", "B")
-        ]
-        out.append(_error(f"swing_period_error{end}", swings.period(tuned), ""))
-        out.append(_error(f"swing_damping_error{end}", swings.damping(tuned), ""))
+        out += [_error(f"{x.measure}{end}", swings.error(x.field, tuned, x.line), x.line) for x in COMPARED]
         misfit = swings.misfit_after if tuned else swings.misfit_before
         out += [Measure(f"dynamics_misfit{end}", misfit[n], test=n, data=data) for n in JUDGED if n in misfit]
     return tuple(out)
@@ -169,7 +183,8 @@ FEWEST_PLACES = 3
 """Source: paper F step 4 measures the period in three places."""
 
 
-def _error(name: str, error: Estimate, test: str) -> Measure:
+def _error(name: str, error: Estimate, line: str) -> Measure:
+    test = f"line {line}" if line else ""
     data = f"{error.n:g} places"
     if error.n < FEWEST_PLACES:
         note = (
@@ -185,11 +200,17 @@ WORDS = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}
 LETTERS = {C_H: "C_h", C_LEAK: "C_leak", INERTIA: "J_m_eff"}
 
 
-def amounts(crane: Crane) -> dict[str, tuple[float, str]]:
-    """Values of the three tuned numbers in the crane file, and their kind of quantity: volume of oil in a line, leak
-    conductance at the point that the file states, inertia."""
+def reference(crane: Crane, f: TunedValue) -> tuple[float, str]:
+    """What the factor of a tuned value refers to [SI], and its kind of quantity: volume of oil in a line, leak
+    conductance at the point that the file states, inertia; or the twin's value `of`."""
     a = crane.active
-    return {C_H: (a.line.V, "volume"), C_LEAK: (stated_leak(a), "leakage"), INERTIA: (crane.inertia.J_m_eff, "inertia")}
+    values = {
+        C_H: (a.line.V, "volume"),
+        C_LEAK: (stated_leak(a), "leakage"),
+        INERTIA: (crane.inertia.J_m_eff, "inertia"),
+    }
+    value, kind = values[f.name]
+    return (value if f.of is None else f.of), kind
 
 
 def statements_of(
@@ -202,16 +223,15 @@ def statements_of(
 ) -> tuple[str, ...]:
     """Lines for the reader, the most important first; elsewhere: other tests also determined the leakage."""
     out = []
-    file_values = amounts(crane)
     for f in values:
-        value, kind = file_values[f.name] if f.of is None else (f.of, file_values[f.name][1])
+        value, kind = reference(crane, f)
         if f.known:
             whose = "the file states" if f.of is None else "the twin has, at the working point of heave compensation,"
             x = f.factor
             amount = f"{show(x.value * value, kind, 4)} where {whose} {show(value, kind, 4)}{_oil(crane, f.name)}"
-            change, low, high = (100.0 * (end - 1.0) for end in (x.value, x.low, x.high))
+            deviation, low, high = (100.0 * (end - 1.0) for end in (x.value, x.low, x.high))
             out.append(
-                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {change:+.1f} % from the crane file (95 %:"
+                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {deviation:+.1f} % from the crane file (95 %:"
                 f" {low:+.1f} to {high:+.1f} %), {amount}.{_form(f)}"
             )
         else:
@@ -240,16 +260,12 @@ def _form(f: TunedValue) -> str:
 
 def _figures(swings: SwingComparison) -> str:
     """Gradients, periods and misfit in one sentence."""
-    cases: dict[str, Callable[[bool], Estimate]] = {
-        "pressure gradients of line A": lambda tuned: swings.gradient("A", tuned),
-        "of line B": lambda tuned: swings.gradient("B", tuned),
-        "periods between peaks": swings.period,
-    }
+    names = ("pressure gradients of line A", "of line B", "periods between peaks")
     parts = []
-    for name, error in cases.items():
-        before, after = error(False), error(True)
+    for name, compared in zip(names, COMPARED, strict=False):
+        before, after = (swings.error(compared.field, tuned, compared.line) for tuned in (False, True))
         if before.n and after.n:
-            parts.append(f"{name} {100.0 * before.value:+.1f} % ({100.0 * after.value:+.1f} %)")
+            parts.append(f"{name} {change(before.value)} ({change(after.value)})")
     if not parts:
         return "No turn shows a pressure gradient or a period in both twin and crane."
     return f"Twin against crane, by its file and (tuned): {', '.join(parts)}."
@@ -267,50 +283,25 @@ def tables_of(crane: Crane, values: Sequence[TunedValue], tuning: Tuning, swings
 def _tuned(crane: Crane, values: Sequence[TunedValue]) -> Table:
     rows = []
     for f in values:
-        value, kind = amounts(crane)[f.name] if f.of is None else (f.of, amounts(crane)[f.name][1])
-        if f.known:
-            cells = (
-                show(f.factor.value * value, kind, 4),
-                f"{show(f.factor.low * value, kind, 4)}",
-                f"{show(f.factor.high * value, kind, 4)}",
-            )
-            rows.append((LETTERS[f.name], show(value, kind, 4), *cells, f"{100.0 * (f.factor.value - 1.0):+.1f} %"))
-        else:
-            rows.append((LETTERS[f.name], show(value, kind, 4), "-", "-", "-", "-"))
+        value, kind = reference(crane, f)
+        cells = [show(x * value, kind, 4) for x in (f.factor.value, f.factor.low, f.factor.high)]
+        tuned = (*cells, change(f.factor.value - 1.0)) if f.known else ("-",) * 4
+        rows.append((LETTERS[f.name], show(value, kind, 4), *tuned))
     title = "Tuned on the winch's dynamics (C_h as oil in a line; leakage with the pumps full, motors at 1000 rev/min)"
     return Table(("", "crane\nfile", "tuned", "95 %\nfrom", "95 %\nto", "change"), tuple(rows), title)
 
 
 def _before_after(swings: SwingComparison) -> Table:
-    def row(name: str, of: Callable[[bool], Estimate]) -> tuple[str, ...]:
-        before, after = of(False), of(True)
-        shown = (change(e.value) if e.n else "-" for e in (before, after))
-        return name, *shown, f"{before.n:g}"
-
-    crane, before, after = swings.spectral
-    rows = [
-        row("pressure gradient, line A", lambda tuned: swings.gradient("A", tuned)),
-        row("pressure gradient, line B", lambda tuned: swings.gradient("B", tuned)),
-        row("period between peaks", swings.period),
-        row("damping ratio", swings.damping),
-    ]
+    rows = []
+    for x in COMPARED:
+        errors = [swings.error(x.field, tuned, x.line) for tuned in (False, True)]
+        rows.append((x.words, *(change(e.value) if e.n else "-" for e in errors), f"{errors[0].n:g}"))
+    crane, *twins = swings.spectral
     if all(math.isfinite(x) for x in swings.spectral):
-        rows.append(
-            (
-                "period in the spectrum",
-                f"{100.0 * (before / crane - 1.0):+.1f} %",
-                f"{100.0 * (after / crane - 1.0):+.1f} %",
-                "all",
-            )
-        )
+        rows.append(("period in the spectrum", *(change(period / crane - 1.0) for period in twins), "all"))
+    misfits = (swings.misfit_before, swings.misfit_after)
     for name in swings.misfit_before:
-        rows.append(
-            (
-                f"rms of {name}, part of its own",
-                *(f"{100.0 * m[name]:.1f} %" for m in (swings.misfit_before, swings.misfit_after)),
-                "all",
-            )
-        )
+        rows.append((f"rms of {name}, part of its own", *(percent_fixed(m[name], 1) for m in misfits), "all"))
     header = ("twin over crane, less 1", "crane\nfile", "tuned, and\nrest free", "places")
     return Table(header, tuple(rows), "Twin against crane, driven by the measured commands")
 
@@ -321,9 +312,7 @@ def _nuisance_table(tuning: Tuning) -> Table:
     rows = []
     for u in (u for u in UNKNOWNS if u.name not in TUNED):
         x, s = float(theta[PLACE[u.name]]), float(deviation[PLACE[u.name]])
-        rows.append(
-            (u.meaning, f"{100.0 * math.expm1(x):+.1f} %", f"{100.0 * NORMAL_95 * s:.1f} %" if s < 0.5 else "open")
-        )
+        rows.append((u.meaning, change(math.expm1(x)), percent_fixed(NORMAL_95 * s, 1) if s < 0.5 else "open"))
     for e in EXTRAS:
         x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
         rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{1.96 * s:.2f} {e.unit}"))

@@ -50,13 +50,13 @@ class Swing(NamedTuple):
     peaks: FloatArray
 
 
-def swing_of(turn: Transient, t: FloatArray, p_a: FloatArray, p_b: FloatArray, took: slice) -> Swing:
-    """The swing after a turn. t (n,) [s]; p_a, p_b (n,) [Pa] of one machine, the log's or the twin's; took: the turn's
-    samples in them."""
+def swing_of(turn: Transient, t: FloatArray, p_a: FloatArray, p_b: FloatArray, samples: slice) -> Swing:
+    """The swing after a turn. t (n,) [s]; p_a, p_b (n,) [Pa] of one machine, the log's or the twin's; samples: those of
+    the turn."""
     step = float(t[1] - t[0])
-    times = t[took]
+    times = t[samples]
     ahead = _at(times, turn.start)
-    a, b = (smoothed(filled(p[took]), step, SMOOTH) for p in (p_a, p_b))
+    a, b = (smoothed(filled(p[samples]), step, SMOOTH) for p in (p_a, p_b))
     up = turn.change > 0.0
     end = min(len(times), ahead + round(LOOK / step))
     y = (a - b if up else b - a)[:end]
@@ -150,54 +150,37 @@ class SwingComparison:
     misfit_before: dict[str, float]
     misfit_after: dict[str, float]
 
-    def gradient(self, line: str, tuned: bool) -> Estimate:
-        """Errors of the pressure gradient of line "A" or "B"."""
-        pairs = [(c, x) for c, x in zip(self.crane, self._twin(tuned), strict=True) if c.line == line]
-        return _errors([(x.gradient, c.gradient) for c, x in pairs])
-
-    def period(self, tuned: bool) -> Estimate:
-        """Errors of the period between the first two significant peaks."""
-        return _errors([(x.period, c.period) for c, x in zip(self.crane, self._twin(tuned), strict=True)])
-
-    def damping(self, tuned: bool) -> Estimate:
-        """Errors of the damping ratio."""
-        return _errors([(x.zeta, c.zeta) for c, x in zip(self.crane, self._twin(tuned), strict=True)])
-
-    def _twin(self, tuned: bool) -> tuple[Swing, ...]:
-        return self.after if tuned else self.before
+    def error(self, name: str, tuned: bool, line: str = "") -> Estimate:
+        """Errors of a field of `Swing`, simulated over measured, less 1; of the turns of one line ("A" or "B") alone
+        where it is stated."""
+        pairs = zip(self.crane, self.after if tuned else self.before, strict=True)
+        values = [(getattr(c, name), getattr(x, name)) for c, x in pairs if line in ("", c.line)]
+        measured, simulated = np.reshape(values, (-1, 2)).T
+        shown = np.isfinite(measured) & np.isfinite(simulated) & (measured != 0.0)
+        return Estimate.of_mean(simulated[shown] / measured[shown] - 1.0, t_factor(int(shown.sum()) - 1))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON, SI; None where a turn shows nothing."""
 
-        def rows(swings: Sequence[Swing]) -> list[dict[str, Any]]:
-            return [
-                {"line": s.line, **{n: _plain(getattr(s, n)) for n in ("gradient", "period", "zeta")}} for s in swings
-            ]
-
-        return {
-            "crane": rows(self.crane),
-            "before": rows(self.before),
-            "after": rows(self.after),
-            "spectral_period": [_plain(x) for x in self.spectral],
-            "misfit_before": self.misfit_before,
-            "misfit_after": self.misfit_after,
+        numbers = ("gradient", "period", "zeta")
+        machines = {"crane": self.crane, "before": self.before, "after": self.after}
+        swings = {
+            machine: [{"line": x.line, **{n: _plain(getattr(x, n)) for n in numbers}} for x in rows]
+            for machine, rows in machines.items()
         }
+        spectral = [_plain(x) for x in self.spectral]
+        misfits = {"misfit_before": self.misfit_before, "misfit_after": self.misfit_after}
+        return {**swings, "spectral_period": spectral, **misfits}
 
 
 def _plain(x: float) -> float | None:
     return None if math.isnan(x) else x
 
 
-def _errors(pairs: Sequence[tuple[float, float]]) -> Estimate:
-    errors = np.array([x / c - 1.0 for x, c in pairs if math.isfinite(x) and math.isfinite(c) and c != 0.0])
-    return Estimate.of_mean(errors, t_factor(len(errors) - 1))
-
-
 def compare_swings(
     time_segments: Sequence[DynamicsSegment], turns: Sequence[Transient], tuning: Tuning
 ) -> SwingComparison:
-    """The swings of every turn, the crane's and the twin's by one and the same reading; none for a line that was
-    not logged."""
+    """The swings of every turn of crane and twin, evaluated alike; none for a line that was not logged."""
     rows: list[list[Swing]] = [[], [], []]
     parts: list[list[FloatArray]] = [[], [], []]
     for time_segment, before, after in zip(time_segments, tuning.before, tuning.after, strict=True):
@@ -206,20 +189,19 @@ def compare_swings(
         machines = (crane, (before[:, A], before[:, B]), (after[:, A], after[:, B]))
         time = time_segment.record.t[time_segment.first : time_segment.first + len(time_segment.t)]
         for turn in (x for x in turns if time_segment.holds(x)):
-            took = slice(turn.first - time_segment.first, turn.last - time_segment.first)
+            samples = slice(turn.first - time_segment.first, turn.last - time_segment.first)
             for k, (p_a, p_b) in enumerate(machines):
-                rows[k].append(swing_of(turn, time, p_a, p_b, took))
-                look = slice(took.start, min(took.stop, took.start + round(LOOK / time_segment.record.step)))
+                rows[k].append(swing_of(turn, time, p_a, p_b, samples))
+                look = slice(samples.start, min(samples.stop, samples.start + round(LOOK / time_segment.record.step)))
                 parts[k].append((p_a - p_b)[look])
     step = time_segments[0].record.step
-    crane_T, before_T, after_T = (
-        dominant_period([p for p in series if np.isfinite(p).all()], step) for series in parts
-    )
+    crane_swings, before_swings, after_swings = (tuple(swings) for swings in rows)
+    periods = [dominant_period([p for p in series if np.isfinite(p).all()], step) for series in parts]
     return SwingComparison(
-        crane=tuple(rows[0]),
-        before=tuple(rows[1]),
-        after=tuple(rows[2]),
-        spectral=(crane_T, before_T, after_T),
+        crane_swings,
+        before_swings,
+        after_swings,
+        spectral=(periods[0], periods[1], periods[2]),
         misfit_before=dict(normalised_rms(time_segments, tuning.before)),
         misfit_after=dict(normalised_rms(time_segments, tuning.after)),
     )

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from stillhook.report import document
 from stillhook.report.document import Cell
@@ -112,17 +113,14 @@ def _used(line: CriterionResult) -> float:
 
 def decisive_cells(validation: Validation, line: CriterionResult) -> tuple[str, str, str]:
     """A governing line: verdict, key, value against its limit, and utilisation."""
-    key, title, figure, between, limit, verdict, *_ = line_cells(validation, line)
-    m = line.measure
+    cells, m = line_cells(validation, line), line.measure
     if m is None or m.value is None or math.isnan(m.value):
-        return (
-            verdict,
-            key,
-            f"{title}: no value; {m.note if m is not None and m.note else 'no such data are available'}",
-        )
-    where = f" in {m.test}" if m.test else ""
-    interval = f" ({between})" if line.figures else ""
-    return verdict, key, f"{title}{where}: {figure}{interval}, limit {limit}; {_closeness(validation, line)}"
+        text = f"{cells.title}: no value; {m.note if m is not None and m.note else 'no such data are available'}"
+    else:
+        test = f" in {m.test}" if m.test else ""
+        value = f"{cells.value} ({cells.interval})" if line.figures else cells.value
+        text = f"{cells.title}{test}: {value}, limit {cells.limit}; {_closeness(validation, line)}"
+    return cells.verdict, cells.key, text
 
 
 def _closeness(validation: Validation, line: CriterionResult) -> str:
@@ -178,9 +176,22 @@ def criterion(validation: Validation, line: CriterionResult) -> Criterion:
     return next(c for c in validation.campaign.criteria.criteria if c.key == line.key)
 
 
-def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
-    """A verdict line as cells: number, criterion, figure and its 95 % interval in the unit of the limit, limit,
-    verdict, data and reason, source."""
+class LineCells(NamedTuple):
+    """What people read of a verdict line: number, criterion, value and its 95 % interval in the unit of the limit,
+    limit, verdict, data and reason, source."""
+
+    key: str
+    title: str
+    value: str
+    interval: str
+    limit: str
+    verdict: str
+    data: str
+    source: str
+
+
+def line_cells(validation: Validation, line: CriterionResult) -> LineCells:
+    """A verdict line as cells."""
     c, m = criterion(validation, line), line.measure
     behind = (m.test, structural_words(c, m), m.data, m.note) if m is not None else ()
     known = m is not None and m.value is not None
@@ -188,37 +199,30 @@ def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]
     figure = in_words(c, m.value) if m is not None and m.value is not None else "-"
     limit = line.limit + (", not to be refuted" if c.ask is Requirement.NOT_REFUTED else "")
     between = between or ("by value" if known else "")
-    return (
-        line.key,
-        line.title,
-        figure,
-        between,
-        limit,
-        verdict_word(line),
-        "; ".join(x for x in behind if x),
-        line.source,
-    )
+    data = "; ".join(x for x in behind if x)
+    return LineCells(line.key, line.title, figure, between, limit, verdict_word(line), data, line.source)
 
 
 def terse_cells(validation: Validation, line: CriterionResult) -> tuple[Cell, ...]:
     """A verdict line without the text of the criterion, see TERSE_HEAD."""
-    key, _, figure, between, *_ = line_cells(validation, line)
-    unit = figure.partition(" ")[2]
-    bare = between.removesuffix(f" {unit}") if unit else between
-    info = line.verdict is Verdict.INFO
-    return key, figure, bare, line.limit, document.Verdict("info") if info else line_verdict(line)
+    cells = line_cells(validation, line)
+    unit = cells.value.partition(" ")[2]
+    bare = cells.interval.removesuffix(f" {unit}") if unit else cells.interval
+    verdict = document.Verdict("info") if line.verdict is Verdict.INFO else line_verdict(line)
+    return cells.key, cells.value, bare, line.limit, verdict
 
 
 def short_cells(validation: Validation, line: CriterionResult) -> tuple[Cell, ...]:
     """A verdict line in short, see SHORT_HEAD."""
-    key, title, figure, _, limit, *_ = line_cells(validation, line)
-    return key, title, figure, limit, line_verdict(line)
+    cells = line_cells(validation, line)
+    return cells.key, cells.title, cells.value, cells.limit, line_verdict(line)
 
 
 def full_cells(validation: Validation, line: CriterionResult) -> tuple[Cell, ...]:
     """A verdict line in full with few columns, see FULL_HEAD."""
-    key, title, figure, between, limit, _, data, source = line_cells(validation, line)
-    return key, title, f"{figure} ({between})" if between else figure, limit, line_verdict(line), data, source
+    cells = line_cells(validation, line)
+    value = f"{cells.value} ({cells.interval})" if cells.interval else cells.value
+    return cells.key, cells.title, value, cells.limit, line_verdict(line), cells.data, cells.source
 
 
 def verdict_word(line: CriterionResult) -> str:

@@ -167,15 +167,13 @@ def _step(A: FloatArray, b: FloatArray, i: int) -> float:
 
 @dataclass(frozen=True)
 class Tuning:
-    """Result of the fit: parameters in the order of `dynamics_unknowns.NAMES`; low, high: their bounds; start: where
-    the fit began; before, after: the twin's outputs for each stretch, (n, SIGNALS), with the crane as it is and as
-    tuned, as the sensors show them.
+    """Result of the fit: parameters in the order of `model.NAMES`; low, high: their bounds; before, after: the twin's
+    outputs for each segment, (n, SIGNALS), with the crane as it is and as tuned, as the sensors show them.
     """
 
     fit: Fit
     low: FloatArray
     high: FloatArray
-    start: FloatArray
     before: tuple[FloatArray, ...]
     after: tuple[FloatArray, ...]
 
@@ -197,7 +195,7 @@ def tune(
     progress(0.3)
     result = fit(model, start)
     progress(0.9)
-    return Tuning(result, model.low, model.high, start, twin.outputs(np.zeros(len(NAMES))), twin.outputs(result.theta))
+    return Tuning(result, model.low, model.high, twin.outputs(np.zeros(len(NAMES))), twin.outputs(result.theta))
 
 
 def normalised_rms(time_segments: Sequence[DynamicsSegment], outputs: Sequence[FloatArray]) -> Mapping[str, float]:

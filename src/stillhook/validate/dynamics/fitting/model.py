@@ -10,18 +10,20 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from stillhook.base.arrays import FloatArray
 from stillhook.library.leakage import form_of
 from stillhook.spec.crane import Crane, inertia_ratio_without_wire
 from stillhook.validate.dynamics.fitting.output_error import FAR, Model
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment, delayed, repeated, steps_per_cycle
-from stillhook.winches.circuits.tables import LeakForm, MotorSet
+from stillhook.winches.circuits.tables import LeakForm
 
+S = TypeVar("S", bound=BaseModel)
 C_H, C_LEAK, INERTIA, VISCOUS, SPEED_LEAKAGE = "C_h", "C_leak", "J_m_eff", "viscous", "speed_leakage"
 TUNED = (C_H, C_LEAK, INERTIA)
 """The three that are tuned: capacitance of both lines, leakage of the active pumps and motors, inertia at the shaft
@@ -48,17 +50,28 @@ class Unknown(NamedTuple):
         return MOST if math.isinf(self.spread) else max(MOST, 3.0 * self.spread)
 
 
-def _line(crane: Crane, x: float) -> Crane:
-    a = crane.active
-    line = a.line.model_copy(update={"V": a.line.V * x})
-    return crane.model_copy(update={"active": a.model_copy(update={"line": line})})
+def with_change(spec: S, path: str, change: Callable[[Any], Any]) -> S:
+    """A crane, or a part of it, with the value at a dotted path changed: "active.line.V"; "motors" stands for those of
+    every circuit."""
+    name, _, rest = path.partition(".")
+    if name == "motors":
+        for circuit in spec.circuits:  # type: ignore[attr-defined]
+            spec = with_change(spec, f"{circuit}.motor.{rest}", change)
+        return spec
+    value = getattr(spec, name)
+    return spec.model_copy(update={name: with_change(value, rest, change) if rest else change(value)})
 
 
-def _leakage(crane: Crane, x: float) -> Crane:
-    a = crane.active
-    motor = a.motor.model_copy(update={"C_1": a.motor.C_1 * x, "C_2": a.motor.C_2 * x})
-    pump = a.pump.model_copy(update={"leak_scale": (1.0 if a.pump.leak_scale is None else a.pump.leak_scale) * x})
-    return crane.model_copy(update={"active": a.model_copy(update={"motor": motor, "pump": pump})})
+def scaled(crane: Crane, factor: float, *paths: str) -> Crane:
+    """The crane with the numbers at these paths times a factor; an absent one counts as 1."""
+    for path in paths:
+        crane = with_change(crane, path, lambda x: (1.0 if x is None else x) * factor)
+    return crane
+
+
+def scaling(*paths: str) -> Callable[[Crane, float], Crane]:
+    """`scaled` as a function of crane and factor."""
+    return lambda crane, factor: scaled(crane, factor, *paths)
 
 
 WITHOUT_SPEED: Mapping[LeakForm, LeakForm] = {LeakForm.CONSTANT: LeakForm.SPEED, LeakForm.STROKE: LeakForm.STROKE_SPEED}
@@ -66,111 +79,58 @@ WITHOUT_SPEED: Mapping[LeakForm, LeakForm] = {LeakForm.CONSTANT: LeakForm.SPEED,
 
 
 def _speed_leakage(crane: Crane, x: float) -> Crane:
-    """C_2 times x, whatever the form; in a form without it, C_2 (x - 1) beside what the motors leak."""
-    a, leak = crane.active, form_of(crane.active)
-    C_1, C_2 = a.motor.C_1, a.motor.C_2 * x
+    """C_2 times x, whatever the form; in a form without it, C_2 (x - 1) in addition to what the motors leak."""
+    motor, leak = crane.active.motor, form_of(crane.active)
+    C_1, C_2 = motor.C_1, motor.C_2 * x
     if leak.form in WITHOUT_SPEED:
-        C_1, C_2 = C_1 + a.motor.C_2 * leak.at.n_m, C_2 - a.motor.C_2
+        C_1, C_2 = C_1 + motor.C_2 * leak.at.n_m, C_2 - motor.C_2
         leak = leak.model_copy(update={"form": WITHOUT_SPEED[leak.form]})
-    motor = a.motor.model_copy(update={"C_1": C_1, "C_2": C_2})
-    return crane.model_copy(update={"active": a.model_copy(update={"motor": motor, "leak": leak})})
+    update = {"motor": motor.model_copy(update={"C_1": C_1, "C_2": C_2}), "leak": leak}
+    return with_change(crane, "active", lambda circuit: circuit.model_copy(update=update))
 
 
 def _inertia(crane: Crane, x: float) -> Crane:
     """All inertia but the wire's takes the difference: the wire's follows from its mass."""
-    s, part = 1.0 + inertia_ratio_without_wire(crane) * (x - 1.0), crane.inertia
-    new = part.model_copy(update={"J_m_eff": part.J_m_eff * x, "J_gear": part.J_gear * s, "J_drum": part.J_drum * s})
-    return _motors(crane.model_copy(update={"inertia": new}), lambda m: m.model_copy(update={"J": m.J * s}))
-
-
-def _motors(crane: Crane, change: Callable[[MotorSet], MotorSet]) -> Crane:
-    circuits = crane.circuits.items()
-    return crane.model_copy(update={name: c.model_copy(update={"motor": change(c.motor)}) for name, c in circuits})
-
-
-def _friction(crane: Crane, system: Mapping[str, float], loss: Mapping[str, float]) -> Crane:
-    """The crane with factors on parameters of its system friction and of its motors' loss."""
-
-    def motor(m: MotorSet) -> MotorSet:
-        return m.model_copy(
-            update={"loss": m.loss.model_copy(update={n: getattr(m.loss, n) * x for n, x in loss.items()})}
-        )
-
-    f = crane.friction
-    new = f.system.model_copy(update={n: getattr(f.system, n) * x for n, x in system.items()})
-    return _motors(crane.model_copy(update={"friction": f.model_copy(update={"system": new})}), motor)
-
-
-def _dry(crane: Crane, x: float) -> Crane:
-    return _friction(crane, dict.fromkeys(("Y_2", "Y_6"), x), {"X_4": x})
-
-
-def _breakaway(crane: Crane, x: float) -> Crane:
-    return _friction(crane, dict.fromkeys(("Y_1", "Y_3"), x), {})
-
-
-def _viscous(crane: Crane, x: float) -> Crane:
-    return _friction(crane, {"Y_5": x}, {"X_1": x})
+    ratio = 1.0 + inertia_ratio_without_wire(crane) * (x - 1.0)
+    return scaled(scaled(crane, x, "inertia.J_m_eff"), ratio, "inertia.J_gear", "inertia.J_drum", "motors.J")
 
 
 def viscous_friction(crane: Crane) -> float:
-    """Friction of motors and transmission that goes with the speed, of all motors together [N m s/rad]."""
+    """Friction of motors and transmission that is proportional to speed, of all motors together [N m s/rad]."""
     return float(sum(m.count * (m.loss.X_1 + crane.friction.system.Y_5) for m in crane.motors))
 
 
-def _pressure_loss(crane: Crane, x: float) -> Crane:
-    return _friction(crane, {}, {"X_3": x, "X_5": x})
-
-
 def _pump_flow(crane: Crane, x: float) -> Crane:
-    pump = crane.active.pump
-    return _pump(
-        crane,
-        {"D": tuple(D * x for D in pump.D), "leak_scale": (1.0 if pump.leak_scale is None else pump.leak_scale) / x},
-    )
+    """Displacement of the pumps times x, at the same leakage."""
+    crane = with_change(crane, "active.pump.D", lambda D: tuple(each * x for each in D))
+    return with_change(crane, "active.pump.leak_scale", lambda scale: (1.0 if scale is None else scale) / x)
 
 
-def _pump(crane: Crane, update: Mapping[str, object]) -> Crane:
-    pump = crane.active.pump.model_copy(update=dict(update))
-    return crane.model_copy(update={"active": crane.active.model_copy(update={"pump": pump})})
-
-
-def _servo(crane: Crane, name: str, x: float) -> Crane:
-    servo = crane.active.pump.servo
-    return _pump(crane, {"servo": servo.model_copy(update={name: getattr(servo, name) * x})})
-
-
-def _valve(crane: Crane, name: str, x: float) -> Crane:
-    valve = getattr(crane.active, name)
-    new = valve.model_copy(update={"conductance": valve.conductance * x})
-    return crane.model_copy(update={"active": crane.active.model_copy(update={name: new})})
-
-
-def _bristle(crane: Crane, x: float) -> Crane:
-    f = crane.friction
-    return crane.model_copy(update={"friction": f.model_copy(update={"sigma_0": f.sigma_0 * x})})
-
-
+DRY = ("friction.system.Y_2", "friction.system.Y_6", "motors.loss.X_4")
+BREAKAWAY = ("friction.system.Y_1", "friction.system.Y_3")
+LEAKAGE = ("active.motor.C_1", "active.motor.C_2", "active.pump.leak_scale")
 UNKNOWNS = (
-    Unknown(C_H, "capacitance of both active lines", _line, math.inf),
-    Unknown(C_LEAK, "leakage of the active pumps and motors", _leakage, math.inf),
+    Unknown(C_H, "capacitance of both active lines", scaling("active.line.V"), math.inf),
+    Unknown(C_LEAK, "leakage of the active pumps and motors", scaling(*LEAKAGE), math.inf),
     Unknown(INERTIA, "inertia at the motor shaft", _inertia, math.inf),
     Unknown(SPEED_LEAKAGE, "rise of leakage with speed, and slip of the electric motors", _speed_leakage, 0.12, 0.01),
-    Unknown("dry", "dry friction of motors and transmission", _dry, 1.0),
-    Unknown("breakaway", "breakaway friction of the transmission", _breakaway, 1.0),
-    Unknown(VISCOUS, "friction that grows with speed", _viscous, 1.0),
-    Unknown("pressure_loss", "motor loss that grows with pressure", _pressure_loss, 0.25),
-    Unknown("bristle", "stiffness of the winch held by its friction", _bristle, 1.0, 0.01),
+    Unknown("dry", "dry friction of motors and transmission", scaling(*DRY), 1.0),
+    Unknown("breakaway", "breakaway friction of the transmission", scaling(*BREAKAWAY), 1.0),
+    Unknown(VISCOUS, "friction that grows with speed", scaling("friction.system.Y_5", "motors.loss.X_1"), 1.0),
+    Unknown(
+        "pressure_loss", "motor loss that grows with pressure", scaling("motors.loss.X_3", "motors.loss.X_5"), 0.25
+    ),
+    Unknown("bristle", "stiffness of the winch held by its friction", scaling("friction.sigma_0"), 1.0, 0.01),
     Unknown("pump_flow", "flow of the pumps at a setting", _pump_flow, 0.01, 5e-4),
     Unknown(
         "pump_omega_n",
         "natural frequency of the pumps' displacement control",
-        lambda c, x: _servo(c, "omega_n", x),
+        scaling("active.pump.servo.omega_n"),
         0.5,
     ),
-    Unknown("pump_zeta", "damping ratio of the pumps' displacement control", lambda c, x: _servo(c, "zeta", x), 0.5),
-    Unknown("boost", "conductance of the boost valves", lambda c, x: _valve(c, "boost", x), 0.5, 0.01),
-    Unknown("flushing", "conductance of the flushing valve", lambda c, x: _valve(c, "flushing", x), 0.5, 0.01),
+    Unknown("pump_zeta", "damping ratio of the pumps' displacement control", scaling("active.pump.servo.zeta"), 0.5),
+    Unknown("boost", "conductance of the boost valves", scaling("active.boost.conductance"), 0.5, 0.01),
+    Unknown("flushing", "conductance of the flushing valve", scaling("active.flushing.conductance"), 0.5, 0.01),
 )
 """Factors on the crane: first the three that are tuned. Spreads: friction of one crane is known to a factor of e, the
 loss with pressure to 25 % (paper D: 10 % in place), the pumps' flow to 1 % (slip of the electric motors and tolerance
@@ -249,9 +209,11 @@ def bent(crane: Crane, logs: Mapping[str, float]) -> Crane:
     return crane
 
 
-NOISE = {"p_a": 0.3e5, "p_b": 0.3e5, "omega_m": 0.05, "alpha_p": 3e-4}
-"""Least deviation by which a signal's residuals are weighed [SI]: the step of a 12-bit input card, and a little
+LEAST_DEVIATIONS = np.array([0.3e5, 0.3e5, 0.05, 3e-4])
+"""Least deviation that weights the residuals of each of SIGNALS [SI]: the step of a 12-bit input card, and a little
 noise."""
+ENDS = ((-1.0, "low"), (1.0, "high"))
+"""Ends of a range: sign of the end for an Unknown, name of the field of an Extra."""
 LEAST_OTHER_INERTIA = 0.8
 """The inertia other than the wire's (which follows from its mass) may decrease by this part."""
 PERIODS = tuple(math.log(x) for x in (0.70, 0.77, 0.84, 0.92, 1.0, 1.09, 1.19, 1.3, 1.42))
@@ -292,23 +254,21 @@ class Twin:
         self.signal = np.concatenate([np.full(len(s.t), k) for s, _, k, _ in shape])
         self.cluster = np.concatenate([c for _, c, _, _ in shape])
         self.measured = np.concatenate([_compared(s, c, name) for s, c, _, name in shape])
-        pump, D = crane.active.pump, crane.active.motor.D_total
-        D_m = D * float(np.mean([np.mean(s.u_m) for s in time_segments]))
+        pump, motor = crane.active.pump, crane.active.motor
         self.Q_full = pump.D_total * pump.omega_p
-        self.D_m = D_m
-        self.inertance = crane.inertia.J_m_eff / D_m**2
+        self.D_m = motor.D_total * float(np.mean([np.mean(s.u_m) for s in time_segments]))
+        self.inertance = crane.inertia.J_m_eff / self.D_m**2
         """Inertance of a line whose oil moves as J_m_eff does [Pa s^2/m^3]."""
         self.held = crane.active.boost.p + crane.active.flushing.dp_open + HELD_BY
 
     def model(self, known: Mapping[str, tuple[float, float]]) -> Model:
         """What `stillhook.validate.dynamics.fitting.output_error.fit` fits; known: logarithms of factors and their
-        deviations that other tests tell."""
-        spread = np.array([u.spread for u in UNKNOWNS] + [e.spread for e in EXTRAS])
-        low = np.array([-u.most for u in UNKNOWNS] + [e.low for e in EXTRAS])
-        high = np.array([u.most for u in UNKNOWNS] + [e.high for e in EXTRAS])
+        deviations from other tests."""
+        spread = np.array([each.spread for each in (*UNKNOWNS, *EXTRAS)])
+        low, high = (
+            np.array([sign * u.most for u in UNKNOWNS] + [getattr(e, end) for e in EXTRAS]) for sign, end in ENDS
+        )
         low[PLACE[INERTIA]] = self.least_J
-        noise = np.array([NOISE[name] for name in SIGNALS])
-        varies = np.array([VARIES.get(name, 0.0) for name in NAMES])
         centres = np.array([centre(self.crane, name) for name in NAMES])
         for name, (x, deviation) in known.items():
             centres[PLACE[name]], spread[PLACE[name]] = x, deviation
@@ -316,10 +276,10 @@ class Twin:
             evaluate=self.evaluate,
             signal=self.signal,
             cluster=self.cluster,
-            noise=noise,
+            noise=LEAST_DEVIATIONS,
             centre=centres,
             spread=spread,
-            varies=varies,
+            varies=np.array([VARIES.get(name, 0.0) for name in NAMES]),
             low=low,
             high=high,
         )
@@ -329,10 +289,8 @@ class Twin:
         slows it."""
         logs = {u.name: float(theta[i]) for i, u in enumerate(UNKNOWNS)}
         logs[INERTIA] = math.log(math.exp(logs[INERTIA]) + BOTH_LINES * float(theta[PLACE[INERTANCE]]))
-        file_friction = viscous_friction(self.crane)
-        logs[VISCOUS] = math.log(
-            math.exp(logs[VISCOUS]) + self._line_friction * float(theta[PLACE[DROP]]) / file_friction
-        )
+        added = self._line_friction * float(theta[PLACE[DROP]]) / viscous_friction(self.crane)
+        logs[VISCOUS] = math.log(math.exp(logs[VISCOUS]) + added)
         return bent(self.crane, logs)
 
     @property
@@ -357,7 +315,7 @@ class Twin:
             slopes.append(rows.transpose(2, 1, 0).reshape(-1, len(NAMES)))
         y, J = np.concatenate(values), np.concatenate(slopes)
         lost = np.isfinite(self.measured) & ~(np.isfinite(y) & np.isfinite(J).all(axis=1))
-        far = FAR * np.array([NOISE[name] for name in SIGNALS])[self.signal]
+        far = FAR * LEAST_DEVIATIONS[self.signal]
         return np.where(lost, far, y - self.measured), np.where(lost[:, None], 0.0, J)
 
     def _late(self, delays: Sequence[float]) -> list[list[DynamicsSegment]]:
@@ -370,13 +328,15 @@ class Twin:
 
     def _sensed(self, t: FloatArray, runs: FloatArray, rows: FloatArray, theta: FloatArray) -> FloatArray:
         """Outputs (n, SIGNALS) as their sensors show them: the oil of the lines in the pressures at the motors, then
-        what is late, then offsets. rows (p, n, SIGNALS), the derivatives, are brought along."""
+        delays, then offsets. rows (p, n, SIGNALS), the derivatives, change with them."""
         y = runs.copy()
         inertance, drop = float(theta[PLACE[INERTANCE]]), float(theta[PLACE[DROP]])
         viscous = viscous_friction(self.crane) * math.exp(float(theta[PLACE[VISCOUS]]))
         rows[PLACE[DROP]] = rows[PLACE[VISCOUS]] * self._line_friction / viscous
         rows[PLACE[INERTANCE]] = rows[PLACE[INERTIA]] * BOTH_LINES * math.exp(-float(theta[PLACE[INERTIA]]))
-        flows, flow_rows = self._through(runs, rows)
+        flows, flow_rows = (
+            {OMEGA: self.D_m * x[..., OMEGA], ALPHA_P: self.Q_full * x[..., ALPHA_P]} for x in (runs, rows)
+        )  # of motors and pumps (n,) [m^3/s], and their derivatives (p, n)
         for k, sign in SIDES:
             held = 1.0 / (1.0 + np.exp((runs[:, k] - self.held) / HELD_OVER))
             motors, pumps = held + (1.0 - held) * SPLIT**2, (1.0 - held) * SPLIT * (1.0 - SPLIT)
@@ -397,14 +357,9 @@ class Twin:
                 y[:, k] += theta[PLACE[OFFSETS[name]]]
         return y
 
-    def _through(self, runs: FloatArray, rows: FloatArray) -> tuple[dict[int, FloatArray], dict[int, FloatArray]]:
-        """Flows of motors and pumps (n,) [m^3/s] by the places of their signals, and their derivatives (p, n)."""
-        factors = {OMEGA: self.D_m, ALPHA_P: self.Q_full}
-        return {k: x * runs[:, k] for k, x in factors.items()}, {k: x * rows[:, :, k] for k, x in factors.items()}
-
     @staticmethod
     def _lag(t: FloatArray, y: FloatArray, rows: FloatArray, k: int, i: int, by: float) -> None:
-        """Signal k as a sensor shows it that is late [s]; i: place of the parameter."""
+        """Signal k as shown by a sensor with a delay [s]; i: place of the parameter."""
         rows[i, :, k] = -np.gradient(y[:, k], t)
         late = t - by
         for row in rows[:, :, k]:
@@ -420,22 +375,16 @@ class Twin:
         )
 
     def best_start(self) -> FloatArray:
-        """The point of a grid over C_h, J and leakage whose outputs lie nearest: an oscillation out of phase by half a
+        """The point of a grid over C_h, J and leakage whose outputs are nearest: an oscillation out of phase by half a
         period would mislead the steps."""
         grid = [
             (a - b, max(a + b, 0.9 * self.least_J), c) for a, b, c in itertools.product(PERIODS, STIFFNESSES, LEAKS)
         ]
         cranes = [bent(self.crane, {C_H: x, INERTIA: y, C_LEAK: z}) for x, y, z in grid]
-        cost = np.zeros(len(grid))
-        at = 0
-        for s, runs in zip(
-            self.time_segments,
-            repeated(cranes, [[s] * len(cranes) for s in self.time_segments], self.n_sub),
-            strict=True,
-        ):
-            for k in range(len(SIGNALS)):
-                cost += _misfit(runs[:, :, k], self.measured[at : at + len(s.t)])
-                at += len(s.t)
+        runs = repeated(cranes, [[s] * len(cranes) for s in self.time_segments], self.n_sub)
+        signals = [each[:, :, k] for each in runs for k in range(len(SIGNALS))]
+        ends = np.cumsum([signal.shape[1] for signal in signals])[:-1]
+        cost = np.sum([_misfit(x, y) for x, y in zip(signals, np.split(self.measured, ends), strict=True)], axis=0)
         theta = np.zeros(len(NAMES))
         for e in EXTRAS:
             theta[PLACE[e.name]] = max(0.0, e.low + 0.05 * e.spread) if e.low >= 0.0 else 0.0

@@ -59,20 +59,21 @@ class Model(NamedTuple):
     low: FloatArray
     high: FloatArray
 
+    @property
+    def prior(self) -> FloatArray:
+        """Curvature of the misfit from what is known of the parameters before any data (p,)."""
+        return self.spread**-2.0
+
 
 @dataclass(frozen=True)
 class Fit:
-    """theta (p,); covariance (p, p) from leaving out one transient after the other; known (p,) deviations if the
-    residuals were white noise, what the data can tell at best; deviation of each signal's residuals [SI]; converged,
-    and the message of the optimiser; runs of the model in all; names (n,) of the clusters that it rests on, and of each
-    curvature H (n, p, p) and slope g (n, p) of the misfit at theta, in deviations; prior (p,) curvature of what was
-    known beforehand, off (p,) theta less its
-    centre."""
+    """theta (p,); covariance (p, p) from leaving out one transient after the other; converged, and the message of the
+    optimiser; runs of the model in all; names (n,) of the clusters that it is based on, and of each curvature H
+    (n, p, p) and slope g (n, p) of the misfit at theta, in deviations; prior (p,) curvature of what was known
+    beforehand, off (p,) theta less its centre."""
 
     theta: FloatArray
     covariance: FloatArray
-    known: FloatArray
-    deviation: FloatArray
     converged: bool
     message: str
     runs: int
@@ -99,14 +100,16 @@ def fit(model: Model, start: FloatArray) -> Fit:
 
     samples, theta, message, converged = _Samples(model, start), start, "", False
     s = samples.deviations(theta)
+    width = model.high - model.low
+    scale = np.where(np.isfinite(model.spread), np.minimum(model.spread, 0.1 * width), 0.05 * width)
     for i in range(ROUNDS):
-        problem = _Problem(model, samples, s)
         result = least_squares(
-            problem.residuals,
+            lambda x, s: _rows(samples, s, x)[0],
             theta,
-            jac=problem.jacobian,
+            jac=lambda x, s: _rows(samples, s, x)[1],
+            args=(s,),
             bounds=(model.low, model.high),
-            x_scale=problem.scale,
+            x_scale=scale,
             ftol=TOLERANCE,
             xtol=TOLERANCE,
             gtol=1e-12,
@@ -120,22 +123,18 @@ def fit(model: Model, start: FloatArray) -> Fit:
         if settled and converged:
             break
     sums = samples.sums(theta)
-    parts = sums.weighed(s, model.varies)
-    covariance, known = _covariance(model, parts)
-    prior = model.spread**-2.0
+    H, g, _ = sums.weighed(s, model.varies)
     return Fit(
-        theta,
-        covariance,
-        known,
-        s,
-        converged,
-        message,
-        samples.runs,
-        sums.names,
-        parts.H,
-        parts.g,
-        prior,
-        theta - model.centre,
+        theta=theta,
+        covariance=_covariance(model, H, g),
+        converged=converged,
+        message=message,
+        runs=samples.runs,
+        names=sums.names,
+        H=H,
+        g=g,
+        prior=model.prior,
+        off=theta - model.centre,
     )
 
 
@@ -157,12 +156,12 @@ class _Sums(NamedTuple):
     B: FloatArray
     names: NDArray[np.int64]
 
-    def weighed(self, s: FloatArray, varies: FloatArray) -> _Weighed:
+    def weighed(self, s: FloatArray, varies: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The sums of each cluster over the deviations s of its signals, without what parameters that vary from cluster
-        to cluster explain.
+        to cluster explain: H (clusters, p, p), g (clusters, p), c (clusters,).
 
-        A parameter with a deviation in `varies` has in each cluster a value of its own beside the common one; taken out
-        by its best value (the Schur complement), it leaves what the cluster tells of the common one.
+        A parameter with a deviation in `varies` has in each cluster a value of its own in addition to the common one;
+        taken out by its best value (the Schur complement), it leaves what the cluster shows of the common one.
         """
         w = s**-2.0
         H, g, c = np.einsum("k,gkpq->gpq", w, self.H), np.einsum("k,gkp->gp", w, self.g), np.sum(w * self.c, axis=1)
@@ -175,20 +174,12 @@ class _Sums(NamedTuple):
         for i in range(len(H)):
             x, X = np.linalg.solve(A[i], q[i]), np.linalg.solve(A[i], P[i])
             H[i], g[i], c[i] = H[i] - P[i].T @ X, g[i] - P[i].T @ x, c[i] - q[i] @ x
-        return _Weighed(H, g, c)
-
-
-class _Weighed(NamedTuple):
-    """H (clusters, p, p), g (clusters, p), c (clusters,) in deviations."""
-
-    H: FloatArray
-    g: FloatArray
-    c: FloatArray
+        return H, g, c
 
 
 class _Samples:
-    """The model's residuals and derivatives at the last place, and their sums: both are asked for one after the other
-    at one place.
+    """The model's residuals and derivatives at the last place, and their sums: both are needed one after the other at
+    one place.
 
     The directions in which clusters vary are the derivatives where the round began: within a round the misfit is one
     and the same function.
@@ -254,36 +245,23 @@ def _windows(r: FloatArray) -> float:
     return float(np.sum((ends[ALIKE:] - ends[:-ALIKE]) ** 2)) / ALIKE
 
 
-class _Problem:
-    """The least-squares problem in as few rows as there are parameters: equal misfit, slope and curvature, from the
-    sums alone.
+def _rows(samples: _Samples, s: FloatArray, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The least-squares problem in as few rows as there are parameters: residuals and their derivatives with equal
+    misfit, slope and curvature, from the sums alone.
 
     With H = V L V' the rows are L^1/2 V' and their residuals L^-1/2 V' g; one more row holds what of the misfit no
     parameter changes. What is known of the parameters beforehand is in H and g.
     """
-
-    def __init__(self, model: Model, samples: _Samples, s: FloatArray) -> None:
-        self.model, self.samples, self.s = model, samples, s
-        self.prior = model.spread**-2.0
-        width = model.high - model.low
-        self.scale = np.where(np.isfinite(model.spread), np.minimum(model.spread, 0.1 * width), 0.05 * width)
-
-    def _rows(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        parts, off = self.samples.sums(theta).weighed(self.s, self.model.varies), theta - self.model.centre
-        H, g = parts.H.sum(axis=0) + np.diag(self.prior), parts.g.sum(axis=0) + self.prior * off
-        c = float(parts.c.sum() + np.sum(self.prior * off**2))
-        d = _scale(H)
-        values, vectors = np.linalg.eigh(H / np.outer(d, d))
-        root = np.sqrt(np.maximum(values, LEAST_CURVATURE))
-        f = (vectors.T @ (g / d)) / root
-        rest = math.sqrt(max(c - float(np.sum(f**2)), 0.0))
-        return np.append(f, rest), np.vstack([root[:, None] * vectors.T * d, np.zeros(len(theta))])
-
-    def residuals(self, theta: FloatArray) -> FloatArray:
-        return self._rows(theta)[0]
-
-    def jacobian(self, theta: FloatArray) -> FloatArray:
-        return self._rows(theta)[1]
+    model = samples.model
+    parts, off = samples.sums(theta).weighed(s, model.varies), theta - model.centre
+    H, g = parts[0].sum(axis=0) + np.diag(model.prior), parts[1].sum(axis=0) + model.prior * off
+    c = float(parts[2].sum() + np.sum(model.prior * off**2))
+    d = _scale(H)
+    values, vectors = np.linalg.eigh(H / np.outer(d, d))
+    root = np.sqrt(np.maximum(values, LEAST_CURVATURE))
+    f = (vectors.T @ (g / d)) / root
+    remainder = math.sqrt(max(c - float(np.sum(f**2)), 0.0))
+    return np.append(f, remainder), np.vstack([root[:, None] * vectors.T * d, np.zeros(len(theta))])
 
 
 def _scale(H: FloatArray) -> FloatArray:
@@ -292,26 +270,25 @@ def _scale(H: FloatArray) -> FloatArray:
     return np.where(d > 0.0, d, 1.0)
 
 
-def _covariance(model: Model, parts: _Weighed) -> tuple[FloatArray, FloatArray]:
-    """Covariance of the parameters by leaving out each cluster (the linear jackknife, CR3), and their deviations if the
-    residuals were white. Model errors are alike within a transient and differ between them; with few clusters the
-    jackknife is conservative. What was known beforehand counts as one observation more of each parameter, with
-    its own deviation.
+def _covariance(model: Model, H_of: FloatArray, g_of: FloatArray) -> FloatArray:
+    """Covariance of the parameters by leaving out each cluster (the linear jackknife, CR3), from curvature and slope of
+    the clusters. Model errors are alike within a transient and differ between them; with few clusters the jackknife is
+    conservative. What was known beforehand counts as one observation more of each parameter, with its own deviation.
 
     Source: Bell and McCaffrey 2002, "Bias reduction in standard errors for linear regression with multi-stage samples".
     """
-    prior = np.diag(model.spread**-2.0)
-    H = parts.H.sum(axis=0) + prior
+    prior, n = np.diag(model.prior), len(H_of)
+    H = H_of.sum(axis=0) + prior
+    if n < 2:
+        return np.full_like(H, np.inf)
     d = _scale(H)
     scale = np.outer(d, d)
-    shifts = [
-        np.linalg.lstsq((H - cluster_H) / scale, g / d, rcond=LEAST_CURVATURE)[0] / d
-        for cluster_H, g in zip(parts.H, parts.g, strict=True)
-    ]
-    n = len(shifts)
-    x = np.array(shifts)
-    inverse = np.linalg.pinv(H / scale, rcond=LEAST_CURVATURE) / scale
-    covariance = (
-        (n - 1) / n * np.einsum("gp,gq->pq", x, x) + inverse @ prior @ inverse if n > 1 else np.full_like(H, np.inf)
+    shifts = np.array(
+        [
+            np.linalg.lstsq((H - cluster) / scale, g / d, rcond=LEAST_CURVATURE)[0] / d
+            for cluster, g in zip(H_of, g_of, strict=True)
+        ]
     )
-    return covariance, np.sqrt(np.diag(inverse))
+    inverse = np.linalg.pinv(H / scale, rcond=LEAST_CURVATURE) / scale
+    covariance: FloatArray = (n - 1) / n * np.einsum("gp,gq->pq", shifts, shifts) + inverse @ prior @ inverse
+    return covariance
