@@ -28,6 +28,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Limited, Rule, Tier
 from stillhook.plan.report.basis import payload_rows
+from stillhook.plan.report.selection import TEXTS
 from stillhook.plan.table import TIERS, LimitTable, untold
 from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier
@@ -50,17 +51,6 @@ DESCRIPTIONS: Mapping[Alternative, str] = {
         "twin of the winch under semi-secondary control with the gain that its margins allow and an aligned reference"
     ),
 }
-NOT_COVERED = (
-    "vessel motions beyond first order: slow drift, dynamic positioning, green water",
-    "horizontal motion and pendulum of the load, tugger lines, twist of wire and load",
-    "current on wire and load, and the offset that it makes at depth",
-    "bending of crane and boom, wind on load and crane, side lead and off lead",
-    "strength of payload, rigging and crane beyond the limits that the rules name",
-    "breaking strength of the wire, and its wear and heat where it bends for hours in compensation",
-    "soil beyond a spring that yields, clashing of load and hull, stability and ballast with the load over the side",
-    "temperature of oil, backlash of gears, failure of components during the lift",
-)
-"""What no tier of the model holds, for every plan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +103,7 @@ def facts_of(
         ],
         "alternatives": [{"name": a.value, "description": DESCRIPTIONS[a]} for a in plan.alternatives],
         "inputs": _inputs(plan, inputs),
-        "not_covered": list(NOT_COVERED),
+        "not_covered": list(TEXTS["not_covered"]),
     }
 
 

@@ -13,9 +13,8 @@ from typing import Any, get_args
 import numpy as np
 from pydantic import BaseModel
 
-from stillhook.plan.report import selection as say
 from stillhook.plan.report.figures.style import named, names, phase_code, rule_code
-from stillhook.plan.report.selection import highest, leading, of_rule, over, reading, valued
+from stillhook.plan.report.selection import TEXTS, highest, leading, of_rule, over, reading, valued
 from stillhook.plan.result import PlanResult
 from stillhook.report.document import Bullets, Column, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fmt, groups, hours, percent
@@ -52,7 +51,7 @@ def operation(result: PlanResult) -> list[Part]:
     op = answer.get("operation")
     if op:
         planned: list[Part] = [facts(_operation(op))]
-        planned += [Text(say.ALPHA)] if op.get("weather_restricted") else []
+        planned += [Text(TEXTS["alpha"])] if op.get("weather_restricted") else []
         planned += [Bullets(op["notes"])] if op.get("notes") else []
         parts.append(Section("Planned time and forecast", planned))
     return parts
@@ -97,13 +96,13 @@ def rules(result: PlanResult) -> list[Part]:
                 rule_code(result, r["key"]),
                 f"{r['title']} ({r['quantity']})",
                 requirement,
-                say.LEVELS.get(r["level"], r["level"]),
+                TEXTS["levels"].get(r["level"], r["level"]),
                 f"{source}.{note}",
             ]
         )
     head = ("", "rule (quantity)", "limit", "largest value", "source; check against your edition")
     version = f"{answer['name']} version {answer['version']}, digest {groups(answer['digest'], SHORT)}"
-    parts: list[Part] = [Text(say.CHECK), facts([("rule set", version)])]
+    parts: list[Part] = [Text(TEXTS["check"]), facts([("rule set", version)])]
     parts += [Bullets([f"changed: {line}" for line in answer["changes"]])] if answer.get("changes") else []
     parts.append(Table(head, rows))
     name = leading(result)
@@ -145,11 +144,11 @@ def credit(result: PlanResult) -> list[Part]:
     head = ("alternative", "description", "credited", "covered")
     has = any(row[2] for row in rows)
     body = rows if has else [[r[0], r[1], r[3]] for r in rows]
-    parts: list[Part] = [Text(say.CREDIT)]
+    parts: list[Part] = [Text(TEXTS["credit"])]
     parts.append(facts([("crane's twin", str(crane.get("twin", "-"))), ("certificate", held)]))
     parts += [Text(UNSIGNED)] if certificate else []
     parts.append(Table(head if has else (head[0], head[1], head[3]), body))
-    parts.append(Text(say.COVERED))
+    parts.append(Text(TEXTS["covered"]))
     return parts
 
 
@@ -189,9 +188,9 @@ def seas(result: PlanResult) -> list[Part]:
 def models(result: PlanResult) -> list[Part]:
     """How each tier answers, and the vessel and payload that all of them share."""
     answer = result.facts
-    used = [t for t in names(result.data, "tier") if t in answer.get("tiers", say.TIERS)]
-    parts: list[Part] = [facts([(t, say.TIERS[t]) for t in used if t in say.TIERS])]
-    parts += [Text(say.COUNTS), Text(say.EXTREMES)]
+    used = [t for t in names(result.data, "tier") if t in answer.get("tiers", TEXTS["tiers"])]
+    parts: list[Part] = [facts([(t, TEXTS["tiers"][t]) for t in used if t in TEXTS["tiers"]])]
+    parts += [Text(TEXTS["counts"]), Text(TEXTS["extremes"])]
     payload, vessel, crane = answer.get("payload", {}), answer.get("vessel", {}), answer.get("crane", {})
     rows = [
         ("crane", f"{crane.get('name', '-')}: {crane.get('title', '')}; SWL {fmt(crane.get('SWL'), 'mass')}"),
@@ -232,7 +231,7 @@ def inputs(result: PlanResult) -> list[Part]:
     parts: list[Part] = [facts(rows), Table((), hashes, title, [Column.WORD, Column.WORD, Column.CODE])]
     if remarks := [*answer.get("remarks", ()), *answer.get("notes", ())]:
         parts.append(Section("Remarks of this run", [Bullets(list(dict.fromkeys(map(str, remarks))))]))
-    again = [line.format(command=_command(answer)) for line in say.AGAIN]
+    again = [line.format(command=_command(answer)) for line in TEXTS["again"]]
     return [*parts, Section("To check or to repeat it", [Bullets(again)])]
 
 
@@ -290,8 +289,8 @@ def _value_text(key: str, value: Any) -> str:
 
 def not_covered(result: PlanResult) -> list[Part]:
     """What no number of this document says anything about."""
-    lines = [str(line) for line in result.facts.get("not_covered", ())]
-    return [Bullets([f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in dict.fromkeys([*lines, *say.UNSAFE])])]
+    lines = dict.fromkeys([*result.facts["not_covered"], *TEXTS["unsafe"]])
+    return [Bullets([f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines])]
 
 
 DERIVED = (

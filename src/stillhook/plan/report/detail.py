@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report import selection as say
 from stillhook.plan.report.figures.detail import FACTORS, MONTHS, OVER
 from stillhook.plan.report.figures.limits import CLOSED, differs
 from stillhook.plan.report.figures.style import (
@@ -23,7 +22,7 @@ from stillhook.plan.report.figures.style import (
     rule_code,
     sea_words,
 )
-from stillhook.plan.report.selection import governs, highest, leading, least
+from stillhook.plan.report.selection import TEXTS, governs, highest, leading, least
 from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
 from stillhook.report.formatting import days, direction, fixed, fmt, hours, percent
@@ -40,7 +39,7 @@ def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     cells = [stem for stem in figures if stem.startswith("limits-") and stem != "limits-over-period"]
     return [
         *picture(figures, "limits-over-period", "Limiting Hs over peak period, all alternatives."),
-        Text(say.READING.format(highest=number(highest(result), 3))),
+        Text(TEXTS["reading"].format(highest=number(highest(result), 3))),
         *(Figure(figures[stem], _cells_caption(stem), PAGE) for stem in cells),
         *picture(
             figures,
@@ -202,8 +201,8 @@ def weather(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
     title = f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"
     return [
-        *([Text(f"{say.SYNTHETIC}.")] if synthetic else []),
-        Text(say.PERSISTENCE),
+        *([Text(f"{TEXTS['synthetic']}.")] if synthetic else []),
+        Text(TEXTS["persistence"]),
         facts(_series(result)),
         Table(head, merged(rows, result), title),
         *picture(figures, "waiting-by-month", "Operability and waiting by month of readiness."),

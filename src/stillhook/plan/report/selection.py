@@ -1,11 +1,10 @@
-"""What the sections of a plan's report have in common: the alternative that leads, its limits, and ranges in words.
-
-Fixed texts of a plan's report: marks, reading of the tables, basis of the numbers, exclusions.
-"""
+"""What the sections of a plan's report have in common: the alternative that leads, its limits, and ranges in words."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -106,102 +105,5 @@ def labelled(alternatives: Iterable[str]) -> str:
     return ", ".join(named(a) for a in alternatives)
 
 
-HEADING = "Lift plan"
-PURPOSE = "limiting sea states, weather window and credit of heave compensation"
-SYNTHETIC = "SYNTHETIC WEATHER: the waiting times below come from a simulated series and say nothing about a real site"
-SYNTHETIC_CERTIFICATE = "SYNTHETIC CERTIFICATE: it was made from simulated logs, of no real crane"
-CHECK = (
-    "Standards are named from memory and were not quoted clause by clause: check every clause and every number against"
-    " the edition that your operation is approved by. Rules and their limits are a versioned file that can be edited;"
-    " what was changed is listed below."
-)
-CREDIT = (
-    "Without a verified model of the heave compensator no more than 80 % of compensation may be credited. Wherever a"
-    " certificate does not cover the sea and the phase, a twin is therefore credited with the less favourable of its"
-    " result and that of a flat 80 % compensation, quantity by quantity; where the certificate covers, with its result."
-    " Both limits are reported: credited, and simulated (not creditable). (DNV GL as cited by Moslåt 2020, section 2.6;"
-    " check against your edition.)"
-)
-COVERED = (
-    "Covered: share of the analysed seas, in phases with compensation, that are inside the certificate's envelope."
-)
-TIERS: Mapping[str, str] = {
-    "closed-form": (
-        "simplified method of DNV-RP-N103 in the wave zone (for Tz from 8.9 sqrt(Hs/g) to 13 s), statics and one spring"
-        " below; always reported for comparison. Meant to be on the safe side in the wave zone; near resonance in"
-        " deep water it is"
-        " not, for it sees one period"
-    ),
-    "frequency": (
-        "response amplitude operators, wire as an elastic rod, drag and the winch's residual motion linearised to each"
-        " sea; gives the complete table"
-    ),
-    "time": (
-        "the twin in the time domain in irregular seas: hydraulics, control, drum, wire, slack slings, water surface;"
-        " for cells near the limit, with one random sea a seed"
-    ),
-}
-COUNTS = (
-    "The limit of a rule is that of the highest tier: time domain where it was run, else frequency domain, else"
-    " closed form. The limit of a cell is the least over phases and rules."
-)
-LEVELS: Mapping[str, str] = {"mpm": "most probable largest", "p90": "90 % fractile of the largest", "mean": "mean"}
-EXTREMES = (
-    "Largest values are those of the duration of the phase, at the level that each rule names. In the time domain the"
-    " largest value of each seed is fitted by a Gumbel distribution by maximum likelihood; seeds are added until the 95"
-    " % interval of demand over limit closes to a stated width or the stated most of seeds is reached. All alternatives"
-    " see the same random seas."
-)
-READING = (
-    "In each cell: limiting Hs in metres, below it phase (P) and rule (R) that govern, by the numbers of the tables of"
-    ' phases and rules. "> {highest}" means that the highest sea state analysed is still within the limits: then that'
-    " height is"
-    " the limit. 0: not even a calm is within them. Headings are directions in which waves travel from the bow: 180°"
-    " head"
-    " sea, 90° coming from starboard, 0° following."
-)
-ALPHA = (
-    "The operational limit OP_LIM is lowered to OP_WF = alpha OP_LIM because forecasts are uncertain: the forecast"
-    " must stay at"
-    " or below OP_WF for the whole reference period T_R from the decision to start."
-)
-PERSISTENCE = (
-    "Waiting is counted from every record to the first one that starts a window of T_R with every record at or below"
-    " OP_WF of its period and direction; windows break at gaps. Starts without such a window before the series ends are"
-    " censored and left out of the statistics: where there are many, true waiting is longer. Vessel days are mean"
-    " waiting and T_R together."
-)
-UNSAFE = (
-    (
-        "Limited flooding of the payload is not modelled: weight in water is too large at first, and slack slings at"
-        " the surface are underrated."
-    ),
-    (
-        "Water draining from the payload on recovery is not modelled: the load is too light. Add the trapped water"
-        " manually."
-    ),
-    "Waves next to the vessel: diffraction and shelter are not modelled, the incident wave is used.",
-    (
-        "Touch-down speeds from runs are those after the cushion of water over the seabed, a coefficient of the"
-        " payload file (assumed, not measured); without it they are higher, in the calm by a third."
-    ),
-    (
-        "Human action, tugger handling, remotely operated vehicles, visibility, survey limits and simultaneous"
-        " operations have separate limits that may govern."
-    ),
-)
-"""In addition to the facts of a result; see docs/explanation/payload-in-water.md."""
-UNVALIDATED = (
-    "The twin of this crane is not validated against tests of the crane: limits by the twin are for information, the"
-    " credited ones count."
-)
-AGAIN = (
-    (
-        "The same plan, inputs, version and tier give the same numbers; the same result folder gives the same bytes of"
-        " this document on any day. Its number is that of all inputs above and of the tiers that were run."
-    ),
-    (
-        "To repeat: {command}, then stillhook report FOLDER. To change a rule: copy the rule set, edit it, name it in"
-        " the plan."
-    ),
-)
+TEXTS: Mapping[str, Any] = tomllib.loads((files("stillhook.plan.report") / "texts.toml").read_text(encoding="utf-8"))
+"""Fixed texts of a plan's report by name."""
