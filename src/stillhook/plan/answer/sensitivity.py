@@ -104,10 +104,10 @@ def sensitivity(
                 if each.winch and not a.twin:
                     Hs_varied[i, j, k] = base[k][0]
     rows = np.broadcast_to([height for height, _ in base], (len(tried), len(alternatives)))
-    return _labelled(tried, alternatives, rows, Hs_varied, _at(Tp, beta, phase, base[-1][1], Tier.FREQUENCY))
+    return _labelled_limits(tried, alternatives, rows, Hs_varied, _attributes(Tp, beta, phase, base[-1][1], Tier.FREQUENCY))
 
 
-def _at(Tp: float, beta: float, phase: str, rule: str, tier: Tier) -> dict[str, float | str]:
+def _attributes(Tp: float, beta: float, phase: str, rule: str, tier: Tier) -> dict[str, float | str]:
     return {"Tp": Tp, "beta": beta, "phase": phase, "rule": rule, "tier": tier.value}
 
 
@@ -128,7 +128,7 @@ def _closed(
         for j, f in enumerate(ends):
             Hs_varied[i, j] = [h for h, _ in Hs(on_way(plan, phase, change(way(plan, phase), f)))]
     rows = np.broadcast_to([height for height, _ in base], (len(tried), len(alternatives)))
-    return _labelled(tried, alternatives, rows, Hs_varied, _at(Tp, beta, name, base[-1][1], Tier.CLOSED_FORM))
+    return _labelled_limits(tried, alternatives, rows, Hs_varied, _attributes(Tp, beta, name, base[-1][1], Tier.CLOSED_FORM))
 
 
 def _heavier_way(w: WaterWay, f: float) -> WaterWay:
@@ -200,7 +200,7 @@ def _rubbing(plan: LiftPlan, f: float) -> Crane:
     return plan.crane.model_copy(update={"friction": friction.model_copy(update={"system": system})})
 
 
-def _labelled(
+def _labelled_limits(
     tried: Sequence[tuple[Changed, Changed]],
     alternatives: Sequence[Alternative],
     base: FloatArray,
