@@ -24,9 +24,8 @@ from stillhook.plan.report.figures import limits as drawing
 from stillhook.plan.report.figures.detail import depth, sensitivity
 from stillhook.plan.report.figures.limits import closed_form as figures_of_closed
 from stillhook.plan.report.figures.limits import differs, figures, from_bow, limit_tables, pictures
-from stillhook.plan.report.figures.style import height, named
-from stillhook.plan.report.selection import between
 from stillhook.plan.report.summary_page import verdict
+from stillhook.plan.report.words import between, height, named
 from stillhook.plan.result import PlanResult
 from stillhook.plan.table import LimitTable
 from stillhook.report.document import Document, Table

@@ -18,12 +18,12 @@ from stillhook.errors import PlanError
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
 from stillhook.plan.answer.metadata import RunInputs, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks
-from stillhook.plan.definition.capacities import calm, static_tension
+from stillhook.plan.definition.capacities import static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.phases import Phase
-from stillhook.plan.definition.rules import Alternative, Demand, Limited, Seas, Tier
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits import Limits, limited, limits_of
+from stillhook.plan.limits import Limits, limited, limits_in
 from stillhook.plan.result import CREDITS, PlanResult, not_compared
 from stillhook.plan.table import Axes, certified_in, chosen, credited_of, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     import xarray
 
 
-LimitedBy = Mapping[tuple[str, Alternative], Sequence[Limited]]
 UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i, tier in enumerate(Tier)}
 """Tiers that are run up to the highest one requested."""
 
@@ -69,13 +68,12 @@ def plan(
     if records is not None:
         seas_of(lift_plan, records)  # refused now rather than after the runs
     axes, seas = Axes.of(lift_plan), lift_plan.environment.table()
-    by = {(phase.name, a): limited(lift_plan, phase, a) for phase in lift_plan.phases for a in axes.alternatives}
     demands = [closed_form(lift_plan, phase, seas, a) for phase in lift_plan.phases for a in axes.alternatives]
     if last is not Tier.CLOSED_FORM:
         demands += frequency(
             lift_plan, axes.alternatives, seas, parts(0.01, 0.9 if last is Tier.FREQUENCY else 0.06), threads=threads
         )
-    limits = [limits_in(lift_plan, demand, by) for demand in demands]
+    limits = [limits_in(lift_plan, demand) for demand in demands]
     twin = None
     if last is Tier.TIME:
         twin = refine(lift_plan, limits, store=store, client=client, threads=threads, progress=parts(0.06, 0.92))
@@ -91,12 +89,12 @@ def plan(
         blocks |= reference_blocks(
             lift_plan,
             of,
-            lambda demands_of_cell: [limits_in(lift_plan, demand, by) for demand in demands_of_cell],
+            lambda demands_of_cell: [limits_in(lift_plan, demand) for demand in demands_of_cell],
             parts(0.92, 1.0),
             anew=last is Tier.TIME,
         )
     blocks |= {} if twin is None else twin.blocks
-    facts = facts_of(lift_plan, by, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
+    facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= result_facts(lift_plan, of, forecast, value, twin)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
@@ -115,13 +113,6 @@ def tier_of(text: Tier | str) -> Tier:
     if text not in list(Tier):
         raise PlanError(f"Unknown tier {quote(str(text))}. Choose {', '.join(list(Tier)[:-1])} or {list(Tier)[-1]}.")
     return Tier(text)
-
-
-def limits_in(lift_plan: LiftPlan, demand: Demand, by: LimitedBy) -> Limits:
-    """Limits of a demand by the rules of its phase and alternative."""
-    return limits_of(
-        demand, by[demand.phase, demand.alternative], calm(lift_plan, lift_plan.phase(demand.phase), demand.alternative)
-    )
 
 
 def answered(

@@ -9,17 +9,21 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from types import NoneType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.units import quote
+from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
 
 
+Key = TypeVar("Key")
+Member = TypeVar("Member")
 Credit = Literal["twin", "credited"]
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
@@ -87,6 +91,26 @@ class PlanResult:
         return block in self.blocks
 
 
+def grouped(pairs: Iterable[tuple[Key, Member]]) -> dict[Key, list[Member]]:
+    """Members by the key that they share, in the order in which they come."""
+    groups: dict[Key, list[Member]] = {}
+    for key, member in pairs:
+        groups.setdefault(key, []).append(member)
+    return groups
+
+
+def labelled(
+    columns: Mapping[str, tuple[Sequence[str], NDArray[Any]]],
+    coords: Mapping[str, Any],
+    attrs: Mapping[str, Any] | None = None,
+) -> xarray.Dataset:
+    """Numbers by name over dimensions, each with the unit and the meaning that `stillhook.variables` has of it."""
+    import xarray  # heavy: only where results are labelled
+
+    data = {name: (dims, values, attributes(name)) for name, (dims, values) in columns.items()}
+    return xarray.Dataset(data, coords, attrs)
+
+
 CENTIMETRES = 2
 """Digits after the point of a limit [m], as tables print it."""
 PRINTED = {"days_gained": 0.05, "hours_gained": 0.5}
@@ -105,11 +129,9 @@ def ran(tiers: Collection[str]) -> bool:
 
 def equal_in_print(data: xarray.Dataset) -> list[list[str]]:
     """Alternatives whose own limits are printed alike in every cell, side by side."""
-    groups: dict[bytes, list[str]] = {}
-    for name in data["alternative"].values:
-        limits = data["Hs_limit"].sel(credit=CREDITS[0], alternative=name).values
-        groups.setdefault((np.round(limits, CENTIMETRES) + 0.0).tobytes(), []).append(str(name))
-    return list(groups.values())
+    limits = data["Hs_limit"].sel(credit=CREDITS[0]).round(CENTIMETRES) + 0.0
+    pairs = ((limits.sel(alternative=name).values.tobytes(), str(name)) for name in data["alternative"].values)
+    return list(grouped(pairs).values())
 
 
 def columns(result: PlanResult) -> list[list[str]]:
@@ -124,9 +146,7 @@ def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = 
     one."""
     if ran(result.facts.get("tiers", ())):
         return [list(row) for row in rows]
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for label, *cells in rows:
-        groups.setdefault(tuple(cells), []).append(label)
+    groups = grouped((tuple(cells), label) for label, *cells in rows)
     return [[between.join(labels), *cells] for cells, labels in groups.items()]
 
 

@@ -8,7 +8,7 @@ what stays open.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -26,9 +26,11 @@ from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative, Limited, Rule, Tier
+from stillhook.plan.definition.rules import Alternative, Rule, Tier
+from stillhook.plan.limits import limited
 from stillhook.plan.report.basis import payload_rows
-from stillhook.plan.report.selection import TEXTS
+from stillhook.plan.report.words import TEXTS
+from stillhook.plan.result import grouped
 from stillhook.plan.table import TIERS, LimitTable, untold
 from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier
@@ -62,11 +64,9 @@ class RunInputs:
     weather: Weather | None = field(default=None, repr=False)
 
 
-def facts_of(
-    plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], inputs: RunInputs
-) -> dict[str, Any]:
-    """Everything that was asked; limited: rules with their limits of a phase and an alternative. The digest is that of
-    everything that the answer follows from: plan, weather, table of forecast factors, tiers."""
+def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
+    """Everything that was asked. The digest is that of everything that the answer follows from: plan, weather, table of
+    forecast factors, tiers."""
     env = plan.environment
     return {
         "name": plan.name,
@@ -99,7 +99,16 @@ def facts_of(
             "rows": [_rule(rule) for rule in plan.rules.rules],
         },
         "limited": [
-            _limited(phase, alternative, each) for (phase, alternative), rules in limited.items() for each in rules
+            {
+                "phase": phase.name,
+                "alternative": alternative.value,
+                "rule": each.rule.key,
+                "limit": each.limit,
+                "basis": each.basis,
+            }
+            for phase in plan.phases
+            for alternative in plan.alternatives
+            for each in limited(plan, phase, alternative)
         ],
         "alternatives": [{"name": a.value, "description": DESCRIPTIONS[a]} for a in plan.alternatives],
         "inputs": _inputs(plan, inputs),
@@ -179,16 +188,6 @@ def _rule(rule: Rule) -> dict[str, Any]:
     named = {name: getattr(rule, name) for name in fields}
     named |= {"requirement": rule.requirement, "sense": rule.sense.value, "level": rule.level.value}
     return {**named, "phases": [kind.value for kind in rule.phases]}
-
-
-def _limited(phase: str, alternative: Alternative, each: Limited) -> dict[str, Any]:
-    return {
-        "phase": phase,
-        "alternative": alternative.value,
-        "rule": each.rule.key,
-        "limit": each.limit,
-        "basis": each.basis,
-    }
 
 
 def answer_digest(plan: LiftPlan, inputs: RunInputs) -> str:
@@ -340,7 +339,8 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     """Remarks on the result."""
     lines = []
     lines += [*plan.notes, *winch_remarks(plan)]
-    for phases, alternatives in _grouped(untold(of.modelled)).items():
+    untold_phases = untold(of.modelled)
+    for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
         lines.append(
             f"NOT ASSESSED in some cells, because no tier that was run covers it: {', '.join(phases)}"
             f" ({', '.join(alternatives)})"
@@ -388,23 +388,10 @@ def winch_remarks(plan: LiftPlan) -> list[str]:
 
 def _short(value: WeatherValue) -> list[str]:
     """Alternatives whose reported waits are too short: many starts had no window before the series ended."""
-    censored = {key: float(np.isnan(w).mean()) for key, w in value.waits.items()}
-    lines: dict[str, list[str]] = {}
-    for (credit, alternative), share in censored.items():
-        if share > CENSORED:
-            never = share == 1.0
-            text = (
-                "never has a window in these years"
-                if never
-                else f"reported waits are too short: {share:.0%} of the starts had no window"
-            )
-            lines.setdefault(text, []).append(f"{alternative.value} ({credit})")
+    censored = {f"{a.value} ({credit})": float(np.isnan(w).mean()) for (credit, a), w in value.waits.items()}
+    some = "reported waits are too short: {:.0%} of the starts had no window"
+    never = "never has a window in these years"
+    lines = grouped(
+        (never if share == 1.0 else some.format(share), name) for name, share in censored.items() if share > CENSORED
+    )
     return [f"{', '.join(names)}: {text}" for text, names in lines.items()]
-
-
-def _grouped(silent: Mapping[Alternative, tuple[str, ...]]) -> dict[tuple[str, ...], list[str]]:
-    """Alternatives by the phases without results."""
-    out: dict[tuple[str, ...], list[str]] = {}
-    for alternative, phases in silent.items():
-        out.setdefault(phases, []).append(alternative.value)
-    return out

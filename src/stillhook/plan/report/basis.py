@@ -13,9 +13,19 @@ from typing import Any, get_args
 import numpy as np
 from pydantic import BaseModel
 
-from stillhook.plan.report.figures.style import named, names, phase_code, rule_code
-from stillhook.plan.report.selection import TEXTS, highest, leading, of_rule, over, reading, valued
-from stillhook.plan.result import PlanResult
+from stillhook.plan.report.words import (
+    TEXTS,
+    highest,
+    leading,
+    named,
+    names,
+    over,
+    phase_code,
+    reading,
+    rule_code,
+    valued,
+)
+from stillhook.plan.result import PlanResult, grouped
 from stillhook.report.document import Bullets, Column, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fmt, groups, hours, percent
 from stillhook.report.payload_sheet import payload_numbers
@@ -38,9 +48,7 @@ def operation(result: PlanResult) -> list[Part]:
     head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
     parts: list[Part] = [Text("Heights are those of the payload's underside above still water.")]
     parts.append(Table(head, rows))
-    reasons: dict[str, list[str]] = {}
-    for p in answer["phases"]:
-        reasons.setdefault(p.get("reason") or "", []).append(p["name"])
+    reasons = grouped((p.get("reason"), p["name"]) for p in answer["phases"])
     n_phases = len(answer["phases"])
     if lines := [
         f"{'all phases' if len(phases) == n_phases else ', '.join(phases)}: {reason}"
@@ -115,13 +123,15 @@ def rules(result: PlanResult) -> list[Part]:
 
 def _stand(result: PlanResult, name: str) -> list[list[str]]:
     """Limits of an alternative, phases of the same limit in one row."""
-    rows_by_limit: dict[tuple[str, str, str], list[str]] = {}
-    for each in result.facts.get("limited", ()):
-        if each["alternative"] == name:
-            quantity = of_rule(result.facts, each["rule"]).get("quantity", "")
-            rows_by_limit.setdefault(
-                (each["rule"], valued(each["limit"], quantity), each.get("basis") or ""), []
-            ).append(phase_code(result, each["phase"]))
+    quantity = {row["key"]: row["quantity"] for row in result.facts["rules"]["rows"]}
+    rows_by_limit = grouped(
+        (
+            (each["rule"], valued(each["limit"], quantity[each["rule"]]), each["basis"] or ""),
+            phase_code(result, each["phase"]),
+        )
+        for each in result.facts["limited"]
+        if each["alternative"] == name
+    )
     order = names(result.data, "rule")
     return [
         [rule_code(result, rule), rule.replace("-", " "), " ".join(at), limit, basis]

@@ -11,18 +11,22 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.report.figures.detail import FACTORS, MONTHS, OVER
 from stillhook.plan.report.figures.limits import CLOSED, differs
-from stillhook.plan.report.figures.style import (
+from stillhook.plan.report.words import (
     CREDITED,
+    TEXTS,
     TWIN,
     few,
+    governs,
     height,
+    highest,
+    leading,
+    least,
     named,
     names,
     phase_code,
     rule_code,
     sea_words,
 )
-from stillhook.plan.report.selection import TEXTS, governs, highest, leading, least
 from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
 from stillhook.report.formatting import days, direction, fixed, fmt, hours, percent

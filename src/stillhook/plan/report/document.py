@@ -12,8 +12,8 @@ from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
-from stillhook.plan.report.selection import TEXTS
 from stillhook.plan.report.summary_page import tables, verdict
+from stillhook.plan.report.words import TEXTS
 from stillhook.plan.result import PlanResult, missing_facts, odd_fact, odd_numbers, of_two
 from stillhook.report.document import Document, Section
 from stillhook.report.formatting import groups

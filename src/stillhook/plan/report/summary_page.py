@@ -11,14 +11,19 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.report.figures.detail import OVER
 from stillhook.plan.report.figures.limits import differs
-from stillhook.plan.report.figures.style import CREDITED, TWIN, few, height, named, names
-from stillhook.plan.report.selection import (
+from stillhook.plan.report.words import (
+    CREDITED,
+    TWIN,
     between,
+    few,
     governs,
+    height,
     highest,
     leading,
     least,
     limits,
+    named,
+    names,
     over,
     reading,
     worst_heading,

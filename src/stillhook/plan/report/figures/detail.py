@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.plan.report.figures.style import (
+from stillhook.plan.report.words import (
     COLOUR,
     CREDITED,
     THICK,
