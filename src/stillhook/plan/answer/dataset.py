@@ -217,7 +217,7 @@ def _most(axes: Axes, phase: NDArray[np.int64], rule: NDArray[np.int64]) -> list
 NUMBERS, FACTS = "plan.nc", "plan.json"
 PLAN_FILES = (NUMBERS, FACTS)
 OUT_FILES = (*REPORT_FILES, *PLAN_FILES)
-NEEDED = {"name", "Hs_lowest", "Hs_highest"}
+NEEDED = {"name", "Hs_lowest", "Hs_highest", "heading_tolerance"}
 DIGITS = 18
 """Most digits of a whole number among the facts."""
 HASH = "numbers_sha256"

@@ -9,10 +9,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from stillhook.plan.report.words import CREDITED, TWIN, height, names
+from stillhook.plan.report.words import CREDITED, TWIN, height, names, workable
 from stillhook.plan.result import PlanResult, columns, grouped, merged, references
 from stillhook.report.document import Document, Part, Table, Text
-from stillhook.report.formatting import days, fixed, fmt, hours, percent, variable
+from stillhook.report.formatting import fixed, fmt, hours, variable
 
 YEAR = 365.25 * 24.0
 """[h]."""
@@ -89,10 +89,10 @@ def _weather(result: PlanResult) -> Table:
 
 def _weather_row(year: Any, over: Sequence[str]) -> list[str]:
     """Workable share and hours of a year, waits, vessel days, and days gained over each of these alternatives."""
-    worked = float(year["operability"])
-    waits = [days(float(year[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
+    operability, *waits = workable(year)
+    worked, vessel = fixed(float(year["operability"]) * YEAR, 0), fixed(float(year["vessel_days"]), 1)
     gains = [fixed(float(year["days_gained"].sel(over=name)), 1) for name in over]
-    return [percent(worked), fixed(worked * YEAR, 0), *waits, fixed(float(year["vessel_days"]), 1), *gains]
+    return [operability, worked, *waits, vessel, *gains]
 
 
 PHASES = ("phase", "kind", "winch", "underside\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")

@@ -51,29 +51,28 @@ def document(result: PlanResult, figures: Mapping[str, bytes]) -> Document:
         front=[verdict(result), *tables(result)],
         sections=[Section(f"{i}. {title}", parts) for i, (title, parts) in enumerate(sections.items(), 1)],
         signatures=("Prepared by", "Checked by", "Marine warranty surveyor, place and date"),
-        number=groups(facts.get("digest", ""), SHORT),
-        date=str(facts.get("date", "1970-01-01"))[:10],
-        made_by=f"Stillhook {facts.get('version', '')}".strip(),
+        number=groups(facts["digest"], SHORT),
+        date=facts["date"],
+        made_by=f"Stillhook {facts['version']}",
     )
 
 
 def _subtitle(result: PlanResult) -> str:
-    payload, place = result.facts.get("payload", {}), result.facts.get("place", {})
-    depth = f", {place['depth']:g} m of water" if "depth" in place else ""
-    return f"{payload.get('title') or payload.get('name') or ''}{depth}"
+    payload = result.facts["payload"]
+    return f"{payload.get('title') or payload['name']}, {result.facts['place']['depth']:g} m of water"
 
 
 def marks(result: PlanResult) -> list[str]:
     """What must be seen on every page: synthetic inputs, a twin that is not validated, cells without a result."""
     lines = []
-    if "weather" in result and int(result["weather"].attrs.get("synthetic", 0)):
+    if "weather" in result and result["weather"].attrs["synthetic"]:
         lines.append(TEXTS["synthetic"])
-    certificate = result.facts.get("crane", {}).get("certificate")
+    certificate = result.facts["crane"]["certificate"]
     if certificate and certificate.get("synthetic"):
         lines.append(TEXTS["synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
         lines.append(TEXTS["unvalidated"].rstrip("."))
-    return lines + [str(line).rstrip(".") for line in result.facts.get("remarks", ()) if str(line).startswith(MISSING)]
+    return lines + [line.rstrip(".") for line in result.facts["remarks"] if line.startswith(MISSING)]
 
 
 PDF, PAGE = "report.pdf", "report.html"

@@ -16,7 +16,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
 from stillhook.plan.result import CREDITS, Credit, PlanResult
 from stillhook.plan.table import LimitTable
-from stillhook.report.formatting import EMPTY, direction, fmt, kind_of
+from stillhook.report.formatting import EMPTY, days, direction, fmt, kind_of, percent
 from stillhook.report.plots.run import COLOURS
 from stillhook.units import number, show
 
@@ -161,6 +161,24 @@ def reading(result: PlanResult) -> str:
     tolerance = float(data.attrs.get("heading_tolerance", 0.0))
     cells = limits(result, CREDITED, name)
     return LimitTable(cells, data["heading"].values, data["period"].values, tolerance, highest(result)).described()
+
+
+def workable(cells: xarray.Dataset) -> list[str]:
+    """Operability, and mean, median and 90 % fractile of the waiting, of a row of the weather block."""
+    waits = [days(float(cells[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
+    return [percent(float(cells["operability"])), *waits]
+
+
+def differs(result: PlanResult, alternative: str) -> bool:
+    """Whether what is credited to an alternative is not what its model says."""
+    a, b = (np.minimum(limits(result, credit, alternative), highest(result)) for credit in CREDITS)
+    return not bool(np.allclose(a, b, rtol=0.0, atol=SAME, equal_nan=True))
+
+
+def lines_of(result: PlanResult, alternative: str) -> list[tuple[str, Credit]]:
+    """Lines of a table for an alternative: as credited, and by its model where that differs."""
+    lines: list[tuple[str, Credit]] = [(named(alternative), CREDITED)]
+    return [*lines, (f"{named(alternative)}, by the twin", TWIN)] if differs(result, alternative) else lines
 
 
 def least(Hs: FloatArray) -> FloatArray:

@@ -18,11 +18,11 @@ from stillhook.plan.report.words import (
     COLOUR,
     CREDITED,
     MARKER,
-    SAME,
     THICK,
     TWIN,
     WIDTH,
     canvas,
+    differs,
     height,
     highest_shown,
     key_below,
@@ -162,13 +162,6 @@ def equal_tables(result: PlanResult, credit: Credit, alternatives: Sequence[str]
         return b"".join([np.round(cells["Hs_limit"].values, 2).tobytes(), *texts])
 
     return list(grouped((content(name), name) for name in alternatives).values())
-
-
-def differs(result: PlanResult, alternative: str) -> bool:
-    """Whether what is credited to an alternative is not what its model says."""
-    both = result.data["Hs_limit"].sel(alternative=alternative)
-    a, b = (np.minimum(both.sel(credit=c).values, float(result.data.attrs["Hs_highest"])) for c in (TWIN, CREDITED))
-    return not bool(np.allclose(a, b, rtol=0.0, atol=SAME, equal_nan=True))
 
 
 def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[str]]) -> Figure:
