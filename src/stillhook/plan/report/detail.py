@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report.figures.detail import FACTORS, MONTHS, OVER
+from stillhook.plan.report.figures.detail import FACTORS, OVER
 from stillhook.plan.report.figures.limits import CLOSED
 from stillhook.plan.report.words import (
     CREDITED,
@@ -34,6 +34,7 @@ from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number
+from stillhook.weather.persistence import MONTHS
 
 GOVERNING = ("governing_phase", "governing_rule")
 PERIODS = 10

@@ -51,7 +51,7 @@ from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
 from stillhook.units import quote, show
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
 from stillhook.weather.limit_text import FREE_STEP, free_headings
-from stillhook.weather.persistence import Persistence, persistence, waits, windows_of
+from stillhook.weather.persistence import Persistence, month_of, persistence, waits, windows_of
 from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
@@ -185,8 +185,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
             can_start = windows_of(good, weather.time, weather.step).starts(forecast.T_R)
             waited[credit, alternative] = waits(can_start, weather.time)
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
-    month = np.asarray(weather.time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
-    return WeatherValue(persistence_of, waited, month, best, forecast.T_R, notes)
+    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, notes)
 
 
 @dataclass(frozen=True, eq=False)
