@@ -140,8 +140,8 @@ def _crane_digest(crane: Crane) -> str:
     return _digest("\n".join(f"{name} {text}" for name, text in sorted(content(crane).items())))
 
 
-def _digest(text: str | bytes) -> str:
-    return hashlib.sha256(text if isinstance(text, bytes) else text.encode()).hexdigest()
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _payload(plan: LiftPlan) -> dict[str, Any]:
@@ -200,23 +200,17 @@ def _inputs(plan: LiftPlan, inputs: RunInputs) -> list[dict[str, str]]:
     rows = [("plan", plan.source or plan.name, plan.digest), ("crane", plan.crane.name, _crane_digest(plan.crane))]
     if plan.crane.certified is not None:
         rows.append(("certificate", plan.crane.certified.short, plan.crane.certified.digest))
-    rows += [("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex())]
-    rows += [("payload", plan.payload.name, _payload_digest(plan))]
-    rows += [("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest)]
+    alpha = inputs.alpha
+    factors = _digest(repr((alpha.Hs, alpha.T_POP, alpha.alpha, alpha.T_POP_below, alpha.T_R_below)))
     rows += [
-        (
-            "forecast factors",
-            f"{inputs.alpha.name} {inputs.alpha.texts.get('version', '')}".strip(),
-            _alpha_digest(inputs.alpha),
-        )
+        ("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex()),
+        ("payload", plan.payload.name, _payload_digest(plan)),
+        ("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest),
+        ("forecast factors", f"{alpha.name} {alpha.texts.get('version', '')}".strip(), factors),
     ]
     if inputs.weather is not None:
         rows.append(("weather", inputs.weather.source, _weather_digest(inputs.weather)))
     return [{"item": item, "file": file, "sha256": digest} for item, file, digest in rows]
-
-
-def _alpha_digest(table: AlphaTable) -> str:
-    return _digest(repr((table.Hs, table.T_POP, table.alpha, table.T_POP_below, table.T_R_below)))
 
 
 def _weather_digest(weather: Weather) -> str:
@@ -224,7 +218,7 @@ def _weather_digest(weather: Weather) -> str:
     parts = [weather.time.astype("datetime64[ms]").tobytes(), repr(weather.step).encode()]
     for name in sorted(weather.columns):
         parts += [name.encode(), np.ascontiguousarray(weather.columns[name]).tobytes()]
-    return _digest(b"\0".join(parts))
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
 CENSORED = 0.05
@@ -254,9 +248,9 @@ def without_runs(plan: LiftPlan) -> list[str]:
     manual = [p.name for p in plan.phases if p.kind is PhaseKind.LOWERING and not p.compensated]
     if not manual:
         return []
+    method = f"frequency-domain method, {', '.join(manual)}"
     return [
-        f"frequency-domain method, {', '.join(manual)}: drag on a sinking load is larger when it moves down than up;"
-        f" the"
+        f"{method}: drag on a sinking load is larger when it moves down than up; the"
         " method averages the two: slings lose up to a third more of their tension than calculated"
         " (docs/explanation/lift-plan-frequency.md)"
     ]
@@ -285,11 +279,9 @@ def credit_note(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
         return "the certificate covers every sea of the compensated phases: credited as simulated"
     where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the analysed seas and phases"
     reason = "; ".join(of.certified.reasons[alternative])
-    return (
-        reason
-        if not where and f"{CAP:.0%}" in reason
-        else f"credited with no more than {CAP:.0%} of compensation{where}: {reason}"
-    )
+    if not where and f"{CAP:.0%}" in reason:
+        return reason
+    return f"credited with no more than {CAP:.0%} of compensation{where}: {reason}"
 
 
 def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any]:
@@ -297,10 +289,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
     cell."""
     at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
     cell = (1, i, at.heading, at.period)
-    named = {
-        "name": table.name,
-        **{key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")},
-    }
+    texts = {key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}
     return {
         "T_POP": plan.T_POP,
         "T_POP_given": plan.T_POP_given,
@@ -313,7 +302,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
         "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
         "alpha": float(forecast.alpha[cell]),
         "op_wf": float(forecast.op_wf[cell]),
-        "alpha_table": {**named, "Hs_lowest": float(table.Hs[0])},
+        "alpha_table": {"name": table.name, **texts, "Hs_lowest": float(table.Hs[0])},
     }
 
 
@@ -337,8 +326,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Remarks on the result."""
-    lines = []
-    lines += [*plan.notes, *winch_remarks(plan)]
+    lines = [*plan.notes, *winch_remarks(plan)]
     untold_phases = untold(of.modelled)
     for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
         lines.append(
@@ -352,12 +340,8 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
         )
     if forecast.reason:
         lowest = f"{forecast.table.Hs[0]:g} m"
-        meanwhile = (
-            f"to compare such limits in the weather, the factor of {lowest} is used, which is optimistic for them"
-        )
-        lines.append(
-            f"forecast factor: {forecast.reason} Here, {meanwhile}: gains over them are at least those reported"
-        )
+        used = f"to compare such limits in the weather, the factor of {lowest} is used, which is optimistic for them"
+        lines.append(f"forecast factor: {forecast.reason} Here, {used}: gains over them are at least those reported")
     if not forecast.restricted:
         lines.append(
             "not weather restricted: waiting is not calculated; plan for extremes of the season, or divide the"

@@ -15,7 +15,7 @@ from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import IN_AIR, Phase
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
-from stillhook.plan.limits import Limits
+from stillhook.plan.limits import Limits, limits_in
 from stillhook.plan.result import CREDITS, labelled
 from stillhook.plan.tiers.closed_form import closed_form, on_way, way
 from stillhook.plan.tiers.frequency import (
@@ -311,7 +311,6 @@ def reference_of(plan: LiftPlan, of: Answered) -> Reference:
 def reference_blocks(
     plan: LiftPlan,
     of: Answered,
-    limits: Judge,
     progress: Progress | None = None,
     *,
     anew: bool = True,
@@ -326,6 +325,10 @@ def reference_blocks(
     where = sensitive_at(of)
     if where is not None:
         ask = (of.shown(),) if anew else ()
+
+        def limits(demands: Sequence[Demand]) -> list[Limits]:
+            return [limits_in(plan, demand) for demand in demands]
+
         datasets["sensitivity"] = sensitivity(plan, alternatives, *where, limits, parts(0.5, 1.0), ask=ask)
     return datasets
 

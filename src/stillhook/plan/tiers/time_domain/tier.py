@@ -43,12 +43,6 @@ SHOWN = 6
 """Cells whose convergence is told, at the most."""
 
 
-def blocks(work: Work) -> dict[str, xarray.Dataset]:
-    """The blocks "landing" and "convergence" of `stillhook.plan.result`, where there is something to tell."""
-    datasets = {"landing": landing(work), "convergence": convergence(work)}
-    return {name: data for name, data in datasets.items() if data is not None}
-
-
 def landing(work: Work) -> xarray.Dataset | None:
     """Landing speeds of every alternative in one sea, seed by seed: where the best one is at its limit in the middle
     period.
@@ -209,7 +203,7 @@ def _result(work: Work) -> TwinTier:
         _with_ends(limits_of(demand, held, most=highest), demand, {each.rule.key: each for each in held}, highest)
         for demand, held in zip(demands, rules, strict=True)
     ]
-    datasets = blocks(work)
+    blocks = {"landing": landing(work), "convergence": convergence(work)}
     if work.progress is not None:
         work.progress(1.0)
     return TwinTier(
@@ -218,7 +212,7 @@ def _result(work: Work) -> TwinTier:
         _runs(work.cells),
         {p.name: _reason(work, p) for p in work.plan.phases},
         _notes(work),
-        datasets,
+        {name: data for name, data in blocks.items() if data is not None},
     )
 
 
@@ -289,11 +283,9 @@ def _notes(work: Work) -> tuple[str, ...]:
         return ()
     v = work.numbers(line, 0.0)["v_landed"].value
     return (
-        (
-            "landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload"
-            f" file (assumed unless it says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it"
-            f" touches at {show(v, 'speed')}. Check them where the landing is limited by its speed"
-        ),
+        "landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload"
+        f" file (assumed unless it says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it"
+        f" touches at {show(v, 'speed')}. Check them where the landing is limited by its speed",
     )
 
 
