@@ -47,7 +47,7 @@ def with_seabed(plan):
 
 def test_a_calm_asks_what_hangs_there_at_rest(plan):
     for phase in (*plan.phases, with_seabed(plan)):
-        still, found = calm(plan, phase, Alternative.NONE), closed_form(plan, phase, SEAS).values
+        still, found = calm(plan, phase), closed_form(plan, phase, SEAS).values
         for quantity, value in found.items():
             if quantity == "snap_load" or (
                 phase.kind is PhaseKind.SPLASH and quantity not in ("F_top_static", "v_tip_max")
@@ -184,13 +184,9 @@ def test_a_load_beyond_the_swl_or_beyond_a_mode_leaves_no_speed_and_says_why(pla
 
 def test_a_payload_too_heavy_at_depth_is_refused_by_static_load_whatever_the_sea(plan):
     heavy, deep = replace(plan, payload=plan.payload.model_copy(update={"mass": 240e3})), of_kind(plan, PhaseKind.DEEP)
-    found = limits_of(
-        closed_form(heavy, deep, SEAS), limited(heavy, deep, Alternative.NONE), calm(heavy, deep, Alternative.NONE)
-    )
+    found = limits_of(closed_form(heavy, deep, SEAS), limited(heavy, deep, Alternative.NONE), calm(heavy, deep))
     assert found.Hs["static-load"].tolist() == [0.0]
-    fine = limits_of(
-        closed_form(plan, deep, SEAS), limited(plan, deep, Alternative.NONE), calm(plan, deep, Alternative.NONE)
-    )
+    fine = limits_of(closed_form(plan, deep, SEAS), limited(plan, deep, Alternative.NONE), calm(plan, deep))
     assert fine.Hs["static-load"].tolist() == [math.inf]
 
 

@@ -8,8 +8,7 @@ import pytest
 
 from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
-from stillhook.plan.answer.reference_cell import depth_profile, efficiency
-from stillhook.plan.answer.sensitivity import sensitivity
+from stillhook.plan.answer.reference_cell import depth_profile, efficiency, sensitivity
 from stillhook.plan.definition.capacities import calm
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.file import load_plan
@@ -105,7 +104,7 @@ def test_a_higher_sea_asks_more_of_everything(plan, found):
 def test_in_a_calm_a_phase_asks_what_hangs_at_rest(plan):
     still = Seas(np.zeros(1), np.full(1, 8.0), np.full(1, math.pi))
     for demand in frequency(plan, (CAP,), still):
-        rest = calm(plan, plan.phase(demand.phase), CAP)
+        rest = calm(plan, plan.phase(demand.phase))
         for name in {"v_w_demand", "v_tip_max", "e_c_pp", "load_pp", "v_landed"} & set(demand.values):
             assert demand.values[name][0] == pytest.approx(rest[name], rel=1e-3), (demand.phase, name)
         sinks = demand.phase in ("upper water", "lower water", "landing")  # drag carries a part of it

@@ -23,10 +23,9 @@ from stillhook.plan.report.document import document, save_report
 from stillhook.plan.report.figures import limits as drawing
 from stillhook.plan.report.figures.detail import depth, sensitivity
 from stillhook.plan.report.figures.limits import closed_form as figures_of_closed
-from stillhook.plan.report.figures.limits import differs, figures, from_bow, limit_tables, pictures
-from stillhook.plan.report.figures.style import height, named
-from stillhook.plan.report.selection import between
+from stillhook.plan.report.figures.limits import figures, from_bow, limit_tables, pictures
 from stillhook.plan.report.summary_page import verdict
+from stillhook.plan.report.words import between, differs, height, named
 from stillhook.plan.result import PlanResult
 from stillhook.plan.table import LimitTable
 from stillhook.report.document import Document, Table
@@ -234,7 +233,7 @@ def test_hashes_versions_and_seeds_are_told(result):
     page = told(result)
     for digest in (i["sha256"] for i in result.facts["inputs"]):
         assert digest in page
-    for word in ("Stillhook 0.7.0", "0123456789abcdef", "least seeds a cell", "4200"):
+    for word in ("Stillhook 0.7.0", "0123456789abcdef", "seeds a cell, least and most", "4200"):
         assert word in page
 
 

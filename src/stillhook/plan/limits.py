@@ -9,14 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue
+from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue, calm
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
-from stillhook.plan.definition.rules import Alternative, Demand, Limited, Rule, Sense, Tier
+from stillhook.plan.definition.rules import QUANTITIES, Alternative, Demand, Limited, Rule, Sense, Tier
 from stillhook.plan.definition.rules_file import rules_of
-
-AT_REST: Mapping[str, float] = {"sling_ratio": 1.0}
-"""Quantities that fall with the sea, with their value in still water: they are used up from there down to the limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +38,8 @@ class Limits:
 def utilisation(limited: Limited, values: FloatArray) -> FloatArray:
     r"""How much of a limit values use [-]: 1 at the limit, more beyond; NaN for NaN.
 
-    At most: value over limit. At least: limit over value; for a ratio to rest (`AT_REST`) what is lost of it over what
-    may be lost,
+    At most: value over limit. At least: limit over value; for what falls from its value in still water what is lost
+    of it over what may be lost,
 
     .. math:: \frac{1 - r}{1 - r_{limit}} = \frac{F_{hyd}}{0.9 F_{static,min}} \text{ for a limit of 0.1.}
 
@@ -50,9 +47,9 @@ def utilisation(limited: Limited, values: FloatArray) -> FloatArray:
     """
     x, limit = np.asarray(values, dtype=np.float64), limited.limit
     if limited.rule.sense is Sense.AT_LEAST:
-        rest = AT_REST.get(limited.rule.quantity)
-        if rest is not None and limit < rest:
-            return (rest - x) / (rest - limit)
+        still = QUANTITIES[limited.rule.quantity].still
+        if still is not None and limit < still:
+            return (still - x) / (still - limit)
         top, bottom = np.full_like(x, limit), np.maximum(x, 0.0)
         top[np.isnan(x)] = np.nan
     else:
@@ -160,44 +157,41 @@ def _between(H: FloatArray, y: FloatArray, i: int) -> float:
     return min(max(a + step, a), b)
 
 
-FOLLOWS = ("s_tip_pp", "e_c_pp", "stroke_share")
-"""Quantities that are judged only while the winch follows the tip."""
-OF_TWIN = ("saturation_share", "relief_share", "power_share", "p_a_max", "stroke_share", "s_tip_pp")
-"""Quantities of the hydraulics, which a flat cap does not have."""
-NUMBERS = {
-    "relief_share": "relief_time",
-    "power_share": "power_time",
-    "stroke_share": "stroke_time",
-    "p_a_max": "p_a_max",
-}
-"""Quantities that only some winch types have, and the number of their runs."""
-OF_WINCH = (*OF_TWIN, "v_w_demand", "e_c_pp")
-"""Quantities of a winch that turns: one on its brake has none."""
-
-
 def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
     """The rules of a phase with their limits in SI, in the order of the rule set.
 
     Left out are: rules that the phase turns off; in compensated phases those of the winch for none (it stands on its
     brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of compensation;
     quantities and capacities that the winch type does not have, such as an accumulator's on a pure active winch.
-    Errors: PlanError, UnitError as `stillhook.plan.definition.rules_file.rules_of`.
+    Remembered as long as the plan lives. Errors: PlanError, UnitError as
+    `stillhook.plan.definition.rules_file.rules_of`.
     """
-    own = {row.name for row in plan.crane.plant.type.numbers}
-    held = [
+    return plan.once(_limited, phase, alternative)
+
+
+def limits_in(plan: LiftPlan, demand: Demand, *, most: float | None = None) -> Limits:
+    """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase."""
+    phase = plan.phase(demand.phase)
+    return limits_of(demand, limited(plan, phase, demand.alternative), calm(plan, phase), most=most)
+
+
+def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
+    numbers = ("", *(row.name for row in plan.crane.plant.type.numbers))
+    applicable = [
         (rule, _limit(plan, phase, alternative, rule))
         for rule in rules_of(plan.rules, phase)
-        if (rule.quantity not in NUMBERS or NUMBERS[rule.quantity] in own) and _holds(rule, phase, alternative)
+        if QUANTITIES[rule.quantity].number in numbers and _holds(rule, phase, alternative)
     ]
-    return tuple(Limited(rule, capacity.value, capacity.basis) for rule, capacity in held if capacity is not None)
+    return tuple(Limited(rule, each.value, each.basis) for rule, each in applicable if each is not None)
 
 
 def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:
+    needs = QUANTITIES[rule.quantity].needs
     if not phase.compensated:
-        return rule.quantity not in FOLLOWS
+        return "compensation" not in needs
     if alternative is Alternative.NONE:
-        return rule.quantity not in OF_WINCH
-    return alternative.twin or rule.quantity not in OF_TWIN
+        return "hydraulics" not in needs and "turning" not in needs
+    return alternative.twin or "hydraulics" not in needs
 
 
 def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative, rule: Rule) -> CapacityValue | None:

@@ -16,14 +16,14 @@ import numpy as np
 from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
-from stillhook.plan.answer.metadata import RunInputs, facts_of, not_computed, result_facts
+from stillhook.plan.answer.metadata import RunInputs, described, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks
-from stillhook.plan.definition.capacities import calm, static_tension
+from stillhook.plan.definition.capacities import static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.phases import Phase
-from stillhook.plan.definition.rules import Alternative, Demand, Limited, Seas, Tier
+from stillhook.plan.definition.rules import Demand, Seas, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits import Limits, limited, limits_of
+from stillhook.plan.limits import Limits, limited, limits_in
 from stillhook.plan.result import CREDITS, PlanResult, not_compared
 from stillhook.plan.table import Axes, certified_in, chosen, credited_of, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     import xarray
 
 
-LimitedBy = Mapping[tuple[str, Alternative], Sequence[Limited]]
 UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i, tier in enumerate(Tier)}
 """Tiers that are run up to the highest one requested."""
 
@@ -65,17 +64,18 @@ def plan(
     """
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
     begun, parts = time.perf_counter(), Parts(progress)
-    table, records = load_alpha_table(alpha, "--alpha"), weather_of(lift_plan, weather)
+    table, records = load_alpha_table(alpha, "--alpha"), weather
+    if records is None and lift_plan.weather is not None:
+        records = weather_used(lift_plan.weather)
     if records is not None:
         seas_of(lift_plan, records)  # refused now rather than after the runs
     axes, seas = Axes.of(lift_plan), lift_plan.environment.table()
-    by = {(phase.name, a): limited(lift_plan, phase, a) for phase in lift_plan.phases for a in axes.alternatives}
     demands = [closed_form(lift_plan, phase, seas, a) for phase in lift_plan.phases for a in axes.alternatives]
     if last is not Tier.CLOSED_FORM:
         demands += frequency(
             lift_plan, axes.alternatives, seas, parts(0.01, 0.9 if last is Tier.FREQUENCY else 0.06), threads=threads
         )
-    limits = [limits_in(lift_plan, demand, by) for demand in demands]
+    limits = [limits_in(lift_plan, demand) for demand in demands]
     twin = None
     if last is Tier.TIME:
         twin = refine(lift_plan, limits, store=store, client=client, threads=threads, progress=parts(0.06, 0.92))
@@ -88,15 +88,9 @@ def plan(
         value = weather_value(lift_plan, axes, forecast, records, max(lift_plan.environment.Hs))
         blocks["weather"] = weather_block(lift_plan, value, axes, records, forecast)
     if last is not Tier.CLOSED_FORM:
-        blocks |= reference_blocks(
-            lift_plan,
-            of,
-            lambda demands_of_cell: [limits_in(lift_plan, demand, by) for demand in demands_of_cell],
-            parts(0.92, 1.0),
-            anew=last is Tier.TIME,
-        )
+        blocks |= reference_blocks(lift_plan, of, parts(0.92, 1.0), anew=last is Tier.TIME)
     blocks |= {} if twin is None else twin.blocks
-    facts = facts_of(lift_plan, by, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
+    facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= result_facts(lift_plan, of, forecast, value, twin)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
@@ -117,13 +111,6 @@ def tier_of(text: Tier | str) -> Tier:
     return Tier(text)
 
 
-def limits_in(lift_plan: LiftPlan, demand: Demand, by: LimitedBy) -> Limits:
-    """Limits of a demand by the rules of its phase and alternative."""
-    return limits_of(
-        demand, by[demand.phase, demand.alternative], calm(lift_plan, lift_plan.phase(demand.phase), demand.alternative)
-    )
-
-
 def answered(
     lift_plan: LiftPlan, axes: Axes, seas: Seas, demands: Sequence[Demand], limits: Sequence[Limits]
 ) -> Answered:
@@ -133,13 +120,6 @@ def answered(
     credited = credited_of(lift_plan, modelled, demands, np.unique(seas.Hs), certified.covers)
     governs = dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
     return Answered(axes, limits_of_tiers, modelled, credited, governs, seeds_of(axes, demands), certified)
-
-
-def weather_of(lift_plan: LiftPlan, weather: Weather | None) -> Weather | None:
-    """The weather passed in, else that of the plan."""
-    if weather is not None or lift_plan.weather is None:
-        return weather
-    return weather_used(lift_plan.weather)
 
 
 def checked(plan: LiftPlan) -> dict[str, Any]:
@@ -164,8 +144,27 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
         "T_C": plan.T_C,
         "T_R": T_R,
         "weather_restricted": restricted,
-        "rules": _rules(plan),
-        "limits": [_limit(plan, phase, alternative) for phase in plan.phases for alternative in plan.alternatives],
+        "rules": {
+            "name": plan.rules.name,
+            "version": plan.rules.version,
+            "changes": list(plan.rules.changes),
+            "rows": [
+                {key: getattr(rule, key) for key in ("key", "title", "standard", "edition", "clause")}
+                for rule in plan.rules.rules
+            ],
+        },
+        "limits": [
+            {
+                "phase": phase.name,
+                "alternative": alternative.value,
+                "rules": [
+                    {"rule": row.rule.key, "quantity": row.rule.quantity, "limit": row.limit, "basis": row.basis}
+                    for row in limited(plan, phase, alternative)
+                ],
+            }
+            for phase in plan.phases
+            for alternative in plan.alternatives
+        ],
         "seas": {
             "Hs": list(env.Hs),
             "Tp": list(env.Tp),
@@ -196,37 +195,11 @@ def _weather(use: WeatherUse) -> dict[str, Any]:
     }
 
 
-def _rules(plan: LiftPlan) -> dict[str, Any]:
-    words = ("key", "title", "standard", "edition", "clause")
-    rows = [{word: getattr(rule, word) for word in words} for rule in plan.rules.rules]
-    return {"name": plan.rules.name, "version": plan.rules.version, "changes": list(plan.rules.changes), "rows": rows}
-
-
 def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
-    at = plan.tip_of(phase)
-    looks = situations(plan, phase)
-    return {
-        "name": phase.name,
-        "kind": phase.kind.value,
-        "mode": phase.winch.value,
-        "start": phase.start,
-        "end": phase.end,
-        "speed": phase.speed,
-        "duration": phase.duration,
+    at, facts = plan.tip_of(phase), described(phase)
+    del facts["limits"]
+    return facts | {
         "tip": {"x": at.x, "y": at.y, "z": at.z},
-        "compensated": phase.compensated,
         "F_top_static": static_tension(plan, phase),
-        "T_0": max((s.T_0 for s in looks), default=math.nan),
-    }
-
-
-def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative) -> dict[str, Any]:
-    rows = limited(plan, phase, alternative)
-    return {
-        "phase": phase.name,
-        "alternative": alternative.value,
-        "rules": [
-            {"rule": row.rule.key, "quantity": row.rule.quantity, "limit": row.limit, "basis": row.basis}
-            for row in rows
-        ],
+        "T_0": max((s.T_0 for s in situations(plan, phase)), default=math.nan),
     }

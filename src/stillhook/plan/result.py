@@ -4,20 +4,26 @@ distinguishes, and whether numbers read from disk have the shape of a plan's."""
 from __future__ import annotations
 
 import datetime
+import tomllib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.resources import files
 from types import NoneType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.units import quote
+from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
 
 
+Key = TypeVar("Key")
+Member = TypeVar("Member")
 Credit = Literal["twin", "credited"]
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
@@ -85,6 +91,26 @@ class PlanResult:
         return block in self.blocks
 
 
+def grouped(pairs: Iterable[tuple[Key, Member]]) -> dict[Key, list[Member]]:
+    """Members by the key that they share, in the order in which they come."""
+    groups: dict[Key, list[Member]] = {}
+    for key, member in pairs:
+        groups.setdefault(key, []).append(member)
+    return groups
+
+
+def labelled(
+    columns: Mapping[str, tuple[Sequence[str], NDArray[Any]]],
+    coords: Mapping[str, Any],
+    attrs: Mapping[str, Any] | None = None,
+) -> xarray.Dataset:
+    """Numbers by name over dimensions, each with the unit and the meaning that `stillhook.variables` has of it."""
+    import xarray  # heavy: only where results are labelled
+
+    data = {name: (dims, values, attributes(name)) for name, (dims, values) in columns.items()}
+    return xarray.Dataset(data, coords, attrs)
+
+
 CENTIMETRES = 2
 """Digits after the point of a limit [m], as tables print it."""
 PRINTED = {"days_gained": 0.05, "hours_gained": 0.5}
@@ -103,11 +129,9 @@ def ran(tiers: Collection[str]) -> bool:
 
 def equal_in_print(data: xarray.Dataset) -> list[list[str]]:
     """Alternatives whose own limits are printed alike in every cell, side by side."""
-    groups: dict[bytes, list[str]] = {}
-    for name in data["alternative"].values:
-        limits = data["Hs_limit"].sel(credit=CREDITS[0], alternative=name).values
-        groups.setdefault((np.round(limits, CENTIMETRES) + 0.0).tobytes(), []).append(str(name))
-    return list(groups.values())
+    limits = data["Hs_limit"].sel(credit=CREDITS[0]).round(CENTIMETRES) + 0.0
+    pairs = ((limits.sel(alternative=name).values.tobytes(), str(name)) for name in data["alternative"].values)
+    return list(grouped(pairs).values())
 
 
 def columns(result: PlanResult) -> list[list[str]]:
@@ -122,9 +146,7 @@ def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = 
     one."""
     if ran(result.facts.get("tiers", ())):
         return [list(row) for row in rows]
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for label, *cells in rows:
-        groups.setdefault(tuple(cells), []).append(label)
+    groups = grouped((tuple(cells), label) for label, *cells in rows)
     return [[between.join(labels), *cells] for cells, labels in groups.items()]
 
 
@@ -166,110 +188,11 @@ def not_compared(
     )
 
 
-Shape = Any
-"""A tuple of types; [shape] for a list of such; a mapping of names to shapes, where a name that ends in ? may be
-missing."""
-TEXT, YES, NUMBER, MAYBE = (str,), (bool,), (int, float), (int, float, NoneType)
-WORDS: Mapping[type, str] = {str: "text", bool: "true or false", int: "number", float: "number", NoneType: "null"}
-TEXTS = [TEXT]
+SHAPE: Mapping[str, Any] = tomllib.loads((files("stillhook.plan") / "facts.toml").read_text(encoding="utf-8"))
+"""What facts are where they are told."""
+TYPES = {"text": str, "true or false": bool, "number": int | float, "null": NoneType}
 ROW = 2
 """Texts in a payload's row at least: what it is, and its value."""
-PHASE = {
-    "name": TEXT,
-    "kind": TEXT,
-    "mode": TEXT,
-    "start": MAYBE,
-    "end": MAYBE,
-    "speed": MAYBE,
-    "duration": MAYBE,
-    "compensated": YES,
-    "tiers?": TEXTS,
-    "reason?": TEXT,
-}
-RULE = {
-    "key": TEXT,
-    "title": TEXT,
-    "quantity": TEXT,
-    "limit": (str, int, float, NoneType),
-    "standard": TEXT,
-    "edition": TEXT,
-    "clause": TEXT,
-    "note": TEXT,
-    "sense": TEXT,
-    "level": TEXT,
-    "requirement?": TEXT,
-}
-OPERATION = {
-    "T_POP": NUMBER,
-    "T_C": MAYBE,
-    "T_R": NUMBER,
-    "weather_restricted": YES,
-    "T_POP_given?": YES,
-    "alternative?": TEXT,
-    "Tp?": MAYBE,
-    "beta?": MAYBE,
-    "OP_LIM?": MAYBE,
-    "alpha?": MAYBE,
-    "op_wf?": MAYBE,
-    "notes?": TEXTS,
-    "alpha_table?": (
-        {f"{key}?": TEXT for key in ("name", "version", "standard", "edition", "clause", "note")}
-        | {"Hs_lowest?": NUMBER}
-    ),
-}
-FACTS: Mapping[str, Shape] = {
-    "name": TEXT,
-    "source": TEXT,
-    "digest": TEXT,
-    "notes": TEXTS,
-    "version": TEXT,
-    "code": TEXT,
-    "date": TEXT,
-    "tiers": TEXTS,
-    "shown": TEXT,
-    "settings": {
-        "wave": TEXT,
-        "gamma": MAYBE,
-        "spread": MAYBE,
-        "heading_tolerance": NUMBER,
-        "Hs": [NUMBER],
-        "Tp": [NUMBER],
-        "headings": [NUMBER],
-    },
-    "crane": {
-        "name": TEXT,
-        "title": TEXT,
-        "SWL": NUMBER,
-        "digest": TEXT,
-        "twin": TEXT,
-        "certificate": (None, {"number": TEXT, "statement": TEXT, "synthetic?": YES, "unsigned?": TEXT}),
-    },
-    "vessel": {"name": TEXT, "title": TEXT, "notes": TEXTS},
-    "payload": {"name": TEXT, "title?": TEXT, "mass": NUMBER, "height": NUMBER, "digest": TEXT, "rows": [TEXTS]},
-    "place": {"h_tip": NUMBER, "depth": NUMBER, "rho": NUMBER, "text": TEXT},
-    "phases": [PHASE],
-    "rules": {"name": TEXT, "version": TEXT, "digest": TEXT, "changes": TEXTS, "rows": [RULE]},
-    "limited": [
-        {
-            "phase": TEXT,
-            "alternative": TEXT,
-            "rule": TEXT,
-            "limit": (str, int, float, NoneType),
-            "basis": (str, NoneType),
-        }
-    ],
-    "alternatives": [{"name": TEXT, "description": TEXT, "credit_note?": TEXT}],
-    "inputs": [{"item": TEXT, "file": TEXT, "sha256": TEXT}],
-    "not_covered": TEXTS,
-    "remarks": TEXTS,
-    "operation": OPERATION,
-    "runs": {},
-    "not_computed": {},
-    "weather": {},
-    "summary": {"shown": TEXT, "alternatives": {}},
-    "limits": [{"credit": TEXT, "alternative": TEXT, "Hs_limit": MAYBE}],
-}
-"""What facts are where they are told (`stillhook.plan.answer.metadata`, `stillhook.plan.answer.metadata`)."""
 CELL = {"credit", "alternative", "heading", "period"}
 COLUMN = {"alternative", "phase", "heading", "period"}
 DATA: Mapping[str, set[str]] = {
@@ -285,9 +208,9 @@ DATA: Mapping[str, set[str]] = {
 
 def odd_fact(facts: Mapping[str, Any]) -> str:
     """The first fact that is told and is not what it should be, in words; empty where all are."""
-    for key, shape in FACTS.items():
-        if key in facts and (error := _odd(facts[key], shape, key)):
-            return error
+    present = {key: shape for key, shape in SHAPE.items() if key.removesuffix("?") in facts}
+    if error := _odd_entry(facts, present, ""):
+        return error
     if any(len(row) < ROW for row in facts.get("payload", {}).get("rows", ())):
         return "payload.rows: a row without a value"
     if "date" in facts:
@@ -298,27 +221,33 @@ def odd_fact(facts: Mapping[str, Any]) -> str:
     return ""
 
 
-def _odd(value: Any, shape: Shape, where: str) -> str:
-    if isinstance(shape, tuple) and shape[0] is None:
-        return "" if value is None else _odd(value, shape[1], where)
-    if isinstance(shape, tuple):
-        right = isinstance(value, shape) and (not isinstance(value, bool) or bool in shape)
-        return (
-            ""
-            if right
-            else f"{where} = {quote(value)}: it must be a {' or '.join(dict.fromkeys(WORDS[each] for each in shape))}"
-        )
+def missing_facts(facts: Mapping[str, Any]) -> str:
+    """Names of the facts that no report can do without and that are missing; empty where none is."""
+    return ", ".join(key for key in SHAPE if not key.endswith("?") and key not in facts)
+
+
+def _odd(value: Any, shape: Any, where: str) -> str:
+    if isinstance(shape, str):
+        types = shape.split(" | ")
+        right = any(isinstance(value, TYPES[name]) for name in types)
+        right &= not isinstance(value, bool) or "true or false" in types
+        return "" if right else f"{where} = {quote(value)}: it must be a {' or '.join(types)}"
     if isinstance(shape, list):
         if not isinstance(value, list | tuple):
             return f"{where} = {quote(value)}: it must be a list"
         return next((error for i, each in enumerate(value) if (error := _odd(each, shape[0], f"{where}[{i}]"))), "")
     if not isinstance(value, Mapping):
         return f"{where} = {quote(value)}: it must be a table"
+    return _odd_entry(value, shape, f"{where}.")
+
+
+def _odd_entry(table: Mapping[str, Any], shape: Mapping[str, Any], where: str) -> str:
     for key, inner in shape.items():
-        name = key.removesuffix("?")
-        if name not in value and name == key:
-            return f"{where}.{name}: missing"
-        if name in value and (error := _odd(value[name], inner, f"{where}.{name}")):
+        name, null = key.removesuffix("?").removesuffix(" | null"), key.endswith(" | null")
+        if name not in table and not key.endswith("?"):
+            return f"{where}{name}: missing"
+        known = name in table and not (null and table[name] is None)
+        if known and (error := _odd(table[name], inner, f"{where}{name}")):
             return error
     return ""
 

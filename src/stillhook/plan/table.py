@@ -14,11 +14,12 @@ from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.engine.inputs import NO_CERTIFICATE, objections
 from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.capacities import at_rest, calm, places
+from stillhook.plan.definition.capacities import at_rest, places
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
-from stillhook.plan.limits import Limits, limited, limits_of
+from stillhook.plan.limits import Limits, limits_in
+from stillhook.plan.result import grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.spec.validity import CAP, Conditions
@@ -326,9 +327,7 @@ def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -
 
 def _counted(reasons: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     """Reasons of every sea in a line for each range that is left: the first of them, and in how many seas."""
-    alike: dict[str, list[str]] = {}
-    for reason in chain.from_iterable(reasons):
-        alike.setdefault(reason[reason.find(" (") :], []).append(reason)
+    alike = grouped((reason[reason.find(" (") :], reason) for reason in chain.from_iterable(reasons))
     return tuple(
         f"outside the validated envelope in {len(lines)} of {len(reasons)} seas:"
         f" {lines[0]}{' and the like' if len(set(lines)) > 1 else ''}"
@@ -442,18 +441,9 @@ def _cap(
     plan: LiftPlan, axes: Axes, alternative: Alternative, phases: Sequence[Phase], demands: Sequence[Demand]
 ) -> Chosen:
     """Limits of the flat cap where it has to meet the rules of another alternative, in the places of that one."""
-    names = {phase.name: phase for phase in phases}
-    limits = []
-    for demand in demands:
-        if demand.alternative is Alternative.CAP and demand.phase in names:
-            phase = names[demand.phase]
-            still = calm(plan, phase, Alternative.CAP)
-            highest = max(plan.environment.Hs)
-            limits.append(
-                limits_of(
-                    replace(demand, alternative=alternative), limited(plan, phase, alternative), still, most=highest
-                )
-            )
+    names, highest = {phase.name for phase in phases}, max(plan.environment.Hs)
+    of_cap = [demand for demand in demands if demand.alternative is Alternative.CAP and demand.phase in names]
+    limits = [limits_in(plan, replace(demand, alternative=alternative), most=highest) for demand in of_cap]
     return chosen(gathered(axes, limits))
 
 

@@ -198,21 +198,15 @@ def _unrestricted(table: AlphaTable, T_POP: float, T_R: float) -> str:
 
 def _alpha(table: AlphaTable, hs: float, T_POP: float, option: str) -> tuple[float | None, str]:
     if T_POP > table.T_POP[-1] + _ROUND:
-        return (
-            None,
-            (
-                f"no alpha: T_POP {_hours(T_POP)} is beyond the {_hours(table.T_POP[-1])} of the table, and the"
-                " operation is not weather restricted. Plan for extremes of the season, or divide the operation."
-            ),
+        return None, (
+            f"no alpha: T_POP {_hours(T_POP)} is beyond the {_hours(table.T_POP[-1])} of the table, and the"
+            " operation is not weather restricted. Plan for extremes of the season, or divide the operation."
         )
     if hs < table.Hs[0] - _ROUND:
-        return (
-            None,
-            (
-                f"no alpha: a limiting Hs of {show(hs, 'length')} is below the {show(table.Hs[0], 'length')} of the"
-                " table: case by case. Agree a factor with your warranty surveyor, and put it into a table of your own"
-                f" ({option})."
-            ),
+        return None, (
+            f"no alpha: a limiting Hs of {show(hs, 'length')} is below the {show(table.Hs[0], 'length')} of the"
+            " table: case by case. Agree a factor with your warranty surveyor, and put it into a table of your own"
+            f" ({option})."
         )
     return float(alphas(table, np.array([hs]), T_POP)[0]), ""
 

@@ -21,7 +21,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import WeatherError
 from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
 from stillhook.weather.limit_text import KIND, Limit, inside_by_heading, values
-from stillhook.weather.persistence import SLACK, seconds, windows_of
+from stillhook.weather.persistence import SLACK, seconds, stamp, windows_of
 from stillhook.weather.series import Weather
 
 
@@ -117,11 +117,8 @@ def starts_of(
 ) -> tuple[Start, ...]:
     """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and
     which are known (n,); upper tells which limit governs."""
-    windows, known = (
-        windows_of(met, weather.time, weather.step),
-        windows_of(valid, weather.time, weather.step).starts(T_R),
-    )
-    within = windows.starts(T_R)
+    windows = windows_of(met, weather.time, weather.step)
+    within, known = windows.starts(T_R), windows_of(valid, weather.time, weather.step).starts(T_R)
     t = seconds(weather.time)
     starts = []
     for i in rows:
@@ -129,13 +126,8 @@ def starts_of(
         go: bool | None = bool(within[i])
         if not go and not known[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
             go = None
-        starts.append(
-            Start(
-                weather.time[i],
-                go,
-                *_governing(upper, slice(int(i), last), windows.heading[i] if windows.reach[i] else None),
-            )
-        )
+        heading = windows.heading[i] if windows.reach[i] else None
+        starts.append(Start(weather.time[i], go, *_governing(upper, slice(int(i), last), heading)))
     return tuple(starts)
 
 
@@ -148,11 +140,8 @@ def bounds(weather: Weather, limits: Sequence[Limit], ship: float | None) -> tup
         counts = np.ones(len(weather), dtype=np.bool_)
         for part in limit.when:
             counts &= part.holds(values(weather, part.name, limit, ship))
-        upper_limits.append(
-            Bound(
-                limit.text, values(weather, limit.range.name, limit, ship), np.where(counts, limit.range.high, np.nan)
-            )
-        )
+        x = values(weather, limit.range.name, limit, ship)
+        upper_limits.append(Bound(limit.text, x, np.where(counts, limit.range.high, np.nan)))
     return tuple(upper_limits)
 
 
@@ -165,12 +154,10 @@ def _governing(upper: Sequence[Bound], rows: slice, heading: np.intp | None) -> 
         if at_heading.ndim > 1:
             at_heading = at_heading[at_heading[:, rows.start].argmax() if heading is None else heading]
         for x, allowed in zip(bound.x[rows], at_heading[rows], strict=True):
-            used = (
-                (x / allowed if allowed > 0.0 else math.inf)
-                if math.isfinite(x) and math.isfinite(allowed)
-                else -math.inf
-            )
-            if used > -math.inf and (most is None or used > most[0]):
+            if not (math.isfinite(x) and math.isfinite(allowed)):
+                continue
+            used = x / allowed if allowed > 0.0 else math.inf
+            if most is None or used > most[0]:
                 most = (used, bound.text, float(x), float(allowed))
     return ("", None, None) if most is None else most[1:]
 
@@ -190,7 +177,7 @@ def reason_against(first: Start, T_R: float, weather: Weather) -> str:
 def numbers(forecast: Forecast) -> dict[str, Any]:
     """The answer by name [SI]; alpha and op_wf of the first limit on the height, every one under factors."""
     one = forecast.factors[0]
-    first = None if forecast.first_start is None else _text(forecast.first_start)
+    first = None if forecast.first_start is None else stamp(forecast.first_start)
     return {
         "go": forecast.go,
         "first_start": first,
@@ -206,8 +193,4 @@ def numbers(forecast: Forecast) -> dict[str, Any]:
 
 def started(starts: Sequence[Start]) -> list[dict[str, Any]]:
     """Starts by name [SI]."""
-    return [vars(s) | {"time": _text(s.time)} for s in starts]
-
-
-def _text(time: np.datetime64) -> str:
-    return f"{np.datetime_as_string(time, unit='s')}Z"
+    return [vars(s) | {"time": stamp(s.time)} for s in starts]

@@ -17,9 +17,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.choice import nearest
 from stillhook.errors import UnitError, WeatherError
 from stillhook.sea.spectra.directions import FULL, relative
@@ -38,32 +37,17 @@ KIND = {
     BETA: "angle",
 }
 """Columns that a limit may be of, with the kind of their units."""
-SPELT = {
-    "hs": "H_m0",
-    "h_s": "H_m0",
-    "hm0": "H_m0",
-    "h_m0": "H_m0",
-    "waveheight": "H_m0",
-    "wave_height": "H_m0",
-    "height": "H_m0",
-    "tp": "T_p",
-    "t_p": "T_p",
-    "period": "T_p",
-    "tz": "T_m02",
-    "t_z": "T_m02",
-    "tm02": "T_m02",
-    "t_m02": "T_m02",
-    "wind": "wind",
-    "windspeed": "wind",
-    "wind_speed": "wind",
-    "current": "current",
-    "from": "come_from",
-    "come_from": "come_from",
-    "direction": "come_from",
-    "wave_from": "come_from",
-    "wind_from": "wind_from",
-    BETA: BETA,
+SPELLINGS = {
+    "H_m0": ("hs", "h_s", "hm0", "h_m0", "waveheight", "wave_height", "height"),
+    "T_p": ("tp", "t_p", "period"),
+    "T_m02": ("tz", "t_z", "tm02", "t_m02"),
+    "wind": ("wind", "windspeed", "wind_speed"),
+    "current": ("current",),
+    "come_from": ("from", "come_from", "direction", "wave_from"),
+    "wind_from": ("wind_from",),
+    BETA: (BETA,),
 }
+SPELT = {spelling: name for name, spellings in SPELLINGS.items() for spelling in spellings}
 FREE_STEP = math.radians(5.0)
 """Headings that a ship free to turn tries are so far apart [rad]."""
 SAME = 1e-9
@@ -82,7 +66,7 @@ class Range:
     low: float = -math.inf
     high: float = math.inf
 
-    def holds(self, x: FloatArray) -> NDArray[np.bool_]:
+    def holds(self, x: FloatArray) -> BoolArray:
         """Whether each number is inside; a number that is not known is not."""
         if KIND[self.name] == "angle":
             width = self.high - self.low if self.high - self.low >= FULL else (self.high - self.low) % FULL
@@ -156,9 +140,7 @@ def _value(value: str, name: str, text: str, where: str) -> float:
     return number
 
 
-def inside(
-    limits: Sequence[Limit], weather: Weather, ship: float | None = None
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def inside(limits: Sequence[Limit], weather: Weather, ship: float | None = None) -> tuple[BoolArray, BoolArray]:
     """Which records (n,) meet every limit, and which of them are valid: all that the limits ask for is known. What is
     not valid is not met.
 
@@ -166,9 +148,7 @@ def inside(
     Errors: WeatherError where the weather does not know what a limit asks for, or where waves from the bow are asked of
     no heading.
     """
-    if not _of_heading(limits):
-        return _inside(limits, weather, None)
-    if ship is None:
+    if ship is None and _of_heading(limits):
         raise WeatherError(
             '--ship: missing: a limit asks for beta. Say where the bow points, "315 deg" from north, or "free".'
         )
@@ -177,7 +157,7 @@ def inside(
 
 def inside_by_heading(
     limits: Sequence[Limit], weather: Weather, ship: float | None = None, *, free: bool = False
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+) -> tuple[BoolArray, BoolArray]:
     """`inside` at each heading that the ship may keep (heading, n): one row where it is held, `free_headings` where it
     is free and a limit asks for beta; and which records are valid (n,), at some heading. Errors: as `inside`."""
     if not free or not _of_heading(limits):
@@ -199,17 +179,14 @@ def _of_heading(limits: Sequence[Limit]) -> bool:
 def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, float]]:
     """Headings that a ship free to turn tries [rad from north], each with the share of valid records inside all limits
     if it is held."""
-    match = []
+    shares = []
     for heading in free_headings():
         met, valid = _inside(limits, weather, float(heading))
-        n_valid = int(np.count_nonzero(valid))
-        match.append((float(heading), float(np.count_nonzero(met) / n_valid) if n_valid else math.nan))
-    return match
+        shares.append((float(heading), float(met[valid].mean()) if valid.any() else math.nan))
+    return shares
 
 
-def _inside(
-    limits: Sequence[Limit], weather: Weather, ship: float | None
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _inside(limits: Sequence[Limit], weather: Weather, ship: float | None) -> tuple[BoolArray, BoolArray]:
     met, valid = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
     for limit in limits:
         counts, known = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)

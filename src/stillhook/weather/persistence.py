@@ -163,53 +163,45 @@ def persistence(
     work: BoolArray = np.atleast_2d(np.asarray(workable, dtype=np.bool_)) & known
     windows = windows_of(work, time, step)
     can_start, could_start = windows.starts(window), windows_of(known, time, step).starts(window)
-    parts = (time, step, window, np.any(work, axis=0), known, windows, can_start, could_start, waits(can_start, time))
-    months = np.asarray(time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
-    return _counted(*parts, months=months, tell=(*(m for m in range(1, 13) if np.any(months == m)),))
+    workable_at_all, wait, breaks = np.any(work, axis=0), waits(can_start, time), gaps(time, step)
+    months = month_of(time)
+
+    def counted(month: int | None = None, parts: tuple[Persistence, ...] = ()) -> Persistence:
+        """Numbers of all records, with their months; or of the records of one month."""
+        rows = np.ones(n, dtype=np.bool_) if month is None else months == month
+        lengths = windows.length[rows[windows.first]]
+        waited = wait[rows & np.isfinite(wait)]
+        p50, p90 = np.percentile(waited, (50.0, 90.0)) if len(waited) else (math.nan, math.nan)
+        return Persistence(
+            n_hours=int(np.count_nonzero(rows)) * step / HOUR,
+            n_missing=int(np.count_nonzero(~known & rows)),
+            operability=_share(workable_at_all & rows, known & rows),
+            start_share=_share(can_start & rows, could_start & rows),
+            n_windows=len(lengths),
+            window_mean=float(lengths.mean()) if len(lengths) else math.nan,
+            window_max=float(lengths.max()) if len(lengths) else math.nan,
+            n_windows_long_enough=int(np.count_nonzero(lengths >= window - SLACK)),
+            wait_mean=float(waited.mean()) if len(waited) else math.nan,
+            wait_p50=float(p50),
+            wait_p90=float(p90),
+            wait_max=float(waited.max()) if len(waited) else math.nan,
+            n_censored=int(np.count_nonzero(rows & ~np.isfinite(wait))),
+            n_gaps=int(np.count_nonzero(breaks & rows[:-1])),
+            month=month,
+            months=parts,
+        )
+
+    return counted(parts=tuple(counted(int(month)) for month in np.unique(months)))
 
 
-def _counted(
-    time: NDArray[np.datetime64],
-    step: float,
-    window: float,
-    work: BoolArray,
-    known: BoolArray,
-    windows: Windows,
-    can_start: BoolArray,
-    could_start: BoolArray,
-    wait: FloatArray,
-    *,
-    months: NDArray[np.int64],
-    tell: tuple[int, ...],
-    month: int | None = None,
-) -> Persistence:
-    """Numbers of all records, with those of the months to tell; or of the records of one month."""
-    rows = np.ones(len(work), dtype=np.bool_) if month is None else months == month
-    lengths = windows.length[rows[windows.first]]
-    known_waits = wait[rows & np.isfinite(wait)]
-    n_valid, n_starts = int(np.count_nonzero(known & rows)), int(np.count_nonzero(could_start & rows))
-    p50, p90 = (
-        (float(x) for x in np.percentile(known_waits, (50.0, 90.0))) if len(known_waits) else (math.nan, math.nan)
-    )
-    parts = (time, step, window, work, known, windows, can_start, could_start, wait)
-    return Persistence(
-        n_hours=int(np.count_nonzero(rows)) * step / HOUR,
-        n_missing=int(np.count_nonzero(~known & rows)),
-        operability=float(np.count_nonzero(work & rows) / n_valid) if n_valid else math.nan,
-        start_share=float(np.count_nonzero(can_start & rows) / n_starts) if n_starts else math.nan,
-        n_windows=len(lengths),
-        window_mean=float(lengths.mean()) if len(lengths) else math.nan,
-        window_max=float(lengths.max()) if len(lengths) else math.nan,
-        n_windows_long_enough=int(np.count_nonzero(lengths >= window - SLACK)),
-        wait_mean=float(known_waits.mean()) if len(known_waits) else math.nan,
-        wait_p50=p50,
-        wait_p90=p90,
-        wait_max=float(known_waits.max()) if len(known_waits) else math.nan,
-        n_censored=int(np.count_nonzero(rows & ~np.isfinite(wait))),
-        n_gaps=int(np.count_nonzero(gaps(time, step) & rows[:-1])),
-        month=month,
-        months=tuple(_counted(*parts, months=months, tell=(), month=m) for m in tell),
-    )
+def _share(part: BoolArray, of: BoolArray) -> float:
+    n = int(np.count_nonzero(of))
+    return float(np.count_nonzero(part) / n) if n else math.nan
+
+
+def month_of(time: NDArray[np.datetime64]) -> NDArray[np.int64]:
+    """Month of each record (n,), 1 to 12."""
+    return np.asarray(time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
 
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
@@ -233,28 +225,23 @@ def persistence_answer(
     notes = [*([less] if len(rows) < len(weather) else []), *weather.notes]
     turned = any(BETA in limit.columns for limit in limits)
     numbers = statistics.numbers()
-    return (
-        {"file": weather.source, "start": stamp(weather.time[0]), "end": stamp(weather.time[-1]), "step": step}
-        | {
-            "limits": [limit.text for limit in limits],
-            "window": window,
-            "ship": ("free" if free else ship) if turned else None,
-        }
-        | {"n_records": len(rows), "n_valid": int(np.count_nonzero(valid[rows]))}
-        | numbers
-        | {"hours": _hours(numbers | {"window": window})}
-        | {"months": [month.numbers() for month in statistics.months]}
-        | (
-            {"by_heading": [{"ship": s, "operability": o} for s, o in by_heading(limits, weather)]}
-            if free and turned
-            else {}
-        )
-        | {"notes": notes}
-    )
-
-
-def _hours(numbers: dict[str, Any]) -> dict[str, float]:
-    return {name: numbers[name] / HOUR if math.isfinite(numbers[name]) else math.nan for name in ("window", *IN_TIME)}
+    headings = by_heading(limits, weather) if free and turned else []
+    return {
+        "file": weather.source,
+        "start": stamp(weather.time[0]),
+        "end": stamp(weather.time[-1]),
+        "step": step,
+        "limits": [limit.text for limit in limits],
+        "window": window,
+        "ship": ("free" if free else ship) if turned else None,
+        "n_records": len(rows),
+        "n_valid": int(np.count_nonzero(valid[rows])),
+        **numbers,
+        "hours": {"window": window / HOUR, **{name: numbers[name] / HOUR for name in IN_TIME}},
+        "months": [month.numbers() for month in statistics.months],
+        **({"by_heading": [{"ship": s, "operability": o} for s, o in headings]} if headings else {}),
+        "notes": notes,
+    }
 
 
 def show_answer(weather: Weather) -> dict[str, Any]:
@@ -262,15 +249,17 @@ def show_answer(weather: Weather) -> dict[str, Any]:
     gaps [s]."""
     apart = np.diff(seconds(weather.time))
     broken = gaps(weather.time, weather.step)
-    return (
-        {"file": weather.source, "start": stamp(weather.time[0]), "end": stamp(weather.time[-1]), "step": weather.step}
-        | {
-            "n_records": len(weather),
-            "n_gaps": int(np.count_nonzero(broken)),
-            "absent": float(np.sum(apart[broken] - weather.step)),
-        }
-        | {"columns": {name: _column(name, x) for name, x in weather.columns.items()}, "notes": list(weather.notes)}
-    )
+    return {
+        "file": weather.source,
+        "start": stamp(weather.time[0]),
+        "end": stamp(weather.time[-1]),
+        "step": weather.step,
+        "n_records": len(weather),
+        "n_gaps": int(np.count_nonzero(broken)),
+        "absent": float(np.sum(apart[broken] - weather.step)),
+        "columns": {name: _column(name, x) for name, x in weather.columns.items()},
+        "notes": list(weather.notes),
+    }
 
 
 def _column(name: str, x: FloatArray) -> dict[str, float | int | None]:
@@ -279,11 +268,7 @@ def _column(name: str, x: FloatArray) -> dict[str, float | int | None]:
     if len(known) == 0:
         return counts | dict.fromkeys(("min", "mean", "p90", "max"))
     if KIND[name] == "angle":
-        mean = float(np.angle(np.mean(np.exp(1j * known)))) % FULL
-        return counts | {"min": float(known.min()), "mean": mean, "p90": None, "max": float(known.max())}
-    return counts | {
-        "min": float(known.min()),
-        "mean": float(known.mean()),
-        "p90": float(np.percentile(known, 90.0)),
-        "max": float(known.max()),
-    }
+        mean, p90 = float(np.angle(np.mean(np.exp(1j * known)))) % FULL, None
+    else:
+        mean, p90 = float(known.mean()), float(np.percentile(known, 90.0))
+    return counts | {"min": float(known.min()), "mean": mean, "p90": p90, "max": float(known.max())}

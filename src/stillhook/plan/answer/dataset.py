@@ -26,11 +26,10 @@ from stillhook.formats.results import save_json
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand
 from stillhook.plan.report.document import REPORT_FILES, write_report
-from stillhook.plan.result import BLOCKS, CREDITS, Credit, PlanResult, odd_fact
+from stillhook.plan.result import BLOCKS, CREDITS, Credit, PlanResult, labelled, odd_fact
 from stillhook.plan.table import TIERS, Axes, Certified, Chosen, Gathered, Governed, counting
 from stillhook.plan.weather.value import Forecast
 from stillhook.units import quote
-from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -68,32 +67,18 @@ class Answered:
 
 def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Dataset:
     """The Dataset that `stillhook.plan.result.PlanResult.data` describes."""
-    import xarray
-
     axes, governs = of.axes, [of.governs[credit] for credit in CREDITS]
-    phases, rules, tiers = (np.array([*names, ""]) for names in (axes.phases, axes.rules, [t.value for t in TIERS]))
-    texts = {
-        "governing_phase": phases[np.stack([g.phase for g in governs])],
-        "governing_rule": rules[np.stack([g.rule for g in governs])],
-        "governing_tier": tiers[np.stack([g.tier for g in governs])],
-    }
-    numbers = {"Hs_limit": of.Hs, "alpha": forecast.alpha, "op_wf": forecast.op_wf}
-    numbers |= {
-        "Hs_limit_low": np.stack([g.low for g in governs]),
-        "Hs_limit_high": np.stack([g.high for g in governs]),
-    }
-    # (tier, alternative, phase, rule, heading, period): what the model says; as credited, the tier that counts alone is
-    # put in its place
+    cells: dict[str, NDArray[Any]] = {"Hs_limit": of.Hs, "alpha": forecast.alpha, "op_wf": forecast.op_wf}
+    for end in ("low", "high"):
+        cells[f"Hs_limit_{end}"] = np.stack([getattr(g, end) for g in governs])
+    for name, labels in (("phase", axes.phases), ("rule", axes.rules), ("tier", [t.value for t in TIERS])):
+        cells[f"governing_{name}"] = np.array([*labels, ""])[np.stack([getattr(g, name) for g in governs])]
+    by_phase = {"counts": counting(of.modelled), "n_seeds": of.seeds, "inside": of.certified.share}
+    # what the model says; as credited, the tier that counts alone is put in its place
     Hs_rule = np.stack([of.limits.Hs, _by_tier(of.credited)])
-    by_phase = ("alternative", "phase", "heading", "period")
-    data: dict[str, Any] = {name: (CELL, values, attributes(name)) for name, values in {**numbers, **texts}.items()}
-    data["Hs_rule"] = (
-        ("credit", "tier", "alternative", "phase", "rule", "heading", "period"),
-        Hs_rule,
-        attributes("Hs_rule"),
-    )
-    for name, values in (("counts", counting(of.modelled)), ("n_seeds", of.seeds), ("inside", of.certified.share)):
-        data[name] = (by_phase, values, attributes(name))
+    data: dict[str, tuple[tuple[str, ...], NDArray[Any]]] = {name: (CELL, values) for name, values in cells.items()}
+    data["Hs_rule"] = ("credit", "tier", "alternative", "phase", "rule", "heading", "period"), Hs_rule
+    data |= {name: (("alternative", "phase", "heading", "period"), values) for name, values in by_phase.items()}
     env = plan.environment
     attrs = {
         "title": f"Stillhook plan: {plan.name}",
@@ -103,7 +88,7 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
         "Hs_highest": max(env.Hs),
         "heading_tolerance": env.heading_tolerance,
     }
-    return xarray.Dataset(data, coords=_coords(axes), attrs=attrs)
+    return labelled(data, _coords(axes), attrs)
 
 
 def _by_tier(of: Chosen) -> FloatArray:
@@ -132,8 +117,6 @@ def demand_block(plan: LiftPlan, axes: Axes, demands: Sequence[Demand]) -> xarra
 
     Seas of the twin that are not of the table's heights are left out.
     """
-    import xarray
-
     heights = np.unique(plan.environment.Hs)
     names = sorted({name for demand in demands for name in demand.values})
     shape = (len(TIERS), len(axes.alternatives), len(axes.phases), *axes.columns, len(heights))
@@ -148,7 +131,7 @@ def demand_block(plan: LiftPlan, axes: Axes, demands: Sequence[Demand]) -> xarra
     dims = ("tier", "alternative", "phase", "heading", "period", "height")
     coords = {name: value for name, value in _coords(axes).items() if name in dims}
     coords["height"] = ("height", heights, {"units": "m", "long_name": "significant wave height"})
-    return xarray.Dataset({name: (dims, values, attributes(name)) for name, values in tables.items()}, coords=coords)
+    return labelled({name: (dims, values) for name, values in tables.items()}, coords)
 
 
 def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:
@@ -234,7 +217,7 @@ def _most(axes: Axes, phase: NDArray[np.int64], rule: NDArray[np.int64]) -> list
 NUMBERS, FACTS = "plan.nc", "plan.json"
 PLAN_FILES = (NUMBERS, FACTS)
 OUT_FILES = (*REPORT_FILES, *PLAN_FILES)
-NEEDED = {"name", "Hs_lowest", "Hs_highest"}
+NEEDED = {"name", "Hs_lowest", "Hs_highest", "heading_tolerance"}
 DIGITS = 18
 """Most digits of a whole number among the facts."""
 HASH = "numbers_sha256"

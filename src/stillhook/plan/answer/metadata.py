@@ -8,7 +8,7 @@ what stays open.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -26,8 +26,11 @@ from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative, Limited, Rule, Tier
+from stillhook.plan.definition.rules import Alternative, Rule, Tier
+from stillhook.plan.limits import limited
 from stillhook.plan.report.basis import payload_rows
+from stillhook.plan.report.words import TEXTS
+from stillhook.plan.result import grouped
 from stillhook.plan.table import TIERS, LimitTable, untold
 from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier
@@ -50,17 +53,6 @@ DESCRIPTIONS: Mapping[Alternative, str] = {
         "twin of the winch under semi-secondary control with the gain that its margins allow and an aligned reference"
     ),
 }
-NOT_COVERED = (
-    "vessel motions beyond first order: slow drift, dynamic positioning, green water",
-    "horizontal motion and pendulum of the load, tugger lines, twist of wire and load",
-    "current on wire and load, and the offset that it makes at depth",
-    "bending of crane and boom, wind on load and crane, side lead and off lead",
-    "strength of payload, rigging and crane beyond the limits that the rules name",
-    "breaking strength of the wire, and its wear and heat where it bends for hours in compensation",
-    "soil beyond a spring that yields, clashing of load and hull, stability and ballast with the load over the side",
-    "temperature of oil, backlash of gears, failure of components during the lift",
-)
-"""What no tier of the model holds, for every plan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +64,9 @@ class RunInputs:
     weather: Weather | None = field(default=None, repr=False)
 
 
-def facts_of(
-    plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], inputs: RunInputs
-) -> dict[str, Any]:
-    """Everything that was asked; limited: rules with their limits of a phase and an alternative. The digest is that of
-    everything that the answer follows from: plan, weather, table of forecast factors, tiers."""
+def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
+    """Everything that was asked. The digest is that of everything that the answer follows from: plan, weather, table of
+    forecast factors, tiers."""
     env = plan.environment
     return {
         "name": plan.name,
@@ -109,11 +99,20 @@ def facts_of(
             "rows": [_rule(rule) for rule in plan.rules.rules],
         },
         "limited": [
-            _limited(phase, alternative, each) for (phase, alternative), rules in limited.items() for each in rules
+            {
+                "phase": phase.name,
+                "alternative": alternative.value,
+                "rule": each.rule.key,
+                "limit": each.limit,
+                "basis": each.basis,
+            }
+            for phase in plan.phases
+            for alternative in plan.alternatives
+            for each in limited(plan, phase, alternative)
         ],
         "alternatives": [{"name": a.value, "description": DESCRIPTIONS[a]} for a in plan.alternatives],
         "inputs": _inputs(plan, inputs),
-        "not_covered": list(NOT_COVERED),
+        "not_covered": list(TEXTS["not_covered"]),
     }
 
 
@@ -141,8 +140,8 @@ def _crane_digest(crane: Crane) -> str:
     return _digest("\n".join(f"{name} {text}" for name, text in sorted(content(crane).items())))
 
 
-def _digest(text: str | bytes) -> str:
-    return hashlib.sha256(text if isinstance(text, bytes) else text.encode()).hexdigest()
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _payload(plan: LiftPlan) -> dict[str, Any]:
@@ -191,16 +190,6 @@ def _rule(rule: Rule) -> dict[str, Any]:
     return {**named, "phases": [kind.value for kind in rule.phases]}
 
 
-def _limited(phase: str, alternative: Alternative, each: Limited) -> dict[str, Any]:
-    return {
-        "phase": phase,
-        "alternative": alternative.value,
-        "rule": each.rule.key,
-        "limit": each.limit,
-        "basis": each.basis,
-    }
-
-
 def answer_digest(plan: LiftPlan, inputs: RunInputs) -> str:
     """Hash of everything that an answer follows from."""
     return _digest("\n".join([*inputs.tiers, *(row["sha256"] for row in _inputs(plan, inputs))]))
@@ -211,23 +200,17 @@ def _inputs(plan: LiftPlan, inputs: RunInputs) -> list[dict[str, str]]:
     rows = [("plan", plan.source or plan.name, plan.digest), ("crane", plan.crane.name, _crane_digest(plan.crane))]
     if plan.crane.certified is not None:
         rows.append(("certificate", plan.crane.certified.short, plan.crane.certified.digest))
-    rows += [("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex())]
-    rows += [("payload", plan.payload.name, _payload_digest(plan))]
-    rows += [("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest)]
+    alpha = inputs.alpha
+    factors = _digest(repr((alpha.Hs, alpha.T_POP, alpha.alpha, alpha.T_POP_below, alpha.T_R_below)))
     rows += [
-        (
-            "forecast factors",
-            f"{inputs.alpha.name} {inputs.alpha.texts.get('version', '')}".strip(),
-            _alpha_digest(inputs.alpha),
-        )
+        ("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex()),
+        ("payload", plan.payload.name, _payload_digest(plan)),
+        ("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest),
+        ("forecast factors", f"{alpha.name} {alpha.texts.get('version', '')}".strip(), factors),
     ]
     if inputs.weather is not None:
         rows.append(("weather", inputs.weather.source, _weather_digest(inputs.weather)))
     return [{"item": item, "file": file, "sha256": digest} for item, file, digest in rows]
-
-
-def _alpha_digest(table: AlphaTable) -> str:
-    return _digest(repr((table.Hs, table.T_POP, table.alpha, table.T_POP_below, table.T_R_below)))
 
 
 def _weather_digest(weather: Weather) -> str:
@@ -235,7 +218,7 @@ def _weather_digest(weather: Weather) -> str:
     parts = [weather.time.astype("datetime64[ms]").tobytes(), repr(weather.step).encode()]
     for name in sorted(weather.columns):
         parts += [name.encode(), np.ascontiguousarray(weather.columns[name]).tobytes()]
-    return _digest(b"\0".join(parts))
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
 CENSORED = 0.05
@@ -265,9 +248,9 @@ def without_runs(plan: LiftPlan) -> list[str]:
     manual = [p.name for p in plan.phases if p.kind is PhaseKind.LOWERING and not p.compensated]
     if not manual:
         return []
+    method = f"frequency-domain method, {', '.join(manual)}"
     return [
-        f"frequency-domain method, {', '.join(manual)}: drag on a sinking load is larger when it moves down than up;"
-        f" the"
+        f"{method}: drag on a sinking load is larger when it moves down than up; the"
         " method averages the two: slings lose up to a third more of their tension than calculated"
         " (docs/explanation/lift-plan-frequency.md)"
     ]
@@ -296,11 +279,9 @@ def credit_note(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
         return "the certificate covers every sea of the compensated phases: credited as simulated"
     where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the analysed seas and phases"
     reason = "; ".join(of.certified.reasons[alternative])
-    return (
-        reason
-        if not where and f"{CAP:.0%}" in reason
-        else f"credited with no more than {CAP:.0%} of compensation{where}: {reason}"
-    )
+    if not where and f"{CAP:.0%}" in reason:
+        return reason
+    return f"credited with no more than {CAP:.0%} of compensation{where}: {reason}"
 
 
 def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any]:
@@ -308,10 +289,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
     cell."""
     at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
     cell = (1, i, at.heading, at.period)
-    named = {
-        "name": table.name,
-        **{key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")},
-    }
+    texts = {key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}
     return {
         "T_POP": plan.T_POP,
         "T_POP_given": plan.T_POP_given,
@@ -324,7 +302,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
         "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
         "alpha": float(forecast.alpha[cell]),
         "op_wf": float(forecast.op_wf[cell]),
-        "alpha_table": {**named, "Hs_lowest": float(table.Hs[0])},
+        "alpha_table": {"name": table.name, **texts, "Hs_lowest": float(table.Hs[0])},
     }
 
 
@@ -348,9 +326,9 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Remarks on the result."""
-    lines = []
-    lines += [*plan.notes, *winch_remarks(plan)]
-    for phases, alternatives in _grouped(untold(of.modelled)).items():
+    lines = [*plan.notes, *winch_remarks(plan)]
+    untold_phases = untold(of.modelled)
+    for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
         lines.append(
             f"NOT ASSESSED in some cells, because no tier that was run covers it: {', '.join(phases)}"
             f" ({', '.join(alternatives)})"
@@ -362,12 +340,8 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
         )
     if forecast.reason:
         lowest = f"{forecast.table.Hs[0]:g} m"
-        meanwhile = (
-            f"to compare such limits in the weather, the factor of {lowest} is used, which is optimistic for them"
-        )
-        lines.append(
-            f"forecast factor: {forecast.reason} Here, {meanwhile}: gains over them are at least those reported"
-        )
+        used = f"to compare such limits in the weather, the factor of {lowest} is used, which is optimistic for them"
+        lines.append(f"forecast factor: {forecast.reason} Here, {used}: gains over them are at least those reported")
     if not forecast.restricted:
         lines.append(
             "not weather restricted: waiting is not calculated; plan for extremes of the season, or divide the"
@@ -398,23 +372,10 @@ def winch_remarks(plan: LiftPlan) -> list[str]:
 
 def _short(value: WeatherValue) -> list[str]:
     """Alternatives whose reported waits are too short: many starts had no window before the series ended."""
-    censored = {key: float(np.isnan(w).mean()) for key, w in value.waits.items()}
-    lines: dict[str, list[str]] = {}
-    for (credit, alternative), share in censored.items():
-        if share > CENSORED:
-            never = share == 1.0
-            text = (
-                "never has a window in these years"
-                if never
-                else f"reported waits are too short: {share:.0%} of the starts had no window"
-            )
-            lines.setdefault(text, []).append(f"{alternative.value} ({credit})")
+    censored = {f"{a.value} ({credit})": float(np.isnan(w).mean()) for (credit, a), w in value.waits.items()}
+    some = "reported waits are too short: {:.0%} of the starts had no window"
+    never = "never has a window in these years"
+    lines = grouped(
+        (never if share == 1.0 else some.format(share), name) for name, share in censored.items() if share > CENSORED
+    )
     return [f"{', '.join(names)}: {text}" for text, names in lines.items()]
-
-
-def _grouped(silent: Mapping[Alternative, tuple[str, ...]]) -> dict[tuple[str, ...], list[str]]:
-    """Alternatives by the phases without results."""
-    out: dict[tuple[str, ...], list[str]] = {}
-    for alternative, phases in silent.items():
-        out.setdefault(phases, []).append(alternative.value)
-    return out

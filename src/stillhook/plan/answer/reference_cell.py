@@ -1,47 +1,185 @@
-"""One cell of the table in detail: tension against depth, efficiency, sensitivity, where the leading alternative has
-its limit.
-
-Tension, DAF and slack against depth, and how much of the tip's motion is taken at the wire and at the load, in one
-sea.
-"""
+"""One cell of the table in detail: tension against depth and efficiency in one sea, and how far a limit moves when
+what is hardly known differs."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Parts, Progress
 from stillhook.plan.answer.dataset import Answered
-from stillhook.plan.answer.sensitivity import sensitivity
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import IN_AIR, Phase
-from stillhook.plan.definition.rules import Alternative, Demand, Seas
-from stillhook.plan.limits import Limits
-from stillhook.plan.result import CREDITS
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.limits import Limits, limits_in
+from stillhook.plan.result import CREDITS, labelled
+from stillhook.plan.tiers.closed_form import closed_form, on_way, way
 from stillhook.plan.tiers.frequency import (
+    Looks,
     Part,
+    Situation,
+    demands,
     forcing_at,
+    forcings,
     looked_at,
     natural_period,
     of_load,
     quantiles,
     resonance_depth,
+    thinned,
     winches_of,
 )
 from stillhook.plan.tiers.winch_residual import Way, ways
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import sigmas
-from stillhook.response.suspended_load import suspended_load
-from stillhook.variables import attributes
+from stillhook.response.suspended_load import natural_periods, suspended_load
+from stillhook.units import show
 
 if TYPE_CHECKING:
     import xarray
+
+
+ADDED_MASS, DRAG, FRICTION = (0.8, 1.2), (0.5, 1.5), (0.7, 1.3)
+"""Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a
+third (assumed)."""
+LATE = 0.2
+"""Delay of the motion signal that is tried beside that of the plan [s]."""
+Judge = Callable[[Sequence[Demand]], list[Limits]]
+"""From demands to limiting heights, by the rules and capacities of a plan."""
+Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
+
+
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """One number of a plan otherwise: what and how in words; the plan, its phase's places, and whether the winch has to
+    be identified again."""
+
+    factor: str
+    text: str
+    plan: LiftPlan
+    phases: Looks
+    winch: bool = False
+
+
+def sensitivity(
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    Tp: float,
+    beta: float,
+    phase: str,
+    limits: Judge,
+    progress: Progress | None = None,
+    *,
+    ask: Sequence[Alternative] | None = None,
+) -> xarray.Dataset:
+    """Limiting heights of one phase in one period and direction with one number after the other otherwise, by the
+    frequency-domain method; by the closed form where the surface cuts the payload: there the winch does not follow the
+    tip, and added mass comes with the slamming that follows from it.
+
+    Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives
+    whose winch is identified again with other friction and with a late motion signal, some seconds each unless known
+    (None: the last one of the twin). Of the others these two factors tell nothing: NaN; a winch on its brake and the
+    flat cap do not change. The phase is looked at at its ends and its middle.
+    Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords
+    low_text, high_text; attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as
+    `stillhook.plan.tiers.frequency.frequency`.
+    """
+    every = looked_at(plan)
+    at = [(p, thinned(parts)) for p, parts in every if p.name == phase]
+    heights = np.array(plan.environment.Hs)
+    seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
+    twins = [a for a in alternatives if a.twin]
+    repeated = twins[-1:] if ask is None else [a for a in twins if a in ask]
+    winches = winches_of(plan, every, alternatives) if at else {}
+    forcing = forcings(plan, seas, at)
+
+    def least(of: LiftPlan, places: Looks, run: Sequence[Alternative], winch: Mapping[Alternative, Way]) -> list[Least]:
+        if at:
+            return [_least(each) for each in limits(demands(of, run, seas, places, forcing, winch))]
+        return [_least(each) for each in limits([closed_form(of, plan.phase(phase), seas, a) for a in run])]
+
+    base = least(plan, at, alternatives, winches)
+    tried = _changes(plan, plan.phase(phase), at)
+    Hs_base = np.broadcast_to([each.Hs for each in base], (len(tried), len(alternatives)))
+    Hs_varied = np.full((2, len(tried), len(alternatives)), np.nan)
+    for i, pair in enumerate(tried):
+        for j, each in enumerate(pair):
+            if progress is not None:
+                progress((2 * i + j) / (2 * len(tried)))
+            if each.winch:
+                alike = [not (at and a.twin) for a in alternatives]
+                Hs_varied[j, i, alike] = Hs_base[i, alike]
+            run = alternatives if not each.winch else repeated if at else ()
+            winch = winches_of(each.plan, every, run) if each.winch and run else winches
+            for a, varied in zip(run, least(each.plan, each.phases, run, winch), strict=True):
+                Hs_varied[j, i, alternatives.index(a)] = varied.Hs
+    dims = ("factor", "alternative")
+    coords = {
+        "factor": [low.factor for low, _ in tried],
+        "alternative": [str(a) for a in alternatives],
+        "low_text": ("factor", [low.text for low, _ in tried]),
+        "high_text": ("factor", [high.text for _, high in tried]),
+    }
+    tier = Tier.FREQUENCY if at else Tier.CLOSED_FORM
+    attrs = {"Tp": Tp, "beta": beta, "phase": phase, "rule": base[-1].rule, "tier": tier.value}
+    columns = {"Hs_base": Hs_base, "Hs_low": Hs_varied[0], "Hs_high": Hs_varied[1]}
+    return labelled({name: (dims, values) for name, values in columns.items()}, coords, attrs)
+
+
+class Least(NamedTuple):
+    """Least height over the rules [m], and the rule; NaN where none tells."""
+
+    Hs: float
+    rule: str
+
+
+def _least(limits: Limits) -> Least:
+    lowest = {rule: float(Hs[0]) for rule, Hs in limits.Hs.items() if not np.isnan(Hs[0])}
+    rule = min(lowest, key=lambda key: lowest[key], default="")
+    return Least(lowest.get(rule, math.nan), rule)
+
+
+def _changes(plan: LiftPlan, phase: Phase, at: Looks) -> list[tuple[Changed, ...]]:
+    """Every factor with its low and its high end; at: places of the phase, none for the closed form."""
+
+    def of_water(factor: str, f: float) -> Changed:
+        text = f"{f:g} of the payload's"
+        if not at:
+            w = way(plan, phase)
+            other = replace(w, A33=f * w.A33, dA33=f * w.dA33) if factor == "C_A" else replace(w, B=f * w.B)
+            return Changed(factor, text, on_way(plan, phase, other), at)
+        change = _heavier if factor == "C_A" else _rougher
+        return Changed(factor, text, plan, [(p, [change(s, f) for s in parts]) for p, parts in at])
+
+    def of_friction(f: float) -> Changed:
+        friction = plan.crane.friction
+        system = friction.system.model_copy(update={name: f * getattr(friction.system, name) for name in Y})
+        crane = plan.crane.model_copy(update={"friction": friction.model_copy(update={"system": system})})
+        return Changed("friction", f"{f:g} of the crane's", replace(plan, crane=crane), at, winch=True)
+
+    def of_delay(t: float) -> Changed:
+        late = replace(plan, sensors=plan.sensors.model_copy(update={"delay": t}))
+        return Changed("delay", show(t, "time"), late, at, winch=True)
+
+    return [
+        tuple(of_water("C_A", f) for f in ADDED_MASS),
+        tuple(of_water("C_D", f) for f in DRAG),
+        tuple(of_friction(f) for f in FRICTION),
+        tuple(of_delay(t) for t in (0.0, plan.sensors.delay or LATE)),
+    ]
+
+
+def _heavier(s: Situation, f: float) -> Situation:
+    end = replace(s.load.end, A33=f * s.load.end.A33)
+    return replace(s, load=replace(s.load, end=end), T_0=float(natural_periods(s.load.rod, end, 1)[0]))
+
+
+def _rougher(s: Situation, f: float) -> Situation:
+    return replace(s, load=replace(s.load, B=f * s.load.B, C_lin=f * s.load.C_lin))
 
 
 PLACES = 20
@@ -71,15 +209,18 @@ def depth_profile(
     forcing, z = _forcing(plan, at, Hs, [Tp], beta), np.linspace(-plan.payload.reach(plan.rho), -plan.depth, PLACES)
     hangs = [suspended_load(plan.crane, plan.hanging(float(x), plan.tip_of(at).z), float(x)) for x in z]
     columns = {name: np.full((len(alternatives), len(z)), np.nan) for name in QUANTITIES}
+    over = ("alternative", "z")
     for i, alternative in enumerate(alternatives):
         for k, load in enumerate(hangs if winch[alternative].known else []):
             part = Part(load, HELD, 0.0, forcing, sigmas(forcing, load, winch[alternative].at(load.s_w)))
             values = of_load([part], quantiles(plan))
             for name in QUANTITIES:
                 columns[name][i, k] = values[name][0]
-    static = {"F_top_static": np.array([h.F_top for h in hangs]), "T_0": np.array([natural_period(h) for h in hangs])}
+    static = {"F_top_static": [h.F_top for h in hangs], "T_0": [natural_period(h) for h in hangs]}
+    data: dict[str, tuple[tuple[str, ...], Any]] = {name: (over, values) for name, values in columns.items()}
+    data |= {name: (over[1:], np.array(values)) for name, values in static.items()}
     attrs = {"Hs": Hs, "Tp": Tp, "beta": beta, "z_resonance": -resonance_depth(plan, Tp), "held": HELD}
-    return _labelled(columns, static, alternatives, "z", z, attrs)
+    return labelled(data, {"alternative": [str(a) for a in alternatives], "z": z}, attrs)
 
 
 def efficiency(
@@ -97,17 +238,17 @@ def efficiency(
     z [m].
     """
     at, winch, periods = _water_phase(plan), _winch(plan, alternatives, progress), list(plan.environment.Tp)
-    forcing, load = (
-        _forcing(plan, at, Hs, periods, beta),
-        suspended_load(plan.crane, plan.hanging(z, plan.tip_of(at).z), z),
-    )
+    forcing = _forcing(plan, at, Hs, periods, beta)
+    load = suspended_load(plan.crane, plan.hanging(z, plan.tip_of(at).z), z)
     tip = forcing.deviation()
     columns = {name: np.full((len(alternatives), len(periods)), np.nan) for name in ("eta_wire", "eta_load")}
     for i, alternative in enumerate(alternatives):
         if winch[alternative].known:
             left = sigmas(forcing, load, winch[alternative].at(load.s_w))
             columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - left.u / tip, 1.0 - left.load / tip
-    return _labelled(columns, {}, alternatives, "period", np.array(periods), {"Hs": Hs, "beta": beta, "z": z})
+    data = {name: (("alternative", "period"), values) for name, values in columns.items()}
+    coords = {"alternative": [str(a) for a in alternatives], "period": np.array(periods)}
+    return labelled(data, coords, {"Hs": Hs, "beta": beta, "z": z})
 
 
 def _water_phase(plan: LiftPlan) -> Phase:
@@ -132,21 +273,6 @@ def _forcing(plan: LiftPlan, at: Phase, Hs: float, periods: Sequence[float], bet
     n, tip = len(periods), plan.tip_of(at)
     seas = Seas(np.full(n, Hs), np.array(periods), np.full(n, beta))
     return forcing_at(plan, seas, tip.x, tip.y)
-
-
-def _labelled(
-    columns: Mapping[str, NDArray[np.float64]],
-    alone: Mapping[str, FloatArray],
-    alternatives: Sequence[Alternative],
-    dim: str,
-    axis: FloatArray,
-    attrs: Mapping[str, float],
-) -> xarray.Dataset:
-    import xarray  # heavy: only where results are labelled
-
-    data = {name: (("alternative", dim), values, attributes(name)) for name, values in columns.items()}
-    single = {name: ((dim,), values, attributes(name)) for name, values in alone.items()}
-    return xarray.Dataset(data | single, {"alternative": [str(a) for a in alternatives], dim: axis}, dict(attrs))
 
 
 class Reference(NamedTuple):
@@ -175,28 +301,16 @@ def reference_of(plan: LiftPlan, of: Answered) -> Reference:
     order = between[np.argsort(row[between], kind="stable")] if len(between) else np.arange(len(row))
     period = int(order[len(order) // 2])
     height = float(row[period]) if len(between) else max(env.Hs)
-    deep = [p for p in plan.phases if p.compensated]
-    deepest = min(deep, key=lambda p: _lowest(p.start, p.end), default=None)
-    z = math.nan if deepest is None else _lowest(deepest.start, deepest.end)
-    return Reference(
-        heading=heading,
-        period=period,
-        beta=axes.headings[heading],
-        Tp=axes.periods[period],
-        Hs=height,
-        phase=deepest.name if deepest else None,
-        z=z,
-    )
-
-
-def _lowest(*ends: float | None) -> float:
-    return min((z for z in ends if z is not None), default=0.0)
+    ends = {p.name: [z for z in (p.start, p.end) if z is not None] for p in plan.phases if p.compensated}
+    lowest = {name: min(heights, default=0.0) for name, heights in ends.items()}
+    phase = min(lowest, key=lambda name: lowest[name], default=None)
+    z = math.nan if phase is None else lowest[phase]
+    return Reference(heading, period, axes.headings[heading], axes.periods[period], height, phase, z)
 
 
 def reference_blocks(
     plan: LiftPlan,
     of: Answered,
-    limits: Callable[[Sequence[Demand]], list[Limits]],
     progress: Progress | None = None,
     *,
     anew: bool = True,
@@ -208,26 +322,20 @@ def reference_blocks(
         return {}
     datasets = {"depth": depth_profile(plan, alternatives, at.Hs, at.Tp, at.beta, parts(0.0, 0.3))}
     datasets["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, parts(0.3, 0.5))
-    where = sensitive_at(plan, of)
+    where = sensitive_at(of)
     if where is not None:
         ask = (of.shown(),) if anew else ()
-        datasets["sensitivity"] = sensitivity(
-            plan, alternatives, where.Tp, where.beta, where.phase, limits, parts(0.5, 1.0), ask=ask
-        )
+
+        def limits(demands: Sequence[Demand]) -> list[Limits]:
+            return [limits_in(plan, demand) for demand in demands]
+
+        datasets["sensitivity"] = sensitivity(plan, alternatives, *where, limits, parts(0.5, 1.0), ask=ask)
     return datasets
 
 
-class Sensitive(NamedTuple):
-    """A phase in a period Tp [s] and direction beta [rad]."""
-
-    phase: str
-    Tp: float
-    beta: float
-
-
-def sensitive_at(plan: LiftPlan, of: Answered) -> Sensitive | None:
-    """The phase that governs most cells of the alternative that leads, as credited, where its limit is least; None
-    where none governs."""
+def sensitive_at(of: Answered) -> tuple[float, float, str] | None:
+    """Period [s], direction [rad] and name of the phase that governs most cells of the alternative that leads, as
+    credited, where its limit is least; None where none governs."""
     axes, g, shown = of.axes, of.governs[CREDITS[1]], of.axes.alternatives.index(of.shown())
     governing_phase = g.phase[shown]
     if not (governing_phase >= 0).any():
@@ -236,4 +344,4 @@ def sensitive_at(plan: LiftPlan, of: Answered) -> Sensitive | None:
     heading, period = np.unravel_index(
         int(np.where(governing_phase == phase, g.Hs[shown], np.inf).argmin()), governing_phase.shape
     )
-    return Sensitive(axes.phases[phase], axes.periods[period], axes.headings[heading])
+    return axes.periods[period], axes.headings[heading], axes.phases[phase]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.steady.limits import Direction, Station
@@ -16,12 +15,9 @@ from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative
-from stillhook.spec.crane import Crane
+from stillhook.plan.definition.rules import QUANTITIES, Alternative
 from stillhook.spec.lift.simplified import taken_up
 from stillhook.units import show
-
-"""Modes of a crane without a verified twin: the flat cap takes the faster one that may be used."""
 
 
 class CapacityValue(NamedTuple):
@@ -64,11 +60,6 @@ def static_tension(plan: LiftPlan, phase: Phase) -> float:
     return max(at_rest(plan, phase, z).F_tip for z in places(phase)) + held
 
 
-def static_sling(plan: LiftPlan, phase: Phase) -> float:
-    """Largest sling tension at rest on a phase's way [N]."""
-    return max(payload_weight(plan.hanging(z), z) for z in places(phase))
-
-
 def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
     """Tension on top of rest as the payload is lifted off with the hook at v against what carries it [N]; 0 in other
     phases.
@@ -86,30 +77,16 @@ def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
     return max(float(taken_up(0.0, v, K, load.mass + A33)) for K in springs)
 
 
-def calm(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Mapping[str, float]:
+def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
     """What a phase asks in still water: quantity -> value in SI; the same under every alternative. Pressures are left
     out; lifting off takes up the load at the hoisting speed."""
     F, v = static_tension(plan, phase), phase.speed or 0.0
     F_jerk = jerk(plan, phase, v)
-    rest = (
-        "slack_chance",
-        "snap_load",
-        "v_tip_max",
-        "s_tip_pp",
-        "saturation_share",
-        "relief_share",
-        "power_share",
-        "stroke_share",
-        "e_c_pp",
-        "load_pp",
-    )
-    values = dict.fromkeys((*rest, "v_lift_off"), 0.0)
-    DAF = (static_sling(plan, phase) + F_jerk) / (plan.payload.mass * G)
-    return values | {
+    F_sling = max(payload_weight(plan.hanging(z), z) for z in places(phase))
+    return {q.name: q.still for q in QUANTITIES.values() if q.still is not None} | {
         "F_top_static": F,
         "F_top_max": F + F_jerk,
-        "DAF": DAF,
-        "sling_ratio": 1.0,
+        "DAF": (F_sling + F_jerk) / (plan.payload.mass * G),
         "v_w_demand": v,
         "v_landed": v,
     }
@@ -168,44 +145,31 @@ def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityVa
     return _slowest(plan, phase, str(alternative))
 
 
-_TOPS: WeakKeyDictionary[LiftPlan, dict[tuple[str, float, float], tuple[float, str]]] = WeakKeyDictionary()
-
-
 def _slowest(plan: LiftPlan, phase: Phase, name: str) -> CapacityValue:
-    least = min((_top(plan, phase, z, name) for z in places(phase)), key=lambda top: top[0])
-    return CapacityValue(*least)
+    still = [at_rest(plan, phase, z) for z in places(phase)]
+    return min((plan.once(_top, s.F_tip, s.s_w, name) for s in still), key=lambda top: top.value)
 
 
-def _top(plan: LiftPlan, phase: Phase, z: float, name: str) -> tuple[float, str]:
-    """Highest steady wire speed with the underside at z [m], hoisting or lowering, and what stops it; 0 where the mode
-    may not be used. Of a winch type without steady operating points: that at full command."""
-    still = at_rest(plan, phase, z)
-    known = _TOPS.setdefault(plan, {})
-    key = (name, still.F_tip, still.s_w)
-    if key not in known:
-        known[key] = _worked_out(plan.crane, still.F_tip, still.s_w, name)
-    return known[key]
-
-
-def _worked_out(crane: Crane, F: float, s_w: float, name: str) -> tuple[float, str]:
+def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
+    """Highest steady wire speed with a tension F [N] at the tip and s_w of wire out [m], hoisting or lowering, and what
+    stops it; 0 where the mode may not be used. Of a winch type without steady operating points: that at full
+    command."""
+    crane = plan.crane
     load = F / G - crane.hook_mass  # the wire hangs as payload does
     where = f"{name} at {show(F, 'force')} at the tip and {show(s_w, 'length')} of wire out"
     if load > crane.SWL:
-        return 0.0, f"{where}: more than the SWL"
+        return CapacityValue(0.0, f"{where}: more than the SWL")
     mode, crane_of_mode = (
         (MANUAL_MODE, crane) if name == MANUAL_MODE else (controller(name).mode, controller(name).on(crane))
     )
     if not crane.plant.type.steady_operation:
         v = wire_speed_max(crane_of_mode, 1.0, layer_diameter_at(crane, s_w))
-        return v, f"{where}: {show(v, 'speed')}, the speed at full command"
-    tops = []
-    for way in Direction:
-        station = Station(crane_of_mode, load, s_w, way)
-        tops.append(station.top_of_mode(mode))
+        return CapacityValue(v, f"{where}: {show(v, 'speed')}, the speed at full command")
+    tops = [Station(crane_of_mode, load, s_w, direction).top_of_mode(mode) for direction in Direction]
     slow = next((top for top in tops if math.isnan(top.v_w)), None) or min(tops, key=lambda top: top.v_w)
     if math.isnan(slow.v_w):
-        return 0.0, f"{where}: {name} may not be used, for {slow.binds}"
-    return slow.v_w, f"{where}: {show(slow.v_w, 'speed')}, stopped by {slow.binds}"
+        return CapacityValue(0.0, f"{where}: {name} may not be used, for {slow.binds}")
+    return CapacityValue(slow.v_w, f"{where}: {show(slow.v_w, 'speed')}, stopped by {slow.binds}")
 
 
 CAPACITIES: Mapping[str, Capacity] = {

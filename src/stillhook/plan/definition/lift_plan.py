@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
@@ -35,6 +35,8 @@ from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import Number, Record, Sensors
 from stillhook.units import KINDS, parse, quote, show
 
+P = ParamSpec("P")
+Value = TypeVar("Value")
 KIND = {"Hs": "length", "Tp": "time", "headings": "angle"}
 LOWEST = {"Hs": 0.05, "Tp": 2.0, "headings": 0.0}
 HIGHEST = {"Hs": 20.0, "Tp": 30.0, "headings": 2.0 * math.pi}
@@ -182,6 +184,15 @@ class LiftPlan:
     source: str = ""
     digest: str = ""
     notes: tuple[str, ...] = ()
+    memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def once(self, function: Callable[Concatenate[LiftPlan, P], Value], *arguments: P.args, **none: P.kwargs) -> Value:
+        """What a function says of this plan and further arguments, calculated once as long as the plan lives."""
+        key = (function, *arguments)
+        if key not in self.memo:
+            self.memo[key] = function(self, *arguments, **none)
+        value: Value = self.memo[key]
+        return value
 
     def phase(self, name: str) -> Phase:
         """The phase of this name."""

@@ -71,6 +71,9 @@ class Phase(Record):
     tip: str | None = None
     limits: Mapping[str, str] = Field(default_factory=dict)
 
+    def __hash__(self) -> int:
+        return hash(self.name)
+
     @property
     def winch(self) -> StageMode:
         """Mode of the winch."""

@@ -8,11 +8,13 @@ What the winch may be taken for: no compensation, the flat cap, and the twin und
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +25,39 @@ from stillhook.control.registry import USUAL, Mode
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.units import show
 from stillhook.variables import BY_NAME
+
+
+class Quantity(NamedTuple):
+    """What a rule may be about: what the tiers tell of a phase, name of `stillhook.variables`.
+
+    mean: whether it has no largest value, so that its level is the mean; needs: what a winch must have or do for it,
+    "compensation" that it follows the tip, "turning" that it is not on its brake, "hydraulics" that it turns and is no
+    flat cap; still: its value in still water [SI], None where that follows from the plan; number: of a run, that only
+    some winch types have.
+    """
+
+    name: str
+    mean: bool
+    needs: tuple[str, ...]
+    still: float | None
+    number: str
+
+
+def _quantities() -> Mapping[str, Quantity]:
+    with Path(__file__).with_name("quantities.csv").open(encoding="utf-8", newline="") as table:
+        return {
+            row["name"]: Quantity(
+                name=row["name"],
+                mean=row["mean"] == "yes",
+                needs=tuple(row["needs"].split()),
+                still=float(row["still"]) if row["still"] else None,
+                number=row["number"],
+            )
+            for row in csv.DictReader(table)
+        }
+
+
+QUANTITIES = _quantities()
 
 
 class Sense(StrEnum):

@@ -30,32 +30,11 @@ from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Level, Rule, RuleSet, Sense
+from stillhook.plan.definition.rules import QUANTITIES, Level, Rule, RuleSet, Sense
 from stillhook.tables.table import Text
 from stillhook.units import KINDS, quote
 from stillhook.variables import BY_NAME
 
-QUANTITIES = (
-    "F_top_static",
-    "F_top_max",
-    "DAF",
-    "sling_ratio",
-    "slack_chance",
-    "snap_load",
-    "v_tip_max",
-    "s_tip_pp",
-    "v_w_demand",
-    "saturation_share",
-    "relief_share",
-    "power_share",
-    "stroke_share",
-    "p_a_max",
-    "e_c_pp",
-    "load_pp",
-    "v_landed",
-    "v_lift_off",
-)
-"""What a rule may be about: what the tiers tell of a phase."""
 SETTINGS: Mapping[str, tuple[str, str]] = {
     "zeta_a": ("", "amplitude of the characteristic wave over Hs"),
     "T_z_factor": ("", "least T_z of the method over sqrt(Hs/g)"),
@@ -64,8 +43,6 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "duration_least": ("time", "shortest duration for largest motions of the tip"),
 }
 """Numbers of the simplified method (closed form): kind and meaning."""
-MEANS = ("F_top_static", "slack_chance", "saturation_share", "relief_share", "power_share", "stroke_share")
-"""Quantities without a largest value: their level is the mean."""
 WORDS = ("standard", "edition", "clause", "note")
 OFF = "off"
 """What a phase writes in place of a limit that does not hold in it."""
@@ -257,7 +234,7 @@ def _row(row: RuleTable, old: Rule | None, table: TomlTable, label: str) -> Rule
 
 def _level(row: RuleTable, old: Rule | None, table: TomlTable, quantity: str) -> Level:
     """Which largest value counts; none where there is none."""
-    if quantity in MEANS:
+    if QUANTITIES[quantity].mean:
         if row.level not in (None, Level.MEAN):
             raise table.wrong(f"{quantity} has no largest value. Leave level out.", "level")
         return Level.MEAN

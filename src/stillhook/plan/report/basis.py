@@ -13,10 +13,18 @@ from typing import Any, get_args
 import numpy as np
 from pydantic import BaseModel
 
-from stillhook.plan.report import selection as say
-from stillhook.plan.report.figures.style import named, names, phase_code, rule_code
-from stillhook.plan.report.selection import highest, leading, of_rule, over, reading, valued
-from stillhook.plan.result import PlanResult
+from stillhook.plan.report.words import (
+    TEXTS,
+    leading,
+    named,
+    names,
+    over,
+    phase_code,
+    reading,
+    rule_code,
+    valued,
+)
+from stillhook.plan.result import PlanResult, grouped
 from stillhook.report.document import Bullets, Column, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fmt, groups, hours, percent
 from stillhook.report.payload_sheet import payload_numbers
@@ -31,17 +39,16 @@ def operation(result: PlanResult) -> list[Part]:
     answer = result.facts
     rows = []
     for p in answer["phases"]:
-        ends = [f"{x:.4g}" if x is not None else "-" for x in (p.get("start"), p.get("end"))]
-        speed = fmt(p.get("speed") or None, "speed", 3)
-        time = number(p["duration"] / 60.0, 3) if p.get("duration") else "-"
-        tiers = _tiers(result, p["name"])
+        ends = [fmt(p[key]) for key in ("start", "end")]
+        time = "-" if p["duration"] is None else number(p["duration"] / 60.0, 3)
+        counts = result.data["counts"].sel(phase=p["name"]).values
+        tiers = ", ".join(t for t in names(result.data, "tier") if (counts == t).any()) or "no result"
+        speed = fmt(p["speed"], "speed", 3)
         rows.append([phase_code(result, p["name"]), p["name"], p["kind"], *ends, speed, time, p["mode"], tiers])
     head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
     parts: list[Part] = [Text("Heights are those of the payload's underside above still water.")]
     parts.append(Table(head, rows))
-    reasons: dict[str, list[str]] = {}
-    for p in answer["phases"]:
-        reasons.setdefault(p.get("reason") or "", []).append(p["name"])
+    reasons = grouped((p.get("reason"), p["name"]) for p in answer["phases"])
     n_phases = len(answer["phases"])
     if lines := [
         f"{'all phases' if len(phases) == n_phases else ', '.join(phases)}: {reason}"
@@ -49,39 +56,28 @@ def operation(result: PlanResult) -> list[Part]:
         if reason
     ]:
         parts.append(Section("How each phase was answered", [Bullets(lines)]))
-    op = answer.get("operation")
-    if op:
-        planned: list[Part] = [facts(_operation(op))]
-        planned += [Text(say.ALPHA)] if op.get("weather_restricted") else []
-        planned += [Bullets(op["notes"])] if op.get("notes") else []
-        parts.append(Section("Planned time and forecast", planned))
-    return parts
-
-
-def _tiers(result: PlanResult, phase: str) -> str:
-    counts = result.data["counts"].sel(phase=phase).values.ravel()
-    order = [t for t in names(result.data, "tier") if (counts == t).any()]
-    return ", ".join(order) if order else "no result"
+    op = answer["operation"]
+    planned: list[Part] = [facts(_operation(op))]
+    planned += [Text(TEXTS["alpha"])] if op["weather_restricted"] else []
+    return [*parts, Section("Planned time and forecast", planned)]
 
 
 def _operation(op: Mapping[str, Any]) -> list[tuple[str, str]]:
-    T_C = op.get("T_C")
-    alpha = op.get("alpha_table") or {}
-    source = ", ".join(str(alpha[k]) for k in ("standard", "edition", "clause") if alpha.get(k))
     rows = [
-        ("T_POP, planned", hours(op.get("T_POP"))),
-        ("T_C, contingency", hours(T_C) if T_C is not None else "not assessed: T_R = 2 T_POP"),
-        ("T_R, reference", hours(op.get("T_R"))),
-        ("weather restricted", "yes" if op.get("weather_restricted") else "no"),
+        ("T_POP, planned", hours(op["T_POP"])),
+        ("T_C, contingency", "not assessed: T_R = 2 T_POP" if op["T_C"] is None else hours(op["T_C"])),
+        ("T_R, reference", hours(op["T_R"])),
+        ("weather restricted", "yes" if op["weather_restricted"] else "no"),
     ]
-    if alpha:
-        rows.append(
-            (
-                "alpha by",
-                f"{alpha.get('name', '-')} version {alpha.get('version', '-')} ({source}; check against your edition)",
-            )
-        )
+    if alpha := op.get("alpha_table"):
+        text = f"{alpha['name']} version {alpha['version']} ({_source(alpha)}; check against your edition)"
+        rows.append(("alpha by", text))
     return rows
+
+
+def _source(of: Mapping[str, Any]) -> str:
+    """Standard, edition and clause in a line."""
+    return ", ".join(of[key] for key in ("standard", "edition", "clause") if of[key])
 
 
 def rules(result: PlanResult) -> list[Part]:
@@ -89,22 +85,21 @@ def rules(result: PlanResult) -> list[Part]:
     answer = result.facts["rules"]
     rows = []
     for r in answer["rows"]:
-        source = ", ".join(str(r[k]) for k in ("standard", "edition", "clause") if r.get(k))
         requirement = r.get("requirement") or f"{r['sense'].replace('-', ' ')} {valued(r['limit'], r['quantity'])}"
-        note = f" {r['note']}" if r.get("note") else ""
+        note = f" {r['note']}" if r["note"] else ""
         rows.append(
             [
                 rule_code(result, r["key"]),
                 f"{r['title']} ({r['quantity']})",
                 requirement,
-                say.LEVELS.get(r["level"], r["level"]),
-                f"{source}.{note}",
+                TEXTS["levels"].get(r["level"], r["level"]),
+                f"{_source(r)}.{note}",
             ]
         )
     head = ("", "rule (quantity)", "limit", "largest value", "source; check against your edition")
     version = f"{answer['name']} version {answer['version']}, digest {groups(answer['digest'], SHORT)}"
-    parts: list[Part] = [Text(say.CHECK), facts([("rule set", version)])]
-    parts += [Bullets([f"changed: {line}" for line in answer["changes"]])] if answer.get("changes") else []
+    parts: list[Part] = [Text(TEXTS["check"]), facts([("rule set", version)])]
+    parts += [Bullets([f"changed: {line}" for line in answer["changes"]])] if answer["changes"] else []
     parts.append(Table(head, rows))
     name = leading(result)
     stand = _stand(result, name)
@@ -116,13 +111,15 @@ def rules(result: PlanResult) -> list[Part]:
 
 def _stand(result: PlanResult, name: str) -> list[list[str]]:
     """Limits of an alternative, phases of the same limit in one row."""
-    rows_by_limit: dict[tuple[str, str, str], list[str]] = {}
-    for each in result.facts.get("limited", ()):
-        if each["alternative"] == name:
-            quantity = of_rule(result.facts, each["rule"]).get("quantity", "")
-            rows_by_limit.setdefault(
-                (each["rule"], valued(each["limit"], quantity), each.get("basis") or ""), []
-            ).append(phase_code(result, each["phase"]))
+    quantity = {row["key"]: row["quantity"] for row in result.facts["rules"]["rows"]}
+    rows_by_limit = grouped(
+        (
+            (each["rule"], valued(each["limit"], quantity[each["rule"]]), each["basis"] or ""),
+            phase_code(result, each["phase"]),
+        )
+        for each in result.facts["limited"]
+        if each["alternative"] == name
+    )
     order = names(result.data, "rule")
     return [
         [rule_code(result, rule), rule.replace("-", " "), " ".join(at), limit, basis]
@@ -133,53 +130,35 @@ def _stand(result: PlanResult, name: str) -> list[list[str]]:
 def credit(result: PlanResult) -> list[Part]:
     """What each alternative is, and how much of it is credited."""
     answer = result.facts
-    crane = answer.get("crane", {})
-    followed = [p["name"] for p in answer["phases"] if p.get("compensated")]
+    crane, twins = answer["crane"], [a.value for a in result.alternatives if a.twin]
+    followed = [p["name"] for p in answer["phases"] if p["compensated"]]
     rows = []
     for a in answer["alternatives"]:
         inside = result.data["inside"].sel(alternative=a["name"], phase=followed).values
-        share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and _is_twin(result, a["name"]) else "-"
+        share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and a["name"] in twins else "-"
         rows.append([named(a["name"]), a["description"], a.get("credit_note") or "", share])
-    certificate = crane.get("certificate")
+    certificate = crane["certificate"]
     held = "none" if not certificate else f"No. {groups(certificate['number'], SHORT)}: {certificate['statement']}"
     head = ("alternative", "description", "credited", "covered")
     has = any(row[2] for row in rows)
     body = rows if has else [[r[0], r[1], r[3]] for r in rows]
-    parts: list[Part] = [Text(say.CREDIT)]
-    parts.append(facts([("crane's twin", str(crane.get("twin", "-"))), ("certificate", held)]))
+    parts: list[Part] = [Text(TEXTS["credit"])]
+    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", held)]))
     parts += [Text(UNSIGNED)] if certificate else []
     parts.append(Table(head if has else (head[0], head[1], head[3]), body))
-    parts.append(Text(say.COVERED))
+    parts.append(Text(TEXTS["covered"]))
     return parts
-
-
-def _is_twin(result: PlanResult, name: str) -> bool:
-    return any(a.value == name and a.twin for a in result.alternatives)
 
 
 def seas(result: PlanResult) -> list[Part]:
     """Seas that were asked."""
-    s = result.facts.get("settings", {})
-    data = result.data
-    tolerance = direction(data.attrs.get("heading_tolerance", 0.0))
+    s, data = result.facts["settings"], result.data
+    tolerance = direction(data.attrs["heading_tolerance"])
+    gamma = f"gamma {s['gamma']:g}" if s["gamma"] else "gamma by Tp/sqrt(Hs) where it has one"
     rows = [
-        (
-            "spectrum",
-            (
-                f"{s.get('wave', '-')}, gamma {s['gamma']:g}"
-                if s.get("gamma")
-                else f"{s.get('wave', '-')}, gamma by Tp/sqrt(Hs) where it has one"
-            ),
-        ),
-        ("spreading", f"cos^{s['spread']:g}" if s.get("spread") else "none: long-crested"),
-        (
-            "Hs",
-            (
-                f"{len(s.get('Hs', ()))} heights, {over(s['Hs'], 'length')}"
-                if s.get("Hs")
-                else f"up to {highest(result):g} m"
-            ),
-        ),
+        ("spectrum", f"{s['wave']}, {gamma}"),
+        ("spreading", f"cos^{s['spread']:g}" if s["spread"] else "none: long-crested"),
+        ("Hs", f"{len(s['Hs'])} heights, {over(s['Hs'], 'length')}"),
         ("Tp", ", ".join(f"{T:g}" for T in data["period"].values) + " s"),
         ("headings", ", ".join(direction(b) for b in data["heading"].values) + f"; tolerance {tolerance}"),
     ]
@@ -189,24 +168,20 @@ def seas(result: PlanResult) -> list[Part]:
 def models(result: PlanResult) -> list[Part]:
     """How each tier answers, and the vessel and payload that all of them share."""
     answer = result.facts
-    used = [t for t in names(result.data, "tier") if t in answer.get("tiers", say.TIERS)]
-    parts: list[Part] = [facts([(t, say.TIERS[t]) for t in used if t in say.TIERS])]
-    parts += [Text(say.COUNTS), Text(say.EXTREMES)]
-    payload, vessel, crane = answer.get("payload", {}), answer.get("vessel", {}), answer.get("crane", {})
+    used = [t for t in names(result.data, "tier") if t in answer["tiers"]]
+    parts: list[Part] = [facts([(t, TEXTS["tiers"][t]) for t in used])]
+    parts += [Text(TEXTS["counts"]), Text(TEXTS["extremes"])]
+    payload, vessel, crane = (answer[key] for key in ("payload", "vessel", "crane"))
+    mass = fmt(payload["mass"], "mass")
     rows = [
-        ("crane", f"{crane.get('name', '-')}: {crane.get('title', '')}; SWL {fmt(crane.get('SWL'), 'mass')}"),
-        ("vessel", f"{vessel.get('name', '-')}: {vessel.get('title', '')}"),
-        *(("", note) for note in vessel.get("notes", ())),
-        ("place", str(answer.get("place", {}).get("text", "-"))),
-        (
-            "payload",
-            f"{payload.get('name', '-')}: {payload.get('title') or ''} {fmt(payload.get('mass'), 'mass')} in air",
-        ),
+        ("crane", f"{crane['name']}: {crane['title']}; SWL {fmt(crane['SWL'], 'mass')}"),
+        ("vessel", f"{vessel['name']}: {vessel['title']}"),
+        *(("", note) for note in vessel["notes"]),
+        ("place", answer["place"]["text"]),
+        ("payload", f"{payload['name']}: {payload.get('title') or ''} {mass} in air"),
     ]
-    shared: list[Part] = [facts(rows)]
-    if payload.get("rows"):
-        numbers = [[str(row[0]), _plain(str(row[1])), *(str(c) for c in row[2:])] for row in payload["rows"]]
-        shared.append(Table(("payload", "value", "kind", "source"), numbers))
+    numbers = [[item, _plain(value), *more] for item, value, *more in payload["rows"]]
+    shared: list[Part] = [facts(rows), Table(("payload", "value", "kind", "source"), numbers)]
     return [*parts, Section("Crane, vessel, payload", shared)]
 
 
@@ -218,32 +193,27 @@ def _plain(value: str) -> str:
 def inputs(result: PlanResult) -> list[Part]:
     """Versions, hashes, seeds: what another person needs to repeat it."""
     answer = result.facts
-    runs = answer.get("runs") or {}
+    version = f"Stillhook {answer['version']}, code {answer['code']}, on {answer['date']}"
     rows = [
-        (
-            "computed by",
-            f"Stillhook {answer.get('version', '-')}, code {answer.get('code', '-')}, on {answer.get('date', '-')}",
-        ),
-        ("plan", f"{answer['name']} ({answer.get('source') or '-'}), digest {groups(answer.get('digest', ''), SHORT)}"),
-        *_runs(runs),
+        ("computed by", version),
+        ("plan", f"{answer['name']} ({answer['source'] or '-'}), digest {groups(answer['digest'], SHORT)}"),
+        *_runs(answer["runs"]),
     ]
-    hashes = [[i["item"], _file(str(i["file"])), i["sha256"]] for i in answer.get("inputs", ())]
+    hashes = [[i["item"], _file(i["file"]), i["sha256"]] for i in answer["inputs"]]
     title = "Inputs (SHA-256 of what counts in each)"
     parts: list[Part] = [facts(rows), Table((), hashes, title, [Column.WORD, Column.WORD, Column.CODE])]
-    if remarks := [*answer.get("remarks", ()), *answer.get("notes", ())]:
-        parts.append(Section("Remarks of this run", [Bullets(list(dict.fromkeys(map(str, remarks))))]))
-    again = [line.format(command=_command(answer)) for line in say.AGAIN]
+    if remarks := [*answer["remarks"], *answer["notes"]]:
+        parts.append(Section("Remarks of this run", [Bullets(list(dict.fromkeys(remarks)))]))
+    again = [line.format(command=_command(answer)) for line in TEXTS["again"]]
     return [*parts, Section("To check or to repeat it", [Bullets(again)])]
 
 
 def _command(answer: Mapping[str, Any]) -> str:
     """The command that gives these numbers again."""
-    tier = f" --tier {answer['tiers'][-1]}" if answer.get("tiers") else ""
-    alpha = ((answer.get("operation") or {}).get("alpha_table") or {}).get("name")
-    return (
-        f"stillhook plan {_file(str(answer.get('source') or 'PLAN.toml'))}{tier}{f' --alpha {alpha}' if alpha else ''}"
-        " --out FOLDER"
-    )
+    tier = f" --tier {answer['tiers'][-1]}" if answer["tiers"] else ""
+    name = answer["operation"].get("alpha_table", {}).get("name")
+    alpha = f" --alpha {name}" if name else ""
+    return f"stillhook plan {_file(answer['source'] or 'PLAN.toml')}{tier}{alpha} --out FOLDER"
 
 
 def _file(name: str) -> str:
@@ -257,41 +227,26 @@ RUNS = {
     "n": "runs in the time domain (alike in several alternatives: once)",
     "n_failed": "failed runs",
     "n_cells": "cells of phase, winch and sea",
-    "seeds_per_cell": "seeds a cell, least and most",
     "seeds_first": "first seed",
-    "seeds_least": "least seeds a cell",
-    "seeds_most": "most seeds a cell",
-    "step": "time step [s]",
+    "seeds_per_cell": "seeds a cell, least and most",
     "simulated": "simulated time",
 }
-
-
-TIMES = ("simulated",)
-"""Numbers of the runs that are times [s]."""
-OF_THE_MACHINE = ("wall", "store", "threads")
-"""What is no part of the answer: another machine has others, and the document must not."""
+"""Numbers of the runs in words; others, such as the time that a machine took, are no part of the answer."""
 
 
 def _runs(runs: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
-    """What is known of the runs; names that nobody has put into words stand as they are."""
-    for key, value in runs.items():
-        if key in OF_THE_MACHINE or isinstance(value, bool) or value is None or isinstance(value, dict):
-            continue
-        yield RUNS.get(key, key.replace("_", " ")), _value_text(key, value)
-
-
-def _value_text(key: str, value: Any) -> str:
-    if isinstance(value, list):
-        return " to ".join(str(x) for x in value)
-    if not isinstance(value, int | float):
-        return str(value)
-    return hours(value) if key in TIMES else number(float(value), 6)
+    for key, words in RUNS.items():
+        value = runs.get(key)
+        if isinstance(value, list):
+            yield words, " to ".join(map(str, value))
+        elif value is not None:
+            yield words, hours(value) if key == "simulated" else number(float(value), 6)
 
 
 def not_covered(result: PlanResult) -> list[Part]:
     """What no number of this document says anything about."""
-    lines = [str(line) for line in result.facts.get("not_covered", ())]
-    return [Bullets([f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in dict.fromkeys([*lines, *say.UNSAFE])])]
+    lines = dict.fromkeys([*result.facts["not_covered"], *TEXTS["unsafe"]])
+    return [Bullets([f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines])]
 
 
 DERIVED = (

@@ -9,10 +9,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from stillhook.plan.report.figures.style import CREDITED, TWIN, height, names
-from stillhook.plan.result import PlanResult, columns, merged, references
+from stillhook.plan.report.words import CREDITED, TWIN, height, names, workable
+from stillhook.plan.result import PlanResult, columns, grouped, merged, references
 from stillhook.report.document import Document, Part, Table, Text
-from stillhook.report.formatting import days, fixed, fmt, hours, percent, variable
+from stillhook.report.formatting import fixed, fmt, hours, variable
 
 YEAR = 365.25 * 24.0
 """[h]."""
@@ -22,7 +22,8 @@ def brief(result: PlanResult) -> Document:
     """The answer, without its basis."""
     facts = result.facts
     parts: list[Part] = [_heading(result, float(heading)) for heading in result.data["heading"].values]
-    parts += [Text(f"{', '.join(labels)}: {note}") for note, labels in _by_credit_note(facts["alternatives"]).items()]
+    notes = grouped((each["credit_note"], each["name"]) for each in facts["alternatives"])
+    parts += [Text(f"{', '.join(labels)}: {note}") for note, labels in notes.items()]
     if certificate := facts["crane"]["certificate"]:
         parts.append(Text(certificate["unsigned"]))
     if "weather" in result:
@@ -33,14 +34,6 @@ def brief(result: PlanResult) -> Document:
     parts.append(Text(f"rules: {rules['name']} {rules['version']}, {source}"))
     subject = f"{facts['crane']['name']}, {facts['payload']['name']}, {facts['place']['text']}"
     return Document(facts["name"], name=subject, front=parts)
-
-
-def _by_credit_note(alternatives: list[dict[str, Any]]) -> dict[str, list[str]]:
-    """Credit notes, with the alternatives that each applies to."""
-    out: dict[str, list[str]] = {}
-    for each in alternatives:
-        out.setdefault(each["credit_note"], []).append(each["name"])
-    return out
 
 
 def _operation(op: dict[str, Any]) -> str:
@@ -86,10 +79,7 @@ def _weather(result: PlanResult) -> Table:
         for credit in (TWIN, CREDITED)
     )
     rows = merged(([name, *cells] for name, cells in modelled.items()), result, between=",\n")
-    alike: dict[tuple[str, ...], list[str]] = {}
-    for name, cells in credited.items():
-        if cells != modelled[name]:
-            alike.setdefault(tuple(cells), []).append(name)
+    alike = grouped((tuple(cells), name) for name, cells in credited.items() if cells != modelled[name])
     rows_by_credit = [["twin", *row] for row in rows]
     rows_by_credit += [["credited", ",\n".join(labels), *cells] for cells, labels in alike.items()]
     header = ["limit", "winch", "workable", "hours\na year", "wait\nmean", "wait\nP50", "wait\nP90", "vessel\ndays"]
@@ -99,10 +89,10 @@ def _weather(result: PlanResult) -> Table:
 
 def _weather_row(year: Any, over: Sequence[str]) -> list[str]:
     """Workable share and hours of a year, waits, vessel days, and days gained over each of these alternatives."""
-    worked = float(year["operability"])
-    waits = [days(float(year[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
+    operability, *waits = workable(year)
+    worked, vessel = fixed(float(year["operability"]) * YEAR, 0), fixed(float(year["vessel_days"]), 1)
     gains = [fixed(float(year["days_gained"].sel(over=name)), 1) for name in over]
-    return [percent(worked), fixed(worked * YEAR, 0), *waits, fixed(float(year["vessel_days"]), 1), *gains]
+    return [operability, worked, *waits, vessel, *gains]
 
 
 PHASES = ("phase", "kind", "winch", "underside\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
@@ -170,26 +160,20 @@ def _weather_of(weather: dict[str, Any]) -> str:
 
 def _rules(answer: dict[str, Any]) -> list[list[str]]:
     """A row for each rule and limit, with the phases and alternatives in which it is so."""
-    rows_by_limit: dict[tuple[str, str, str, str], dict[str, list[str]]] = {}
-    for at in answer["limits"]:
-        for rule in at["rules"]:
-            limit = _limit(rule["quantity"], rule["limit"])
-            row = rows_by_limit.setdefault((rule["rule"], rule["quantity"], limit, rule["basis"]), {})
-            row.setdefault(at["phase"], []).append(at["alternative"])
-    order = {row["key"]: i for i, row in enumerate(answer["rules"]["rows"])}
+    rows_by_limit = grouped(
+        ((r["rule"], r["quantity"], variable(r["quantity"], r["limit"]), r["basis"]), (at["phase"], at["alternative"]))
+        for at in answer["limits"]
+        for r in at["rules"]
+    )
+    order = [row["key"] for row in answer["rules"]["rows"]]
     phases, alternatives = [row["name"] for row in answer["phases"]], answer["alternatives"]
     rows = []
-    for (key, quantity, limit, basis), where in sorted(rows_by_limit.items(), key=lambda item: order[item[0][0]]):
-        for under in dict.fromkeys(tuple(who) for who in where.values()):
-            of_phases = [phase for phase, who in where.items() if tuple(who) == under]
-            rows.append(
-                [key, quantity, _names_or_all(of_phases, phases), _names_or_all(under, alternatives), limit, basis]
-            )
+    for (key, *row), pairs in sorted(rows_by_limit.items(), key=lambda item: order.index(item[0][0])):
+        of_phases = grouped((tuple(under), phase) for phase, under in grouped(pairs).items())
+        for under, at in of_phases.items():
+            where = [_names_or_all(at, phases), _names_or_all(under, alternatives)]
+            rows.append([key, row[0], *where, *row[1:]])
     return rows
-
-
-def _limit(quantity: str, limit: Any) -> str:
-    return limit if isinstance(limit, str) else variable(quantity, limit)
 
 
 def _names_or_all(names: Sequence[str], everything: Sequence[str]) -> str:

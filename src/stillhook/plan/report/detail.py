@@ -3,32 +3,40 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report import selection as say
-from stillhook.plan.report.figures.detail import FACTORS, MONTHS, OVER
-from stillhook.plan.report.figures.limits import CLOSED, differs
-from stillhook.plan.report.figures.style import (
+from stillhook.plan.report.figures.detail import FACTORS, OVER
+from stillhook.plan.report.figures.limits import CLOSED
+from stillhook.plan.report.words import (
     CREDITED,
+    TEXTS,
     TWIN,
     few,
+    governs,
     height,
+    highest,
+    leading,
+    least,
+    lines_of,
     named,
     names,
     phase_code,
     rule_code,
     sea_words,
+    workable,
 )
-from stillhook.plan.report.selection import governs, highest, leading, least
 from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
-from stillhook.report.formatting import days, direction, fixed, fmt, hours, percent
+from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number
+from stillhook.weather.persistence import MONTHS
 
+GOVERNING = ("governing_phase", "governing_rule")
 PERIODS = 10
 """Columns of a table at most."""
 PAGE = 205.0
@@ -39,41 +47,32 @@ def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     """Curves, tables of cells, rosette."""
     cells = [stem for stem in figures if stem.startswith("limits-") and stem != "limits-over-period"]
     return [
-        *picture(figures, "limits-over-period", "Limiting Hs over peak period, all alternatives."),
-        Text(say.READING.format(highest=number(highest(result), 3))),
-        *(Figure(figures[stem], _cells_caption(stem), PAGE) for stem in cells),
-        *picture(
-            figures,
-            "rosette",
-            "Heading rosette: limiting Hs by where the waves come from. Directions that were not analysed are blank.",
-        ),
+        *picture(figures, "limits-over-period"),
+        Text(TEXTS["reading"].format(highest=number(highest(result), 3))),
+        *(Figure(figures[stem], TEXTS["captions"]["-".join(stem.split("-")[:2])], PAGE) for stem in cells),
+        *picture(figures, "rosette"),
         _governing(result),
     ]
 
 
-def picture(figures: Mapping[str, bytes], stem: str, caption: str) -> list[Part]:
-    """A figure where it was drawn."""
-    return [Figure(figures[stem], caption)] if stem in figures else []
-
-
-def _cells_caption(stem: str) -> str:
-    by = "as the twin computes them, before credit" if stem.startswith("limits-twin") else "credited"
-    return f"Limits {by}, with phase (P) and rule (R) that govern."
+def picture(figures: Mapping[str, bytes], stem: str, sea: str = "") -> list[Part]:
+    """A figure where it was drawn, with its caption and the sea that it is of."""
+    return [Figure(figures[stem], f"{TEXTS['captions'][stem]} {sea}".strip())] if stem in figures else []
 
 
 def _governing(result: PlanResult) -> Part:
     """How often what governs, for every alternative."""
     labels = names(result.data)
-    counts_by_pair: dict[tuple[str, str], dict[str, int]] = {}
-    for name in labels:
-        cells = result.data.sel(credit=CREDITED, alternative=name)
-        for phase, rule in zip(
-            cells["governing_phase"].values.ravel(), cells["governing_rule"].values.ravel(), strict=True
-        ):
-            counts = counts_by_pair.setdefault((str(phase), str(rule)), {})
-            counts[name] = counts.get(name, 0) + 1
-    pairs = sorted(counts_by_pair, key=lambda pair: -sum(counts_by_pair[pair].values()))
-    rows = [[_pair(result, *pair), *(str(counts_by_pair[pair].get(name, "")) for name in labels)] for pair in pairs]
+    data = result.data.sel(credit=CREDITED)
+    pairs_of = {
+        name: Counter(zip(*(data[key].sel(alternative=name).values.ravel() for key in GOVERNING), strict=True))
+        for name in labels
+    }
+    counted: Counter[tuple[str, str]] = sum(pairs_of.values(), Counter())
+    rows = [
+        [_pair(result, str(phase), str(rule)), *(str(pairs_of[name].get((phase, rule), "")) for name in labels)]
+        for (phase, rule), _ in counted.most_common()
+    ]
     header = ("governs, credited", *(named(x) for x in labels))
     return Table(header, rows, "What governs, in cells of the table")
 
@@ -185,29 +184,24 @@ def weather(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     if "weather" not in result:
         return [Text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
     block = result["weather"]
-    synthetic = bool(int(block.attrs.get("synthetic", 0)))
-    year, over = block.sel(month=0), references(block, result.facts.get("tiers", ()))
+    year, over = block.sel(month=0), references(block, result.facts["tiers"])
     rows = []
     for name in names(block):
-        for credit in (CREDITED, TWIN) if differs(result, name) else (CREDITED,):
+        for label, credit in lines_of(result, name):
             cells = year.sel(credit=credit, alternative=name)
             gains = [_gains(cells.sel(over=o)) for o in over]
-            waits = [days(float(cells[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
-            label = named(name) if credit == CREDITED else f"{named(name)}, by the twin"
-            vessel = fmt(float(cells["vessel_days"]), digits=3)
-            rows.append(
-                [label, percent(float(cells["operability"])), *waits, vessel, *gains, _count(cells, "n_censored")]
-            )
+            vessel, censored = fmt(float(cells["vessel_days"]), digits=3), fixed(float(cells["n_censored"]), 0)
+            rows.append([label, *workable(cells), vessel, *gains, censored])
     heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
     head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
     title = f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"
     return [
-        *([Text(f"{say.SYNTHETIC}.")] if synthetic else []),
-        Text(say.PERSISTENCE),
+        *([Text(f"{TEXTS['synthetic']}.")] if block.attrs["synthetic"] else []),
+        Text(TEXTS["persistence"]),
         facts(_series(result)),
         Table(head, merged(rows, result), title),
-        *picture(figures, "waiting-by-month", "Operability and waiting by month of readiness."),
-        *picture(figures, "days-gained", "Vessel days gained each operation over each reference."),
+        *picture(figures, "waiting-by-month"),
+        *picture(figures, "days-gained"),
         _by_month(result),
     ]
 
@@ -224,43 +218,24 @@ def _more(x: float, digits: int) -> str:
     return f"{rounded:+.{digits}f}" if rounded else "0"
 
 
-def _count(cells: Any, key: str) -> str:
-    return fixed(float(cells[key]) if key in cells else None, 0)
-
-
 def _series(result: PlanResult) -> list[tuple[str, str]]:
     """What the waiting was counted on."""
     block, attrs = result["weather"], result["weather"].attrs
-    synthetic = " (SYNTHETIC)" if int(attrs.get("synthetic", 0)) else ""
     cells = block.sel(credit=CREDITED, alternative=leading(result), month=0)
-    rows = [("series", f"{attrs.get('source', '-')}{synthetic}")]
-    if "first" in attrs:
-        rows.append(("from, to", f"{attrs['first']} to {attrs.get('last', '-')}"))
-    rows.append(("hours, gaps", f"{_count(cells, 'n_hours')} h, {_count(cells, 'n_gaps')} gaps"))
-    rows.append(("window", f"T_R = {hours(attrs.get('T_R', attrs.get('window')))}"))
-    if "outside" in attrs:
-        rows.append(
-            ("outside the table", f"{percent(float(attrs['outside']))} of the records: counted as not workable")
-        )
-    if attrs.get("limit"):
-        rows.append(("limit", str(attrs["limit"])))
-    rows.append(("vessel's heading", _ship(attrs)))
-    notes = attrs.get("notes")
-    return rows + [
-        ("note", str(line))
-        for line in ([notes] if isinstance(notes, str) else notes if notes is not None else [])
-        if str(line)
+    n_hours, n_gaps = (fixed(float(cells[key]), 0) for key in ("n_hours", "n_gaps"))
+    rows = [
+        ("series", f"{attrs['source']}{' (SYNTHETIC)' if attrs['synthetic'] else ''}"),
+        ("from, to", f"{attrs['first']} to {attrs['last']}"),
+        ("hours, gaps", f"{n_hours} h, {n_gaps} gaps"),
+        ("window", f"T_R = {hours(attrs['T_R'])}"),
     ]
-
-
-def _ship(attrs: Mapping[Any, Any]) -> str:
-    """Where the bow points in the weather."""
-    ship = attrs.get("ship", math.nan)
-    if isinstance(ship, str):
-        return ship
-    if math.isfinite(float(ship)):
-        return f"fixed, bow at {direction(float(ship))} from north"
-    return "free to turn: one heading through each operation, the best one"
+    if "outside" in attrs:
+        share = percent(float(attrs["outside"]))
+        rows.append(("outside the table", f"{share} of the records: counted as not workable"))
+    ship = float(attrs["ship"])
+    fixed_at = f"fixed, bow at {direction(ship)} from north"
+    free = "free to turn: one heading through each operation, the best one"
+    return [*rows, ("limit", attrs["limit"]), ("vessel's heading", free if math.isnan(ship) else fixed_at)]
 
 
 def _by_month(result: PlanResult) -> Part:
@@ -269,40 +244,23 @@ def _by_month(result: PlanResult) -> Part:
         cells = block.sel(credit=CREDITED, alternative=leading(result), month=month)
         if math.isnan(float(cells["operability"])):
             continue
-        waits = [days(float(cells[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
-        counts = [_count(cells, k) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
-        rows.append([label, percent(float(cells["operability"])), *waits, *counts])
+        counts = [fixed(float(cells[k]), 0) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
+        rows.append([label, *workable(cells), *counts])
     header = ("month", "operability", "mean wait", "P50", "P90", "windows", "long enough", "censored")
     return Table(header, rows, f"By month with {named(leading(result))}, credited")
 
 
 def behind(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
-    captions = {
-        "depth": (
-            "Tension at the tip, dynamic factor and least sling tension against depth; dotted: depth at which the"
-            " natural period on the wire meets the period of the waves."
-        ),
-        "efficiency": (
-            "Compensation at the wire and at the payload are two things: the wire's stretch stands between them."
-        ),
-        "landing": "Landing speed, one landing a seed.",
-        "sensitivity": (
-            "Limit of the phase when one input is otherwise, all else as planned; dashed: the highest sea"
-            " state analysed."
-        ),
-        "convergence": "Demand over limit as seeds are added, in the cells that decide.",
-    }
+    blocks = ("depth", "efficiency", "landing", "sensitivity", "convergence")
     parts: list[Part] = []
-    for name, caption in captions.items():
+    for name in blocks:
         if name in result:
-            notes = result[name].attrs.get("notes")
-            parts += picture(figures, name, f"{caption} {sea_words(result[name].attrs)}".strip())
-            parts += [Text(str(notes))] if isinstance(notes, str) and notes else []
+            parts += picture(figures, name, sea_words(result[name].attrs))
             parts += _sensitivity(result) if name == "sensitivity" else []
-    missing = [name for name in captions if name not in result]
-    reasons = result.facts.get("not_computed") or {}
-    phrases = [f"{name} ({reasons[name]})" if reasons.get(name) else name for name in missing]
+    missing = [name for name in blocks if name not in result]
+    reasons = result.facts.get("not_computed", {})
+    phrases = [f"{name} ({reasons[name]})" if name in reasons else name for name in missing]
     return [*parts, Text(f"Not computed in this run: {', '.join(phrases)}.")] if missing else parts
 
 
@@ -312,7 +270,7 @@ def _sensitivity(result: PlanResult) -> list[Part]:
     cells = block.sel(alternative=leading(result))
     rows = []
     for i, factor in enumerate(names(block, "factor")):
-        tried = [str(block[k].values[i]) if k in block.coords else "-" for k in ("low_text", "high_text")]
+        tried = [str(block[k].values[i]) for k in ("low_text", "high_text")]
         values = [height(float(cells[k].values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")]
         rows.append([FACTORS.get(factor, factor), values[0], tried[0], values[1], tried[1], values[2]])
     head = (f"input ({named(leading(result))}, Hs [m])", "as planned", "first value", "limit", "second value", "limit")
@@ -326,12 +284,12 @@ def _varied(result: PlanResult) -> str:
         period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest"
     )
     by = f", by {attrs['tier']}" if attrs.get("tier") else ""
-    varied = f"Varied here: {governs(str(attrs.get('phase', '')), str(attrs.get('rule', '')))}{by}."
+    varied = f"Varied here: {governs(attrs['phase'], attrs['rule'])}{by}."
     phrases = []
     for credit, label in ((CREDITED, "credited"), (TWIN, "by the twin")):
         cell = cells.sel(credit=credit)
         phase, rule = str(cell["governing_phase"].item()), str(cell["governing_rule"].item())
-        if phase and phase != attrs.get("phase"):
+        if phase and phase != attrs["phase"]:
             limit = height(float(cell["Hs_limit"]), highest(result))
             phrases.append(f"{label}, {governs(phase, rule)} governs this cell at {limit} m and was not varied")
     return f"{varied} {'; '.join(phrases).capitalize()}: this variation does not apply to it." if phrases else varied

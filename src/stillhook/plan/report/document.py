@@ -11,10 +11,10 @@ from pathlib import Path
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
 from stillhook.plan.report import basis, detail
-from stillhook.plan.report import selection as say
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
-from stillhook.plan.result import PlanResult, odd_fact, odd_numbers, of_two
+from stillhook.plan.report.words import TEXTS
+from stillhook.plan.result import PlanResult, missing_facts, odd_fact, odd_numbers, of_two
 from stillhook.report.document import Document, Section
 from stillhook.report.formatting import groups
 from stillhook.report.html import html
@@ -43,62 +43,40 @@ def document(result: PlanResult, figures: Mapping[str, bytes]) -> Document:
         "What is not covered": basis.not_covered(result),
     }
     return Document(
-        title=say.HEADING,
+        title=TEXTS["heading"],
         name=result.name,
         subtitle=_subtitle(result),
-        purpose=say.PURPOSE,
+        purpose=TEXTS["purpose"],
         marks=marks(result),
         front=[verdict(result), *tables(result)],
         sections=[Section(f"{i}. {title}", parts) for i, (title, parts) in enumerate(sections.items(), 1)],
         signatures=("Prepared by", "Checked by", "Marine warranty surveyor, place and date"),
-        number=groups(facts.get("digest", ""), SHORT),
-        date=str(facts.get("date", "1970-01-01"))[:10],
-        made_by=f"Stillhook {facts.get('version', '')}".strip(),
+        number=groups(facts["digest"], SHORT),
+        date=facts["date"],
+        made_by=f"Stillhook {facts['version']}",
     )
 
 
 def _subtitle(result: PlanResult) -> str:
-    payload, place = result.facts.get("payload", {}), result.facts.get("place", {})
-    depth = f", {place['depth']:g} m of water" if "depth" in place else ""
-    return f"{payload.get('title') or payload.get('name') or ''}{depth}"
+    payload = result.facts["payload"]
+    return f"{payload.get('title') or payload['name']}, {result.facts['place']['depth']:g} m of water"
 
 
 def marks(result: PlanResult) -> list[str]:
     """What must be seen on every page: synthetic inputs, a twin that is not validated, cells without a result."""
     lines = []
-    if "weather" in result and int(result["weather"].attrs.get("synthetic", 0)):
-        lines.append(say.SYNTHETIC)
-    certificate = result.facts.get("crane", {}).get("certificate")
+    if "weather" in result and result["weather"].attrs["synthetic"]:
+        lines.append(TEXTS["synthetic"])
+    certificate = result.facts["crane"]["certificate"]
     if certificate and certificate.get("synthetic"):
-        lines.append(say.SYNTHETIC_CERTIFICATE)
+        lines.append(TEXTS["synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
-        lines.append(say.UNVALIDATED.rstrip("."))
-    return lines + [str(line).rstrip(".") for line in result.facts.get("remarks", ()) if str(line).startswith(MISSING)]
+        lines.append(TEXTS["unvalidated"].rstrip("."))
+    return lines + [line.rstrip(".") for line in result.facts["remarks"] if line.startswith(MISSING)]
 
 
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
-NEEDED = (
-    "name",
-    "date",
-    "phases",
-    "rules",
-    "alternatives",
-    "settings",
-    "crane",
-    "vessel",
-    "payload",
-    "place",
-    "limited",
-    "inputs",
-    "operation",
-    "runs",
-    "remarks",
-    "not_covered",
-    "summary",
-    "limits",
-)
-"""Facts without which there is no report."""
 FIGURE = "figure-"
 """Begins the names of figures that are written beside."""
 
@@ -125,8 +103,8 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
 
 def check(result: PlanResult) -> None:
     """Refuse results that no report can be made of. Errors: PlanError."""
-    if missing := [key for key in NEEDED if key not in result.facts]:
-        problem = f"its facts lack {', '.join(missing)}"
+    if missing := missing_facts(result.facts):
+        problem = f"its facts lack {missing}"
     else:
         problem = odd_fact(result.facts) or odd_numbers(result.data) or of_two(result.data, result.facts)
     if problem:

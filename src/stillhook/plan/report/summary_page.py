@@ -10,27 +10,34 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.report.figures.detail import OVER
-from stillhook.plan.report.figures.limits import differs
-from stillhook.plan.report.figures.style import CREDITED, TWIN, few, height, named, names
-from stillhook.plan.report.selection import (
+from stillhook.plan.report.words import (
+    CREDITED,
+    TWIN,
     between,
+    differs,
+    few,
     governs,
+    height,
     highest,
     leading,
     least,
     limits,
+    lines_of,
+    named,
+    names,
     over,
     reading,
+    workable,
     worst_heading,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Part, Table, Text, Verdict, facts
-from stillhook.report.formatting import EMPTY, HOUR, days, direction, fixed, fmt, hours, percent
+from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours, percent
 from stillhook.spec.validity import UNSIGNED
 from stillhook.units import number
 
 if TYPE_CHECKING:
-    import xarray
+    pass
 
 RUN = ("frequency", "time")
 """Tiers that ask the twin."""
@@ -52,13 +59,9 @@ def verdict(result: PlanResult) -> Verdict:
     credited = limits(result, CREDITED, name)
     workable = bool((np.nan_to_num(credited) > 0.0).any())
     word = f"OP_LIM Hs {between(credited, highest(result))}" if workable else "NO WORKABLE SEA STATE"
-    sentences = [
-        _credited(result, name),
-        _twin(result, name),
-        *_unsigned(result),
-        _operation(result, name),
-        *_waiting(result, name),
-    ]
+    unsigned = [UNSIGNED] if result.facts["crane"]["certificate"] else []
+    waiting = [_waiting(result, name)] if "weather" in result else []
+    sentences = [_credited(result, name), _twin(result, name), *unsigned, _operation(result, name), *waiting]
     return Verdict(word, workable, sentences)
 
 
@@ -67,14 +70,10 @@ def tables(result: PlanResult) -> list[Part]:
     return [_limits(result, leading(result)), _side_by_side(result), *_conditions(result)]
 
 
-def _seas(result: PlanResult) -> str:
-    data = result.data
-    return f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
-
-
 def _credited(result: PlanResult, name: str) -> str:
-    Hs = limits(result, CREDITED, name)
-    sentence = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {_seas(result)}."
+    Hs, data = limits(result, CREDITED, name), result.data
+    seas = f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
+    sentence = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {seas}."
     return f"{sentence}{_ends(result, name)} {_mostly(result, name, CREDITED)}"
 
 
@@ -100,19 +99,15 @@ def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
     return f"Governing: {sentence}{' and others' if len(counted) > NAMED else ''}."
 
 
-def _unsigned(result: PlanResult) -> list[str]:
-    return [UNSIGNED] if (result.facts.get("crane") or {}).get("certificate") else []
-
-
 def _twin(result: PlanResult, name: str) -> str:
     if not any(a.value == name and a.twin for a in result.alternatives):
         return "No twin is part of this limit."
-    if not set(result.facts.get("tiers", RUN)) & set(RUN):
+    if not set(result.facts["tiers"]) & set(RUN):
         return "Not simulated: these limits follow the simplified method of DNV-RP-N103, credited with 80 %."
     if not differs(result, name):
         return f"Simulated limits: the same ({_nothing_taken(result, name)})."
-    held = (result.facts.get("crane") or {}).get("certificate")
-    reason = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
+    certified = result.facts["crane"]["certificate"]
+    reason = "the crane's certificate does not cover it" if certified else "the crane has no certificate of validation"
     return (
         f"Simulated limit (not creditable): Hs {between(limits(result, TWIN, name), highest(result))}."
         f" {_mostly(result, name, TWIN)} The difference is not credited: {reason}."
@@ -121,7 +116,7 @@ def _twin(result: PlanResult, name: str) -> str:
 
 def _nothing_taken(result: PlanResult, name: str) -> str:
     """Reason why credit does not reduce the limits of a twin."""
-    followed = {str(p["name"]) for p in result.facts["phases"] if p.get("compensated")}
+    followed = {str(p["name"]) for p in result.facts["phases"] if p["compensated"]}
     if not followed:
         return "no phase is compensated: there is no compensation to credit"
     phases = {
@@ -138,95 +133,62 @@ def _nothing_taken(result: PlanResult, name: str) -> str:
 
 
 def _operation(result: PlanResult, name: str) -> str:
-    op = result.facts.get("operation") or {}
-    if not op:
-        return "T_POP, T_R and alpha: not part of this result."
-    T_C = op.get("T_C")
-    contingency = f"T_C {hours(T_C)}" if T_C is not None else "T_C not assessed, so T_R is twice T_POP"
-    kind = (
+    op, cells = result.facts["operation"], result.data.sel(credit=CREDITED, alternative=name)
+    contingency = "T_C not assessed, so T_R is twice T_POP" if op["T_C"] is None else f"T_C {hours(op['T_C'])}"
+    restricted = (
         "weather restricted"
-        if op.get("weather_restricted")
+        if op["weather_restricted"]
         else "not weather restricted: alpha does not apply, design for extreme conditions"
     )
-    cells = result.data.sel(credit=CREDITED, alternative=name)
-    alpha, op_wf = (
-        (np.asarray(cells[k].values, dtype=float) for k in ("alpha", "op_wf"))
-        if "alpha" in cells
-        else (np.array([]),) * 2
-    )
+    alpha, op_wf = cells["alpha"].values, cells["op_wf"].values
     known = alpha[np.isfinite(alpha)]
     summed = "" if op.get("T_POP_given", True) else " (not specified: sum of the phases)"
-    sentence = f"T_POP {hours(op.get('T_POP'))}{summed}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
+    sentence = f"T_POP {hours(op['T_POP'])}{summed}, {contingency}: T_R {hours(op['T_R'])}, {restricted}."
     if known.size:
         ends = "" if known.min() == known.max() else f" to {known.max():.2f}"
         sentence += (
             f" alpha {known.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
         )
-    untold = int(np.isnan(alpha).sum()) if op.get("weather_restricted") else 0
-    return sentence + (
-        f" In {untold} of {alpha.size} cells the table has no alpha: no forecast limit applies there." if untold else ""
-    )
+    if op["weather_restricted"] and len(known) < alpha.size:
+        missing = f"{alpha.size - len(known)} of {alpha.size}"
+        sentence += f" In {missing} cells the table has no alpha: no forecast limit applies there."
+    return sentence
 
 
-def _waiting(result: PlanResult, name: str) -> list[str]:
-    if "weather" not in result:
-        return []
+def _waiting(result: PlanResult, name: str) -> str:
     block = result["weather"]
     cells = block.sel(credit=CREDITED, alternative=name, month=0)
-    mark = "SYNTHETIC weather, " if int(block.attrs.get("synthetic", 0)) else ""
-    against = [o for o in references(block, result.facts.get("tiers", ())) if o != name]
+    mark = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
+    against = [o for o in references(block, result.facts["tiers"]) if o != name]
     won = [(o, float(cells["days_gained"].sel(over=o))) for o in against]
     gains = [f"{number(x, 2)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
-    waits = ", ".join(
-        f"{label} {days(float(cells[key]))}"
-        for label, key in (("mean", "wait_mean"), ("P50", "wait_p50"), ("P90", "wait_p90"))
-    )
+    operability, mean, median, high = workable(cells)
+    waited = f"mean {mean}, P50 {median}, P90 {high}; operability {operability}"
     tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""
-    operability = percent(float(cells["operability"]))
-    tail += _flattered(result) + _beyond(block) + _censored(block, cells)
-    sentence = (
-        f"Waiting for a window of {hours(block.attrs.get('T_R'))} ({mark}whole year): {waits}; operability"
-        f" {operability}.{tail}"
-    )
-    return [sentence]
+    tail += _flattered(result)
+    if (part := float(block.attrs.get("outside", 0.0))) >= OUTSIDE:
+        tail += (
+            f" {percent(part)} of the records are outside the table's periods and headings and count as not workable."
+        )
+    step = float(block.attrs.get("step", HOUR))
+    part = float(cells["n_censored"]) * step / HOUR / max(1.0, float(cells["n_hours"]))
+    if part > CENSORED:
+        tail += f" {percent(part)} of the starts find no window before the series ends: true waiting is longer."
+    return f"Waiting for a window of {hours(block.attrs['T_R'])} ({mark}whole year): {waited}.{tail}"
 
 
 def _flattered(result: PlanResult) -> str:
-    """That limits without compensation which lie below the table of forecast factors are compared by its lowest
-    factor."""
-    lowest = ((result.facts.get("operation") or {}).get("alpha_table") or {}).get("Hs_lowest", LOWEST)
+    """That limits without compensation which are below the table of forecast factors are compared by its lowest
+    factor; empty where none are."""
+    lowest = result.facts["operation"].get("alpha_table", {}).get("Hs_lowest", LOWEST)
     if NONE not in names(result.data):
         return ""
     Hs = limits(result, CREDITED, NONE)
     below = int(((Hs > 0.0) & (Hs < lowest)).sum())
     reason = f"below {lowest:g} m there is no alpha, and that of {lowest:g} m is used"
-    sentence = (
-        f" Without compensation the waiting is optimistic in {below} of {Hs.size} cells ({reason}): gains over it are"
-        f" at"
-        " least these."
-    )
+    cells = f"{below} of {Hs.size} cells ({reason})"
+    sentence = f" Without compensation the waiting is optimistic in {cells}: gains over it are at least these."
     return sentence if below else ""
-
-
-def _beyond(block: xarray.Dataset) -> str:
-    """How much of the weather the table does not reach, where it is some."""
-    part = float(block.attrs.get("outside", 0.0))
-    sentence = (
-        f" {percent(part)} of the records are outside the table's periods and headings and count as not workable."
-    )
-    return sentence if part >= OUTSIDE else ""
-
-
-def _censored(block: xarray.Dataset, cells: xarray.Dataset) -> str:
-    """What must be said where many starts find no window before the series ends."""
-    if "n_censored" not in cells or "n_hours" not in cells:
-        return ""
-    part = float(cells["n_censored"]) * float(block.attrs.get("step", HOUR)) / HOUR / max(1.0, float(cells["n_hours"]))
-    return (
-        f" {percent(part)} of the starts find no window before the series ends: true waiting is longer."
-        if part > CENSORED
-        else ""
-    )
 
 
 def _limits(result: PlanResult, name: str) -> Table:
@@ -243,7 +205,8 @@ def _limits(result: PlanResult, name: str) -> Table:
     columns |= {"95 %": intervals} if any(intervals) else {}
     columns["governs (worst heading)"] = [_governing_text(result, CREDITED, name, at[k], k) for k in rows]
     for title, key in (("alpha", "alpha"), ("OP_WF", "op_wf")):
-        columns[title] = [_value_text(result, name, key, at[k], k) for k in rows]
+        values = data[key].sel(credit=CREDITED, alternative=name).values
+        columns[title] = [fixed(float(values[at[k], k]), 2) for k in rows]
     if differs(result, name):
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
@@ -282,12 +245,6 @@ def _governing_text(result: PlanResult, credit: Credit, name: str, i: int, k: in
     return governs(str(cells["governing_phase"].item()), str(cells["governing_rule"].item()))
 
 
-def _value_text(result: PlanResult, name: str, key: str, i: int, k: int) -> str:
-    if key not in result.data:
-        return EMPTY
-    return fixed(float(result.data[key].sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)), 2)
-
-
 def _side_by_side(result: PlanResult) -> Table:
     """All alternatives at the worst heading, credited; the twin's own answer where it is another."""
     data, top = result.data, highest(result)
@@ -296,49 +253,33 @@ def _side_by_side(result: PlanResult) -> Table:
     head = ["Tp [s]", *(f"{data['period'].values[k]:g}" for k in rows), *(("work", "wait") if waiting else ())]
     body = []
     for name in names(data):
-        sentence: list[tuple[str, Credit]] = [(named(name), CREDITED)]
-        if differs(result, name):
-            sentence.append((f"{named(name)}, by the twin", TWIN))
-        for label, credit in sentence:
+        for label, credit in lines_of(result, name):
             Hs = least(limits(result, credit, name))
-            body.append(
-                [label, *(height(float(Hs[k]), top) for k in rows), *(_wait(result, credit, name) if waiting else ())]
-            )
+            body.append([label, *(height(float(Hs[k]), top) for k in rows)])
+            if waiting:
+                cells = result["weather"].sel(credit=credit, alternative=name, month=0)
+                body[-1] += workable(cells)[:2]
     title = "All alternatives, worst heading: OP_LIM [m], credited; a second line where the twin says otherwise"
     tail = "; operability and mean waiting over the year" if waiting else ""
     return Table(head, merged(body, result), title + tail)
 
 
-def _wait(result: PlanResult, credit: Credit, name: str) -> tuple[str, str]:
-    """Operability and mean waiting over the year."""
-    cells = result["weather"].sel(credit=credit, alternative=name, month=0)
-    return percent(float(cells["operability"])), days(float(cells["wait_mean"]))
-
-
 def _conditions(result: PlanResult) -> list[Part]:
-    known, place = result.facts, result.facts.get("place", {})
-    settings = known.get("settings", {})
-    waves = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}.get(
-        str(settings.get("wave")), "-"
-    )
-    peak = (
-        f", gamma {settings['gamma']:g}"
-        if settings.get("gamma")
-        else ", gamma by Tp and Hs"
-        if waves == "JONSWAP"
-        else ""
-    )
-    spread = f"spreading cos^{settings['spread']:g}" if settings.get("spread") else "long-crested"
-    crane, payload = known.get("crane", {}), known.get("payload", {})
-    mass = fmt(payload.get("mass"), "mass")
+    crane, payload, place = (result.facts[key] for key in ("crane", "payload", "place"))
+    settings = result.facts["settings"]
+    waves = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}[settings["wave"]]
+    by_rule = ", gamma by Tp and Hs" if waves == "JONSWAP" else ""
+    peak = f", gamma {settings['gamma']:g}" if settings["gamma"] else by_rule
+    spread = f"spreading cos^{settings['spread']:g}" if settings["spread"] else "long-crested"
+    mass = fmt(payload["mass"], "mass")
     rows = [
-        ("lift", f"{payload.get('name', '-')}, {mass} in air, to {place.get('depth', math.nan):g} m of water"),
-        ("crane, vessel", f"{crane.get('name', '-')}; {place.get('text') or known.get('vessel', {}).get('name', '-')}"),
+        ("lift", f"{payload['name']}, {mass} in air, to {place['depth']:g} m of water"),
+        ("crane, vessel", f"{crane['name']}; {place['text']}"),
         ("seas", f"{waves}{peak}, {spread}"),
         ("reading", reading(result)),
-        ("credit", str(crane.get("twin", "-"))),
+        ("credit", crane["twin"]),
+        *(("note", note) for note in result.facts["notes"]),
     ]
-    rows += [("note", str(note)) for note in known.get("notes", ())]
     return [
         Text("Conditions. Wind, current and what the last section names are not part of these limits."),
         facts(rows),

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +20,7 @@ from stillhook.plan.definition.capacities import jerk, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import IN_AIR, Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.result import grouped
 from stillhook.plan.tiers.frequency import forcing_at
 from stillhook.spec.lift import simplified as sm
 from stillhook.spec.lift.lowering import StageMode
@@ -113,14 +112,8 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     Quantities that it does not know are left out.
     """
     left = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
-    kept, key = (
-        _memo(plan, seas),
-        ("values", phase.kind, phase.start, phase.end, phase.speed, phase.tip, phase.duration, phase.winch, left),
-    )
-    if key not in kept:
-        kept[key] = _values(plan, phase, seas, left)
-    notes = _notes(plan, phase, seas, alternative)
-    return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, kept[key], notes=notes)
+    values, notes = plan.once(_values, phase, seas, left), _notes(plan, phase, seas, alternative)
+    return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, values, notes=notes)
 
 
 def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
@@ -150,12 +143,13 @@ def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
 
 def remarks(plan: LiftPlan, seas: Seas) -> tuple[str, ...]:
     """What a reader of the closed form should know, a line for each remark with the phases that it is of."""
-    phases: dict[str, list[str]] = {}
-    for phase in plan.phases:
-        notes = [note for alternative in plan.alternatives for note in _notes(plan, phase, seas, alternative)]
-        for note in dict.fromkeys(notes):
-            phases.setdefault(note, []).append(phase.name)
-    return tuple(f"closed form, {', '.join(names)}: {note}" for note, names in phases.items())
+    phases = grouped(
+        (note, phase.name)
+        for phase in plan.phases
+        for alternative in plan.alternatives
+        for note in _notes(plan, phase, seas, alternative)
+    )
+    return tuple(f"closed form, {', '.join(dict.fromkeys(names))}: {note}" for note, names in phases.items())
 
 
 def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -> tuple[str, ...]:
@@ -180,34 +174,10 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
     return tuple(notes)
 
 
-_KEPT: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[object, Any]]] = WeakKeyDictionary()
-_PERIODS: WeakKeyDictionary[LiftPlan, dict[tuple[float, float], float]] = WeakKeyDictionary()
-_WAYS: WeakKeyDictionary[LiftPlan, dict[object, Way]] = WeakKeyDictionary()
-
-
-def _memo(plan: LiftPlan, seas: Seas) -> dict[object, Any]:
-    """What was worked out for a plan in these seas, as long as both live."""
-    return _KEPT.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
-
-
 def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
-    """What the seas do at the crane tip of a phase; remembered as long as plan and seas live."""
-    at, kept = plan.tip_of(phase), _memo(plan, seas)
-    key = ("tip", at.x, at.y)
-    if key not in kept:
-        kept[key] = _tip(plan, seas, at.x, at.y)
-    tip: Tip = kept[key]
-    return tip
-
-
-def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
-    """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as the plan
-    lives."""
-    known = _PERIODS.setdefault(plan, {})
-    pairs = list(zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True))
-    for H, T in set(pairs) - known.keys():
-        known[H, T] = plan.environment.spectrum(H, T).T_m02
-    return np.array([known[pair] for pair in pairs])
+    """What the seas do at the crane tip of a phase; remembered as long as the plan lives."""
+    at = plan.tip_of(phase)
+    return plan.once(_tip, seas, at.x, at.y)
 
 
 def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
@@ -215,23 +185,27 @@ def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
     return Tip(wave_periods(plan, seas), *(forcing.deviation(order) for order in range(3)))
 
 
+def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
+    """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as the plan
+    lives."""
+    pairs = zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True)
+    return np.array([plan.once(_wave_period, H, T) for H, T in pairs])
+
+
+def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
+    return plan.environment.spectrum(Hs, Tp).T_m02
+
+
 def way(plan: LiftPlan, phase: Phase) -> Way:
     """Heights of a phase's way, and what is there; remembered as long as the plan lives."""
-    known, key = _WAYS.setdefault(plan, {}), _of_way(phase)
-    if key not in known:
-        known[key] = _way(plan, phase)
-    return known[key]
+    return plan.once(_way, phase)
 
 
 def on_way(plan: LiftPlan, phase: Phase, other: Way) -> LiftPlan:
     """The same plan with another way in one of its phases, such as one with more added mass."""
     changed = replace(plan)
-    _WAYS.setdefault(changed, {})[_of_way(phase)] = other
+    changed.memo[_way, phase] = other
     return changed
-
-
-def _of_way(phase: Phase) -> tuple[object, ...]:
-    return phase.kind, phase.start, phase.end, phase.tip
 
 
 def _way(plan: LiftPlan, phase: Phase) -> Way:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -214,16 +213,14 @@ def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
 
 
 def forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
-    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]; remembered as long as plan
-    and seas live."""
-    known = _AT_TIP.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
-    if (x, y) not in known:
-        each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
-        known[x, y] = forcing_of_seas(each, plan.vessel, x, y)
-    return known[x, y]
+    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]; remembered as long as the
+    plan lives."""
+    return plan.once(_forcing_at, seas, x, y)
 
 
-_AT_TIP: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[tuple[float, float], Forcing]]] = WeakKeyDictionary()
+def _forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
+    each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
+    return forcing_of_seas(each, plan.vessel, x, y)
 
 
 def winches_of(

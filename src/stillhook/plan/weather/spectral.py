@@ -8,14 +8,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import PlanError
-from stillhook.plan.definition.capacities import calm
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas
-from stillhook.plan.limits import limited, limits_of, utilisation
+from stillhook.plan.limits import limited, limits_in, utilisation
+from stillhook.plan.result import labelled
 from stillhook.plan.table import SAME, Axes, LimitTable, chosen, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import Looks, demands, looked_at, thinned, winches_of
@@ -108,16 +109,13 @@ def _labelled(
     used: FloatArray,
     utilisation: FloatArray,
 ) -> xarray.Dataset:
-    import xarray  # heavy: only where results are labelled
-
     assert not isinstance(waves.of, Sea)
     phase_names = [phase.name for phase, _ in phases]
     with np.errstate(invalid="ignore"):
         workable = (utilisation <= 1.0).astype(np.int8)
-    columns = {
-        "utilisation": (("alternative", "time"), utilisation, attributes("utilisation")),
-        "workable_record": (("alternative", "time"), workable, attributes("workable_record")),
-        "utilisation_phase": (("alternative", "phase", "time"), used, attributes("utilisation")),
+    columns: dict[str, tuple[tuple[str, str], NDArray[Any]]] = {
+        "utilisation": (("alternative", "time"), utilisation),
+        "workable_record": (("alternative", "time"), workable),
     }
     coords = {
         "alternative": [str(a) for a in alternatives],
@@ -125,7 +123,8 @@ def _labelled(
         "time": waves.of.time.astype("datetime64[ns]"),
     }
     left = ", ".join(phase.name for phase in plan.phases if phase.name not in phase_names)
-    return xarray.Dataset(columns, coords, {"waves": waves.describe(), "left_out": left})
+    data = labelled(columns, coords, {"waves": waves.describe(), "left_out": left})
+    return data.assign(utilisation_phase=(("alternative", "phase", "time"), used, attributes("utilisation")))
 
 
 FINE = 0.001
@@ -229,11 +228,7 @@ def _in_the_surface(
     if not phases:
         return {}, ""
     axes, seas = Axes.of(plan), plan.environment.table()
-    pairs = [(phase, a) for phase in phases for a in alternatives]
-    limits = [
-        limits_of(closed_form(plan, phase, seas, a), limited(plan, phase, a), calm(plan, phase, a))
-        for phase, a in pairs
-    ]
+    limits = [limits_in(plan, closed_form(plan, phase, seas, a)) for phase in phases for a in alternatives]
     table = governed(chosen(gathered(axes, limits)))
     beta = _beta(waves)
     highest, tolerance = max(plan.environment.Hs), plan.environment.heading_tolerance

@@ -34,7 +34,7 @@ from stillhook.errors import PlanError, WeatherError
 from stillhook.formats.weather.file import SENSES, read_weather
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.rules import Alternative
-from stillhook.plan.result import CREDITS, Credit
+from stillhook.plan.result import CREDITS, Credit, labelled
 from stillhook.plan.table import (
     SAME,
     Axes,
@@ -49,10 +49,9 @@ from stillhook.plan.table import (
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
 from stillhook.units import quote, show
-from stillhook.variables import attributes
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
 from stillhook.weather.limit_text import FREE_STEP, free_headings
-from stillhook.weather.persistence import Persistence, persistence, waits, windows_of
+from stillhook.weather.persistence import Persistence, month_of, persistence, waits, windows_of
 from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
@@ -186,8 +185,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
             can_start = windows_of(good, weather.time, weather.step).starts(forecast.T_R)
             waited[credit, alternative] = waits(can_start, weather.time)
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
-    month = np.asarray(weather.time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
-    return WeatherValue(persistence_of, waited, month, best, forecast.T_R, notes)
+    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,8 +317,6 @@ def weather_block(
 ) -> xarray.Dataset:
     """The Dataset of a result: dims credit, alternative, month (0 the whole year), over. A month without records is
     NaN. attrs say which weather, read how."""
-    import xarray
-
     shape = (len(CREDITS), len(axes.alternatives), 13)
     tables = {name: np.full(shape, np.nan) for name in (*STATISTICS, "vessel_days")}
     for c, credit in enumerate(CREDITS):
@@ -332,9 +328,9 @@ def weather_block(
     tables["vessel_days"] = (tables["wait_mean"] + value.T_R) / DAY
     hours, days = _gained(axes, value, tables["operability"])
     dims = ("credit", "alternative", "month")
-    data = {name: (dims, values, attributes(name)) for name, values in tables.items()}
-    both = (("hours_gained", hours), ("days_gained", days))
-    gains = {name: ((*dims, "over"), np.moveaxis(a, 0, -1), attributes(name)) for name, a in both}
+    data: dict[str, tuple[tuple[str, ...], FloatArray]] = {name: (dims, values) for name, values in tables.items()}
+    for name, gains in (("hours_gained", hours), ("days_gained", days)):
+        data[name] = (*dims, "over"), np.moveaxis(gains, 0, -1)
     coords = {
         "credit": list(CREDITS),
         "alternative": [a.value for a in axes.alternatives],
@@ -342,7 +338,7 @@ def weather_block(
         "over": list(OVER),
     }
     best = {f"best_classic_{credit}": a.value if a else "" for credit, a in value.best_classic.items()}
-    return xarray.Dataset({**data, **gains}, coords=coords, attrs={**_described(plan, weather, forecast), **best})
+    return labelled(data, coords, _described(plan, weather, forecast) | best)
 
 
 def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.plan.report.figures.style import (
+from stillhook.plan.report.words import (
     COLOUR,
     CREDITED,
     THICK,
@@ -27,6 +27,7 @@ from stillhook.plan.report.figures.style import (
 from stillhook.plan.result import PlanResult, columns, references
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display
+from stillhook.weather.persistence import MONTHS
 
 if TYPE_CHECKING:
     import xarray
@@ -59,8 +60,7 @@ def depth(block: xarray.Dataset) -> Figure:
     """Tension at the tip, dynamic factor, least sling tension and natural period against depth, with the depth of
     resonance."""
     z = -np.asarray(block["z"].values, dtype=float)
-    with_T = "T_0" in block
-    figure, axes = canvas(1, 4 if with_T else 3, 4.4, sharey=True)
+    figure, axes = canvas(1, 4, 4.4, sharey=True)
     row = axes[0]
     kN = in_display(1.0, "force")
     for name in names(block):
@@ -68,20 +68,17 @@ def depth(block: xarray.Dataset) -> Figure:
         row[0].plot(kN * block["F_top_max"].sel(alternative=name), z, label=named(name), **style)
         row[1].plot(block["DAF"].sel(alternative=name), z, **style)
         row[2].plot(block["sling_ratio"].sel(alternative=name), z, **style)
-    row[0].plot(
-        kN * np.broadcast_to(block["F_top_static"].values, z.shape), z, color=GREY, lw=1.0, ls="--", label="at rest"
-    )
+    row[0].plot(kN * block["F_top_static"].values, z, color=GREY, lw=1.0, ls="--", label="at rest")
     row[2].axvline(0.0, color=GREY, lw=0.8)
+    row[3].plot(block["T_0"].values, z, color="black", lw=1.3)
+    row[3].axvline(float(block.attrs["Tp"]), color=GREY, lw=0.8, ls="--")
     titles = [
         "tension at tip [kN]",
         "DAF [-]: sling tension\nover weight in air",
         "least sling tension\nover that at rest [-]",
+        "natural period on\nthe wire [s] (dashed: Tp)",
     ]
-    if with_T:
-        row[3].plot(np.broadcast_to(block["T_0"].values, z.shape), z, color="black", lw=1.3)
-        row[3].axvline(float(block.attrs["Tp"]), color=GREY, lw=0.8, ls="--")
-        titles.append("natural period on\nthe wire [s] (dashed: Tp)")
-    at = float(block.attrs.get("z_resonance", math.nan))
+    at = float(block.attrs["z_resonance"])
     for ax, title in zip(row, titles, strict=True):
         ax.set_xlabel(title, fontsize="small")
         if math.isfinite(at):
@@ -105,8 +102,8 @@ def efficiency(block: xarray.Dataset) -> Figure:
     low = min(float(np.nanmin(block[name].values)) for name in ("eta_wire", "eta_load"))
     axes[0, 0].set_ylim(max(-100.0, min(0.0, 105.0 * low)), 103.0)
     axes[0, 0].set_ylabel("compensation efficiency [%]", fontsize="small")
-    where = f" at {-float(block.attrs['z']):.0f} m depth" if "z" in block.attrs else ""
-    figure.suptitle(f"Compensation efficiency{where}: {sea_words(block.attrs)}", fontsize="medium")
+    where = f"{-float(block.attrs['z']):.0f} m depth"
+    figure.suptitle(f"Compensation efficiency at {where}: {sea_words(block.attrs)}", fontsize="medium")
     key_below(figure, [axes[0, 0]])
     return figure
 
@@ -121,7 +118,7 @@ def landing(block: xarray.Dataset) -> Figure:
         if len(v):
             share = 100.0 * (1.0 - (np.arange(len(v)) + 0.5) / len(v))
             ax.step(v, share, where="mid", color=COLOUR[name], lw=THICK[name], label=f"{named(name)} ({len(v)})")
-    if "limit" in block.attrs and math.isfinite(float(block.attrs["limit"])):
+    if math.isfinite(float(block.attrs["limit"])):
         ax.axvline(float(block.attrs["limit"]), color=GREY, lw=1.0, ls="--", label="limit")
     ax.set(ylim=(0.0, 100.0))
     ax.set_xlim(left=0.0)
@@ -163,19 +160,15 @@ def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
     if limits.size:
         room = max(0.1, 0.12 * float(np.ptp(limits)))
         axes[0, 0].set_xlim(max(0.0, float(limits.min()) - room), float(limits.max()) + room)
-    where = ", ".join(str(block.attrs[k]) for k in ("phase", "rule") if block.attrs.get(k))
-    figure.suptitle(
-        f"Limiting Hs [m] with other inputs: {sea_words(block.attrs)}{f' ({where})' if where else ''}",
-        fontsize="medium",
-    )
+    where = ", ".join(block.attrs[key] for key in ("phase", "rule"))
+    figure.suptitle(f"Limiting Hs [m] with other inputs: {sea_words(block.attrs)} ({where})", fontsize="medium")
     key_below(figure, [axes[0, 0]])
     return figure
 
 
 def _factor(block: xarray.Dataset, i: int) -> str:
-    low, high = (str(block[k].values[i]) if k in block.coords else "" for k in ("low_text", "high_text"))
-    name = FACTORS.get(str(block["factor"].values[i]), str(block["factor"].values[i]))
-    return "\n".join(textwrap.wrap(f"{name}: {low} to {high}" if low or high else name, 28))
+    name, low, high = (str(block[key].values[i]) for key in ("factor", "low_text", "high_text"))
+    return "\n".join(textwrap.wrap(f"{FACTORS.get(name, name)}: {low} to {high}", 28))
 
 
 def convergence(block: xarray.Dataset) -> Figure:
@@ -204,7 +197,6 @@ def convergence(block: xarray.Dataset) -> Figure:
     return figure
 
 
-MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 DAY = 86400.0
 OVER = {"none": "no compensation", "cap-80": "the 80 % cap", "best-classic": "the best classic controller"}
 
@@ -219,7 +211,7 @@ def weather_figures(result: PlanResult) -> dict[str, Figure]:
 
 def marked(block: xarray.Dataset, title: str) -> str:
     """A title that says where the weather is synthetic."""
-    return f"SYNTHETIC WEATHER. {title}" if int(block.attrs.get("synthetic", 0)) else title
+    return f"SYNTHETIC WEATHER. {title}" if block.attrs["synthetic"] else title
 
 
 def waiting(block: xarray.Dataset) -> Figure:
@@ -239,9 +231,8 @@ def waiting(block: xarray.Dataset) -> Figure:
     top.set_ylim(0.0, 100.0)
     low.set_ylim(bottom=0.0)
     low.set_xticks(month, MONTHS)
-    figure.suptitle(
-        marked(block, "Operability and waiting for a window by month of readiness, credited limits"), fontsize="medium"
-    )
+    title = "Operability and waiting for a window by month of readiness, credited limits"
+    figure.suptitle(marked(block, title), fontsize="medium")
     key_below(figure, [top])
     return figure
 
@@ -249,7 +240,7 @@ def waiting(block: xarray.Dataset) -> Figure:
 def gained(block: xarray.Dataset, result: PlanResult) -> Figure:
     """Vessel days that an alternative saves each operation, against no compensation, the cap and the best classic
     controller; alternatives that are not told apart have one bar."""
-    over = references(block, result.facts.get("tiers", ()))
+    over = references(block, result.facts["tiers"])
     figure, axes = canvas(1, max(1, len(over)), 3.4, sharey=True)
     groups = columns(result)
     labels = [group[0] for group in groups]

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.report.figures.detail import detail_figures, weather_figures
-from stillhook.plan.report.figures.style import (
+from stillhook.plan.report.words import (
     COLOUR,
     CREDITED,
     MARKER,
-    SAME,
     THICK,
     TWIN,
     WIDTH,
     canvas,
+    differs,
     height,
     highest_shown,
     key_below,
@@ -31,7 +31,7 @@ from stillhook.plan.report.figures.style import (
     phase_code,
     rule_code,
 )
-from stillhook.plan.result import Credit, PlanResult
+from stillhook.plan.result import Credit, PlanResult, grouped
 from stillhook.report.formatting import direction
 from stillhook.report.pictures import pngs
 
@@ -155,19 +155,13 @@ def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
 
 def equal_tables(result: PlanResult, credit: Credit, alternatives: Sequence[str]) -> list[list[str]]:
     """Alternatives whose tables are the same, limit by limit and by what governs, side by side."""
-    groups: dict[bytes, list[str]] = {}
-    for name in alternatives:
+
+    def content(name: str) -> bytes:
         cells = result.data.sel(credit=credit, alternative=name)
         texts = [cells[key].values.astype("<U200").tobytes() for key in ("governing_phase", "governing_rule")]
-        groups.setdefault(b"".join([np.round(cells["Hs_limit"].values, 2).tobytes(), *texts]), []).append(name)
-    return list(groups.values())
+        return b"".join([np.round(cells["Hs_limit"].values, 2).tobytes(), *texts])
 
-
-def differs(result: PlanResult, alternative: str) -> bool:
-    """Whether what is credited to an alternative is not what its model says."""
-    both = result.data["Hs_limit"].sel(alternative=alternative)
-    a, b = (np.minimum(both.sel(credit=c).values, float(result.data.attrs["Hs_highest"])) for c in (TWIN, CREDITED))
-    return not bool(np.allclose(a, b, rtol=0.0, atol=SAME, equal_nan=True))
+    return list(grouped((content(name), name) for name in alternatives).values())
 
 
 def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[str]]) -> Figure:

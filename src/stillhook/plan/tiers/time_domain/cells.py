@@ -27,6 +27,7 @@ from stillhook.plan.definition.capacities import places
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Level, Seas
+from stillhook.plan.result import grouped
 from stillhook.plan.tiers.frequency import forcing_at, situations
 from stillhook.plan.tiers.time_domain.lowering import (
     Course,
@@ -40,8 +41,6 @@ from stillhook.plan.tiers.time_domain.lowering import (
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.frequency_domain import sigmas
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.scenario import Mode
 from stillhook.statistics.estimate import ENDS, Estimate
 from stillhook.statistics.extremes import FEWEST_MAXIMA, MPM, P90, gumbel
 
@@ -285,20 +284,13 @@ class Cells:
     n_runs: int = 0
     n_failed: int = 0
     seconds: float = 0.0
-    _machines: dict[Winch, tuple[Crane, Mode]] = field(default_factory=dict)
-    _courses: dict[tuple[str, Winch, float, float], Course] = field(default_factory=dict)
-    _calm: dict[tuple[Winch, str, Course], Lowering] = field(default_factory=dict)
     _heights: dict[tuple[str, Winch, float, float], set[float]] = field(default_factory=dict)
     _still: dict[tuple[Winch, Course], dict[str, FloatArray]] = field(default_factory=dict)
-    _worst: dict[str, dict[tuple[float, float], tuple[float, float]]] = field(default_factory=dict)
 
     def course(self, phase: Phase, winch: Winch, spot: SeaState) -> Course:
         """What is run of a phase in the seas of a column: about its worst height where it is a long way."""
-        key = (phase.name, winch, spot.Tp, spot.beta)
-        if key not in self._courses:
-            z, about = self._worst_of(phase).get((spot.Tp, spot.beta), (None, None))
-            self._courses[key] = course_of(self.plan, phase, winch, z, about)
-        return self._courses[key]
+        worst = self.plan.once(worst_heights, phase) if phase.kind is PhaseKind.LOWERING else {}
+        return self.plan.once(course_of, phase, winch, *worst.get((spot.Tp, spot.beta), (None, None)))
 
     def request(self, wanted: Sequence[CellRequest], progress: Progress | None = None) -> None:
         """Run what is wanted and not there yet, all of it together."""
@@ -323,11 +315,10 @@ class Cells:
     ) -> dict[tuple[str, Winch, SeaState], CellRequest]:
         """The same cells with some seeds more, where blocks of runs side by side would else have empty places: they
         cost nothing."""
-        groups: dict[tuple[float, int, bool], list[tuple[str, Winch, SeaState]]] = {}
-        for cell, request in missing.items():
-            if request.spot.Hs > 0.0:
-                course = self._course_of(request)
-                groups.setdefault((course.duration, len(course.programme), course.z_top > -REACH), []).append(cell)
+        in_waves = [(self._course_of(request), cell) for cell, request in missing.items() if request.spot.Hs > 0.0]
+        groups = grouped(
+            ((course.duration, len(course.programme), course.z_top > -REACH), cell) for course, cell in in_waves
+        )
         full = dict(missing)
         for group in groups.values():
             runs = sum(missing[cell].seeds - len(self._durations(missing[cell])) for cell in group)
@@ -387,10 +378,8 @@ class Cells:
     def _cases(self, request: CellRequest) -> tuple[Crane, list[Case]]:
         """Runs of a cell that are still missing."""
         phase, course = self.plan.phase(request.phase), self._course_of(request)
-        if request.winch not in self._machines:
-            self._machines[request.winch] = machine_of(self.plan, request.winch)
-        crane, mode = self._machines[request.winch]
-        calm = self._calm.setdefault((request.winch, phase.name, course), lowering_of(self.plan, phase, course, mode))
+        crane, mode = self.plan.once(machine_of, request.winch)
+        calm = self.plan.once(lowering_of, phase, course, mode)
         first = len(self._durations(request)) + 1
         self.n_runs += request.seeds - first + 1
         self.seconds += course.duration * (request.seeds - first + 1)
@@ -398,15 +387,6 @@ class Cells:
             return crane, [calm]
         one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, first)
         return crane, [replace(one, seed=seed) for seed in range(first, request.seeds + 1)]
-
-    def _worst_of(self, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
-        """(Tp, beta) -> height at which the load swings most on its wire, the winch on its brake [m], and time spent
-        about there [s]."""
-        if phase.kind is not PhaseKind.LOWERING:
-            return {}
-        if phase.name not in self._worst:
-            self._worst[phase.name] = worst_heights(self.plan, phase)
-        return self._worst[phase.name]
 
 
 def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:

@@ -185,7 +185,6 @@ class Work:
         self.lines: list[LimitSearch] = []
         self.groups: dict[tuple[Alternative, Column], list[LimitSearch]] = {}
         self.others: dict[tuple[Alternative, Column], float] = {}
-        self.limited: dict[tuple[str, Alternative], tuple[Limited, ...]] = {}
         self.estimates: dict[tuple[str, Alternative, SeaState, int], dict[str, Estimate]] = {}
         self.share = 0.0
 
@@ -305,14 +304,7 @@ class Work:
 
     def rules(self, line: LimitSearch) -> tuple[Limited, ...]:
         """Limits that hold in a line's phase under its alternative."""
-        return self.limits(line.phase, line.alternative)
-
-    def limits(self, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
-        """Limits that hold in a phase under an alternative."""
-        key = (phase.name, alternative)
-        if key not in self.limited:
-            self.limited[key] = limited(self.plan, phase, alternative)
-        return self.limited[key]
+        return limited(self.plan, line.phase, line.alternative)
 
     def least(self, alternative: Alternative, column: Column) -> float:
         """Lowest limit that is known of an alternative in a column, by runs or of a phase that is not run [m]."""

@@ -15,8 +15,9 @@ import numpy as np
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
-from stillhook.plan.limits import Limits, limits_of, utilisation
+from stillhook.plan.definition.rules import Alternative, Demand, Limited, Seas, Tier
+from stillhook.plan.limits import Limits, limited, limits_of, utilisation
+from stillhook.plan.result import labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, quantities
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.search import (
@@ -31,7 +32,6 @@ from stillhook.plan.tiers.time_domain.search import (
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.extremes import FEWEST_MAXIMA
 from stillhook.units import show
-from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -43,20 +43,12 @@ SHOWN = 6
 """Cells whose convergence is told, at the most."""
 
 
-def blocks(work: Work) -> dict[str, xarray.Dataset]:
-    """The blocks "landing" and "convergence" of `stillhook.plan.result`, where there is something to tell."""
-    datasets = {"landing": landing(work), "convergence": convergence(work)}
-    return {name: data for name, data in datasets.items() if data is not None}
-
-
 def landing(work: Work) -> xarray.Dataset | None:
     """Landing speeds of every alternative in one sea, seed by seed: where the best one is at its limit in the middle
     period.
 
     None where the plan has no landing, or no limit is known.
     """
-    import xarray
-
     phase = next((p for p in work.plan.phases if p.kind is PhaseKind.LANDING), None)
     column = middle(work)
     if phase is None or column is None:
@@ -69,13 +61,12 @@ def landing(work: Work) -> xarray.Dataset | None:
     asks = {a: CellRequest(phase.name, winch_of(phase, a), spot, seeds) for a in work.plan.alternatives}
     work.cells.request(list({ask.cell: ask for ask in asks.values()}.values()))
     rows = np.array([work.cells.runs[ask.cell]["v_landed"][:seeds] for ask in asks.values()])
-    rule = next(
-        (r.limit for r in work.limits(phase, work.plan.alternatives[0]) if r.rule.quantity == "v_landed"), math.nan
-    )
-    return xarray.Dataset(
-        {"v_landed": (("alternative", "run"), rows, attributes("v_landed"))},
-        coords={"alternative": [a.value for a in asks], "run": np.arange(1, seeds + 1)},
-        attrs={"Hs": Hs, "Tp": column[0], "beta": column[1], "limit": rule, "phase": phase.name},
+    rules = limited(work.plan, phase, work.plan.alternatives[0])
+    limit = next((r.limit for r in rules if r.rule.quantity == "v_landed"), math.nan)
+    return labelled(
+        {"v_landed": (("alternative", "run"), rows)},
+        {"alternative": [a.value for a in asks], "run": np.arange(1, seeds + 1)},
+        {"Hs": Hs, "Tp": column[0], "beta": column[1], "limit": limit, "phase": phase.name},
     )
 
 
@@ -207,8 +198,12 @@ def _result(work: Work) -> TwinTier:
     pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if line.started}
     demands = [_demand(work, phase, alternative) for (_, alternative), phase in pairs.items()]
     highest = max(work.plan.environment.Hs)
-    limits = [_with_ends(limits_of(d, work.limited[d.phase, d.alternative], most=highest), d, work) for d in demands]
-    datasets = blocks(work)
+    rules = [limited(work.plan, phase, alternative) for (_, alternative), phase in pairs.items()]
+    limits = [
+        _with_ends(limits_of(demand, held, most=highest), demand, {each.rule.key: each for each in held}, highest)
+        for demand, held in zip(demands, rules, strict=True)
+    ]
+    blocks = {"landing": landing(work), "convergence": convergence(work)}
     if work.progress is not None:
         work.progress(1.0)
     return TwinTier(
@@ -217,16 +212,15 @@ def _result(work: Work) -> TwinTier:
         _runs(work.cells),
         {p.name: _reason(work, p) for p in work.plan.phases},
         _notes(work),
-        datasets,
+        {name: data for name, data in blocks.items() if data is not None},
     )
 
 
-def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
+def _with_ends(limits: Limits, demand: Demand, rules: Mapping[str, Limited], most: float) -> Limits:
     """Limits with the ends of their 95 % interval from the cell next to each, whose seeds were closed: what the waves
     add there grows with the height. (Cells of one column see the same waves, so their errors go together; farther ones
     have fewer seeds and say less.)
     """
-    rules = {r.rule.key: r for r in work.limited[demand.phase, demand.alternative]}
     low, high = ({key: ends.copy() for key, ends in side.items()} for side in (limits.low, limits.high))
     for key in high:
         rule, q = rules[key], rules[key].rule.quantity
@@ -244,7 +238,6 @@ def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
             if math.isfinite(added) and added > 0.0:
                 low[key][i] = _scaled(Hs, added, worst[k] - calm) if math.isfinite(worst[k]) else math.nan
                 high[key][i] = _scaled(Hs, added, best[k] - calm)
-    most = max(work.plan.environment.Hs)
     return replace(limits, low=low, high={key: np.where(ends > most, np.inf, ends) for key, ends in high.items()})
 
 
@@ -290,11 +283,9 @@ def _notes(work: Work) -> tuple[str, ...]:
         return ()
     v = work.numbers(line, 0.0)["v_landed"].value
     return (
-        (
-            "landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload"
-            f" file (assumed unless it says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it"
-            f" touches at {show(v, 'speed')}. Check them where the landing is limited by its speed"
-        ),
+        "landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload"
+        f" file (assumed unless it says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it"
+        f" touches at {show(v, 'speed')}. Check them where the landing is limited by its speed",
     )
 
 

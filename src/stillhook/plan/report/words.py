@@ -1,9 +1,12 @@
-"""What the figures of a plan share: colours of alternatives, codes of phases and rules, how a limit is written."""
+"""What texts and figures of a plan's report share: names, colours and codes, limits and ranges in words, fixed
+texts."""
 
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +14,9 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
-from stillhook.plan.result import CREDITS, PlanResult
-from stillhook.report.formatting import direction
+from stillhook.plan.result import CREDITS, Credit, PlanResult
+from stillhook.plan.table import LimitTable
+from stillhook.report.formatting import EMPTY, days, direction, fmt, kind_of, percent
 from stillhook.report.plots.run import COLOURS
 from stillhook.units import number, show
 
@@ -123,3 +127,103 @@ def highest_shown(result: PlanResult) -> float:
     highest = float(result.data.attrs["Hs_highest"])
     limits = np.nan_to_num(result.data["Hs_limit"].values, nan=0.0, posinf=highest)
     return min(highest, max(1.0, float(np.ceil(2.4 * limits.max()) / 2.0)))
+
+
+def leading(result: PlanResult) -> str:
+    """The alternative that the first page tells: that of the facts, else the twin alternative with the largest limits,
+    as credited."""
+    wanted = str(result.facts.get("shown") or "")
+    labels = names(result.data)
+    if wanted in labels:
+        return wanted
+    twins = [a.value for a in result.alternatives if a.twin] or labels
+
+    def mean(name: str, credit: Credit) -> float:
+        limits = np.minimum(result.data["Hs_limit"].sel(credit=credit, alternative=name).values, highest(result))
+        return round(float(np.nan_to_num(limits).mean()), 9)
+
+    return max(twins, key=lambda name: (mean(name, CREDITED), mean(name, TWIN)))
+
+
+def highest(result: PlanResult) -> float:
+    """The highest sea state analysed [m]."""
+    return float(result.data.attrs["Hs_highest"])
+
+
+def limits(result: PlanResult, credit: Credit, alternative: str) -> FloatArray:
+    """Limiting heights (heading, period) [m]."""
+    return np.asarray(result.data["Hs_limit"].sel(credit=credit, alternative=alternative).values, dtype=float)
+
+
+def reading(result: PlanResult) -> str:
+    """How the table is read between and beyond its cells, in words."""
+    data, name = result.data, leading(result)
+    tolerance = float(data.attrs.get("heading_tolerance", 0.0))
+    cells = limits(result, CREDITED, name)
+    return LimitTable(cells, data["heading"].values, data["period"].values, tolerance, highest(result)).described()
+
+
+def workable(cells: xarray.Dataset) -> list[str]:
+    """Operability, and mean, median and 90 % fractile of the waiting, of a row of the weather block."""
+    waits = [days(float(cells[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
+    return [percent(float(cells["operability"])), *waits]
+
+
+def differs(result: PlanResult, alternative: str) -> bool:
+    """Whether what is credited to an alternative is not what its model says."""
+    a, b = (np.minimum(limits(result, credit, alternative), highest(result)) for credit in CREDITS)
+    return not bool(np.allclose(a, b, rtol=0.0, atol=SAME, equal_nan=True))
+
+
+def lines_of(result: PlanResult, alternative: str) -> list[tuple[str, Credit]]:
+    """Lines of a table for an alternative: as credited, and by its model where that differs."""
+    lines: list[tuple[str, Credit]] = [(named(alternative), CREDITED)]
+    return [*lines, (f"{named(alternative)}, by the twin", TWIN)] if differs(result, alternative) else lines
+
+
+def least(Hs: FloatArray) -> FloatArray:
+    """Least limit over the headings, of (heading, period) [m]; NaN where one of them is not told."""
+    return np.asarray(Hs.min(axis=0))
+
+
+def worst_heading(Hs: FloatArray) -> list[int]:
+    """Place of the heading with the least limit in every period; one that is not told comes first."""
+    return [int(i) for i in np.where(np.isnan(Hs), -1.0, Hs).argmin(axis=0)]
+
+
+def between(Hs: FloatArray, top: float) -> str:
+    """Range of limits in words: "1.65 m to 3.24 m", "2.2 m to above 4 m"; "no result" where none is."""
+    known = Hs[~np.isnan(Hs)]
+    if not known.size:
+        return "no result"
+    low, high = (_in_words(float(x), top) for x in (known.min(), known.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def _in_words(Hs: float, top: float) -> str:
+    return f"above {number(top, 3)} m" if Hs > top else f"{height(Hs, top)} m"
+
+
+def over(values: Sequence[float] | FloatArray, kind: str) -> str:
+    """Range of values in words: "5 s to 16 s", "150° to 180°"."""
+    ends = [direction(x) if kind == "angle" else fmt(float(x), kind) for x in (min(values), max(values))]
+    return ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"
+
+
+def governs(phase: str, rule: str) -> str:
+    """What governs, in words."""
+    return f"{phase}: {rule.replace('-', ' ')}" if phase and rule else "-"
+
+
+def valued(value: object, quantity: str) -> str:
+    """A limit in the display unit of its quantity; a name stays what it is."""
+    if not isinstance(value, int | float):
+        return EMPTY if value is None else str(value)
+    kind = kind_of(quantity)
+    if kind == "speed":  # at sea motions are told in m/s, winches in m/min
+        return f"{fmt(value, digits=3)} m/s ({fmt(value, kind, 3)})"
+    return fmt(value, kind)
+
+
+TEXTS: Mapping[str, Any] = tomllib.loads((files("stillhook.plan.report") / "texts.toml").read_text(encoding="utf-8"))
+"""Fixed texts of a plan's report by name."""
