@@ -40,14 +40,14 @@ def test_a_list_of_cranes_runs_one_case_each_as_it_does_alone():
 @pytest.mark.slow
 def test_many_cranes_run_sixteen_side_by_side_and_not_one_by_one(monkeypatch):
     blocks: list[int] = []
-    true = engine_run.ScenarioBlock
 
-    def counting(packs, **options):
-        blocks.append(len(packs))
-        assert options["lanes"] == 16
-        return true(packs, **options)
+    class Counting(engine_run.ScenarioBlock):
+        def __init__(self, packs, **options):
+            blocks.append(len(packs))
+            assert options["lanes"] == 16
+            super().__init__(packs, **options)
 
-    monkeypatch.setattr(engine_run, "ScenarioBlock", counting)
+    monkeypatch.setattr(engine_run, "ScenarioBlock", Counting)
     simulate([*CRANES, *CRANES], CASE)
     assert sorted(blocks) == [8, 16, 16]
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stillhook.cli import run
-from stillhook.cli.identify import motor as commands
+from stillhook.cli.identify.motor import OUT_FILES, STEMS
 from stillhook.errors import IdentifyError, SpecError
 from stillhook.formats.results import to_json
 from stillhook.identify.motor.figures import figures
@@ -169,7 +169,7 @@ def test_json_holds_every_model_with_units_errors_and_strict_numbers(result):
 
 def test_figures_show_the_map_they_are_made_from_and_say_that_it_is_synthetic(result):
     made = figures(result)
-    assert set(made) == set(commands.STEMS)
+    assert set(made) == set(STEMS)
     for figure in made.values():
         assert "SYNTHETIC" in figure.get_suptitle()
     points = [line for ax in made["model-and-map"].axes for line in ax.get_lines() if line.get_marker() == "."]
@@ -228,7 +228,7 @@ def test_cli_from_map_to_files(csv, tmp_path, capsys):
     assert "Recommended: MJ4: 5 parameters" in told.out
     assert "Where it must not be used" in told.out
     assert "SYNTHETIC map" in told.err
-    assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(commands.OUT_FILES)
+    assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(OUT_FILES)
     assert load_losses(tmp_path / "o" / "motor.toml").evidence is not None
     assert json.loads((tmp_path / "o" / "models.json").read_text())["recommended"] == "mj4"
 

@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 from stillhook.engine.pack.payload import pack_payload, wetted_at
 from stillhook.kernels.lanes import VL, access
 from stillhook.library.catalogue import read_payload
+from stillhook.physics import intrinsics as intrinsics  # so that Numba knows scalar functions
 from stillhook.physics.load_path import payload as phys
 from stillhook.physics.load_path.payload import LEVELS, Water, WettedLevel
 from stillhook.physics.scalar import STRICT, G

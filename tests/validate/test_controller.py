@@ -2,7 +2,7 @@
 
 import functools
 from dataclasses import replace
-from types import FunctionType
+from types import FunctionType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -94,10 +94,13 @@ def test_the_compiled_plc_is_the_readable_one():
     plc = plc_record(TWIN)
     plc, control = plc._replace(brake=plc.brake._replace(fitted=0.0)), active_record(TWIN).control
     told, last = plc_alone(seen, np.zeros(n), memory, plc, control, {})
-    plain, laws = told._replace(**{k: np.empty(n) for k in told._fields}), control_laws(())
-    readable = FunctionType(_cycles.__code__, {**vars(kernel), "plc_cycle": laws.cycle})
-    assert readable(seen, np.zeros(n), plain, memory, laws.blank({}), plc, control) == last
-    assert all(np.array_equal(getattr(plain, k), getattr(told, k)) for k in told._fields)
+    laws, plain = control_laws(()), np.empty((n, len(told)))
+    own = {"plc_cycle": laws.cycle, "load": lambda A, i: A[i], "put_m": lambda A, i, m: A.append(m)}
+    readable = FunctionType(_cycles.__code__, {**vars(kernel), **own})
+    carried = [SimpleNamespace(m=memory, laws=laws.blank({}), plc=plc, control=control)]
+    readable(carried, np.column_stack([*seen, np.zeros(n)]).reshape(-1), plain.reshape(-1), n)
+    assert carried[1] == last
+    assert np.array_equal(plain.T, np.array(told))
 
 
 def test_a_plc_without_feedback_of_the_motors_reckons_with_its_command():
