@@ -24,7 +24,7 @@ from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
 from stillhook.validate.speed_limits.check import LimitsStep, check_limits
 from stillhook.validate.speed_limits.figures import figures
-from stillhook.validate.speed_limits.runs import NEAR
+from stillhook.validate.speed_limits.runs import NEAR_LIMIT
 
 pytestmark = pytest.mark.slow
 
@@ -172,7 +172,7 @@ def test_data_without_saturation_are_a_no_that_says_what_to_log():
 
 def test_a_calm_test_costs_no_run_of_the_twin():
     calm = record(ahc_log(TWIN, duration=60.0, height=1.0))
-    assert np.abs(calm.signals["u_p"]).max() < NEAR
+    assert np.abs(calm.signals["u_p"]).max() < NEAR_LIMIT
     assert not checked(calm).parts
 
 

@@ -15,7 +15,7 @@ from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import FULL, Record, Segment, ends_of, stretches_of
 from stillhook.validate.dynamics.runs import motor_command
 
-NEAR = 0.85
+NEAR_LIMIT = 0.85
 """Command from which a part with heave compensation is examined: small differences may decide on saturation."""
 LEAD = 10.0
 """Time that the driven twin runs before a saturated stretch [s]: the slowest of what sets the speed, the motors' servo,
@@ -81,7 +81,7 @@ def saturated_parts(campaign: Campaign, record: Record) -> list[SaturatedPart]:
             at = s.within(part)
             requested = s.u_p[at] if not part.mode.compensates and not record.has("v_op") else commands[at]
             top = max(float(np.abs(s.u_p[at]).max()), float(np.abs(requested).max()))
-            if record.test.kind is Kind.LIMITS or top > NEAR:
+            if record.test.kind is Kind.LIMITS or top > NEAR_LIMIT:
                 result.append(_saturated_part(campaign, s, part, requested))
     return result
 
