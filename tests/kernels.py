@@ -15,7 +15,7 @@ from typing import NamedTuple
 from stillhook import Scenario, load_crane, simulate
 from stillhook.kernels.build import is_compiled
 from stillhook.kernels.lanes import VL
-from stillhook.validate.synthetic.reference.crane import ReferenceCrane
+from stillhook.validate.synthetic.reference.laws import ReferenceCrane
 from stillhook.validate.synthetic.reference.pack import simulate_reference
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -13,9 +13,8 @@ from blocks import HERE, percent, save, table
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stillhook.identify.curve import CurvePoint, FrictionCurve, friction_curve
+from stillhook.identify.curve import CurvePoint, FrictionCurve, draw_windows, friction_curve
 from stillhook.identify.steady_state.steps import WindowSettings
-from stillhook.identify.windows_figure import draw_windows
 from stillhook.logs.log import Log, mapping_from, read_log
 from stillhook.report.plots.run import COLOURS
 

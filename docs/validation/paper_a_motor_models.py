@@ -12,9 +12,8 @@ from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stillhook.identify.motor.fit import LossFit, fit_loss
+from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
 from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
-from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.identify.motor.rank import borrowed, rank_losses, residual_share
 from stillhook.library import motor
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
 from stillhook.analysis.loop_stability.margins import rms_above
-from stillhook.analysis.loop_stability.models.reduced import eigenfrequency
+from stillhook.analysis.loop_stability.reduced import eigenfrequency
 from stillhook.library import changed
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.sea.motion.motion import Motion, Sum

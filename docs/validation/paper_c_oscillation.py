@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.margins import Ringing, ringing
-from stillhook.analysis.loop_stability.models.reduced import Eigenfrequency, eigenfrequency
+from stillhook.analysis.loop_stability.reduced import Eigenfrequency, eigenfrequency
 from stillhook.library import changed
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.spec.crane import wire_inertia

@@ -34,11 +34,12 @@ from stillhook.identify.system_friction.fitting.uncertainty import crane_with
 from stillhook.identify.system_friction.identify import (
     JUDGED_FROM,
     Friction,
+    SecondLoop,
     held_out_errors,
     nominal_share,
+    second_loop,
     thesis_check,
 )
-from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
 from stillhook.identify.system_friction.result import drum_torque, speeds, split
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction

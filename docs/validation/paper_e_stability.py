@@ -30,10 +30,17 @@ from stillhook.analysis.loop_stability.governing import (
     wire_range,
     with_damped_wire,
 )
+from stillhook.analysis.loop_stability.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability.margins import gain_limit_of, rms_above, strongest_gain
-from stillhook.analysis.loop_stability.models.linearisation import at_state, linearise
-from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, equivalent, gain_limit
-from stillhook.analysis.loop_stability.models.transfer import (
+from stillhook.analysis.loop_stability.reduced import eigenfrequency, equivalent, gain_limit
+from stillhook.analysis.loop_stability.stability import (
+    full_stability,
+    least_limit,
+    range_of_modes,
+    stability,
+)
+from stillhook.analysis.loop_stability.sweeps import slow_sweep, sweep
+from stillhook.analysis.loop_stability.transfer import (
     about,
     closed_loop_polynomial,
     full_matrices,
@@ -42,13 +49,6 @@ from stillhook.analysis.loop_stability.models.transfer import (
     sampled,
     speed_response,
 )
-from stillhook.analysis.loop_stability.stability import (
-    full_stability,
-    least_limit,
-    range_of_modes,
-    stability,
-)
-from stillhook.analysis.loop_stability.sweeps import slow_sweep, sweep
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode

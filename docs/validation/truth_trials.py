@@ -47,8 +47,7 @@ from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
 from stillhook.validate.report.texts import reading_notes
 from stillhook.validate.synthetic import Defect, sea_trials, write_campaign
 from stillhook.validate.synthetic.defects import DEFECTS, STATED_DELAY
-from stillhook.validate.synthetic.reference.crane import ReferenceCrane
-from stillhook.validate.synthetic.reference.laws import active_leak, reference_friction
+from stillhook.validate.synthetic.reference.laws import ReferenceCrane, active_leak, reference_friction
 from stillhook.validate.validation import Validation
 from stillhook.winches.reference.drum import TrueDrum, wound
 from stillhook.winches.reference.laws import gap_motor, gap_pump, leak_across, leak_to_case

@@ -14,9 +14,8 @@ from matplotlib.figure import Figure
 from scipy.integrate import quad
 
 from stillhook.report.plots.run import COLOURS, GREY
-from stillhook.sea.spectra.parametric import CUT, Jonswap, Peaks
+from stillhook.sea.spectra.parametric import CUT, Jonswap, Peaks, Torsethaugen
 from stillhook.sea.spectra.text import parse_wave
-from stillhook.sea.spectra.two_peaked import Torsethaugen
 
 PAGE = "wave-spectra.md"
 GAMMAS = (1.0, 2.0, 3.3, 5.0, 7.0)

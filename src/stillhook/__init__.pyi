@@ -14,8 +14,8 @@ from stillhook.formats.results import load_run as load_run
 from stillhook.formats.results import save_run as save_run
 from stillhook.formats.vessel.open import read_vessel as read_vessel
 from stillhook.library.catalogue import read_payload as read_payload
-from stillhook.library.crane_file.load import cranes as cranes
-from stillhook.library.crane_file.load import load_crane as load_crane
+from stillhook.library.crane_file import cranes as cranes
+from stillhook.library.crane_file import load_crane as load_crane
 from stillhook.plan.file import load_plan as load_plan
 from stillhook.sea.motion.motion import Profile as Profile
 from stillhook.sea.motion.motion import Sine as Sine

@@ -17,7 +17,7 @@ import numpy as np
 import xarray
 
 from stillhook.errors import StillhookError
-from stillhook.sea.spectra.waves import trailing_spans
+from stillhook.sea.motion.recorded import trailing_spans
 from stillhook.units import parse
 from stillhook.variables import WINDOW
 

@@ -20,7 +20,7 @@ from stillhook.analysis.loop_stability.governing import (
     wire_range,
 )
 from stillhook.analysis.loop_stability.margins import gain_limit_of, margins, strongest_gain
-from stillhook.analysis.loop_stability.models.reduced import gain_limit
+from stillhook.analysis.loop_stability.reduced import gain_limit
 from stillhook.analysis.tuning.objective import Limits, gain_allowed, linear_broken, loop_margins, parse_limits
 from stillhook.analysis.tuning.tune import tune
 from stillhook.engine.scenario.checks import foresee, layer_diameter_at

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.loop_stability.margins import gain_limit_of
-from stillhook.analysis.loop_stability.models import linearisation as module
-from stillhook.analysis.loop_stability.models.linearisation import (
+from stillhook.analysis.loop_stability import linearisation as module
+from stillhook.analysis.loop_stability.linearisation import (
     Linear,
     PlantMode,
     at_state,
@@ -20,9 +19,10 @@ from stillhook.analysis.loop_stability.models.linearisation import (
     plant_loop,
     plc_loop,
 )
-from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, equivalent, gain_limit
-from stillhook.analysis.loop_stability.models.transfer import about, command_pole
+from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.analysis.loop_stability.reduced import eigenfrequency, equivalent, gain_limit
 from stillhook.analysis.loop_stability.stability import full_stability, stability
+from stillhook.analysis.loop_stability.transfer import about, command_pole
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import flatten, unflatten

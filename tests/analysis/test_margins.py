@@ -19,8 +19,8 @@ from stillhook.analysis.loop_stability.margins import (
     strongest_gain,
     strongest_up_to,
 )
-from stillhook.analysis.loop_stability.models.reduced import gain_limit
-from stillhook.analysis.loop_stability.models.transfer import (
+from stillhook.analysis.loop_stability.reduced import gain_limit
+from stillhook.analysis.loop_stability.transfer import (
     ContinuousLoop,
     loop_matrices,
     position_loop,
@@ -216,7 +216,7 @@ def test_strongest_gain_of_the_250_t_crane():
 
 
 def test_outermost_layer_and_smallest_displacement_are_the_worst():
-    from stillhook.analysis.loop_stability.models.transfer import on_layer
+    from stillhook.analysis.loop_stability.transfer import on_layer
 
     T = CRANE.control.t_cycle
     for layer in (1, 6, 12):

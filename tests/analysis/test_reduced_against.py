@@ -6,8 +6,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.loop_stability.models.reduced import simulate_reduced
-from stillhook.analysis.loop_stability.models.transfer import about, full_matrices
+from stillhook.analysis.loop_stability.reduced import simulate_reduced
+from stillhook.analysis.loop_stability.transfer import about, full_matrices
 from stillhook.engine.pack.winch import gains, pack
 from stillhook.library import changed
 from stillhook.physics.load_path.drum import K_wire as ratio_of

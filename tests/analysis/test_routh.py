@@ -12,8 +12,8 @@ from tests.scripts import PAGES, script
 
 from stillhook import load_crane
 from stillhook.analysis.loop_stability.margins import gain_limit_of
-from stillhook.analysis.loop_stability.models.reduced import gain_limit
-from stillhook.analysis.loop_stability.models.transfer import closed_loop_polynomial, position_loop, sampled
+from stillhook.analysis.loop_stability.reduced import gain_limit
+from stillhook.analysis.loop_stability.transfer import closed_loop_polynomial, position_loop, sampled
 from stillhook.errors import StillhookError
 
 PAGE = script(PAGES / "routh.py")

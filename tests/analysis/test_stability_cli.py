@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.analysis.loop_stability.models.reduced import gain_limit
+from stillhook.analysis.loop_stability.reduced import gain_limit
 from stillhook.analysis.loop_stability.stability import full_stability, least_limit, stability
 from stillhook.analysis.loop_stability.sweeps import Over, bode, root_locus, slow_sweep, sweep
 from stillhook.cli import run

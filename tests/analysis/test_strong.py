@@ -9,7 +9,7 @@ import pytest
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import controller, lateness, strong_ssc
 from stillhook.analysis.loop_stability.margins import margins, rms_above
-from stillhook.analysis.loop_stability.models.transfer import position_loop, sampled
+from stillhook.analysis.loop_stability.transfer import position_loop, sampled
 from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import StillhookError
 from stillhook.library import changed, cranes

@@ -11,8 +11,8 @@ from tests.scripts import PAGES, script
 
 from stillhook import load_crane
 from stillhook.analysis.loop_stability.margins import gain_limit_of
-from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, gain_limit
-from stillhook.analysis.loop_stability.models.transfer import (
+from stillhook.analysis.loop_stability.reduced import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.transfer import (
     FULL_LOOP,
     about,
     circuit_matrices,

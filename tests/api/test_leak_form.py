@@ -15,7 +15,7 @@ from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.scenario import Scenario
 from stillhook.units import in_display
-from stillhook.validate.dynamics.fitting.model import bent
+from stillhook.validate.dynamics.model import bent
 from stillhook.winches.circuits.tables import LeakForm
 
 CRANE = load_crane("nov-250t")

@@ -12,8 +12,8 @@ from stillhook import library
 from stillhook.engine.pack.winch import drum_record, inertia_record
 from stillhook.errors import SpecError
 from stillhook.library import LeakTable, changed, cranes, frictions, leak_table, leak_tables, load_crane, motor, motors
-from stillhook.library.crane_file.write import items, sheet, sheet_json
 from stillhook.library.toml.tree import tree
+from stillhook.library.write import items, sheet, sheet_json
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
 from stillhook.physics.load_path.drum import shaft_inertia
 from stillhook.spec.crane import Crane, Plant, Source, SourceKind, effective_inertia

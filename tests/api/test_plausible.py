@@ -17,7 +17,7 @@ from stillhook.errors import LiftError, ScenarioError, SpecError, StillhookError
 from stillhook.formats.lift_file import load_lift
 from stillhook.library import changed, cranes, load_crane, motor, motors
 from stillhook.library.catalogue import payloads, read_payload
-from stillhook.library.crane_file.write import COMPANIONS
+from stillhook.library.write import COMPANIONS
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.payload import Payload

@@ -14,7 +14,7 @@ from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
 from stillhook.response.suspended_load import End, Rod, natural_periods, transfers
 from stillhook.sea.motion.motion import Motion, Profile, Sine
-from stillhook.sea.spectra.waves import trailing_spans
+from stillhook.sea.motion.recorded import trailing_spans
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings

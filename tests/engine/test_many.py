@@ -13,8 +13,8 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.engine import batch as many
+from stillhook.engine.batch import SUFFIX
 from stillhook.engine.scenario.problem import numbers_of, summaries
-from stillhook.engine.store import SUFFIX
 from stillhook.errors import ScenarioError, SimulationError, SpecError
 from stillhook.library import changed
 from stillhook.sea.motion.recorded import Recorded

@@ -14,9 +14,8 @@ from typer.testing import CliRunner
 
 from stillhook.cli.identify.curve import curve as command
 from stillhook.errors import IdentifyError
-from stillhook.identify.curve import CurvePoint, friction_curve, with_visits
+from stillhook.identify.curve import CurvePoint, curve_figure, friction_curve, window_figure, with_visits
 from stillhook.identify.steady_state.steps import WindowSettings
-from stillhook.identify.windows_figure import curve_figure, window_figure
 from stillhook.logs.log import Log
 
 STROKE = 1.5  # m

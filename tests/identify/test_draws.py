@@ -10,7 +10,7 @@ from stillhook.cli import run as command
 from stillhook.errors import StillhookError
 from stillhook.identify.system_friction.fitting.uncertainty import crane_with, draw_cranes, quantiles
 from stillhook.library import FrictionSet, LossSet, changed, load_friction, load_losses
-from stillhook.library.crane_file.draws import draw
+from stillhook.library.draws import draw
 from stillhook.library.parameter_sets import Evidence, save_set
 
 CRANE = load_crane("nov-150t")

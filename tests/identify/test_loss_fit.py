@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.motor.fit import fit_loss, indeterminate, spread_of_levels
+from stillhook.identify.motor.fit import CARDS, LossModel, fit_loss, indeterminate, spread_of_levels
 from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
-from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.library import motor
 from stillhook.units import from_display
 

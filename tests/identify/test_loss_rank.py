@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.motor.fit import fit_loss
+from stillhook.identify.motor.fit import CARDS, LossModel, fit_loss
 from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
-from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.identify.motor.rank import (
     MATERIAL,
     Ranking,

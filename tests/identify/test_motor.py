@@ -13,9 +13,9 @@ from stillhook.cli.identify.motor import OUT_FILES, STEMS
 from stillhook.errors import IdentifyError, SpecError
 from stillhook.formats.results import to_json
 from stillhook.identify.motor.figures import figures
+from stillhook.identify.motor.fit import LossModel
 from stillhook.identify.motor.identify import MotorLoss, identify_motor, loss_set, report, to_dict
 from stillhook.identify.motor.map import LossMap, synthetic_map, write_map
-from stillhook.identify.motor.models import LossModel
 from stillhook.library import load_crane, motor
 from stillhook.library.parameter_sets import load_losses, set_toml
 from stillhook.physics.hydraulics.motor import torque_loss

@@ -20,7 +20,7 @@ from stillhook.identify.system_friction.result import (
     table,
 )
 from stillhook.library import FrictionSet, load_friction
-from stillhook.library.crane_file.draws import draw
+from stillhook.library.draws import draw
 from stillhook.library.parameter_sets import Evidence, save_set
 from stillhook.physics.scalar import G
 

@@ -15,18 +15,16 @@ from stillhook.errors import StillhookError
 from stillhook.identify.system_friction.campaign.staircase import (
     CAMPAIGNS,
     HOLD,
+    MARK,
     PAUSE,
     RAMP,
     PlannedTest,
     TestPlan,
-    outermost_layer,
-    staircase,
-)
-from stillhook.identify.system_friction.campaign.synthetic import (
-    MARK,
     campaign_plan,
     closed_circuit,
     crane_of,
+    outermost_layer,
+    staircase,
     write_campaign,
 )
 from stillhook.library import changed, crane_from_toml, load_friction

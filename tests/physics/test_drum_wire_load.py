@@ -12,19 +12,17 @@ from stillhook import load_crane
 from stillhook.engine.pack.winch import drum_record, load_record, pack
 from stillhook.physics.load_path.drum import (
     K_wire,
-    layer_diameter,
-    layers_filled,
-    shaft_inertia,
-    wire_inertia,
-    wire_to_layer,
-)
-from stillhook.physics.load_path.wire import (
     Load,
     drag_force,
+    layer_diameter,
+    layers_filled,
     load_acceleration,
+    shaft_inertia,
     wire_damping,
+    wire_inertia,
     wire_stiffness,
     wire_tension,
+    wire_to_layer,
 )
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import wire_inertia as full_wire_inertia

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stillhook.identify.motor.models import CARDS, LossModel
+from stillhook.identify.motor.fit import CARDS, LossModel
 from stillhook.physics.hydraulics import motor_losses as eq
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
 from stillhook.physics.hydraulics.motor_losses import LossMotor

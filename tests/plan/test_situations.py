@@ -16,7 +16,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.file import load_plan
 from stillhook.plan.planning import checked
-from stillhook.plan.report.brief import checked_plan
+from stillhook.plan.report.document import checked_plan
 from stillhook.plan.tiers.frequency import EVERY, resonance_depth, situations
 from stillhook.report.terminal import print_document
 

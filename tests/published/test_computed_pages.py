@@ -17,7 +17,7 @@ def computed():
 def house(tmp_path, computed):
     """A small project with one page that is kept."""
     for name, text in {
-        "src/stillhook/physics/load_path/wire.py": "k = 1",
+        "src/stillhook/physics/load_path/drum.py": "k = 1",
         "src/stillhook/plan/definition/rules.py": "r = 1",
         "src/stillhook/units.py": "u = 1",
         "docs/validation/case.py": "c = 1",
@@ -46,7 +46,7 @@ def test_a_page_stands_while_nothing_that_it_rests_on_changes(computed, house):
 @pytest.mark.parametrize(
     "change",
     [
-        {"src/stillhook/physics/load_path/wire.py": "k = 2"},
+        {"src/stillhook/physics/load_path/drum.py": "k = 2"},
         {"src/stillhook/physics/new.py": ""},
         {"src/stillhook/units.py": "u = 2"},
         {"docs/validation/case.py": "c = 2"},
@@ -69,7 +69,7 @@ def test_a_package_that_is_gone_asks_for_a_new_computation(computed, house):
 
 @pytest.mark.slow
 def test_what_a_computation_loads_is_found(computed):
-    import stillhook.physics.load_path.wire  # noqa: F401
+    import stillhook.physics.load_path.drum  # noqa: F401
 
     places = computed.loaded()
     assert {"src/stillhook/physics", "src/stillhook/units.py"} <= set(places)

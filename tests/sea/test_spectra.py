@@ -10,10 +10,18 @@ from hypothesis import strategies as st
 
 from stillhook.errors import SeaError
 from stillhook.sea.spectra.directions import cos_power, maximum_entropy, sectors
-from stillhook.sea.spectra.parametric import CUT, Jonswap, Mixed, gamma_of, pierson_moskowitz
+from stillhook.sea.spectra.parametric import (
+    CUT,
+    Hump,
+    Jonswap,
+    Mixed,
+    OchiHubble,
+    Torsethaugen,
+    gamma_of,
+    pierson_moskowitz,
+)
 from stillhook.sea.spectra.spectrum import Sea, Train, doubts, steepest
 from stillhook.sea.spectra.text import parse_wave, spectrum_from_dict
-from stillhook.sea.spectra.two_peaked import Hump, OchiHubble, Torsethaugen
 
 MOMENT = 1e-4  # what spectral moments must be right to
 PRINTED = 5e-6  # five printed digits

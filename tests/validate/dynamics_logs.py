@@ -14,7 +14,7 @@ from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
 from stillhook.validate.data_set.records.record import Record, Segment
-from stillhook.validate.dynamics.fitting.model import bent
+from stillhook.validate.dynamics.model import bent
 
 STEP = 0.01  # s, the PLC's cycle
 TWIN = load_crane("nov-250t")

@@ -11,12 +11,10 @@ from tests.validate.ahc_logs import STEP, TWIN, campaign, crane_log, record
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.ahc.check import AhcStep, check_ahc
-from stillhook.validate.ahc.diagnosis import CAUSES, with_gains
 from stillhook.validate.ahc.figures import figures
-from stillhook.validate.ahc.replay import SETTLE, run_twin
+from stillhook.validate.ahc.replay import CAUSES, SETTLE, run_twin, with_gains
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import Measure, StepNumber
+from stillhook.validate.criteria.results import MEASURES, Measure, StepNumber
 
 pytestmark = pytest.mark.slow
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stillhook.statistics.block_bootstrap import blocks, interval
+from stillhook.statistics.blocks import blocks, interval
 
 MEMORY = 0.95  # of an autoregressive series: an autocorrelation time of some 20 samples
 WINDOW = 60  # samples of a moving mean

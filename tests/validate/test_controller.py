@@ -34,8 +34,7 @@ from stillhook.validate.controller.figures import figures
 from stillhook.validate.controller.inputs import plc_segments
 from stillhook.validate.controller.law import SMOOTH, Run, law
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
+from stillhook.validate.criteria.results import MEASURES, Measure, StepNumber, Verdict
 
 pytestmark = pytest.mark.slow
 

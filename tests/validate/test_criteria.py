@@ -8,8 +8,7 @@ import pytest
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.validate.criteria.criteria import Criteria, Limit, Requirement, criteria_sets, load_criteria
 from stillhook.validate.criteria.judge import judge, outcome_of
-from stillhook.validate.criteria.names import MEASURES, SETTINGS
-from stillhook.validate.criteria.results import RISK, Measure, Outcome, StepNumber, Verdict
+from stillhook.validate.criteria.results import MEASURES, RISK, SETTINGS, Measure, Outcome, StepNumber, Verdict
 
 ALL = tuple(StepNumber)
 MEAN = "e_c_pp_deviation"

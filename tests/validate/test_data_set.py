@@ -10,8 +10,7 @@ from tests.validate.crane_logs import ahc, manual, read, signals, with_clock, wr
 
 from stillhook.report.plots.run import save_figure
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import StepNumber, Verdict
+from stillhook.validate.criteria.results import MEASURES, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.validate.data_set.check import check_data, different
 from stillhook.validate.data_set.figures import figures

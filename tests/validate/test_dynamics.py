@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stillhook.library import crane_toml
-from stillhook.library.crane_file.load import crane_from_toml
+from stillhook.library.crane_file import crane_from_toml
 from stillhook.spec.crane import effective_inertia
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict

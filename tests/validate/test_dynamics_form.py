@@ -8,11 +8,10 @@ import pytest
 
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
-from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.data_set.records.transients import Transient
+from stillhook.validate.data_set.records.record import Record, Transient
 from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics, tuned_crane
 from stillhook.validate.dynamics.estimates import MOST_FORM
-from stillhook.validate.dynamics.fitting.form import (
+from stillhook.validate.dynamics.form import (
     BOTH_WAYS,
     OTHER_TESTS,
     SLOW_AND_FAST,
@@ -21,8 +20,8 @@ from stillhook.validate.dynamics.fitting.form import (
     hidden,
     structural,
 )
-from stillhook.validate.dynamics.fitting.model import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
-from stillhook.validate.dynamics.fitting.output_error import Model, fit
+from stillhook.validate.dynamics.model import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
+from stillhook.validate.dynamics.output_error import Model, fit
 
 from .dynamics_logs import STEP, campaign, record, signals
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from stillhook.validate.data_set.records.transients import Transient, quick_changes
-from stillhook.validate.dynamics.fitting.output_error import Model, fit
+from stillhook.validate.data_set.records.record import Transient, quick_changes
+from stillhook.validate.dynamics.output_error import Model, fit
 from stillhook.validate.dynamics.swings import dominant_period, swing_of
 
 STEP = 0.01

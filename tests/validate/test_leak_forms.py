@@ -11,7 +11,7 @@ from tests.validate.flow_logs import N_1000, Leaks, flow_parts
 from tests.validate.parameter_logs import checked, records
 
 from stillhook.library import crane_toml, load_crane
-from stillhook.library.crane_file.load import changed
+from stillhook.library.crane_file import changed
 from stillhook.library.leakage import leak_at, stated_leak
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import in_display
@@ -19,9 +19,9 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
 from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics, tuned_crane
 from stillhook.validate.dynamics.estimates import TunedValue
-from stillhook.validate.parameters.circuit import leakage as implied_leak
-from stillhook.validate.parameters.circuit.flow import balance, leak_rows
-from stillhook.validate.parameters.circuit.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, form_says
+from stillhook.validate.parameters import leakage as implied_leak
+from stillhook.validate.parameters.flow import balance, leak_rows
+from stillhook.validate.parameters.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, form_says
 from stillhook.winches.circuits.tables import LeakForm
 
 pytestmark = pytest.mark.slow

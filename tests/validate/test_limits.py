@@ -20,11 +20,9 @@ from tests.validate.controller_logs import (
 from stillhook.engine.pack.winch import gains
 from stillhook.spec.scenario import Commands, Mode
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
-from stillhook.validate.speed_limits.check import LimitsStep, check_limits
+from stillhook.validate.criteria.results import MEASURES, Measure, StepNumber, Verdict
+from stillhook.validate.speed_limits.check import NEAR_LIMIT, LimitsStep, check_limits
 from stillhook.validate.speed_limits.figures import figures
-from stillhook.validate.speed_limits.runs import NEAR_LIMIT
 
 pytestmark = pytest.mark.slow
 

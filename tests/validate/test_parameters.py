@@ -14,17 +14,16 @@ from tests.validate.parameter_logs import checked, records
 from stillhook.engine.pack.winch import drum_record
 from stillhook.library import changed
 from stillhook.library.leakage import leak_at
-from stillhook.physics.hydraulics.swash import play
+from stillhook.physics.hydraulics.pump import play
 from stillhook.spec.scenario import Mode
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.criteria.results import MEASURES, StepNumber
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.check import ParametersStep
-from stillhook.validate.parameters.circuit.settings import SENSOR_GAIN, after_play
 from stillhook.validate.parameters.figures import figures
 from stillhook.validate.parameters.hoisting import CALIBRATION, missing, scale_of_law, twin_friction
+from stillhook.validate.parameters.settings import SENSOR_GAIN, after_play
 
 pytestmark = pytest.mark.slow
 

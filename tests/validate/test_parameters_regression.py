@@ -5,10 +5,9 @@ import pytest
 from scipy.signal import lfilter
 from tests.validate.ahc_logs import TWIN, record
 
-from stillhook.physics.hydraulics.swash import Servo
+from stillhook.physics.hydraulics.pump import Servo
+from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import fit, pooled
-from stillhook.validate.parameters.circuit.settings import followed
 from stillhook.validate.parameters.segments import (
     LogPart,
     diameter_of,
@@ -19,6 +18,7 @@ from stillhook.validate.parameters.segments import (
     slope,
     wire_of_layer,
 )
+from stillhook.validate.parameters.settings import followed
 
 STEP = 0.01
 NOMINAL, SLACK = 0.95, 0.04  # of 95 % intervals; three standard deviations of 300 draws

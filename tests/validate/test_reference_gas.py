@@ -7,8 +7,7 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.engine.pack.gas import gas_record
-from stillhook.validate.synthetic.reference.crane import ReferenceCrane
-from stillhook.validate.synthetic.reference.laws import density, gas_bank, stiffness
+from stillhook.validate.synthetic.reference.laws import ReferenceCrane, density, gas_bank, stiffness
 from stillhook.winches.reference.gas import (
     ATMOSPHERE,
     GasBank,

@@ -18,10 +18,11 @@ from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.scenario import Operator
 from stillhook.validate.synthetic.defects import setting
-from stillhook.validate.synthetic.reference.crane import ReferenceCrane, numbers
 from stillhook.validate.synthetic.reference.laws import (
     OMEGA_LEAK,
+    ReferenceCrane,
     active_leak,
+    numbers,
     reference_friction,
     surface,
     usual_speeds,

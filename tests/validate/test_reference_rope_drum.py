@@ -8,7 +8,7 @@ import pytest
 from stillhook import Scenario, load_crane
 from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled, wire_to_layer
-from stillhook.validate.synthetic.reference.crane import ReferenceCrane
+from stillhook.validate.synthetic.reference.laws import ReferenceCrane
 from stillhook.validate.synthetic.reference.pack import STRAIN, pack_reference
 from stillhook.winches.records import Tip
 from stillhook.winches.reference.drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound

@@ -6,7 +6,7 @@ from tests.validate.passive_logs import lines, records, rest_records, rested
 
 from stillhook.spec.crane import Crane
 from stillhook.validate.criteria.results import Verdict
-from stillhook.validate.parameters.circuit.flow import rests
+from stillhook.validate.parameters.flow import rests
 
 KEY = "p-rest-pressures"
 

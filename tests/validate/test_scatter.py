@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from stillhook.statistics.block_bootstrap import interval
+from stillhook.statistics.blocks import interval, one_number, pooled
 from stillhook.statistics.estimate import NORMAL_95, Estimate, between, extremes, half_of_mean, random_effects
-from stillhook.statistics.jackknife_regression import one_number, pooled
 from stillhook.validate.ahc.comparison import correlation
 from stillhook.validate.ahc.measures import FISHER, over_cases
 

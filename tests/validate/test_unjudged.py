@@ -9,9 +9,8 @@ from tests.validate.passive_logs import SENSORS, checked, records
 
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import StepNumber
-from stillhook.validate.report.envelope import unjudged, unjudged_says
+from stillhook.validate.criteria.results import MEASURES, StepNumber
+from stillhook.validate.report.texts import unjudged, unjudged_says
 from stillhook.validate.validation import Validation
 
 NO_CONTENT = {"loads", "load_share", "samples_lost", "longest_gap", "samples_doubtful", "wire_lag", "clock_drift"}

@@ -1,8 +1,8 @@
 from stillhook.analysis.controllers import Controller as Controller
 from stillhook.analysis.controllers import controller as controller
-from stillhook.analysis.loop_stability.models.linearisation import linearise as linearise
-from stillhook.analysis.loop_stability.models.reduced import eigenfrequency as eigenfrequency
-from stillhook.analysis.loop_stability.models.reduced import gain_limit as gain_limit
+from stillhook.analysis.loop_stability.linearisation import linearise as linearise
+from stillhook.analysis.loop_stability.reduced import eigenfrequency as eigenfrequency
+from stillhook.analysis.loop_stability.reduced import gain_limit as gain_limit
 from stillhook.analysis.loop_stability.stability import Stability as Stability
 from stillhook.analysis.maps.monte_carlo import monte_carlo_map as monte_carlo_map
 from stillhook.analysis.maps.operability import operability_map as operability_map

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import Field, create_model, field_validator
 
-from stillhook.analysis.loop_stability.models.reduced import eigenfrequency
+from stillhook.analysis.loop_stability.reduced import eigenfrequency
 from stillhook.base.choice import nearest
 from stillhook.base.progress import Progress
 from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE, USUAL
@@ -27,9 +27,9 @@ from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import OK, Result, run_cases, summarise, to_dataset
 from stillhook.errors import ScenarioError, SpecError, StillhookError
 from stillhook.library import changed
-from stillhook.library.crane_file.write import toml_value
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
+from stillhook.library.write import toml_value
 from stillhook.spec.crane import Control, Crane
 from stillhook.spec.scenario import Mode, Scenario, mode_of
 from stillhook.tables.table import Spec

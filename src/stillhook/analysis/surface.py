@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability import margins, sweeps
+from stillhook.analysis.loop_stability import margins, reduced, sweeps
 from stillhook.analysis.loop_stability import stability as loop_stability
-from stillhook.analysis.loop_stability.models import reduced
-from stillhook.analysis.loop_stability.models.reduced import Reduced
+from stillhook.analysis.loop_stability.reduced import Reduced
 from stillhook.analysis.loop_stability.stability import Stability
 from stillhook.analysis.loop_stability.sweeps import Over
 from stillhook.analysis.steady import operating_point as operation
@@ -164,7 +163,7 @@ def simulate_reduced(
     K_wire: float = 1.0,
 ) -> Reduced:
     """Heave compensation with the published reduced model; see
-    `stillhook.analysis.loop_stability.models.reduced.simulate_reduced`.
+    `stillhook.analysis.loop_stability.reduced.simulate_reduced`.
 
     Parameters: tip motion; mode; duration "72 s" and spacing of the series "2 ms"; K_wire [-].
     Errors: UnitError for a time without its unit, else as there.

@@ -252,7 +252,7 @@ def speed(
 def eigenfrequency(name: CraneName, alpha_m: AlphaM = 1.0, json: Json = False) -> None:
     """Eigenfrequency and damping of the active circuit (paper C eqs 8, 9). Example: stillhook calc eigenfrequency
     nov-250t --alpha-m 0.8"""
-    from stillhook.analysis.loop_stability.models import reduced as linear
+    from stillhook.analysis.loop_stability import reduced as linear
     from stillhook.library import load_crane
 
     e = linear.eigenfrequency(load_crane(name), _alpha(alpha_m))
@@ -263,7 +263,7 @@ def eigenfrequency(name: CraneName, alpha_m: AlphaM = 1.0, json: Json = False) -
 def gain_limit(name: CraneName, alpha_m: AlphaM = 1.0, json: Json = False) -> None:
     """Position gain at marginal stability (paper E figure 5). Example: stillhook calc gain-limit nov-250t --alpha-m
     0.6"""
-    from stillhook.analysis.loop_stability.models import reduced as linear
+    from stillhook.analysis.loop_stability import reduced as linear
     from stillhook.library import load_crane
 
     limit = linear.gain_limit(load_crane(name), _alpha(alpha_m))

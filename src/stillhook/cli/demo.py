@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.output import check_out
+from stillhook.cli.parser import check_out
 from stillhook.cli.simulation import OUT_FILES, headers, print_notes, row, write_comparison
 from stillhook.errors import PlanError
 from stillhook.report.terminal import print_table, progress_bar, started

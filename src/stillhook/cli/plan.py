@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import announce, check_out
-from stillhook.cli.parser import Json, Scheduler, client_of
+from stillhook.cli.parser import Json, Scheduler, announce, check_out, client_of
 from stillhook.errors import PlanError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
@@ -88,7 +87,7 @@ def plan(
 def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
     """What the plan requests; nothing is run."""
     from stillhook.plan.planning import checked
-    from stillhook.plan.report.brief import checked_plan
+    from stillhook.plan.report.document import checked_plan
 
     answer = checked(lift_plan)
     if json:
@@ -146,7 +145,7 @@ def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
     if json:
         print_json(result.facts)
         return
-    from stillhook.plan.report.brief import brief
+    from stillhook.plan.report.document import brief
 
     print_document(brief(result))
     if out is not None:

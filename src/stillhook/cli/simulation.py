@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import announce, check_out, write_out
-from stillhook.cli.parser import MODES, Json, LiftArgument, Step, refuse
+from stillhook.cli.parser import MODES, Json, LiftArgument, Step, announce, check_out, refuse, write_out
 from stillhook.errors import LiftError, MotionError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, wrapped

@@ -18,7 +18,7 @@ from stillhook.engine.pack.winch import Packed
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.kernels.build import kernel_hash
 from stillhook.physics.friction import system_friction_dry
-from stillhook.physics.load_path.wire import wire_damping
+from stillhook.physics.load_path.drum import wire_damping
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.scenario import Scenario

@@ -20,7 +20,7 @@ from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import room_for
 from stillhook.kernels.tip_sampling import sampled
 from stillhook.sea.motion.motion import Motion, Ramped
-from stillhook.sea.spectra.waves import wave_periods, window_spans
+from stillhook.sea.motion.recorded import wave_periods, window_spans
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.scenario import FrictionModel, Mode, Operator, PowerLoss, Scenario
 from stillhook.spec.validity import Conditions

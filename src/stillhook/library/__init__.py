@@ -6,8 +6,7 @@
 """
 
 from stillhook.library.catalogue import LeakTable, frictions, leak_table, leak_tables, motor, motors, system_friction
-from stillhook.library.crane_file.load import changed, crane_from_toml, cranes, load_crane
-from stillhook.library.crane_file.write import certified_crane_toml, crane_toml, sheet, sheet_json
+from stillhook.library.crane_file import changed, crane_from_toml, cranes, load_crane
 from stillhook.library.parameter_sets import (
     Evidence,
     FrictionSet,
@@ -17,6 +16,7 @@ from stillhook.library.parameter_sets import (
     load_set,
     set_toml,
 )
+from stillhook.library.write import certified_crane_toml, crane_toml, sheet, sheet_json
 
 __all__ = [
     "Evidence",

@@ -16,7 +16,6 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.choice import nearest
 from stillhook.errors import SpecError
-from stillhook.library.crane_file.write import file_value, joined, leaf_tables, toml_value
 from stillhook.library.toml.file import explain
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import (
@@ -31,6 +30,7 @@ from stillhook.library.toml.tree import (
     tree,
     values,
 )
+from stillhook.library.write import file_value, joined, leaf_tables, toml_value
 from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import quote

@@ -23,7 +23,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LogError, UnitError
-from stillhook.formats.unit_spelling import SCALES, hint, our_unit
+from stillhook.formats.csv_table import SCALES, hint, our_unit
 from stillhook.logs.checks.findings import Checked, checked, counted, limit_of
 from stillhook.logs.checks.frozen_signals import standstill
 from stillhook.logs.checks.signs import check_signs

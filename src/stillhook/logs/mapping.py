@@ -24,7 +24,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, ValidationError, field_validator
 
 from stillhook.errors import LogError, SpecError, UnitError
-from stillhook.formats.unit_spelling import PURE, hint, our_unit
+from stillhook.formats.csv_table import PURE, hint, our_unit
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.types import Signal

@@ -18,7 +18,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import check_folder
 from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError, SimulationError
-from stillhook.formats.unit_spelling import PURE
+from stillhook.formats.csv_table import PURE
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.statistics.time_lag import low_pass

@@ -10,12 +10,17 @@ from typing import Annotated, NamedTuple
 
 from stillhook.base.variable import Row
 from stillhook.physics.friction import Bristle, SystemFriction
-from stillhook.physics.load_path.drum import Drum, Inertia, layer_diameter, layers_filled, shaft_inertia, wire_at_end
-from stillhook.physics.load_path.wire import (
+from stillhook.physics.load_path.drum import (
+    Drum,
+    Inertia,
     Load,
     Wire,
     drag_force,
+    layer_diameter,
+    layers_filled,
     load_acceleration,
+    shaft_inertia,
+    wire_at_end,
     wire_damping,
     wire_stiffness,
     wire_tension,

@@ -4,9 +4,9 @@ supervised winch."""
 from typing import NamedTuple
 
 from stillhook.control.supervisor import STAGE_AHC, STAGE_LANDING, LiftSettings, Supervisor
+from stillhook.physics.load_path.drum import wire_stiffness
 from stillhook.physics.load_path.payload import Heights, Payload, Water, WaterForce
 from stillhook.physics.load_path.rope import Element, Rope, Sling
-from stillhook.physics.load_path.wire import wire_stiffness
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, exp, fmax, fmin, scalar
 

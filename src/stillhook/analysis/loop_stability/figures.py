@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.models.transfer import about, full_matrices, motor_poles
 from stillhook.analysis.loop_stability.stability import range_of_modes
 from stillhook.analysis.loop_stability.sweeps import AXES, bode, root_locus, slow_sweep, sweep
+from stillhook.analysis.loop_stability.transfer import about, full_matrices, motor_poles
 from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.engine.pack.winch import gains
 from stillhook.report.plots.run import COLOURS, GREY

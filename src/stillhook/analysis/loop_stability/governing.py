@@ -21,6 +21,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from stillhook.analysis.controllers import Controller
+from stillhook.analysis.loop_stability.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
     GAIN_MARGIN,
     PHASE_MARGIN,
@@ -28,8 +29,7 @@ from stillhook.analysis.loop_stability.margins import (
     gain_limit_of,
     strongest_up_to,
 )
-from stillhook.analysis.loop_stability.models.linearisation import plc_loop
-from stillhook.analysis.loop_stability.models.transfer import SampledLoop, position_loop, sampled
+from stillhook.analysis.loop_stability.transfer import SampledLoop, position_loop, sampled
 from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.analysis.steady.operating_point import NoSteadyOperation
 from stillhook.analysis.steady.steady_state import motor_law, moves

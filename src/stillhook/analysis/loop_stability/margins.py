@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from stillhook.analysis.loop_stability.models.transfer import ContinuousLoop, Loop, SampledLoop, position_loop, sampled
+from stillhook.analysis.loop_stability.transfer import ContinuousLoop, Loop, SampledLoop, position_loop, sampled
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import StillhookError
 from stillhook.metrics import time_step

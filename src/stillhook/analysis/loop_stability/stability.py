@@ -24,10 +24,10 @@ from stillhook.analysis.loop_stability.governing import (
     slow_places,
     with_damped_wire,
 )
+from stillhook.analysis.loop_stability.linearisation import linearise, plant_loop, plc_loop, settled_displacement
 from stillhook.analysis.loop_stability.margins import Margins, gain_limit_of, margins, strongest_up_to
-from stillhook.analysis.loop_stability.models.linearisation import linearise, plant_loop, plc_loop, settled_displacement
-from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, gain_limit
-from stillhook.analysis.loop_stability.models.transfer import (
+from stillhook.analysis.loop_stability.reduced import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.transfer import (
     Loop,
     SampledLoop,
     about_at,
@@ -112,7 +112,7 @@ def stability(
 
     Errors: StillhookError for a number outside its range, K_p = 0, or a tip so fast that the pumps are full, which have
     no feedback.
-    Source: Moslatt 2020 paper E eqs 12 to 21, corrected (`stillhook.analysis.loop_stability.models.transfer`); PLC and
+    Source: Moslatt 2020 paper E eqs 12 to 21, corrected (`stillhook.analysis.loop_stability.transfer`); PLC and
     delay are not in print.
     """
     return published_stability(crane, alpha_m, layer, v_tip, delay, strong=True)

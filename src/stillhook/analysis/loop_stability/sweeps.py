@@ -19,9 +19,9 @@ from stillhook.analysis.loop_stability.governing import (
     with_damped_wire,
 )
 from stillhook.analysis.loop_stability.margins import gain_limit_of
-from stillhook.analysis.loop_stability.models.reduced import gain_limit
-from stillhook.analysis.loop_stability.models.transfer import position_loop, sampled
+from stillhook.analysis.loop_stability.reduced import gain_limit
 from stillhook.analysis.loop_stability.stability import Stability, published_stability
+from stillhook.analysis.loop_stability.transfer import position_loop, sampled
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
 from stillhook.errors import StillhookError

@@ -21,7 +21,7 @@ from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import SpecError, StillhookError
 from stillhook.kernels.build import driver
-from stillhook.physics.load_path.wire import drag_force, wire_stiffness
+from stillhook.physics.load_path.drum import drag_force, wire_stiffness
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario, Water
 from stillhook.units import show

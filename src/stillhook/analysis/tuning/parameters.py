@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability.models.reduced import gain_limit
+from stillhook.analysis.loop_stability.reduced import gain_limit
 from stillhook.base.choice import nearest
 from stillhook.control.interface import Setting as ControllerSetting
 from stillhook.control.registry import CONTROLLERS, ControlLaw

@@ -20,11 +20,11 @@ from stillhook.engine.pack.winch import gains
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed, load_friction, load_losses, set_toml
-from stillhook.library.crane_file.draws import draw
-from stillhook.library.crane_file.write import file_value, items
+from stillhook.library.draws import draw
 from stillhook.library.parameter_sets import FrictionSet, LossSet, is_path
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
+from stillhook.library.write import file_value, items
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.table import Flag, Spec

@@ -20,7 +20,7 @@ from stillhook.engine.scenario.problem import numbers_of, summaries
 from stillhook.errors import ScenarioError
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
-from stillhook.library.crane_file.draws import crane_with
+from stillhook.library.draws import crane_with
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.units import quote

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import CONTROLLERS, Json
+from stillhook.cli.parser import CONTROLLERS, Json, check_out, write_out
 from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Store, client_of, refuse
+from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Store, check_out, client_of, refuse, write_out
 from stillhook.cli.simulation import motion_of
 from stillhook.control.registry import CLASSIC
 from stillhook.errors import MotionError, SpecError

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import CONTROLLERS, Json
+from stillhook.cli.parser import CONTROLLERS, Json, check_out, write_out
 from stillhook.errors import CommandError
 from stillhook.report.terminal import (
     print_implausible,

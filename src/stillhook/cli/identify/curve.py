@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, check_out, write_out
 from stillhook.errors import LogError
 from stillhook.report.terminal import print_json, print_table, progress_bar
 from stillhook.units import parse
@@ -74,7 +73,7 @@ def curve(
             print(line)
         _print(result)
     if out is not None:
-        from stillhook.identify.windows_figure import curve_figure
+        from stillhook.identify.curve import curve_figure
 
         picture, table, numbers = OUT_FILES
         files = {picture: curve_figure(result, read, effort), table: _csv(result), numbers: result.to_dict()}

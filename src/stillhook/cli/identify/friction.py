@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.choice import choice
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, check_out, write_out
 from stillhook.errors import IdentifyError
 from stillhook.report.terminal import print_document, print_json, progress_bar, say
 
@@ -130,7 +129,7 @@ def _files(result: Friction) -> dict[str, Any]:
 
 
 def _log_figure(m: Measured) -> Figure:
-    from stillhook.identify.windows_figure import window_figure
+    from stillhook.identify.curve import window_figure
 
     return window_figure(
         m.log, "omega_m", "dp_m", m.steady, unpaired=m.pairs.unpaired, title=f"test {m.test.name}: {m.log.source}"
@@ -160,7 +159,7 @@ def example_campaign(
 
     Example: stillhook identify example-campaign L4593 my-tests
     """
-    from stillhook.identify.system_friction.campaign.synthetic import campaign_plan, write_campaign
+    from stillhook.identify.system_friction.campaign.staircase import campaign_plan, write_campaign
     from stillhook.identify.system_friction.fitting.uncertainty import crane_with
     from stillhook.library import load_crane, load_set
     from stillhook.logs.synthetic import Instruments, noise_of

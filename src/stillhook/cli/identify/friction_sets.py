@@ -9,8 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import MODES, Json
+from stillhook.cli.parser import MODES, Json, check_out, write_out
 from stillhook.cli.simulation import MOTION_HELP, motion_of
 from stillhook.errors import IdentifyError
 from stillhook.report.formatting import cell

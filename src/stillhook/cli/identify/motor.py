@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, check_out, write_out
 from stillhook.errors import IdentifyError, SimulationError
 from stillhook.report.terminal import print_document, print_json, say
 

@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, check_out, write_out
 from stillhook.errors import LiftError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import announce, check_out
-from stillhook.cli.parser import CONTROLLERS, Json, LiftArgument, Spread, refuse
+from stillhook.cli.parser import CONTROLLERS, Json, LiftArgument, Spread, announce, check_out, refuse
 from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, display_number, wrapped

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import announce, check_out
-from stillhook.cli.parser import Json, Spread, refuse
+from stillhook.cli.parser import Json, Spread, announce, check_out, refuse
 from stillhook.cli.simulation import PYTHON_POSITION
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import display_number, display_unit, wrapped

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, check_out, write_out
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_json, print_table
 from stillhook.units import number

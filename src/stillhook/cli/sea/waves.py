@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import Json, refuse
+from stillhook.cli.parser import Json, check_out, refuse, write_out
 from stillhook.errors import SeaError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values

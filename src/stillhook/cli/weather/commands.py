@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.choice import nearest
-from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import Json, Spread, refuse
+from stillhook.cli.parser import Json, Spread, check_out, refuse, write_out
 from stillhook.cli.sea.response import waves_of_file
 from stillhook.cli.weather.answers import (
     by_limits,

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from stillhook.engine.arguments import Series, labelled, summary_columns
-from stillhook.engine.batch import Row
+from stillhook.engine.batch import Row, bare
 from stillhook.engine.lowering.checks import check_lift, check_sea
 from stillhook.engine.lowering.run import LiftBlock, LiftResult, run_lowerings, waves_step
 from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
 from stillhook.engine.runner import RunOptions, each_case
-from stillhook.engine.store import bare
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, stage_names

@@ -17,9 +17,9 @@ from stillhook.control.supervisor import Watch, supervisor_at_rest
 from stillhook.engine.pack.payload import pack_payload, wetted_at
 from stillhook.engine.pack.programme import Programme, hanging, pack_programme, wire_strength
 from stillhook.engine.pack.winch import Packed, pack
+from stillhook.physics.load_path.drum import Load, Wire
 from stillhook.physics.load_path.payload import Heights, Water, heights, submergence
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
-from stillhook.physics.load_path.wire import Load, Wire
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane

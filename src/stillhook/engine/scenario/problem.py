@@ -23,12 +23,11 @@ from stillhook.engine.arguments import (
     steps_per_cycle,
     summary_columns,
 )
-from stillhook.engine.batch import Row, run_batch
+from stillhook.engine.batch import Row, run_batch, scenario_as_bytes
 from stillhook.engine.inputs import CycleInputs, shape, twin_line
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothing, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
-from stillhook.engine.store import scenario_as_bytes
 from stillhook.kernels.lanes import flatten, offset, size
 from stillhook.kernels.statistics import SIGNALS, blank
 from stillhook.library import crane_toml

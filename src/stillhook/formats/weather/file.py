@@ -9,6 +9,9 @@ Separators ; tab | , and blanks, decimal comma, comments (#), lines before the h
 be given. A heading such as wave_from_direction says it, a line "# wave direction: coming from, clockwise from north"
 does, and NDBC's files do by their manual. Wind comes from where it is said to come from, as everywhere in meteorology,
 unless the heading says "to".
+
+Weather from NetCDF: hindcasts and forecasts of one place, as ERA5, NORA3 or a wave model give them (variables over
+time).
 """
 
 from __future__ import annotations

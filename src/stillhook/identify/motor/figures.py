@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.identify.motor.fit import LossFit, fit_loss
+from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
 from stillhook.identify.motor.identify import MotorLoss
 from stillhook.identify.motor.map import AXES, LossMap, blocks, levels, mapped_loss
-from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.identify.motor.rank import residual_share
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import from_display, in_display, parse, show

@@ -15,9 +15,8 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError
-from stillhook.identify.motor.fit import LossFit, indeterminate, spread_of_levels
+from stillhook.identify.motor.fit import LossFit, LossModel, indeterminate, spread_of_levels
 from stillhook.identify.motor.map import AXES, AXIS_NAMES, LossMap
-from stillhook.identify.motor.models import LossModel
 from stillhook.identify.motor.rank import (
     THRESHOLD,
     Borrowed,

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.errors import IdentifyError
-from stillhook.identify.motor.fit import LossFit, fit_loss
+from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
 from stillhook.identify.motor.map import AXES, LossMap, blocks, levels, mapped_loss
-from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss

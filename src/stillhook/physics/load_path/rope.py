@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.load_path.wire import damping_time
+from stillhook.physics.load_path.drum import damping_time
 from stillhook.physics.scalar import clip, fmax, scalar
 
 LEAST_WIRE = 1.0
@@ -55,7 +55,7 @@ def element(s_w, m_a, rope):
     r"""One of n even elements of the wire out, s_w [m], with m_a [kg] of water moving along with the payload.
 
     Damping is that of the material, c = beta k with one beta for the whole wire
-    (`stillhook.physics.load_path.wire.damping_time`). Its mass matrix is m [[5, 1], [1, 5]] with m = mu l / 12, half
+    (`stillhook.physics.load_path.drum.damping_time`). Its mass matrix is m [[5, 1], [1, 5]] with m = mu l / 12, half
     way between lumped and consistent: waves then travel right to the fourth order of the element's length, and with 20
     elements the first three periods of wire and load are right to 2e-4.
     Source: Hughes, The Finite Element Method, chapter 7 (higher-order mass).

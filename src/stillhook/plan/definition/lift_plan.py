@@ -23,9 +23,8 @@ from stillhook.engine.lowering.checks import check_lift
 from stillhook.errors import LiftError, PlanError, SeaError, UnitError
 from stillhook.plan.definition.phases import CLOSE, Phase, called
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, Seas
-from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
+from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
-from stillhook.sea.spectra.two_peaked import Torsethaugen
 from stillhook.sea.vessel.boom import Boom
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint, parse_point

@@ -1,22 +1,38 @@
 """A plan's report as a document: the first page and the sections after it.
 
 The report of a plan: PDF and self-contained page, from a result in memory or on disk.
+
+A plan's result in short, for a terminal: limits of every heading, credit, waiting, forecast limit, remarks.
+
+What a plan requests, before anything is run: phases, times, seas, and rules with their limits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
-from stillhook.plan.report.words import TEXTS
-from stillhook.plan.result import PlanResult, missing_facts, odd_fact, odd_numbers, of_two
-from stillhook.report.document import Document, Section
-from stillhook.report.formatting import groups
+from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, height, names, workable
+from stillhook.plan.result import (
+    PlanResult,
+    columns,
+    grouped,
+    merged,
+    missing_facts,
+    odd_fact,
+    odd_numbers,
+    of_two,
+    references,
+)
+from stillhook.report.document import Document, Part, Section, Table, Text
+from stillhook.report.formatting import fixed, fmt, groups, hours, variable
 from stillhook.report.html import html
 from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.validity import SHORT
@@ -118,3 +134,169 @@ def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False
     check_folder(target, REPORT_FILES)
     with atomic_folder(target) as part:
         return write_report(result, part, figures=figures)
+
+
+YEAR = 365.25 * 24.0
+"""[h]."""
+
+
+def brief(result: PlanResult) -> Document:
+    """The answer, without its basis."""
+    facts = result.facts
+    parts: list[Part] = [_heading(result, float(heading)) for heading in result.data["heading"].values]
+    notes = grouped((each["credit_note"], each["name"]) for each in facts["alternatives"])
+    parts += [Text(f"{', '.join(labels)}: {note}") for note, labels in notes.items()]
+    if certificate := facts["crane"]["certificate"]:
+        parts.append(Text(certificate["unsigned"]))
+    if "weather" in result:
+        parts.append(_weather(result))
+    rules = facts["rules"]
+    parts += [Text(_operation(facts["operation"])), Text(facts["crane"]["twin"]), *map(Text, facts["remarks"])]
+    source = "recalled from their standards: check against your edition"
+    parts.append(Text(f"rules: {rules['name']} {rules['version']}, {source}"))
+    subject = f"{facts['crane']['name']}, {facts['payload']['name']}, {facts['place']['text']}"
+    return Document(facts["name"], name=subject, front=parts)
+
+
+def _operation(op: dict[str, Any]) -> str:
+    """Planned time and forecast limit in one line."""
+    times = ", ".join(f"{key} {hours(op[key])}" for key in ("T_POP", "T_R"))
+    restricted = "weather restricted" if op["weather_restricted"] else "not weather restricted"
+    cell = f"{op['alternative']} at Tp {op['Tp']:g} s, {math.degrees(op['beta']):.4g} deg"
+    if math.isnan(op["alpha"]):
+        return f"{times}: {restricted}; no forecast factor for {cell}"
+    forecast = f"OP_LIM {op['OP_LIM']:.2f} m, alpha {op['alpha']:.3f}, OP_WF {op['op_wf']:.2f} m"
+    return f"{times}: {restricted}; {cell}: {forecast}"
+
+
+def _heading(result: PlanResult, beta: float) -> Table:
+    """One table for a heading: limits of every alternative over the periods, what is credited, the closed form, and
+    what governs."""
+    data, shown, top = result.data.sel(heading=beta), str(result.facts["shown"]), float(result.data.attrs["Hs_highest"])
+    groups = columns(result)
+    closed = data["Hs_rule"].sel(credit=TWIN, tier="closed-form", alternative=shown).min(dim=("phase", "rule"))
+    rows = []
+    for period in data["period"].values:
+        at = data.sel(period=period)
+        simulated = [float(at["Hs_limit"].sel(credit=TWIN, alternative=group[0])) for group in groups]
+        credited = float(at["Hs_limit"].sel(credit=CREDITED, alternative=shown))
+        limits = [height(Hs, top) for Hs in (*simulated, credited, float(closed.sel(period=period)))]
+        governing = at.sel(credit=TWIN, alternative=shown)
+        governs = [str(governing[f"governing_{quantity}"].item()) for quantity in ("phase", "rule", "tier")]
+        rows.append([f"{float(period):g} s", *limits, *governs])
+    labels = [",\n".join(group) for group in groups]
+    header = ["Tp", *labels, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "tier"]
+    return Table(header, rows, f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow")
+
+
+def _weather(result: PlanResult) -> Table:
+    """How often each alternative can work, how long it waits, and what it gains an operation, as modelled; as credited
+    where that differs, alike ones in one row."""
+    block, over = result["weather"], references(result["weather"], result.facts["tiers"])
+    synthetic = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
+    years = f"{block.attrs['first'][:10]} to {block.attrs['last'][:10]}"
+    title = f"{synthetic}{block.attrs['source']}, {years}, window {hours(block.attrs['T_R'])}"
+    modelled, credited = (
+        {name: _weather_row(block.sel(credit=credit, alternative=name, month=0), over) for name in names(block)}
+        for credit in (TWIN, CREDITED)
+    )
+    rows = merged(([name, *cells] for name, cells in modelled.items()), result, between=",\n")
+    alike = grouped((tuple(cells), name) for name, cells in credited.items() if cells != modelled[name])
+    rows_by_credit = [["twin", *row] for row in rows]
+    rows_by_credit += [["credited", ",\n".join(labels), *cells] for cells, labels in alike.items()]
+    header = ["limit", "winch", "workable", "hours\na year", "wait\nmean", "wait\nP50", "wait\nP90", "vessel\ndays"]
+    header += [f"days gained\nover {name.replace('-', ' ')}" for name in over]
+    return Table(header, rows_by_credit, title)
+
+
+def _weather_row(year: Any, over: Sequence[str]) -> list[str]:
+    """Workable share and hours of a year, waits, vessel days, and days gained over each of these alternatives."""
+    operability, *waits = workable(year)
+    worked, vessel = fixed(float(year["operability"]) * YEAR, 0), fixed(float(year["vessel_days"]), 1)
+    gains = [fixed(float(year["days_gained"].sel(over=name)), 1) for name in over]
+    return [operability, worked, *waits, vessel, *gains]
+
+
+PHASES = ("phase", "kind", "winch", "underside\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
+LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
+
+
+def checked_plan(answer: dict[str, Any]) -> Document:
+    """answer: of `stillhook.plan.planning.checked`."""
+    rules = answer["rules"]
+    parts: list[Part] = [Table(PHASES, [_phase(row) for row in answer["phases"]]), Text(_times(answer))]
+    parts.append(Text(_seas(answer)))
+    if answer["weather"] is not None:
+        parts.append(Text(_weather_of(answer["weather"])))
+    if answer["resonance"]:
+        where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
+        parts.append(Text(f"the load on its wire is in resonance with peak periods of {where} depth"))
+    parts.append(Table(LIMITS, _rules(answer), f"{rules['name']} version {rules['version']}"))
+    parts += [Text(line) for line in (*rules["changes"], *answer["notes"])]
+    subject = f"{answer['crane']} on {answer['vessel']}, {answer['payload']}, {fmt(answer['depth'], 'length')} deep"
+    return Document(answer["name"], name=subject, front=parts)
+
+
+def _phase(row: dict[str, Any]) -> list[str]:
+    return [
+        row["name"],
+        row["kind"],
+        row["mode"],
+        *(fmt(row[key], "length") for key in ("start", "end")),
+        fmt(row["speed"], "speed"),
+        f"{row['duration'] / 60.0:.1f} min",
+        fmt(row["F_top_static"], "force"),
+        "-" if math.isnan(row["T_0"]) else f"{fixed(row['T_0'], 2)} s",
+    ]
+
+
+def _times(answer: dict[str, Any]) -> str:
+    keys = ("T_phases", "T_POP", "T_C", "T_R")
+    times = {key: "not assessed" if answer[key] is None else hours(answer[key]) for key in keys}
+    restricted = "weather restricted" if answer["weather_restricted"] else "not weather restricted"
+    return f"phases {times['T_phases']}, T_POP {times['T_POP']}, T_C {times['T_C']}, T_R {times['T_R']}: {restricted}"
+
+
+def _seas(answer: dict[str, Any]) -> str:
+    seas = answer["seas"]
+    Hs, Tp = ([min(seas[key]), max(seas[key])] for key in ("Hs", "Tp"))
+    headings = ", ".join(f"{math.degrees(beta):.4g}" for beta in seas["headings"])
+    count = len(seas["Hs"]) * len(seas["Tp"]) * len(seas["headings"])
+    steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
+    return (
+        f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the"
+        f" bow{steep}"
+    )
+
+
+def _weather_of(weather: dict[str, Any]) -> str:
+    ship = (
+        "the ship is free to turn and keeps one heading through the operation"
+        if weather["ship"] is None
+        else f"the ship heads {math.degrees(weather['ship']):.4g} deg from north"
+    )
+    notes = "".join(f"; {note}" for note in weather["notes"])
+    span = f"{weather['n']} records every {weather['step'] / 3600.0:g} h from {weather['first']} to {weather['last']}"
+    return f"weather {weather['file']}: {span}, with {', '.join(weather['columns'])}; {ship}{notes}"
+
+
+def _rules(answer: dict[str, Any]) -> list[list[str]]:
+    """A row for each rule and limit, with the phases and alternatives in which it is so."""
+    rows_by_limit = grouped(
+        ((r["rule"], r["quantity"], variable(r["quantity"], r["limit"]), r["basis"]), (at["phase"], at["alternative"]))
+        for at in answer["limits"]
+        for r in at["rules"]
+    )
+    order = [row["key"] for row in answer["rules"]["rows"]]
+    phases, alternatives = [row["name"] for row in answer["phases"]], answer["alternatives"]
+    rows = []
+    for (key, *row), pairs in sorted(rows_by_limit.items(), key=lambda item: order.index(item[0][0])):
+        of_phases = grouped((tuple(under), phase) for phase, under in grouped(pairs).items())
+        for under, at in of_phases.items():
+            where = [_names_or_all(at, phases), _names_or_all(under, alternatives)]
+            rows.append([key, row[0], *where, *row[1:]])
+    return rows
+
+
+def _names_or_all(names: Sequence[str], everything: Sequence[str]) -> str:
+    return "all" if len(names) == len(everything) > 1 else ", ".join(names)

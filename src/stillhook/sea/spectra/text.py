@@ -11,9 +11,17 @@ from typing import Any
 from stillhook.errors import SeaError, UnitError
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import Measured
-from stillhook.sea.spectra.parametric import Jonswap, Mixed, Peaks, peak_period_of, pierson_moskowitz
+from stillhook.sea.spectra.parametric import (
+    Hump,
+    Jonswap,
+    Mixed,
+    OchiHubble,
+    Peaks,
+    Torsethaugen,
+    peak_period_of,
+    pierson_moskowitz,
+)
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum, check_spread
-from stillhook.sea.spectra.two_peaked import Hump, OchiHubble, Torsethaugen
 from stillhook.units import parse, quote
 
 FIELDS: Mapping[str, tuple[str, ...]] = {

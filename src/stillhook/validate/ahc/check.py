@@ -23,11 +23,20 @@ from stillhook.validate.ahc.comparison import (
     mean_and_s,
     shape,
 )
-from stillhook.validate.ahc.diagnosis import CauseEstimate, Deviation, explain, statements
 from stillhook.validate.ahc.measures import measures
-from stillhook.validate.ahc.replay import SETTLE, Replay, measured_error, replay, run_twin, usable
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import Measure, Step, StepNumber
+from stillhook.validate.ahc.replay import (
+    SETTLE,
+    CauseEstimate,
+    Deviation,
+    Replay,
+    explain,
+    measured_error,
+    replay,
+    run_twin,
+    statements,
+    usable,
+)
+from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.tip import SLOWEST

@@ -13,7 +13,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.report.formatting import percent
-from stillhook.statistics.block_bootstrap import Statistic, interval
+from stillhook.statistics.blocks import Statistic, interval
 from stillhook.statistics.estimate import ENDS, NORMAL_95, Estimate, extremes, half_of_mean
 from stillhook.validate.ahc.comparison import (
     EVERY,
@@ -25,8 +25,7 @@ from stillhook.validate.ahc.comparison import (
     gaussian_share,
     mean_and_s,
 )
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import Measure
+from stillhook.validate.criteria.results import MEASURES, Measure
 
 Scale = tuple[Callable[[float], float], Callable[[float], float]]
 AS_IT_IS: Scale = (float, float)

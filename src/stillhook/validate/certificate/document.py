@@ -1,4 +1,7 @@
-"""A certificate as a document, from its data."""
+"""A certificate as a document, from its data.
+
+A certificate in short, for a terminal: verdict, envelope, and lines.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +27,7 @@ from stillhook.report.formatting import fmt, groups
 from stillhook.spec.validity import SHORT, UNSIGNED
 from stillhook.units import KINDS, number, show
 from stillhook.validate.criteria import results
-from stillhook.validate.criteria.names import SETTINGS
-from stillhook.validate.criteria.results import TITLES, Outcome, StepNumber
+from stillhook.validate.criteria.results import SETTINGS, TITLES, Outcome, StepNumber
 from stillhook.validate.report.document import JUDGED, caption, deciding, step_passed
 from stillhook.validate.report.texts import MEANING, SHOWS, deciding_title
 

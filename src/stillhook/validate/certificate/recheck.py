@@ -13,7 +13,7 @@ from typing import Any
 from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.library.certificate import digest_of
-from stillhook.library.crane_file.write import items
+from stillhook.library.write import items
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import UNSIGNED
 from stillhook.units import number, quote, show

@@ -19,8 +19,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator
 from stillhook.validate.ahc.replay import LEAST_SPEED
-from stillhook.validate.data_set.records.record import Record, Segment
-from stillhook.validate.data_set.records.transients import filled
+from stillhook.validate.data_set.records.record import Record, Segment, filled
 
 SHORTEST = 5.0  # s: a segment must be longer than the bumpless start of the PLC's memory
 DERIVATIVE = {1: (3, 0.25), 2: (5, 0.5)}

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.kernels.plc_alone import Commands
+from stillhook.statistics.blocks import Fit, fit
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import Fit, fit
 from stillhook.statistics.time_lag import dot
 from stillhook.validate.controller.inputs import PlcSegment, derivative
 from stillhook.validate.data_set.records.record import ends_of

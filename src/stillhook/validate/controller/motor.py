@@ -16,9 +16,8 @@ from stillhook.control.plc import MANUAL
 from stillhook.control.registry import MANUAL_MODE, code_of
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-from stillhook.statistics.block_bootstrap import interval
+from stillhook.statistics.blocks import fit, interval
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import fit
 from stillhook.validate.controller.law import Run, shifted
 from stillhook.validate.data_set.records.record import ends_of
 

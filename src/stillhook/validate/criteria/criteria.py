@@ -36,8 +36,7 @@ from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed
 from stillhook.tables.table import Flag, Text
 from stillhook.units import quote
-from stillhook.validate.criteria.names import MEASURES, SETTINGS
-from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.criteria.results import MEASURES, SETTINGS, StepNumber
 
 OURS = "ours"
 

@@ -1,11 +1,17 @@
-"""Results of a validation step: measures with intervals, and verdicts line by line."""
+"""Results of a validation step: measures with intervals, and verdicts line by line.
+
+Names of the measures that the steps compute and criteria judge, and of the settings that a set of criteria passes to
+the steps: `measures.toml`.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from importlib.resources import files
 from typing import Any
 
 from stillhook.report.document import Table
@@ -182,3 +188,34 @@ class Step:
             "statements": list(self.statements),
             "data": dict(self.data),
         }
+
+
+@dataclass(frozen=True)
+class Named:
+    """A measure or setting: meaning in words; quantity a key of `stillhook.units.KINDS`, "" for a pure number."""
+
+    meaning: str
+    quantity: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedMeasure(Named):
+    """step that computes it; signals: logged signals that it depends on, and so judges; kinds of tests that it covers
+    where it covers several at once, () all."""
+
+    step: StepNumber
+    signals: Sequence[str] = ()
+    kinds: Sequence[str] = ()
+
+
+_TABLE = tomllib.loads((files("stillhook.validate.criteria") / "measures.toml").read_text(encoding="utf-8"))
+
+SETTINGS: Mapping[str, Named] = {name: Named(**row) for name, row in _TABLE.pop("settings").items()}
+"""Settings that the steps compute their measures with. Every set of criteria states all of them."""
+
+MEASURES: Mapping[str, NamedMeasure] = {
+    name: NamedMeasure(step=StepNumber[step.upper()], **row)
+    for step, rows in _TABLE.items()
+    for name, row in rows.items()
+}
+"""Every measure that a criterion may name."""

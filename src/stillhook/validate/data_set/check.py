@@ -12,7 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import layers_filled
 from stillhook.report.document import Table
-from stillhook.sea.spectra.waves import window_spans
+from stillhook.sea.motion.recorded import window_spans
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind

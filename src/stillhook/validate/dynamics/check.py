@@ -18,17 +18,16 @@ from functools import reduce
 from typing import Any
 
 from stillhook.errors import StillhookError
-from stillhook.library.crane_file.load import changed
-from stillhook.library.crane_file.write import items
+from stillhook.library.crane_file import changed
 from stillhook.library.leakage import Point, form_of, pump_leak
+from stillhook.library.write import items
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import Record, Segment
-from stillhook.validate.data_set.records.transients import Transient, find_transients, quick_enough
+from stillhook.validate.data_set.records.record import Record, Segment, Transient, find_transients, quick_enough
 from stillhook.validate.dynamics.estimates import (
     WORDS,
     TunedValue,
@@ -38,12 +37,12 @@ from stillhook.validate.dynamics.estimates import (
     tables_of,
     tuned_value,
 )
-from stillhook.validate.dynamics.fitting.form import GroupDifference, Tuning, clusters_of, group_differences, tune
-from stillhook.validate.dynamics.fitting.model import C_LEAK, NAMES, PLACE, TUNED, UNKNOWNS, scaled
+from stillhook.validate.dynamics.form import GroupDifference, Tuning, clusters_of, group_differences, tune
+from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, UNKNOWNS, scaled
 from stillhook.validate.dynamics.runs import DynamicsSegment, dynamics_segment, motor_command
 from stillhook.validate.dynamics.swings import SwingComparison, compare_swings
-from stillhook.validate.parameters.circuit.flow import Balance, balance, leak_rows
-from stillhook.validate.parameters.circuit.leakage import LeakChoice
+from stillhook.validate.parameters.flow import Balance, balance, leak_rows
+from stillhook.validate.parameters.leakage import LeakChoice
 from stillhook.validate.parameters.segments import parts_of
 from stillhook.winches.circuits.tables import LeakForm
 

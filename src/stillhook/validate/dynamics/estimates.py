@@ -20,13 +20,13 @@ from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
 from stillhook.units import show
 from stillhook.validate.criteria.results import Measure
-from stillhook.validate.data_set.records.transients import Transient
-from stillhook.validate.dynamics.fitting.form import GroupDifference, Tuning, hidden, structural
-from stillhook.validate.dynamics.fitting.model import C_H, C_LEAK, EXTRAS, INERTIA, MOST, PLACE, TUNED, UNKNOWNS
+from stillhook.validate.data_set.records.record import Transient
+from stillhook.validate.dynamics.form import GroupDifference, Tuning, hidden, structural
+from stillhook.validate.dynamics.model import C_H, C_LEAK, EXTRAS, INERTIA, MOST, PLACE, TUNED, UNKNOWNS
 from stillhook.validate.dynamics.runs import DynamicsSegment
 from stillhook.validate.dynamics.swings import SwingComparison
-from stillhook.validate.parameters.circuit.flow import Balance
-from stillhook.validate.parameters.circuit.leakage import form_says
+from stillhook.validate.parameters.flow import Balance
+from stillhook.validate.parameters.leakage import form_says
 
 ERROR = {C_H: "C_h_error", C_LEAK: "C_leak_error", INERTIA: "J_m_eff_error"}
 """Name of the measure of each tuned number: tuned over crane file, less 1."""

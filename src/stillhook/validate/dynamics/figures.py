@@ -16,12 +16,11 @@ from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.figures import axes_of, legend_below, mark
-from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.data_set.records.transients import Transient
+from stillhook.validate.data_set.records.record import Record, Transient
 from stillhook.validate.dynamics.check import DynamicsStep
 from stillhook.validate.dynamics.estimates import LETTERS, TunedValue
-from stillhook.validate.dynamics.fitting.form import Tuning
-from stillhook.validate.dynamics.fitting.model import PLACE, TUNED, UNKNOWNS
+from stillhook.validate.dynamics.form import Tuning
+from stillhook.validate.dynamics.model import PLACE, TUNED, UNKNOWNS
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
 from stillhook.validate.dynamics.swings import SwingComparison
 

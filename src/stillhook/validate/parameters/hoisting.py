@@ -15,10 +15,9 @@ from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
+from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import KINDS, in_unit, number, show
-from stillhook.validate.parameters.circuit.settings import known_setting
 from stillhook.validate.parameters.segments import (
     OIL,
     LogPart,
@@ -34,6 +33,7 @@ from stillhook.validate.parameters.segments import (
     stacked,
     wire_of_layer,
 )
+from stillhook.validate.parameters.settings import known_setting
 
 EVERY = 0.2
 """Width of the means that are compared [s]: pressures swing faster, the sea moves slower."""

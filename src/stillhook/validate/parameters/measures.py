@@ -11,14 +11,12 @@ import numpy as np
 from stillhook.library.leakage import point_text
 from stillhook.statistics.estimate import Estimate, extremes
 from stillhook.units import number, show
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import Measure
+from stillhook.validate.criteria.results import MEASURES, Measure
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters import hoisting, signals
-from stillhook.validate.parameters.circuit import flow, settings
-from stillhook.validate.parameters.circuit.leakage import form_says
+from stillhook.validate.parameters import flow, hoisting, settings, signals
 from stillhook.validate.parameters.hoisting import Friction
+from stillhook.validate.parameters.leakage import form_says
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import Ratio
 from stillhook.winches.circuits.tables import ServoVariant

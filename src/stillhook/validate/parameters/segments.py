@@ -22,10 +22,9 @@ from stillhook.engine.pack.winch import drum_record, pack
 from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.statistics.jackknife_regression import Fit, fit
+from stillhook.statistics.blocks import Fit, fit
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import Record, Segment, stretches_of
-from stillhook.validate.data_set.records.transients import filled
+from stillhook.validate.data_set.records.record import Record, Segment, filled, stretches_of
 from stillhook.winches.load_path import drum_geometry
 
 SHORTEST = 10.0

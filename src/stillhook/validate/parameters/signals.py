@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray, IntArray
-from stillhook.physics.load_path.wire import wire_damping, wire_stiffness
+from stillhook.physics.load_path.drum import wire_damping, wire_stiffness
+from stillhook.statistics.blocks import Fit, fit, one_number, pooled
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import Fit, fit, one_number, pooled
 from stillhook.statistics.time_lag import dot
 from stillhook.units import show
-from stillhook.validate.data_set.records.transients import filled
+from stillhook.validate.data_set.records.record import filled
 from stillhook.validate.parameters.segments import (
     LogPart,
     Slope,

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.accumulator import gas_pressure
+from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.segments import (

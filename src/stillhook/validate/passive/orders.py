@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.scalar import G
+from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.parameters.circuit.settings import EVERY, followed
 from stillhook.validate.parameters.segments import LogPart, bridged, by_test, stacked
+from stillhook.validate.parameters.settings import EVERY, followed
 from stillhook.validate.passive.torque import filtered, flow, passive_of
 
 SETTLING = 3.0

@@ -12,8 +12,7 @@ from stillhook.report.document import Table
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate, extremes
 from stillhook.units import number, show
-from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import Measure, Step, StepNumber
+from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.check import HEADER, Row, error_row, row, statements

@@ -22,15 +22,15 @@ from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
+from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.statistics.time_lag import low_pass
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.data_set.records.transients import filled
-from stillhook.validate.parameters.circuit.settings import known_setting
+from stillhook.validate.data_set.records.record import filled
 from stillhook.validate.parameters.hoisting import EVERY, MOVING, missing, twin_friction
 from stillhook.validate.parameters.segments import LogPart, bridged, by_test, means, rates, stacked
+from stillhook.validate.parameters.settings import known_setting
 from stillhook.winches.circuits.tables import PassiveCircuit
 
 DRY = 0.05

@@ -14,19 +14,21 @@ from stillhook.validate.ahc.check import AhcStep
 from stillhook.validate.criteria import results
 from stillhook.validate.criteria.results import CriterionResult, Outcome, Step
 from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.report import envelope
-from stillhook.validate.report.envelope import HEADING, UNJUDGED, envelope_of, unjudged, unjudged_says
+from stillhook.validate.report import texts
 from stillhook.validate.report.texts import (
     FULL_HEAD,
+    HEADING,
     MEANING,
     SEGMENT_HEAD,
     SHORT_HEAD,
     SHOWS,
     STEP_HEAD,
     TERSE_HEAD,
+    UNJUDGED,
     deciding_title,
     decisive,
     decisive_cells,
+    envelope_of,
     full_cells,
     line_verdict,
     lines_of,
@@ -40,6 +42,8 @@ from stillhook.validate.report.texts import (
     step_verdict,
     terse_cells,
     title,
+    unjudged,
+    unjudged_says,
 )
 from stillhook.validate.validation import Validation
 
@@ -121,8 +125,8 @@ def _load_cases(validation: Validation) -> list[Part]:
     parts += _covered(validation)
     if notes := reading_notes(validation):
         parts.append(Section("Notes from reading the logs", [Bullets(notes)]))
-    if names := envelope.unjudged_says(validation):
-        parts.append(Section(envelope.HEADING, [Text(envelope.UNJUDGED), Bullets(names)]))
+    if names := texts.unjudged_says(validation):
+        parts.append(Section(texts.HEADING, [Text(texts.UNJUDGED), Bullets(names)]))
     return parts
 
 

@@ -1,22 +1,46 @@
 """A validation in words: the verdict in a sentence, its lines and load cases as table cells, for terminal and
-page."""
+page.
+
+The envelope of a validation: ranges covered by the segments on which the complete twin was compared with the
+crane.
+
+Logged signals that no line of the verdict depends on: the certificate lists them as not
+checked.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
 from stillhook.report import document
 from stillhook.report.document import Cell
+from stillhook.sea.motion.recorded import wave_periods
 from stillhook.units import number
+from stillhook.validate.ahc.replay import SETTLE, usable
 from stillhook.validate.criteria.criteria import Criterion, Limit, Requirement
 from stillhook.validate.criteria.judge import in_words, interval_words, outcome_of, structural_words
-from stillhook.validate.criteria.results import RISK, CriterionResult, Outcome, Step, StepNumber, Verdict
+from stillhook.validate.criteria.results import (
+    MEASURES,
+    RISK,
+    CriterionResult,
+    Measure,
+    Outcome,
+    Step,
+    StepNumber,
+    Verdict,
+)
 from stillhook.validate.data_set.campaign import MARK
-from stillhook.validate.data_set.records.record import Segment
+from stillhook.validate.data_set.check import RESTS, tip_ranges
+from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.validation import Validation
+from stillhook.variables import WINDOW
 
 MEANING = {
     Verdict.SHOWN: "the complete 95 % interval meets the limit; a value without an interval (marked by value) meets it",
@@ -298,3 +322,112 @@ def step_verdict(validation: Validation, step: Step) -> str:
         if outcome is Outcome.PASSED
         else "nothing shown, nothing refuted"
     )
+
+
+WAVES = (0.05, 0.95)
+"""Shares of all waves that bound the periods of the envelope: one exceptional wave in twenty at either end is not a
+tested range."""
+
+
+def envelope_of(records: Sequence[Record], window: float) -> dict[str, Any] | None:
+    """Ranges [SI] of load, wire out, 30 s peak-to-peak of the tip and period of its waves, and modes, over the
+    segments used by step 5.
+
+    window: that of the criteria [s], which sets the least length for step 5. Windows without tip motion do not count,
+    as in step 0. None where the tip moves in no segment.
+    """
+    used = [
+        (record, _counted(record, segment)) for record, segment in usable(records, window)[0] if segment.s_tip_pp > 0.0
+    ]
+    periods = [p for record, segment in used for p in wave_periods(_tip(record, segment), record.step)]
+    spans = np.concatenate([np.zeros(0), *(tip_ranges(*part, WINDOW) for part in used)])
+    spans = spans[spans >= RESTS]
+    if not periods or not len(spans):
+        return None
+    segments = [segment for _, segment in used]
+    return {
+        "load": _ends([s.load for s in segments]),
+        "s_w": [float(min(s.s_w_min for s in segments)), float(max(s.s_w_max for s in segments))],
+        "s_tip_pp": _ends(spans),
+        "period": [float(x) for x in np.quantile(periods, WAVES)],
+        "modes": sorted({s.mode.value for s in segments}),
+    }
+
+
+def _counted(record: Record, segment: Segment) -> Segment:
+    """The part of a segment that counts in step 5."""
+    skipped = round(SETTLE / record.step)
+    start, duration = segment.start + skipped * record.step, segment.duration - skipped * record.step
+    return replace(segment, first=segment.first + skipped, start=start, duration=duration)
+
+
+def _tip(record: Record, segment: Segment) -> FloatArray:
+    """Height of the tip as logged [m]; single missing samples are bridged."""
+    s = record.part(segment, "s_tip")
+    known = np.isfinite(s)
+    return np.interp(np.arange(len(s)), np.flatnonzero(known), s[known])
+
+
+def _ends(values: Any) -> list[float]:
+    return [float(np.min(values)), float(np.max(values))]
+
+
+HEADING = "Logged, not judged"
+UNJUDGED = (
+    "No judged line of the verdict depends on these signals in these tests. Errors in them would not be detected."
+)
+BY_TEST = ("test ", "load case ")
+"""Prefixes of a test's name where a measure applies to that test alone."""
+
+
+def unjudged(validation: Validation) -> dict[str, tuple[str, ...]]:
+    """Names of signals, each with the tests in which it was logged and no judged line with a value depends on it.
+
+    A measure depends on the signals listed in `stillhook.validate.criteria.results`, in its test, or in all tests
+    of its kinds.
+    """
+    judged = _judged(validation)
+    out: dict[str, list[str]] = {}
+    for record in validation.records:
+        for name in sorted(set(record.signals) - record.derived):
+            if (record.test.name, name) not in judged:
+                out.setdefault(name, []).append(record.test.name)
+    return {name: tuple(tests) for name, tests in out.items()}
+
+
+def unjudged_says(validation: Validation) -> list[str]:
+    """The same in lines, "p_hp in test dynamics"; nothing where only some steps were taken."""
+    if not validation.complete:
+        return []
+    every = len(validation.records)
+    return [f"{name} in {_tests(tests, every)}" for name, tests in unjudged(validation).items()]
+
+
+def _tests(names: tuple[str, ...], every: int) -> str:
+    """Tests in words."""
+    if len(names) == every > 1:
+        return "every test"
+    return f"test{'s' if len(names) > 1 else ''} {', '.join(names)}"
+
+
+def _judged(validation: Validation) -> set[tuple[str, str]]:
+    """Tests and signals that a judged line with a value depends on."""
+    counted = {line.key for line in validation.lines if line.judged}
+    names = {c.measure for c in validation.campaign.criteria.criteria if c.key in counted}
+    out = set()
+    for m in (m for step in validation.steps for m in step.measures if m.name in names and m.value is not None):
+        out |= {(r.test.name, signal) for r in _records(validation, m) for signal in MEASURES[m.name].signals}
+    return out
+
+
+def _records(validation: Validation, m: Measure) -> Iterator[Record]:
+    """The tests that a measure covers."""
+    names = {r.test.name for r in validation.records}
+    test = [m.test.removeprefix(before) for before in BY_TEST if m.test.startswith(before)]
+    kinds = MEASURES[m.name].kinds
+    for r in validation.records:
+        if test and test[0] in names:
+            if r.test.name == test[0]:
+                yield r
+        elif not kinds or r.test.kind.value in kinds:
+            yield r

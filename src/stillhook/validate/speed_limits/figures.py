@@ -12,8 +12,7 @@ from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.figures import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.speed_limits.check import LimitsStep, Plateau
-from stillhook.validate.speed_limits.runs import SaturatedPart
+from stillhook.validate.speed_limits.check import LimitsStep, Plateau, SaturatedPart
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -21,7 +21,7 @@ from stillhook.logs.synthetic import Calibration, Clock
 from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.spec.crane import Crane
 from stillhook.units import parse, quote, show
-from stillhook.validate.synthetic.reference.crane import PARAMETERS, ReferenceCrane
+from stillhook.validate.synthetic.reference.laws import PARAMETERS, ReferenceCrane
 
 STATED_DELAY = 0.04
 """Delay of the motion unit that a campaign states [s]."""

@@ -17,7 +17,7 @@ from stillhook.engine.pack.winch import drum_record, wire_speed_max
 from stillhook.library import load_crane
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.sea.motion.motion import Motion, Ramped, Sine, Still, Sum
-from stillhook.sea.spectra.waves import window_spans
+from stillhook.sea.motion.recorded import window_spans
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.payload import RHO_STEEL
 from stillhook.spec.scenario import Mode, Operator, Scenario, Sensors, Water

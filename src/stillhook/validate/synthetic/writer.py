@@ -44,8 +44,14 @@ from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
 from stillhook.units import quote, show
 from stillhook.validate.synthetic.defects import Defect, Setting, defect_of, defect_text, setting, with_defect
-from stillhook.validate.synthetic.reference.crane import numbers
-from stillhook.validate.synthetic.reference.laws import M_N2, active_leak, gas_bank, reference_friction, working
+from stillhook.validate.synthetic.reference.laws import (
+    M_N2,
+    active_leak,
+    gas_bank,
+    numbers,
+    reference_friction,
+    working,
+)
 from stillhook.validate.synthetic.reference.pack import simulate_reference
 from stillhook.validate.synthetic.schedule import Plan, sea_trials
 from stillhook.winches.records import Tick

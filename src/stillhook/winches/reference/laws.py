@@ -1,7 +1,7 @@
 """Laws of the truth plant where it differs from the twin: two-volume lines, friction, oil temperature, passive circuit.
 
 Wire, drum, leakage and gas have modules of their own. No printed source gives their numbers: all are assumed (see
-`stillhook.validate.synthetic.reference.crane`). Signs and units as in the twin.
+`stillhook.validate.synthetic.reference.laws`). Signs and units as in the twin.
 
 Leakage of the truth plant: gaps by viscosity, edges by the root of the pressure, compressed oil by stroke and speed.
 

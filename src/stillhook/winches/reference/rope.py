@@ -1,7 +1,7 @@
 """Wire of the reference plant, a load path (`stillhook.winches.load_path`): two lengths with a mass between them,
 stiffer under load, with a damping of its strands beside that of its oil.
 
-Written for the reference plant alone: nothing here comes from the twin's wire (`stillhook.physics.load_path.wire`).
+Written for the reference plant alone: nothing here comes from the twin's wire (`stillhook.physics.load_path.drum`).
 """
 
 from typing import NamedTuple

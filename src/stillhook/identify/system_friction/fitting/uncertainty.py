@@ -33,8 +33,8 @@ from stillhook.identify.system_friction.fitting.model import (
     motor_loss_at,
     system_friction_at,
 )
-from stillhook.library.crane_file.draws import crane_with as crane_with
-from stillhook.library.crane_file.draws import draw, with_friction, with_loss
+from stillhook.library.draws import crane_with as crane_with
+from stillhook.library.draws import draw, with_friction, with_loss
 from stillhook.library.parameter_sets import FrictionSet, LossSet
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate, t_factor

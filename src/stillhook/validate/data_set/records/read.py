@@ -29,9 +29,17 @@ from stillhook.units import number
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind, standard_modes
 from stillhook.validate.data_set.records.clocks import following, refined, wire_lags
 from stillhook.validate.data_set.records.loads import load_of, load_segments, standing, with_wire
-from stillhook.validate.data_set.records.record import LEAST, Record, Segment, seams, segment, split, stretches_of
+from stillhook.validate.data_set.records.record import (
+    LEAST,
+    Record,
+    Segment,
+    filled,
+    seams,
+    segment,
+    split,
+    stretches_of,
+)
 from stillhook.validate.data_set.records.tip import completed
-from stillhook.validate.data_set.records.transients import filled
 from stillhook.variables import PHYSICAL
 
 BRIDGED = 0.2

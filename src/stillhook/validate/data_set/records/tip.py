@@ -19,7 +19,7 @@ from stillhook.sea.motion.recorded import FEWEST_POINTS, Recorded
 from stillhook.spec.crane import Crane
 from stillhook.units import show
 from stillhook.validate.data_set.campaign import CraneTest, Kind
-from stillhook.validate.data_set.records.transients import filled
+from stillhook.validate.data_set.records.record import filled
 
 KNOTS = 0.4
 """Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost. Two samples where they are

@@ -13,14 +13,18 @@ from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, summarise, to_dataset
 from stillhook.engine.simulate import raise_failures
 from stillhook.errors import SpecError
-from stillhook.physics.hydraulics.swash import Servo
-from stillhook.physics.load_path.wire import wire_damping
+from stillhook.physics.hydraulics.pump import Servo
+from stillhook.physics.load_path.drum import wire_damping
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.payload import RHO_STEEL
 from stillhook.spec.scenario import RHO_SEA, Scenario
-from stillhook.validate.synthetic.reference.crane import ReferenceCrane
-from stillhook.validate.synthetic.reference.laws import active_leak, reference_friction, reference_passive
+from stillhook.validate.synthetic.reference.laws import (
+    ReferenceCrane,
+    active_leak,
+    reference_friction,
+    reference_passive,
+)
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.load_path import Hoist

@@ -19,7 +19,7 @@ from pydantic import BaseModel
 from stillhook.base.arrays import FloatArray
 from stillhook.library.leakage import form_of
 from stillhook.spec.crane import Crane, inertia_ratio_without_wire
-from stillhook.validate.dynamics.fitting.output_error import FAR, Model
+from stillhook.validate.dynamics.output_error import FAR, Model
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment, delayed, repeated, steps_per_cycle
 from stillhook.winches.circuits.tables import LeakForm
 
@@ -262,7 +262,7 @@ class Twin:
         self.held = crane.active.boost.p + crane.active.flushing.dp_open + HELD_BY
 
     def model(self, known: Mapping[str, tuple[float, float]]) -> Model:
-        """What `stillhook.validate.dynamics.fitting.output_error.fit` fits; known: logarithms of factors and their
+        """What `stillhook.validate.dynamics.output_error.fit` fits; known: logarithms of factors and their
         deviations from other tests."""
         spread = np.array([each.spread for each in (*UNKNOWNS, *EXTRAS)])
         low, high = (

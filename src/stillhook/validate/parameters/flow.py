@@ -16,14 +16,13 @@ from stillhook.physics.hydraulics.lines import external_leakage, internal_leakag
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak
 from stillhook.spec.crane import Crane
+from stillhook.statistics.blocks import fit
 from stillhook.statistics.estimate import Estimate, t_factor
-from stillhook.statistics.jackknife_regression import fit
 from stillhook.units import number, parse, show
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.data_set.records.record import Record, stretches_of
-from stillhook.validate.parameters.circuit.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose
-from stillhook.validate.parameters.circuit.settings import known_setting
+from stillhook.validate.parameters.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose
 from stillhook.validate.parameters.segments import (
     LogPart,
     bridged,
@@ -34,6 +33,7 @@ from stillhook.validate.parameters.segments import (
     smoothed,
     stacked,
 )
+from stillhook.validate.parameters.settings import known_setting
 
 WINDOW = 0.5
 """Window of the balance [s]: shorter than the time for which one line stays the higher one."""

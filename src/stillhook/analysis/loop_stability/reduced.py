@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from stillhook.analysis.loop_stability.models.linearisation import Linear, linearise
-from stillhook.analysis.loop_stability.models.transfer import effective_radius
+from stillhook.analysis.loop_stability.linearisation import Linear, linearise
+from stillhook.analysis.loop_stability.transfer import effective_radius
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.analysis.steady.steady_state import check_displacement, check_K_wire, motor_law
 from stillhook.base.arrays import FloatArray
@@ -21,7 +21,7 @@ from stillhook.engine.pack.winch import NO_LIMIT, drum_record, gains, loop_recor
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import motor_torque
-from stillhook.physics.hydraulics.swash import Servo, displacement, swash_acceleration
+from stillhook.physics.hydraulics.pump import Servo, displacement, swash_acceleration
 from stillhook.physics.load_path.drum import K_wire as ratio_of
 from stillhook.physics.scalar import clip
 from stillhook.sea.motion.motion import Motion

@@ -20,8 +20,8 @@ from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.library.leakage import Point, form_of, pump_leak, stated_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
+from stillhook.statistics.blocks import Fit, fit
 from stillhook.statistics.estimate import Estimate, t_factor
-from stillhook.statistics.jackknife_regression import Fit, fit
 from stillhook.units import parse, show
 from stillhook.winches.circuits.tables import LeakForm, LeakPoint
 

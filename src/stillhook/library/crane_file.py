@@ -11,7 +11,6 @@ from pydantic import ValidationError
 from stillhook.base.choice import nearest
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library.certificate import read_certified
-from stillhook.library.crane_file.write import crane_tree
 from stillhook.library.leakage import leak_misfit
 from stillhook.library.parameter_sets import is_path, known_losses, known_torques, set_values
 from stillhook.library.toml.file import explain
@@ -29,6 +28,7 @@ from stillhook.library.toml.tree import (
     tree,
     values,
 )
+from stillhook.library.write import crane_tree
 from stillhook.spec.crane import Crane, Source, SourceKind, SystemFriction
 from stillhook.tables.table import Spec
 from stillhook.units import quote

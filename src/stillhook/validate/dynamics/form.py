@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95, t_factor
-from stillhook.validate.data_set.records.transients import Transient
-from stillhook.validate.dynamics.fitting.model import C_LEAK, NAMES, PLACE, TUNED, Twin
-from stillhook.validate.dynamics.fitting.output_error import Fit, fit
+from stillhook.validate.data_set.records.record import Transient
+from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, Twin
+from stillhook.validate.dynamics.output_error import Fit, fit
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
 
 LEVEL = 0.9975

@@ -351,7 +351,7 @@ Loop = ContinuousLoop | SampledLoop
 
 def position_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> ContinuousLoop:
     """The published position loop, without PLC and delay (Moslatt 2020 paper E eqs 14 to 20); see
-    `stillhook.analysis.loop_stability.models.transfer`."""
+    `stillhook.analysis.loop_stability.transfer`."""
     return balanced(*loop_matrices(crane, alpha_m, K_wire=K_wire))
 
 

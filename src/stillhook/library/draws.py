@@ -10,9 +10,9 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
-from stillhook.library.crane_file.load import changed
-from stillhook.library.crane_file.write import leaf_tree
+from stillhook.library.crane_file import changed
 from stillhook.library.parameter_sets import Evidence, FrictionSet, LossSet, loss_range
+from stillhook.library.write import leaf_tree
 from stillhook.spec.crane import Crane, SourceKind, SystemFriction
 from stillhook.units import show
 from stillhook.winches.circuits.tables import TorqueLoss

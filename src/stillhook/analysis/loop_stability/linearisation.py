@@ -15,13 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.models.transfer import (
-    ContinuousLoop,
-    SampledLoop,
-    balanced,
-    full_cycles,
-    hold_matrices,
-)
+from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced, full_cycles, hold_matrices
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import Memory
@@ -31,7 +25,7 @@ from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.friction import bristle_rate
-from stillhook.physics.hydraulics.swash import Servo
+from stillhook.physics.hydraulics.pump import Servo
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.winches.records import Tick, Tip

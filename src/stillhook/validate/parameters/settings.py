@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray, IntArray
-from stillhook.physics.hydraulics.swash import Servo
+from stillhook.physics.hydraulics.pump import Servo
+from stillhook.statistics.blocks import fit
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import fit
 from stillhook.validate.parameters.segments import LogPart, bridged, stacked
 
 OFFSETS = np.linspace(-0.3, 0.3, 13)
@@ -65,7 +65,7 @@ def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
     """Response of a servo of the twin to a command that is held from sample to sample, starting at rest on the first
     one; (n,) [-].
 
-    The stroke's ends limit the response, not the servo's state, as in `stillhook.physics.hydraulics.swash`.
+    The stroke's ends limit the response, not the servo's state, as in `stillhook.physics.hydraulics.pump`.
     """
     from scipy.signal import cont2discrete, lfilter, lfiltic  # heavy: only where logs are checked
 
@@ -124,7 +124,7 @@ def motor_offset(parts: Sequence[LogPart]) -> Offset | None:
 
 
 def after_play(u: FloatArray, half_width: float) -> FloatArray:
-    """Response of a play to a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle
+    """Response of a play to a command, (n,), as `stillhook.physics.hydraulics.pump.play` does; it starts in the middle
     on the first one."""
     moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
     position, out = float(u[0]), np.empty(len(moves) + 1)

@@ -1,1 +1,0 @@
-"""Linear and reduced models of the winch."""

@@ -1,1 +1,0 @@
-"""Crane files: loaded, shown, varied."""

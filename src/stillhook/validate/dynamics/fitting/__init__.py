@@ -1,1 +1,0 @@
-"""The output-error fit of step 4."""

@@ -1,1 +1,0 @@
-"""Active circuit: flow, leakage, pressures, settings."""
