@@ -21,7 +21,7 @@ from stillhook import Crane, Scenario, Sine, simulate
 from stillhook.analysis.steady.steady_state import reduction_lead
 from stillhook.engine.pack.winch import active_record
 from stillhook.library import changed
-from stillhook.physics.hydraulics.pump import displacement, pilot, swash_acceleration
+from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration
 from stillhook.report.plots.run import COLOURS, GREY
 
 PAGE = "paper-e-motor-servo.md"

@@ -17,9 +17,13 @@ LOAD, S_W = 150e3, 100.0
 SWING = 0.5e5
 
 
+def slow_limit_of(crane, selected):
+    return slow_limit(selected.on(crane), selected.mode, load=LOAD, s_w=S_W)
+
+
 @pytest.mark.slow
 def test_ssc_stands_at_full_displacement_when_slow_and_hs_does_not():
-    ssc, hs = (slow_limit(CRANE, controller(name), load=LOAD, s_w=S_W) for name in ("ssc", "hs"))
+    ssc, hs = (slow_limit_of(CRANE, controller(name)) for name in ("ssc", "hs"))
     assert ssc.alpha_m == 1.0
     assert hs.alpha_m == pytest.approx(CRANE.control.alpha_hs)
     assert hs.K_p_ms < CRANE.control.K_p < ssc.K_p_ms
@@ -28,7 +32,7 @@ def test_ssc_stands_at_full_displacement_when_slow_and_hs_does_not():
 
 @pytest.mark.slow
 def test_more_load_leaves_less_gain():
-    light, heavy = (slow_limit(CRANE, controller("ns"), load=load, s_w=S_W).K_p_ms for load in (0.0, LOAD))
+    light, heavy = (slow_limit(CRANE, Mode.NS, load=load, s_w=S_W).K_p_ms for load in (0.0, LOAD))
     assert heavy < light
 
 
@@ -36,7 +40,7 @@ def test_more_load_leaves_less_gain():
 @pytest.mark.parametrize(("mode", "K_p", "swings"), [("hs", "0.35 1/m", True), ("ssc", "0.35 1/m", False)])
 def test_the_engine_swings_where_the_limit_is_passed(mode, K_p, swings):
     crane = changed(CRANE, {"control": {"K_p": K_p}})
-    slow = slow_limit(crane, controller(mode), load=LOAD, s_w=S_W)
+    slow = slow_limit_of(crane, controller(mode))
     assert (slow.K_p_ms < crane.control.K_p) is swings
     tip = Profile([("0 s", "0 m/min"), ("5 s", "2 m/min"), ("100 s", "2 m/min"), ("105 s", "0 m/min")])
     asked = {"load": "150 t", "s_w": "100 m", "duration": "100 s", "warm_up": "40 s"}
@@ -48,9 +52,7 @@ def test_the_engine_swings_where_the_limit_is_passed(mode, K_p, swings):
 def test_a_heavy_load_on_the_library_wire_swings_whatever_the_gain():
     """What the linear plant says of zeta 0.01 the engine does with hardly any gain; on the calm wire it is still."""
     assert governing(LIBRARY, Mode.SSC).swings
-    assert slow_limit(LIBRARY, controller("ssc"), load=LOAD, s_w=S_W) == slow_limit(
-        CRANE, controller("ssc"), load=LOAD, s_w=S_W
-    )
+    assert slow_limit_of(LIBRARY, controller("ssc")) == slow_limit_of(CRANE, controller("ssc"))
     tip = Profile([("0 s", "0 m/min"), ("5 s", "2 m/min"), ("100 s", "2 m/min"), ("105 s", "0 m/min")])
     case = Scenario(load="150 t", s_w="100 m", tip=tip, mode="ssc", duration="100 s", warm_up="40 s")
     for crane, swings in ((LIBRARY, True), (CRANE, False)):

@@ -6,9 +6,11 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from graphlib import TopologicalSorter
 from pathlib import Path
 from types import ModuleType
 
+import grimp
 import pytest
 from tests.scripts import DOCS, script
 
@@ -116,6 +118,13 @@ def test_no_folder_is_a_heap():
     }
     crowded = {relative(f): len(names) for f, names in entries.items() if len(names) > MOST_ENTRIES and f != SOURCE}
     assert crowded == {}
+
+
+@pytest.mark.slow
+def test_no_imports_run_in_a_circle():
+    """Those inside functions and for type checkers count as well."""
+    graph = grimp.build_graph("stillhook", cache_dir=None)
+    TopologicalSorter({m: graph.find_modules_directly_imported_by(m) for m in graph.modules}).prepare()
 
 
 def test_rooms_that_hashes_cover_exist():

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stillhook.physics.intrinsics import kernel_of
 from stillhook.physics.scalar import clip, copysign, exp, scalar_of, tanh
 from stillhook.physics.sensor import quantise
 
@@ -18,7 +19,7 @@ EXP = 1.0e-14
 @pytest.mark.slow
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: there is no compiled exponential")
 def test_the_compiled_exponential_is_the_exponential():
-    kernel = scalar_of(exp).kernel
+    kernel = kernel_of(scalar_of(exp))
 
     @numba.njit
     def over(x, out):

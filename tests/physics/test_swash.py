@@ -10,7 +10,7 @@ from scipy.signal import lti, step
 from stillhook import load_crane
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
-from stillhook.physics.hydraulics.pump import (
+from stillhook.physics.hydraulics.swash import (
     MotorControl,
     displacement,
     known_displacement,

@@ -14,7 +14,7 @@ from tests.validate.parameter_logs import checked, records
 from stillhook.engine.pack.winch import drum_record
 from stillhook.library import changed
 from stillhook.library.leakage import leak_at
-from stillhook.physics.hydraulics.pump import play
+from stillhook.physics.hydraulics.swash import play
 from stillhook.spec.scenario import Mode
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge

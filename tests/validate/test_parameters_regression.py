@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from tests.validate.ahc_logs import TWIN, record
 
-from stillhook.physics.hydraulics.pump import Servo
+from stillhook.physics.hydraulics.swash import Servo
 from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.validate.parameters.segments import (

@@ -14,7 +14,7 @@ from stillhook.control.registry import CONTROLLERS, mode_of_code
 from stillhook.kernels.build import compiled
 from stillhook.kernels.control_laws import ControlLaws, control_laws, extra_controllers, label
 from stillhook.kernels.lanes import Array, access, flatten, size, unflatten
-from stillhook.physics.hydraulics.pump import MotorControl, known_displacement
+from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.physics.records import replace
 
 

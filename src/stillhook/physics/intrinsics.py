@@ -1,6 +1,6 @@
 """Scalar functions as Numba inlines them, and the operations of machine code that they use; loaded with Numba."""
 
-from collections.abc import Callable, Mapping
+import functools
 from types import FunctionType
 from typing import Any
 
@@ -8,15 +8,17 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic, typeof_impl
 
-from stillhook.physics.scalar import scalar_of
+from stillhook.physics.scalar import Operation, Scalar, scalar_of
 
 
-def inlined(source: Callable[..., Any], options: Mapping[str, Any]) -> Any:
-    """A function that is inlined into the kernels that call it.
+@functools.cache
+def kernel_of(scalar: Scalar) -> Any:
+    """The function that is inlined into the kernels that call it.
 
     It has no wrapper for calls of the machine code from Python: building those takes half of the compile time.
     """
-    return njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(source)
+    source = OPERATIONS[scalar.source.__name__] if isinstance(scalar, Operation) else scalar.source
+    return njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **scalar.options)(source)
 
 
 _typeof_any = typeof_impl.dispatch(object)
@@ -25,7 +27,7 @@ _typeof_any = typeof_impl.dispatch(object)
 @typeof_impl.register(FunctionType)
 def _typeof_function(value: FunctionType, context: Any) -> Any:
     found = scalar_of(value)
-    return types.Dispatcher(found.kernel) if found else _typeof_any(value, context)
+    return types.Dispatcher(kernel_of(found)) if found else _typeof_any(value, context)
 
 
 @intrinsic
@@ -54,6 +56,5 @@ def slot(typingctx):
     return types.void(), generate
 
 
-def operation(name: str) -> Any:
-    """The function of `stillhook.physics.scalar` with this name as machine code."""
-    return {"bits": lambda x: bits(x), "double": lambda n: double(n), "slot": lambda: slot()}[name]
+OPERATIONS: dict[str, Any] = {"bits": lambda x: bits(x), "double": lambda n: double(n), "slot": lambda: slot()}
+"""Operations of `stillhook.physics.scalar` by name, as machine code."""

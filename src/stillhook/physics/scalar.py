@@ -8,7 +8,6 @@ Arithmetic is strict (no reassociation; fused multiply-add in `exp` alone), so s
 the same bits as one. Never put full fastmath on these functions: it deletes the rounding step of `exp`.
 """
 
-import functools
 import math
 import struct
 from collections.abc import Callable
@@ -22,32 +21,16 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Scalar:
-    """What a kernel inlines where it calls a scalar function: source and options of Numba.
-
-    Numba is loaded when the first kernel is compiled, and not before.
-    """
+    """What a kernel inlines where it calls a scalar function: source and options of Numba; see
+    `stillhook.physics.intrinsics`."""
 
     def __init__(self, source: Callable[..., Any], **options: Any) -> None:
         self.source = source
         self.options = options or STRICT
 
-    @functools.cached_property
-    def kernel(self) -> Any:
-        """The function for Numba."""
-        from stillhook.physics.intrinsics import inlined
-
-        return inlined(self.source, self.options)
-
 
 class Operation(Scalar):
     """An operation of machine code; the intrinsic of Numba has the same name."""
-
-    @functools.cached_property
-    def kernel(self) -> Any:
-        """The function for Numba, which calls its intrinsic."""
-        from stillhook.physics.intrinsics import inlined, operation
-
-        return inlined(operation(self.source.__name__), self.options)
 
 
 def scalar(source: Function) -> Function:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
-from stillhook.physics.hydraulics.pump import displacement, known_displacement
+from stillhook.physics.hydraulics.swash import displacement, known_displacement
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import scalar
 from stillhook.physics.sensor import quantise

@@ -20,7 +20,6 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from stillhook.analysis.controllers import Controller
 from stillhook.analysis.loop_stability.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
     GAIN_MARGIN,
@@ -277,10 +276,10 @@ class SlowLimit(NamedTuple):
 
 
 def slow_limit(
-    crane: Crane, selected: Controller, *, load: float | None = None, s_w: float | None = None, delay: float = 0.0
+    crane: Crane, mode: Mode, *, load: float | None = None, s_w: float | None = None, delay: float = 0.0
 ) -> SlowLimit | None:
-    """The position gain with which this controller makes the winch oscillate at low speed; None where no slow point can
-    be held.
+    """The position gain with which the winch oscillates at low speed in this mode; None where no slow point can be
+    held.
 
     The published loop has a viscous coefficient instead of friction and does not know of this: break-away friction
     falls with speed, which takes damping away, most where a small displacement makes pressure per torque large. SSC is
@@ -291,11 +290,11 @@ def slow_limit(
     `stillhook.analysis.loop_stability.governing.Governing.swings`. Valid: small oscillations about a sliding winch;
     beyond the limit they grow to a limit cycle of stick and slip.
     """
-    machine = with_damped_wire(selected.on(crane))
+    machine = with_damped_wire(crane)
     wires = wire_range(machine) if s_w is None else (s_w,)
     limits = []
-    for place in slow_places(payloads_of_mode(machine, selected.mode) if load is None else (load,), wires):
-        loop = plant_loop_at(machine, selected.mode, place, delay=delay)
+    for place in slow_places(payloads_of_mode(machine, mode) if load is None else (load,), wires):
+        loop = plant_loop_at(machine, mode, place, delay=delay)
         if loop is not None:
             limits.append(
                 SlowLimit(

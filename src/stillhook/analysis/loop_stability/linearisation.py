@@ -25,7 +25,7 @@ from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.friction import bristle_rate
-from stillhook.physics.hydraulics.pump import Servo
+from stillhook.physics.hydraulics.swash import Servo
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.winches.records import Tick, Tip

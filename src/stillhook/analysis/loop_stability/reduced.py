@@ -21,7 +21,7 @@ from stillhook.engine.pack.winch import NO_LIMIT, drum_record, gains, loop_recor
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import motor_torque
-from stillhook.physics.hydraulics.pump import Servo, displacement, swash_acceleration
+from stillhook.physics.hydraulics.swash import Servo, displacement, swash_acceleration
 from stillhook.physics.load_path.drum import K_wire as ratio_of
 from stillhook.physics.scalar import clip
 from stillhook.sea.motion.motion import Motion

@@ -177,7 +177,7 @@ class _Report:
         self.held_out = [(results[2 * i], results[2 * i + 1]) for i in range(len(tuned))]
         self.varied = variations(crane, [t.controller for t in tuned], cases)
         load = max(c.load for c in cases)
-        self.slow = [slow_limit(crane, t.controller) for t in tuned]
+        self.slow = [slow_limit(t.controller.on(crane), t.controller.mode) for t in tuned]
         machines = [t.controller.on(crane) for t in tuned for _ in cases]
         self.notes = notes_of(machines, [case.with_mode(t.controller.mode) for t in tuned for case in cases])
         self.remarks = [*self._slow_remarks(), *self._load_remarks(load), *self.notes]

@@ -15,7 +15,8 @@ from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
 from stillhook.physics.hydraulics.lines import Boost, Flushing, Relief, capacitance
 from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
-from stillhook.physics.hydraulics.pump import MotorControl, Pumps, Servo
+from stillhook.physics.hydraulics.pump import Pumps
+from stillhook.physics.hydraulics.swash import MotorControl, Servo
 from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec

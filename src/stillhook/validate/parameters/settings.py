@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray, IntArray
-from stillhook.physics.hydraulics.pump import Servo
+from stillhook.physics.hydraulics.swash import Servo
 from stillhook.statistics.blocks import fit
 from stillhook.statistics.estimate import Estimate
 from stillhook.validate.parameters.segments import LogPart, bridged, stacked
@@ -124,7 +124,7 @@ def motor_offset(parts: Sequence[LogPart]) -> Offset | None:
 
 
 def after_play(u: FloatArray, half_width: float) -> FloatArray:
-    """Response of a play to a command, (n,), as `stillhook.physics.hydraulics.pump.play` does; it starts in the middle
+    """Response of a play to a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle
     on the first one."""
     moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
     position, out = float(u[0]), np.empty(len(moves) + 1)

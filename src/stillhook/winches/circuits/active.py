@@ -16,7 +16,8 @@ from stillhook.physics.hydraulics.lines import (
     relief_flow,
 )
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage, torque_loss_dry
-from stillhook.physics.hydraulics.pump import STOPPING, MotorControl, Pumps, Servo, pump_flow, pump_leakage
+from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
+from stillhook.physics.hydraulics.swash import STOPPING, MotorControl, Servo
 from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.winches.interface import NOT_YET, Cause, Stiffness
 

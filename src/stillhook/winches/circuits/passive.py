@@ -7,7 +7,8 @@ from stillhook.control.commands import PassiveSettings, displacement_for_weight
 from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure
 from stillhook.physics.hydraulics.lines import Relief
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque
-from stillhook.physics.hydraulics.pump import Pumps, Servo
+from stillhook.physics.hydraulics.pump import Pumps
+from stillhook.physics.hydraulics.swash import Servo
 from stillhook.units import show
 from stillhook.winches.circuits.active import dry_bound, moving_slope, servo_rate
 from stillhook.winches.interface import Carried, OtherMotors, Parts, Stiffness, Stroke

@@ -15,14 +15,8 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, Plc
 from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics.motor import motor_torque
-from stillhook.physics.hydraulics.pump import (
-    displacement,
-    known_displacement,
-    pilot,
-    pump_flow,
-    swash_acceleration,
-    swash_rate,
-)
+from stillhook.physics.hydraulics.pump import pump_flow
+from stillhook.physics.hydraulics.swash import displacement, known_displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, fmax, scalar

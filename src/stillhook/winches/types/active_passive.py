@@ -10,14 +10,8 @@ from stillhook.physics.friction import bristle_update, dry_torque, system_fricti
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
-from stillhook.physics.hydraulics.pump import (
-    displacement,
-    pilot,
-    pump_flow,
-    pump_leakage,
-    swash_acceleration,
-    swash_rate,
-)
+from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
+from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import copysign, fmax, scalar
 from stillhook.winches import load_path

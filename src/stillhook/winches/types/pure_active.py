@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
-from stillhook.physics.hydraulics.pump import displacement, pilot, swash_acceleration, swash_rate
+from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.scalar import copysign, scalar
 from stillhook.units import show
 from stillhook.winches import load_path

@@ -13,7 +13,7 @@ from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, summarise, to_dataset
 from stillhook.engine.simulate import raise_failures
 from stillhook.errors import SpecError
-from stillhook.physics.hydraulics.pump import Servo
+from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import wire_damping
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
