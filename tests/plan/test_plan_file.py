@@ -6,11 +6,12 @@ import math
 import shutil
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from stillhook.errors import StillhookError
-from stillhook.plan.definition.rules import ALTERNATIVES
+from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, usual_alternatives
 from stillhook.plan.file import copy_plan, load_plan, plans
 
 pytestmark = pytest.mark.slow
@@ -85,6 +86,11 @@ def test_the_example_is_the_lift_that_it_says() -> None:
     assert (plan.crane.name, plan.payload.mass, plan.depth) == ("nov-250t", 120e3, 1500.0)
     assert len(plan.environment.table()) == 12 * 10 * 3
     assert plan.alternatives == ALTERNATIVES
+
+
+def test_strong_ssc_is_no_alternative_by_default_where_there_is_no_closed_circuit():
+    by_default = usual_alternatives(SimpleNamespace(circuits={}))
+    assert set(ALTERNATIVES) - set(by_default) == {Alternative.STRONG_SSC}
 
 
 def test_phases_join_and_reach_the_seabed_without_a_height_given_but_the_deck(tmp_path: Path) -> None:

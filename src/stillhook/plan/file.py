@@ -31,7 +31,7 @@ from stillhook.library.toml.kinds import FileKind, other_kind
 from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.plan.definition.lift_plan import Environment, LiftPlan, WeatherUse, check_sinks, check_tips, check_wire
 from stillhook.plan.definition.phases import Phase, Water, joined
-from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet
+from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.weather.value import check_headings
 from stillhook.sea.spectra.directions import parse_direction
@@ -80,8 +80,8 @@ class PlanFile(PlaceTables):
     """A plan file."""
 
     rules: Text = Field(default=RULES, description="set of rules: library name or file")
-    alternatives: tuple[Alternative, ...] = Field(
-        default=ALTERNATIVES, min_length=1, description="controllers side by side"
+    alternatives: tuple[Alternative, ...] | None = Field(
+        default=None, min_length=1, description="controllers side by side"
     )
     environment: Part[Environment] = Field(description="table [environment] with Hs, Tp and headings")
     operation: OperationTable = Field(default_factory=OperationTable)
@@ -92,8 +92,9 @@ class PlanFile(PlaceTables):
 
     @field_validator("alternatives")
     @classmethod
-    def _once(cls, names: tuple[Alternative, ...]) -> tuple[Alternative, ...]:
-        twice = next((name for name in names if names.count(name) > 1), None)
+    def _once(cls, names: tuple[Alternative, ...] | None) -> tuple[Alternative, ...] | None:
+        several = names or ()
+        twice = next((name for name in several if several.count(name) > 1), None)
         if twice is not None:
             raise ValueError(f"{u.quote(twice.value)} comes twice. Write it once.")
         return names
@@ -188,7 +189,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         wire=file.wire,
         winch=file.winch,
         sensors=file.sensors,
-        alternatives=file.alternatives,
+        alternatives=file.alternatives or usual_alternatives(crane),
         weather=weather,
         source=table.path.name,
     )

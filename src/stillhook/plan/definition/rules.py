@@ -23,6 +23,7 @@ from stillhook.analysis.controllers import STRONG
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import USUAL, Mode
 from stillhook.plan.definition.phases import PhaseKind
+from stillhook.spec.crane import Crane
 from stillhook.units import show
 from stillhook.variables import BY_NAME
 
@@ -193,6 +194,11 @@ class Alternative(StrEnum):
 
 ALTERNATIVES = (Alternative.NONE, Alternative.CAP, *(Alternative(mode.value) for mode in USUAL), Alternative.STRONG_SSC)
 """Alternatives of a plan that names none."""
+
+
+def usual_alternatives(crane: Crane) -> tuple[Alternative, ...]:
+    """Alternatives of a plan that names none, on this crane: strong SSC needs a closed circuit."""
+    return tuple(a for a in ALTERNATIVES if a is not Alternative.STRONG_SSC or "active" in crane.circuits)
 
 
 class Tier(StrEnum):
