@@ -52,7 +52,7 @@ def _on_terminal(columns: int, *arguments: str) -> str:
 def test_narrow_terminal_shows_every_number_whole(columns: int) -> None:
     """No number is cut and no column lost on a terminal that is narrower than the table."""
     shown = _on_terminal(columns, "envelope", "nov-250t", "--load", "100 t", "--modes", "ns,hs,ssc")
-    for whole in ("86.93 m/min", "2771 rev/min", "108.3 bar", "+25.7%", "-4.7%", "over HS", "ssc"):
+    for whole in ("86.93 m/min", "2771 rev/min", "108.3 bar", "+25.7 %", "-4.7 %", "over HS", "ssc"):
         assert whole in shown, whole
     assert max(len(line) for line in shown.splitlines() if line.startswith(("│", "┃"))) <= columns
 

@@ -118,7 +118,7 @@ def test_engine_with_the_reduced_models_assumptions_is_the_reduced_model(mode: s
     case = Scenario(load="0 t", s_w="15 m", mode=mode, duration="24 s", ramp="0 s", warm_up="0 s", tip=tip)
     run = simulate(crane, case, every="20 ms", step="0.1 ms")
     packed = pack(crane, case)
-    geo = packed.plant.geometry(packed.plant.State(*[0.0] * 16)._replace(s_w=15.0), packed.params)
+    geo = packed.plant.geometry(15.0, packed.params)
     there = crane.model_copy(update={"inertia": crane.inertia.model_copy(update={"J_m_eff": 1.0 / geo.i_J})})
     reduced = simulate_reduced(
         there, tip, mode=mode, duration=24.0, every=0.02, K_wire=float(ratio_of(geo.d, packed.params.hoist.drum))

@@ -47,9 +47,11 @@ def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
     for name, field in type(spec).model_fields.items():
         value = spec.__dict__.get(name)
         place = f"{path}.{name}" if path else name
+        if value is None or name in COMPANIONS:
+            continue
         if isinstance(value, Spec):
             yield from _walk(value, place)
-        elif value is not None and name not in COMPANIONS:
+        else:
             yield place, name, field, str(value) if isinstance(value, str) else value
 
 
