@@ -130,8 +130,8 @@ class Trends:
         """Drift over stretch k if it goes on as in a stretch twice as long, over tolerance; 0 where stretch k shows it
         to be over.
 
-        Asked where noise hides a drift of the tolerance in stretch k: a drift that was seen before is not over by being
-        hidden.
+        For use where noise hides a drift of the tolerance in stretch k: a drift that was seen before is not over by
+        being hidden.
         """
         longer = np.nonzero(self.span[:k] >= 2.0 * self.span[k])[0]
         j = int(longer[-1]) if len(longer) else max(k - 1, 0)

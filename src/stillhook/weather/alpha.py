@@ -120,7 +120,7 @@ def alpha_tables() -> tuple[str, ...]:
 
 
 def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> AlphaTable:
-    """A table by name or from a file of one's own; option by which it was asked for.
+    """A table by name or from a file of one's own; option that named it.
 
     Errors: WeatherError of one line that names file and field.
     """

@@ -79,7 +79,7 @@ def check_forecast(
     """Looks at every record of the forecast from start (its first by default) to horizon [s] later.
 
     limits: at least one upper limit on H_m0; T_POP, T_C [s]; ship, free as in `limit_text.inside_by_heading`.
-    Errors: WeatherError where no limit is on the height, alpha is not to be had, or no record lies within the horizon.
+    Errors: WeatherError where no limit is on the height, alpha is not to be had, or no record is within the horizon.
     """
     heights = [i for i, limit in enumerate(limits) if limit.range.name == "H_m0" and math.isfinite(limit.range.high)]
     if not heights:
@@ -116,7 +116,7 @@ def starts_of(
     weather: Weather, met: BoolArray, valid: BoolArray, upper: Sequence[Bound], rows: NDArray[np.intp], T_R: float
 ) -> tuple[Start, ...]:
     """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and
-    which are known (n,); upper tells which limit governs."""
+    which are known (n,); upper: which limit governs."""
     windows = windows_of(met, weather.time, weather.step)
     within, known = windows.starts(T_R), windows_of(valid, weather.time, weather.step).starts(T_R)
     t = seconds(weather.time)

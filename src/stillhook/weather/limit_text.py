@@ -145,8 +145,8 @@ def inside(limits: Sequence[Limit], weather: Weather, ship: float | None = None)
     not valid is not met.
 
     ship: where the bow points, clockwise from north [rad].
-    Errors: WeatherError where the weather does not know what a limit asks for, or where waves from the bow are asked of
-    no heading.
+    Errors: WeatherError where the weather has no column for a limit, or where waves from the bow are requested
+    without a heading.
     """
     if ship is None and _of_heading(limits):
         raise WeatherError(
@@ -207,7 +207,7 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
         have = ", ".join(weather.columns) or "nothing"
         hint = next((note for note in weather.notes if column == "come_from" and "direction" in note), "")
         do = hint[:1].upper() + hint[1:] if hint else "Drop the limit, or map a column to it with --column."
-        raise WeatherError(f"--limit {quote(limit.text)}: {weather.source} tells no {column}; it tells {have}. {do}")
+        raise WeatherError(f"--limit {quote(limit.text)}: {weather.source} has no {column}; it has {have}. {do}")
     x = weather.columns[column]
     if not np.isfinite(x).any():
         raise WeatherError(

@@ -294,7 +294,7 @@ def _meaning(rule: Rule) -> tuple[Any, ...]:
 
 
 def _one_level(rules: tuple[Rule, ...]) -> None:
-    """A tier tells a quantity once, so that all of its rules ask for the same largest value."""
+    """A tier determines a quantity once, so all rules of that quantity use the same largest value."""
     for rule in rules:
         first = next(r for r in rules if r.quantity == rule.quantity)
         if rule.level is not first.level:

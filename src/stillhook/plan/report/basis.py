@@ -151,7 +151,7 @@ def credit(result: PlanResult) -> list[Part]:
 
 
 def seas(result: PlanResult) -> list[Part]:
-    """Seas that were asked."""
+    """Seas analysed."""
     s, data = result.facts["settings"], result.data
     tolerance = direction(data.attrs["heading_tolerance"])
     gamma = f"gamma {s['gamma']:g}" if s["gamma"] else "gamma by Tp/sqrt(Hs) where it has one"
@@ -256,7 +256,7 @@ DERIVED = (
     ("area that drag acts on", "A_p", "area"),
 )
 LEFT_OUT = ("shape",)
-"""Fields that name a model and tell no number."""
+"""Fields that name a model and have no number."""
 
 
 def payload_rows(payload: Payload, rho: float) -> list[list[str]]:
@@ -281,8 +281,8 @@ def _stated(source: Source) -> tuple[str, str]:
 
 
 def _entry(payload: Payload, path: str) -> tuple[str, str] | None:
-    """What a field is of and its value with its unit; None for what tells no number. Parts lie in the order in which
-    they are named."""
+    """Subject of a field and its value with its unit; None for a field without a number. Parts are in the order in
+    which they are named."""
     head, *names = path.split(".")
     if (names[-1:] or [head])[0] in LEFT_OUT:
         return None

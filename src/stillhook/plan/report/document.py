@@ -94,7 +94,7 @@ def marks(result: PlanResult) -> list[str]:
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
 FIGURE = "figure-"
-"""Begins the names of figures that are written beside."""
+"""Prefix of the names of figures that are written as separate files."""
 
 
 def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> tuple[str, ...]:

@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 RUN = ("frequency", "time")
 """Tiers that ask the twin."""
 CENSORED = 0.02
-"""Share of starts without a window from which on waiting is told to be longer."""
+"""Share of starts without a window from which on waiting is reported as longer."""
 NONE, LOWEST = "none", 1.0
 """The alternative without compensation, and the lowest height [m] of the usual tables of forecast factors."""
 OUTSIDE = 0.005
-"""Share of records outside the table from which on it is told."""
+"""Share of records outside the table from which on it is reported."""
 NAMED = 3
 """Phases and rules that are named as governing at most."""
 PERIODS, HEADINGS = 12, 4

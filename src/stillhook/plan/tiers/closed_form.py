@@ -1,7 +1,7 @@
-"""The first tier: what phases ask by the closed forms of a standard, as on a sheet of paper, beside every simulation.
+"""The first tier: demand of the phases by the closed forms of a standard, next to every simulation.
 
 Largest motions of the tip are the most probable ones of half an hour, or of the phase where it is longer; the method
-knows no other level. What the winch leaves of them is all (no compensation, or a winch that does not follow), or what
+has no other level. What the winch leaves of them is all (no compensation, or a winch that does not follow), or what
 the flat cap leaves: a twin has no closed form, and is credited as the cap.
 """
 
@@ -32,7 +32,7 @@ Values = dict[str, FloatArray]
 ON_THE_WAY = 41
 """Heights of a phase's way that are looked at."""
 IN_THE_SURFACE = 161
-"""Heights that are looked at beside these where the surface cuts the payload: slamming acts over some tenths of a
+"""Heights that are examined in addition where the surface cuts the payload: slamming acts over some tenths of a
 metre."""
 CALM = 1e-3
 """Height of the sea whose period a calm is given [m]."""

@@ -145,7 +145,7 @@ def _shares(heights: Sequence[float]) -> FloatArray:
 
 
 Levels = Callable[[str], float]
-"""Quantity -> probability that its largest value stays below what is told."""
+"""Quantity -> probability that its largest value stays below the reported one."""
 
 ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
 STANDING = (
@@ -241,7 +241,7 @@ def winches_of(
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
-    """Whether a controller has any steady speed at the load and layers of a phase; the twin is not asked of one that
+    """Whether a controller has any steady speed at the load and layers of a phase; the twin does not run one that
     has none."""
     top = CAPACITIES["v_top"].find(plan, phase, alternative) if alternative.twin else None
     return top is None or top.value > 0.0
@@ -276,7 +276,7 @@ def demands(
 
 
 def _unusable(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip) -> Mapping[str, FloatArray]:
-    """What the tip asks of a winch whose controller may not be used: nothing of the load is told."""
+    """Demand of the tip on a winch whose controller may not be used: nothing of the load is determined."""
     still = Sigmas(*np.full((len(Sigmas._fields), 1), np.nan))
     responses = [Part(s.load, s.time, 0.0, forcing[s.x, s.y], still) for s in parts]
     values = _of_tip(responses, phase, quantiles(plan))
@@ -335,7 +335,7 @@ def _phase(
 
 
 def quantiles(plan: LiftPlan) -> Levels:
-    """Probability with which a quantity's largest value is told, by the plan's rules."""
+    """Probability level at which a quantity's largest value is reported, by the plan's rules."""
     return lambda quantity: QUANTILES[plan.rules.level(quantity)]
 
 
@@ -406,7 +406,7 @@ def _of_tip(responses: Sequence[Part], phase: Phase, level: Levels) -> dict[str,
 def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """The quantities with the jerk of taking up the load: at the hoisting speed, off the seabed at that and the wire
     end's own, and what holds the payload there besides. Slings come taut in these phases: what makes them slack is not
-    told."""
+    determined."""
     F = jerk(plan, phase, 1.0) * ((phase.speed or 0.0) + values.get("v_lift_off", np.zeros(1)))
     if phase.kind is PhaseKind.SEABED_LIFT_OFF:
         F = F + plan.payload.lift_off.friction + plan.payload.lift_off.suction

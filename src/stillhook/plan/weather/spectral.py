@@ -51,7 +51,7 @@ def spectral_weather(
     (`stillhook.plan.table.LimitTable.at`); without them the splash zone is left out. Returns over alternative and
     time: utilisation [-], the largest over phases and rules, NaN where the record is missing; workable_record, 1 where
     it is 1 at most, else 0 (missing ones: 0); over alternative, phase and time: utilisation_phase. Every phase is
-    looked at at its ends and its middle. attrs: left_out, phases not told.
+    looked at at its ends and its middle. attrs: left_out, phases not determined.
     Errors: PlanError for one sea alone; as `stillhook.plan.tiers.frequency.frequency`.
     """
     if isinstance(waves.of, Sea):
@@ -79,7 +79,7 @@ def spectral_weather(
 
 
 def _largest(rows: Sequence[FloatArray], n: int) -> FloatArray:
-    """Largest of several, those that are not told aside; NaN where none is."""
+    """Largest of several, undetermined ones left out; NaN where none is determined."""
     return np.asarray(np.fmax.reduce([np.full(n, np.nan), *rows]))
 
 
@@ -89,7 +89,7 @@ def _with(
     H: FloatArray,
     elsewhere: Mapping[Alternative, FloatArray] | None,
 ) -> FloatArray:
-    """Largest utilisation over phases (phase, alternative, n) and what is told elsewhere, (alternative, n)."""
+    """Largest utilisation over phases (phase, alternative, n) and the additional rules, (alternative, n)."""
     utilisation = np.array(np.fmax.reduce(by_phase), dtype=np.float64)
     for i, alternative in enumerate(alternatives):
         if elsewhere is not None and alternative in elsewhere:
@@ -128,7 +128,7 @@ def _labelled(
 
 
 FINE = 0.001
-"""Step of heights at which alpha(H) H is tabled [m]: far below what a hindcast tells."""
+"""Step of heights at which alpha(H) H is tabled [m]: far below the resolution of a hindcast."""
 HIGHEST = 40.0
 """Above every sea [m]."""
 
@@ -165,7 +165,7 @@ def spectral_persistence(
     notes = [
         *surface,
         *headed,
-        "limits as each alternative tells them, not as credited; alpha is in them",
+        "limits as simulated for each alternative, not as credited; alpha is in them",
         *waves.of.notes,
     ]
     return {

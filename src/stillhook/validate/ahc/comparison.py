@@ -217,7 +217,7 @@ class Spectra(NamedTuple):
 class Shape(NamedTuple):
     """correlation [-]; lag of the measured error behind the simulated one, u_lag its standard uncertainty
     [s]; band_ratio: rms in the wave band, simulated over measured [-]; band_share: part of the measured energy that
-    lies in the wave band [-]; distance: rms difference of the spectra in the wave band [dB], NaN where the parts are
+    in the wave band [-]; distance: rms difference of the spectra in the wave band [dB], NaN where the parts are
     shorter than a
     section."""
 

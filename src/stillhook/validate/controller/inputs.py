@@ -281,7 +281,7 @@ def _datum(
 
 
 def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, notes: list[str]) -> PlcSegment:
-    """The segment with the motors' displacement as the PLC knows it; derived from the commands by the servo where not
+    """The segment with the motors' displacement as the PLC has it; derived from the commands by the servo where not
     logged."""
     if active_record(crane).control.feedback == 0.0:
         return s  # the PLC calculates with its own command

@@ -226,7 +226,7 @@ DELAY_STEP = 1e-3
 """By how much the commands are moved in a finite difference [s]."""
 P_A, P_B, OMEGA, ALPHA_P = (SIGNALS.index(name) for name in ("p_a", "p_b", "omega_m", "alpha_p"))
 SPLIT = 0.5
-"""Part of a line's capacitance that lies at the pumps: not known, and of little weight (it counts squared, in one of
+"""Part of a line's capacitance at the pumps: not known, and of little weight (it counts squared, in one of
 two lines)."""
 BOTH_LINES = 1.0 + SPLIT**2
 """Oil that swings with the shaft, over that of one line: all of the lower line, whose pressure is held at the pumps; of

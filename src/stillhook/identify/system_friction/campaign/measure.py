@@ -32,7 +32,7 @@ GRID = parse("25 rev/min", "rotation")
 """Speed grid of the thesis (eq. 2.8) [rad/s]."""
 LOAD_DOUBT, LOAD_WRONG = 0.03, 0.07
 """Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a
-test is called into question, and from which its friction must not be used. The mean of both directions knows the load
+test is called into question, and from which its friction must not be used. The mean of both directions gives the load
 to some tenths of a per cent; a wrong load, layer, displacement or gain makes the friction wrong in the same proportion,
 and the system
 friction by

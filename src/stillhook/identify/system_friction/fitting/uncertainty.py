@@ -1,5 +1,5 @@
 """How far identified friction can be trusted: profile likelihood, bootstrap, posterior samples, and what data cannot
-tell apart.
+separate.
 
 Cranes drawn from the uncertainty of their friction, to run side by side in `simulate`.
 """

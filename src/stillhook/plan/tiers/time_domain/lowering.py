@@ -49,8 +49,8 @@ HANGS, THROUGH = 3.0, 1.0
 count, and is then lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the
 joystick before its leakage is made up for: a load that is lowered would seem to move by that.)"""
 HELD = 0.5
-"""Tension that landing mode keeps after touch-down, beside the hook's weight, as part of the payload's weight in water
-(assumed)."""
+"""Tension that landing mode keeps after touch-down, in addition to the hook's weight, as part of the payload's weight
+in water (assumed)."""
 
 
 class Winch(NamedTuple):
@@ -64,8 +64,8 @@ class Winch(NamedTuple):
 @dataclass(frozen=True)
 class Course:
     """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run,
-    counted the part that tells [s], which is stage number `counts`; times such parts that the phase holds, and swings
-    those in which the load swings as here; z_top highest place of the underside while it counts [m]."""
+    counted the part that is evaluated [s], which is stage number `counts`; times such parts that the phase holds, and
+    swings those in which the load swings as here; z_top highest place of the underside while it counts [m]."""
 
     z_0: float
     programme: tuple[Stage, ...]

@@ -330,7 +330,7 @@ def _leak(reference: ReferenceCrane, at: Working, pumps: float, motors: float, p
 
 
 def reference_passive(crane: Crane, known: PassiveCircuit, reference: ReferenceCrane) -> TruePassive:
-    """The passive circuit; known what its PLC knows of it."""
+    """The passive circuit; known: the parameters of its PLC."""
     m, s, twin, w = known.motors, known.settings, known.accumulator, working(crane)
     acc = TrueAccumulator(
         V_stroke=twin.V_stroke,

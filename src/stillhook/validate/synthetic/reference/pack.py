@@ -63,7 +63,7 @@ def pack_reference(crane: Crane, case: Scenario, reference: ReferenceCrane) -> P
         hoist=hoist,
         plc=p.plc._replace(
             gains=gains._replace(K_1=more * reference.K_1 * gains.K_1, K_2=more * gains.K_2)
-        ),  # the PLC knows its own motors
+        ),  # the PLC has the parameters of its own motors
         sensors=p.sensors,
         extra=plant.Extra(
             lines=_lines(active, reference),
