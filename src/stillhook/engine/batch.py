@@ -446,7 +446,7 @@ def _answer_of(future: Any) -> Any:
 
 
 class _StoredRuns:
-    """The store of a batch. Cases with other columns have files of their own."""
+    """The store of a batch. Cases with other columns have separate files."""
 
     def __init__(
         self, problem: Problem, folder: str | Path, cranes: Sequence[Crane], cases: Sequence[Any], n_sub: int

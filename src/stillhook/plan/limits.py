@@ -64,11 +64,10 @@ def limits_of(
     """Limiting heights of every rule in every (Tp, beta) of a demand.
 
     calm: what the phase asks in still water (`stillhook.plan.definition.capacities.calm`), used below the lowest sea
-    unless the demand has a calm of its own (Hs 0). The limit is the first crossing from below: a demand that falls
+    unless the demand includes a calm (Hs 0). The limit is the first crossing from below: a demand that falls
     again in higher seas does not open them. Between two heights it is read from the parabola through them and a third,
-        which is exact for what grows with the height, its square, or both. A sea without a value of the tier, above one
-        with a value, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its
-        limit
+    which is exact for what grows with the height, its square, or both. A sea without a value of the tier, above one
+    with a value, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its limit
     is 0. Ends of the interval are the limits of the demand's own interval.
 
     most: highest sea state analysed [m], where a column may end below it: a rule that no sea of the column breaks is

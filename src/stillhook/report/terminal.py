@@ -192,7 +192,7 @@ def print_twin(crane: Crane, *cases: Scenario) -> None:
 
 
 def print_implausible(crane: Crane) -> None:
-    """Numbers of a crane outside the range of built machines; for answers that have no notes of their own."""
+    """Numbers of a crane outside the range of built machines; for answers without notes."""
     from stillhook.tables.plausible import implausible_values
 
     for note in implausible_values(crane):

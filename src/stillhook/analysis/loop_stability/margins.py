@@ -186,7 +186,7 @@ def strongest(
 ) -> float:
     """Largest gain of any loop that keeps the three margins [1/m]; see `strongest_gain`.
 
-    As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer. It
+    As the gain grows from 0, each frequency breaks a margin at a different gain; the least of those is the answer. It
     is 0 for a loop that oscillates without feedback.
     """
     if _swings_alone(loop) is not None:

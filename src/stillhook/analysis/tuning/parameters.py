@@ -123,7 +123,7 @@ def present(crane: Crane) -> dict[str, float]:
 
 
 def _controller_settings(crane: Crane) -> dict[str, float]:
-    """Settings of the controllers that have some of their own."""
+    """Settings of the controllers with additional ones."""
     laws = [law for law in CONTROLLERS.values() if law.settings]
     return {
         f"{law.field}.{name}": value

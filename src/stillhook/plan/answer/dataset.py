@@ -147,7 +147,7 @@ def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:
 
 def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[str, Any]]:
     """The table as rows for JSON, which has no inf: every cell with its verdict, which is limited, above (the highest
-    sea state analysed), never or not told."""
+    sea state analysed), never or no result."""
     axes, rows = of.axes, []
     for c, credit in enumerate(CREDITS):
         g = of.governs[credit]

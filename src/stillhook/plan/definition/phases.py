@@ -141,7 +141,7 @@ def joined(phases: Sequence[Phase], water: Water) -> tuple[Phase, ...]:
     names = [phase.name for phase in phases]
     for phase in phases:
         if names.count(phase.name) > 1:
-            raise PlanError(f"phase {quote(phase.name)}: comes twice. Give every phase a name of its own.")
+            raise PlanError(f"phase {quote(phase.name)}: comes twice. Give every phase its own name.")
     done: list[Phase] = []
     for i, phase in enumerate(phases):
         after = phases[i + 1] if i + 1 < len(phases) else None

@@ -41,7 +41,7 @@ GOVERNING = ("governing_phase", "governing_rule")
 PERIODS = 10
 """Columns of a table at most."""
 PAGE = 205.0
-"""Height of a picture that takes a page of its own [mm]."""
+"""Height of a full-page picture [mm]."""
 
 
 def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:

@@ -68,7 +68,7 @@ def over_cases(
 
     Parameters: parts of each load case, as of `block_bootstrap.interval`; scale: a function of the statistic on which
     cases scatter evenly, and its inverse. The interval is that of the blocks, widened to that of a mean of the cases,
-    each with the weight of its samples and each with a true value of its own.
+    each with the weight of its samples and each with its own true value.
     """
     filled = {name: [p for p in rows if len(p)] for name, rows in parts.items()}
     filled = {name: rows for name, rows in filled.items() if rows}

@@ -84,9 +84,9 @@ def passage(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
     each run (n,).
 
     What happens in a few seconds follows no extreme-value law: which wave meets the payload scatters, slam grows with
-        the square of the speed, and a Gumbel fit to the bulk gives a 90 % level 7 to 13 % low (480 passages of the
+    the square of the speed, and a Gumbel fit to the bulk gives a 90 % level 7 to 13 % low (480 passages of the
     example). So it is the runs' own quantile, at rank q (n + 1), with the order statistics between which the true one
-        is with 95 %; inf above where even the largest run may be below it (fewer than 36 runs at 90 %). Where no run
+    is with 95 %; inf above where even the largest run may be below it (fewer than 36 runs at 90 %). Where no run
     exceeds the level, the larger of the largest run and the Gumbel distribution.
     """
     x = np.sort(np.asarray(maxima, dtype=np.float64))

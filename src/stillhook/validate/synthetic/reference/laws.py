@@ -1,4 +1,4 @@
-"""Leakage and passive circuit of the reference plant: laws of their own, brought to the twin's size at the working
+"""Leakage and passive circuit of the reference plant: independent laws, brought to the twin's size at the working
 point of a crane's tests. Its friction: another law than the twin's, of the same mean over the loads and speeds of the
 tests.
 
