@@ -120,10 +120,10 @@ def first_crossing(H: FloatArray, y: FloatArray, zero: float | None = None) -> f
     height is the answer.
     Errors: none; NaN where no y is known, inf where none is above 0.
     """
-    known = ~np.isnan(y)
-    if not known.any():
+    finite = ~np.isnan(y)
+    if not finite.any():
         return math.nan
-    H, y = H[int(np.argmax(known)) :], y[int(np.argmax(known)) :]
+    H, y = H[int(np.argmax(finite)) :], y[int(np.argmax(finite)) :]
     n_known = int(np.argmax(np.isnan(y))) if np.isnan(y).any() else len(y)
     unknown_above = n_known < len(y)
     H, y = H[:n_known], y[:n_known]

@@ -176,12 +176,12 @@ def not_compared(
         return ""
     twins = {a.value for a in Alternative if a.twin}
     groups = [group for group in equal_in_print(data) if len(group) > 1 and twins & set(group)]
-    left = weather is not None and "over" in weather.dims and not _gains(weather)
-    if not groups and not left:
+    unresolved = weather is not None and "over" in weather.dims and not _gains(weather)
+    if not groups and not unresolved:
         return ""
     means = MEANS[Tier.FREQUENCY if Tier.FREQUENCY.value in tiers else Tier.CLOSED_FORM]
     apart = [f"distinguish {' and '.join(filter(None, [', '.join(group[:-1]), group[-1]]))}" for group in groups]
-    apart += ["distinguish a new controller's waiting from that of the best classic one"] if left else []
+    apart += ["distinguish a new controller's waiting from that of the best classic one"] if unresolved else []
     return (
         f"{means} not {', nor '.join(apart)}: no comparison of them is made. Runs of the twin (--tier time) compare"
         " them."
@@ -246,8 +246,8 @@ def _odd_entry(table: Mapping[str, Any], shape: Mapping[str, Any], where: str) -
         name, null = key.removesuffix("?").removesuffix(" | null"), key.endswith(" | null")
         if name not in table and not key.endswith("?"):
             return f"{where}{name}: missing"
-        known = name in table and not (null and table[name] is None)
-        if known and (error := _odd(table[name], inner, f"{where}{name}")):
+        present = name in table and not (null and table[name] is None)
+        if present and (error := _odd(table[name], inner, f"{where}{name}")):
             return error
     return ""
 

@@ -118,9 +118,9 @@ def chosen(limits: Gathered) -> Chosen:
     """Of every rule the limit by the highest tier: the twin where it was run, else the frequency-domain method, else
     the closed form. Where a tier shows seas inside, and no limit (`stillhook.plan.limits.Limits.low`), one below
     from a lesser tier is lifted to there."""
-    known = np.isfinite(limits.Hs) | np.isposinf(limits.Hs)
+    determined = np.isfinite(limits.Hs) | np.isposinf(limits.Hs)
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * (limits.Hs.ndim - 1)))
-    tier = np.where(known, rank, -1).max(axis=0)
+    tier = np.where(determined, rank, -1).max(axis=0)
     at = np.maximum(tier, 0)[None]
 
     def taken(a: FloatArray) -> FloatArray:
@@ -128,7 +128,7 @@ def chosen(limits: Gathered) -> Chosen:
 
     Hs, low, high = (taken(a) for a in (limits.Hs, limits.low, limits.high))
     for k in range(len(TIERS)):
-        lifted = ~known[k] & (tier < k) & (limits.low[k] > Hs)
+        lifted = ~determined[k] & (tier < k) & (limits.low[k] > Hs)
         Hs, tier = np.where(lifted, limits.low[k], Hs), np.where(lifted, k, tier)
         low, high = (np.where(lifted, np.nan, ends) for ends in (low, high))
     return Chosen(limits.axes, Hs, low, high, tier.astype(np.int64))
@@ -202,15 +202,15 @@ def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple
     for row in rows:
         neighbours[row, np.arange(len(beta))] = True
     exact = on.any(axis=0)
-    known = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
-    return np.where(exact, on, neighbours), np.asarray(known)
+    covered = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
+    return np.where(exact, on, neighbours), np.asarray(covered)
 
 
 def counted(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
     """Which headings of a table count for waves of beta (heading, n): those on either side and those within the
     tolerance; and whether it covers them (n,). [rad]"""
-    between, known = bracketed(headings, tolerance, beta)
-    return between | _near(headings, tolerance, beta), known
+    between, covered = bracketed(headings, tolerance, beta)
+    return between | _near(headings, tolerance, beta), covered
 
 
 def cones(headings: FloatArray, tolerance: float) -> BoolArray:

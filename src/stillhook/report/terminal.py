@@ -141,12 +141,12 @@ def _folds(kind: Column) -> bool:
 
 def _side_by_side(least: Sequence[int], left: int, width: int) -> Iterator[list[int]]:
     """Columns of tables that fit the width, each with the first `left` columns."""
-    kept = list(range(min(left, len(least))))
-    columns = list(kept)
-    for i in range(len(kept), len(least)):
-        if len(columns) > len(kept) and sum(least[k] for k in columns) + least[i] + 1 > width:
+    indices = list(range(min(left, len(least))))
+    columns = list(indices)
+    for i in range(len(indices), len(least)):
+        if len(columns) > len(indices) and sum(least[k] for k in columns) + least[i] + 1 > width:
             yield columns
-            columns = list(kept)
+            columns = list(indices)
         columns.append(i)
     yield columns
 

@@ -118,13 +118,13 @@ def starts_of(
     """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and
     which are known (n,); upper: which limit governs."""
     windows = windows_of(met, weather.time, weather.step)
-    within, known = windows.starts(T_R), windows_of(valid, weather.time, weather.step).starts(T_R)
+    within, covered = windows.starts(T_R), windows_of(valid, weather.time, weather.step).starts(T_R)
     t = seconds(weather.time)
     starts = []
     for i in rows:
         last = int(np.searchsorted(t, t[i] + T_R - SLACK))
         go: bool | None = bool(within[i])
-        if not go and not known[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
+        if not go and not covered[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
             go = None
         heading = windows.heading[i] if windows.reach[i] else None
         starts.append(Start(weather.time[i], go, *_governing(upper, slice(int(i), last), heading)))

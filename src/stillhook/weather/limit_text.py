@@ -189,13 +189,13 @@ def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, f
 def _inside(limits: Sequence[Limit], weather: Weather, ship: float | None) -> tuple[BoolArray, BoolArray]:
     met, valid = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
     for limit in limits:
-        counts, known = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
+        counts, finite = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
         for part in limit.when:
             x = values(weather, part.name, limit, ship)
             counts &= part.holds(x)
-            known &= np.isfinite(x)
+            finite &= np.isfinite(x)
         x = values(weather, limit.range.name, limit, ship)
-        valid &= known & (~counts | np.isfinite(x))
+        valid &= finite & (~counts | np.isfinite(x))
         met &= ~counts | limit.range.holds(x)
     return met & valid, valid
 

@@ -193,10 +193,10 @@ def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None)
 
 
 def _limits(Hs: FloatArray) -> dict[str, float]:
-    known = Hs[~np.isnan(Hs)]
-    if not len(known):
+    values = Hs[~np.isnan(Hs)]
+    if not len(values):
         return dict.fromkeys(("least", "mean", "most"), float("nan"))
-    return {"least": float(known.min()), "mean": float(known.mean()), "most": float(known.max())}
+    return {"least": float(values.min()), "mean": float(values.mean()), "most": float(values.max())}
 
 
 def _numbers(values: xarray.DataArray) -> Any:

@@ -244,8 +244,8 @@ def efficiency(
     columns = {name: np.full((len(alternatives), len(periods)), np.nan) for name in ("eta_wire", "eta_load")}
     for i, alternative in enumerate(alternatives):
         if winch[alternative].known:
-            left = sigmas(forcing, load, winch[alternative].at(load.s_w))
-            columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - left.u / tip, 1.0 - left.load / tip
+            residual = sigmas(forcing, load, winch[alternative].at(load.s_w))
+            columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - residual.u / tip, 1.0 - residual.load / tip
     data = {name: (("alternative", "period"), values) for name, values in columns.items()}
     coords = {"alternative": [str(a) for a in alternatives], "period": np.array(periods)}
     return labelled(data, coords, {"Hs": Hs, "beta": beta, "z": z})

@@ -138,12 +138,12 @@ def credit(result: PlanResult) -> list[Part]:
         share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and a["name"] in twins else "-"
         rows.append([named(a["name"]), a["description"], a.get("credit_note") or "", share])
     certificate = crane["certificate"]
-    held = "none" if not certificate else f"No. {groups(certificate['number'], SHORT)}: {certificate['statement']}"
+    number = "none" if not certificate else f"No. {groups(certificate['number'], SHORT)}: {certificate['statement']}"
     head = ("alternative", "description", "credited", "covered")
     has = any(row[2] for row in rows)
     body = rows if has else [[r[0], r[1], r[3]] for r in rows]
     parts: list[Part] = [Text(TEXTS["credit"])]
-    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", held)]))
+    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", number)]))
     parts += [Text(UNSIGNED)] if certificate else []
     parts.append(Table(head if has else (head[0], head[1], head[3]), body))
     parts.append(Text(TEXTS["covered"]))

@@ -193,10 +193,10 @@ def worst_heading(Hs: FloatArray) -> list[int]:
 
 def between(Hs: FloatArray, top: float) -> str:
     """Range of limits in words: "1.65 m to 3.24 m", "2.2 m to above 4 m"; "no result" where none is."""
-    known = Hs[~np.isnan(Hs)]
-    if not known.size:
+    values = Hs[~np.isnan(Hs)]
+    if not values.size:
         return "no result"
-    low, high = (_in_words(float(x), top) for x in (known.min(), known.max()))
+    low, high = (_in_words(float(x), top) for x in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
 
 

@@ -111,8 +111,8 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     included, and the waves down there. On the seabed: taking up the load with what the winch leaves of the tip's speed.
     Quantities that it does not know are left out.
     """
-    left = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
-    values, notes = plan.once(_values, phase, seas, left), _notes(plan, phase, seas, alternative)
+    residual = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
+    values, notes = plan.once(_values, phase, seas, residual), _notes(plan, phase, seas, alternative)
     return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, values, notes=notes)
 
 
@@ -283,9 +283,9 @@ def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
 
 def _off_the_seabed(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     w, M = way(plan, phase), plan.payload.mass
-    held = plan.payload.lift_off.friction + plan.payload.lift_off.suction
+    resistance = plan.payload.lift_off.friction + plan.payload.lift_off.suction
     F = jerk(plan, phase, 1.0) * (m.V + m.v)[None, :]  # proportional to the speed
-    return _tensions(w, M, F + held, F + held, slack=False) | {"v_lift_off": m.v}
+    return _tensions(w, M, F + resistance, F + resistance, slack=False) | {"v_lift_off": m.v}
 
 
 _OF_KIND: Mapping[PhaseKind, Callable[[LiftPlan, Phase, Motions], Values]] = {

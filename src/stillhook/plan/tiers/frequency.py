@@ -114,7 +114,7 @@ def _looked(plan: LiftPlan, phase: Phase) -> list[tuple[float, SuspendedLoad]]:
         z = _resonance(
             plan, phase, T, max(places[ends][0], places[ends + 1][0]), min(places[ends][0], places[ends + 1][0])
         )
-        if min(abs(z - known) for known, _ in places) > NEAR:
+        if min(abs(z - height) for height, _ in places) > NEAR:
             places.append((z, _load_at(plan, phase, z)))
     return sorted(places, key=lambda pair: pair[0], reverse=phase.end < phase.start)
 
@@ -199,11 +199,11 @@ def thinned(parts: Sequence[Situation]) -> list[Situation]:
     """Ends and middle of a phase's places, each for the time of those nearest to it."""
     if len(parts) <= KEPT:
         return list(parts)
-    kept = np.linspace(0, len(parts) - 1, KEPT).round().astype(int)
-    near = np.argmin(np.abs(np.arange(len(parts))[:, None] - kept[None, :]), axis=1)
+    indices = np.linspace(0, len(parts) - 1, KEPT).round().astype(int)
+    near = np.argmin(np.abs(np.arange(len(parts))[:, None] - indices[None, :]), axis=1)
     return [
         replace(parts[i], time=sum(p.time for p, at in zip(parts, near, strict=True) if at == k))
-        for k, i in enumerate(kept)
+        for k, i in enumerate(indices)
     ]
 
 
@@ -429,9 +429,9 @@ def _of_winch(
         way.pressure(p.load.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2))))
         for p in responses
     ]
-    known = [top for top in tops if top is not None]
-    if known:
-        result["p_a_max"] = np.asarray(np.max(known, axis=0))
+    pressures = [top for top in tops if top is not None]
+    if pressures:
+        result["p_a_max"] = np.asarray(np.max(pressures, axis=0))
     stroke = CAPACITIES["s_stroke"].find(plan, phase, alternative)
     if stroke is not None:
         result["stroke_share"] = _mean(

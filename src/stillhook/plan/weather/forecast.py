@@ -47,13 +47,13 @@ def plan_forecast(
     T_R = float(operation["T_R"])
     rows = rows_of(weather, start, horizon)
     Hs, Tp, come_from, notes = _seas(weather, ship)
-    more, known = inside(limits, weather, ship)
+    more, covered = inside(limits, weather, ship)
     other_bounds = bounds(weather, limits, ship)
     entries = []
     for alternative in result.alternatives:
         table = _table(result, alternative.value, credit)
         limit = KeptHeadings.of(table, len(weather), come_from, ship).limits(table, (Tp,))
-        valid = known & np.isfinite(Hs)
+        valid = covered & np.isfinite(Hs)
         met = valid & more & (Hs <= limit) & (limit > 0.0)
         starts = starts_of(weather, met, valid, (Bound(OP_WF, Hs, limit), *other_bounds), rows, T_R)
         restricted = bool(operation["weather_restricted"])

@@ -122,8 +122,8 @@ def _labelled(
         "phase": phase_names,
         "time": waves.of.time.astype("datetime64[ns]"),
     }
-    left = ", ".join(phase.name for phase in plan.phases if phase.name not in phase_names)
-    data = labelled(columns, coords, {"waves": waves.describe(), "left_out": left})
+    omitted = ", ".join(phase.name for phase in plan.phases if phase.name not in phase_names)
+    data = labelled(columns, coords, {"waves": waves.describe(), "left_out": omitted})
     return data.assign(utilisation_phase=(("alternative", "phase", "time"), used, attributes("utilisation")))
 
 
@@ -152,7 +152,7 @@ def spectral_persistence(
         raise PlanError(f"operation: {times}: not weather restricted. Divide the operation.")
     chosen_ones = tuple(alternatives) or plan.alternatives
     raised = waves.with_waves(_raised(waves.of, raised_heights(table, np.asarray(waves.of.H_m0), plan.T_POP)))
-    elsewhere, left = _in_the_surface(plan, raised, chosen_ones)
+    elsewhere, omitted = _in_the_surface(plan, raised, chosen_ones)
     data = spectral_weather(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
     time, step = waves.of.time, usual_step(waves.of.time)
     valid = np.asarray(waves.of.valid) & ~np.isnan(data["utilisation"].values).all(axis=0)
@@ -161,7 +161,7 @@ def spectral_persistence(
         good = data["workable_record"].sel(alternative=str(alternative)).values.astype(np.bool_)
         one = persistence(good & reached, time, step, T_R, valid=valid)
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
-    surface = [f"{left}: by the plan's table in closed form"] if left else []
+    surface = [f"{omitted}: by the plan's table in closed form"] if omitted else []
     notes = [
         *surface,
         *headed,

@@ -220,12 +220,12 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
             " out."
         )
     seas = Records(Hs, periods, come_from, ship)
-    held = (
+    heading = (
         free_to_turn(come_from is not None)
         if ship is None
         else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
     )
-    return seas, (*([note] if note else []), held, *_outside(plan, seas))
+    return seas, (*([note] if note else []), heading, *_outside(plan, seas))
 
 
 def free_to_turn(directions: bool) -> str:
@@ -405,9 +405,9 @@ def weather_used(use: WeatherUse) -> Weather:
     weather = read_weather(
         use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order
     )
-    known = {name: x for name, x in weather.columns.items() if np.isfinite(x).any()}
-    if "H_m0" in weather.columns and "H_m0" not in known:
+    columns = {name: x for name, x in weather.columns.items() if np.isfinite(x).any()}
+    if "H_m0" in weather.columns and "H_m0" not in columns:
         raise WeatherError(
             f"{weather.source}: no record of wave height: all {len(weather)} are missing. Give weather that has them."
         )
-    return replace(weather, columns=known)
+    return replace(weather, columns=columns)

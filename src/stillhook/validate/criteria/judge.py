@@ -99,8 +99,8 @@ def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
 
 
 def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
-    known = [m for m in same if _value(m) is not None]
-    pool = same if c.needed or not known else known
+    available = [m for m in same if _value(m) is not None]
+    pool = same if c.needed or not available else available
     worst = max(pool, key=lambda m: _badness(c, m)) if pool else None
     met = verdict_of(c, worst) if worst is not None else Verdict.NOT_SHOWN
     has_figure = worst is not None and _value(worst) is not None
@@ -113,10 +113,10 @@ def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
         limit=c.limit_text,
         judged=c.judged and (c.needed or has_figure),
         source=c.source,
-        message=_message(c, worst, known),
+        message=_message(c, worst, available),
         required=_required(c, worst),
         used=_used(c, worst) if worst is not None else math.nan,
-        figures=sum(_ends(m) is not None for m in known),
+        figures=sum(_ends(m) is not None for m in available),
     )
 
 

@@ -338,8 +338,8 @@ class Twin:
             {OMEGA: self.D_m * x[..., OMEGA], ALPHA_P: self.Q_full * x[..., ALPHA_P]} for x in (runs, rows)
         )  # of motors and pumps (n,) [m^3/s], and their derivatives (p, n)
         for k, sign in SIDES:
-            held = 1.0 / (1.0 + np.exp((runs[:, k] - self.held) / HELD_OVER))
-            motors, pumps = held + (1.0 - held) * SPLIT**2, (1.0 - held) * SPLIT * (1.0 - SPLIT)
+            share = 1.0 / (1.0 + np.exp((runs[:, k] - self.held) / HELD_OVER))
+            motors, pumps = share + (1.0 - share) * SPLIT**2, (1.0 - share) * SPLIT * (1.0 - SPLIT)
             Q, Q_rows = (motors * x[OMEGA] + pumps * x[ALPHA_P] for x in (flows, flow_rows))
             rate, rates = (
                 motors * np.gradient(x[OMEGA], t, axis=-1) + pumps * np.gradient(x[ALPHA_P], t, axis=-1)

@@ -139,8 +139,8 @@ def _with_play(logs: Sequence[Logged], first: float) -> tuple[Estimate, Estimate
     """Offset and hysteresis with the servo's speed and damping as free parameters, by Gauss-Newton; None where
     the command does not go up and down far enough."""
     theta, fitted, step = np.array([first, FIRST_PLAY, 0.0, 0.0]), None, np.array(STEPS)
-    known = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in logs]
-    usable = [(*logged, k) for logged, k in zip(logs, known, strict=True) if k.any()]
+    wide = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in logs]
+    usable = [(*logged, k) for logged, k in zip(logs, wide, strict=True) if k.any()]
     if not usable:
         return None
     for _ in range(ROUNDS):

@@ -96,10 +96,10 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     signals = {**log.signals, "omega_m": omega_m, "dp_m": dp_m}
     doubtful = {**log.doubtful, **_inherited(log)}
     extended = replace(log, signals=signals, doubtful=doubtful)
-    held = [n for n in ("alpha_m", "D_m") if n in log.signals]
+    names = [n for n in ("alpha_m", "D_m") if n in log.signals]
     command = "u_p" if "u_p" in log.signals else None
     limits = layer_limits(campaign) if "s_w" in log.signals else ()
-    steady = steady_windows(extended, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
+    steady = steady_windows(extended, "omega_m", "dp_m", command=command, held=names, layer_limits=limits)
     pairs = pair_windows(steady.windows, text=speed_text)
     if not pairs.pairs:
         raise IdentifyError(_no_pair(log, steady))

@@ -181,7 +181,7 @@ def quantities(
 def _estimates(
     plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs
 ) -> dict[str, Estimate]:
-    level, left = plan.rules.level, winch.left
+    level, residual = plan.rules.level, winch.left
     compensates = phase.compensated
     stick = max(abs(stage.lower) for stage in course.programme)
 
@@ -189,7 +189,10 @@ def _estimates(
         return _extreme(phase)(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
 
     times = {f"{key}_share": f"{key}_time" for key in ("saturation", "relief", "power", "stroke")}
-    tip, v_tip = top("s_tip_pp", "s_tip_pp").scaled(1.0 / left), top("v_tip_max", "v_tip_max").scaled(1.0 / left)
+    tip, v_tip = (
+        top("s_tip_pp", "s_tip_pp").scaled(1.0 / residual),
+        top("v_tip_max", "v_tip_max").scaled(1.0 / residual),
+    )
     estimates = {
         "F_top_max": top("F_w_max", "F_top_max"),
         "DAF": top("DAF", "DAF"),

@@ -274,11 +274,11 @@ def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:
     if course.z_top >= 0.0:
         return goes_under or course.z_0 < 0.0
     z = np.array([min(course.z_top + plan.payload.height, 0.0)])
-    total = left = 0.0
+    total = remaining = 0.0
     for train in sea.trains:
         omega = train.spectrum.grid()
         rate = train.spectrum.density(omega) * omega**2
         under = rate * decay(wavenumber(omega, plan.depth), z, plan.depth)[0] ** 2
         total += float(np.sum(0.5 * (rate[1:] + rate[:-1]) * np.diff(omega)))
-        left += float(np.sum(0.5 * (under[1:] + under[:-1]) * np.diff(omega)))
-    return left > FAINT**2 * total
+        remaining += float(np.sum(0.5 * (under[1:] + under[:-1]) * np.diff(omega)))
+    return remaining > FAINT**2 * total

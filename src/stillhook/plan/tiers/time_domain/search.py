@@ -191,12 +191,12 @@ class Work:
     def prepare(self, predicted: Sequence[Limits]) -> None:
         """Lines of all phases that can be run, and the lowest limit of those that cannot."""
         columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns()]
-        known = _least_predicted(predicted)
+        predictions = _least_predicted(predicted)
         for alternative in self.plan.alternatives:
             for column in columns:
                 group = self.groups.setdefault((alternative, column), [])
                 for phase in self.plan.phases:
-                    guess, tier = known.get((phase.name, alternative, column), (math.nan, None))
+                    guess, tier = predictions.get((phase.name, alternative, column), (math.nan, None))
                     if phase.kind not in KINDS:
                         old = self.others.get((alternative, column), math.inf)
                         self.others[alternative, column] = old if math.isnan(guess) else min(old, guess)
@@ -221,9 +221,9 @@ class Work:
         for key, group in self.groups.items():
             self._start(key, group)
         looking = [line for line in self.lines if line.started and not line.resolved]
-        known = sum(line.resolved for line in self.lines)
+        resolved = sum(line.resolved for line in self.lines)
         wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line))]
-        if not wanted and known == sum(line.resolved for line in self.lines):
+        if not wanted and resolved == sum(line.resolved for line in self.lines):
             wanted = [ask for line in looking for ask in self._next_cells(line)]
         if not wanted:
             return bool(looking)
@@ -257,8 +257,8 @@ class Work:
         u = self.used(line, Hs)
         at = crossing(Hs, u, self.search)
         line.provisional = at if 0.0 < at < math.inf else max(line.provisional, float(Hs[-1]))
-        known = GOVERNING_MARGIN * self.least(line.alternative, line.column)
-        highest = min(max(self.plan.environment.Hs), known)
+        bound = GOVERNING_MARGIN * self.least(line.alternative, line.column)
+        highest = min(max(self.plan.environment.Hs), bound)
         if (
             GOVERNING_MARGIN * provisional < highest
             and u[0] < 1.0
@@ -269,7 +269,7 @@ class Work:
         if wanted is not None:
             return [CellRequest(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
         k = nearest(Hs, at)
-        if k > 0 and 0.0 < at <= known and at < math.inf:
+        if k > 0 and 0.0 < at <= bound and at < math.inf:
             more = self._more_seeds(line, float(Hs[k]))
             if more is not None:
                 return [more]

@@ -104,11 +104,11 @@ def _active(a: ActiveCircuit, reference: ReferenceCrane) -> ActiveCircuit:
 def _passive(c: PassiveCircuit, reference: ReferenceCrane) -> PassiveCircuit:
     """The PLC's settings of its passive circuit: its number of motors, its set pressure."""
     count = c.motors.count + reference.passive_more
-    known = count / c.motors.count
+    ratio = count / c.motors.count
     s = c.settings
     return c._replace(
         motors=c.motors._replace(count=count),
-        settings=s._replace(D_m_max=known * s.D_m_max, p_set=reference.precharge * s.p_set),
+        settings=s._replace(D_m_max=ratio * s.D_m_max, p_set=reference.precharge * s.p_set),
     )
 
 
