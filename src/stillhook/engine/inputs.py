@@ -284,9 +284,11 @@ def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray)
     if loss is None or loss.unit > len(pumps):
         return share, share
     remaining = 1.0 - pumps[loss.unit - 1] / sum(pumps)
-    gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
+    lost_share = (
+        np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
+    )
     assumed = np.where(t >= loss.time + loss.detection, remaining, 1.0)
-    return 1.0 - (1.0 - remaining) * gone, assumed
+    return 1.0 - (1.0 - remaining) * lost_share, assumed
 
 
 NO_CERTIFICATE = "no certificate: the twin is not validated (level 1)"

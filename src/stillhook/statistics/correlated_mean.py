@@ -122,9 +122,9 @@ class Trends:
     def worst(self, tolerance: FloatArray) -> FloatArray:
         """Largest of drift and head difference over tolerance where noise does not explain it, else 0: (channels,
         starts)."""
-        seen = np.where(np.abs(self.drift) > self.drift_noise, np.abs(self.drift), 0.0)
+        drift = np.where(np.abs(self.drift) > self.drift_noise, np.abs(self.drift), 0.0)
         head = np.where(np.abs(self.head) > self.head_noise, np.abs(self.head), 0.0)
-        return np.maximum(seen, head) / tolerance[:, None]
+        return np.maximum(drift, head) / tolerance[:, None]
 
     def goes_on(self, k: int, tolerance: FloatArray) -> FloatArray:
         """Drift over stretch k if it goes on as in a stretch twice as long, over tolerance; 0 where stretch k shows it

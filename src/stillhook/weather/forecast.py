@@ -90,8 +90,8 @@ def check_forecast(
             raise WeatherError(f"--limit {limits[i].text}: {factors[i].reason}")
     scaled = [limit.scaled(factors[i].alpha or 0.0) if i in factors else limit for i, limit in enumerate(limits)]
     rows, one = rows_of(weather, start, horizon), factors[heights[0]]
-    met, valid = inside_by_heading(scaled, weather, ship, free=free)
-    looked = starts_of(weather, met, valid, () if free else bounds(weather, scaled, ship), rows, one.T_R)
+    workable, valid = inside_by_heading(scaled, weather, ship, free=free)
+    looked = starts_of(weather, workable, valid, () if free else bounds(weather, scaled, ship), rows, one.T_R)
     notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
     if not one.weather_restricted:
         return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.reason, notes)

@@ -125,8 +125,8 @@ def _fewest(relations: Sequence[Relation]) -> list[tuple[str, ...]]:
 
 def _reason(names: Sequence[str], broken: Sequence[Relation]) -> str:
     """Why these signals are to be turned: which others they contradict."""
-    met = [(r.one, r.other) for r in broken if (r.one in names) != (r.other in names)]
-    against = list(dict.fromkeys(other if one in names else one for one, other in met))
+    pairs = [(r.one, r.other) for r in broken if (r.one in names) != (r.other in names)]
+    against = list(dict.fromkeys(other if one in names else one for one, other in pairs))
     if PRESSURE in names or against == [PRESSURE]:
         return "friction makes the pressure drop higher when hoisting, and here it is lower"
     against = [name for name in against if name != PRESSURE]

@@ -54,8 +54,8 @@ def plan_forecast(
         table = _table(result, alternative.value, credit)
         limit = KeptHeadings.of(table, len(weather), come_from, ship).limits(table, (Tp,))
         valid = covered & np.isfinite(Hs)
-        met = valid & more & (Hs <= limit) & (limit > 0.0)
-        starts = starts_of(weather, met, valid, (Bound(OP_WF, Hs, limit), *other_bounds), rows, T_R)
+        workable = valid & more & (Hs <= limit) & (limit > 0.0)
+        starts = starts_of(weather, workable, valid, (Bound(OP_WF, Hs, limit), *other_bounds), rows, T_R)
         restricted = bool(operation["weather_restricted"])
         go = restricted and bool(starts[0].go)
         first = next((s for s in starts if s.go), None) if restricted else None

@@ -220,12 +220,14 @@ def pump_setting(parts: Sequence[LogPart]) -> PumpSetting | None:
         u = bridged(part["u_p"], part.step)
         if not np.isfinite(u).all():
             continue
-        meant = followed(u, part.params.active.pump_servo, part.step)
-        rows.append((*(_at(part, x) for x in (meant, np.gradient(meant, part.step), part["alpha_p"])), _blocks(part)))
+        set_point = followed(u, part.params.active.pump_servo, part.step)
+        rows.append(
+            (*(_at(part, x) for x in (set_point, np.gradient(set_point, part.step), part["alpha_p"])), _blocks(part))
+        )
     if not rows:
         return None
-    meant, rate, alpha, block = stacked(rows)
-    fitted = fit((meant, rate, np.ones_like(meant)), alpha, block)
+    set_point, rate, alpha, block = stacked(rows)
+    fitted = fit((set_point, rate, np.ones_like(set_point)), alpha, block)
     if fitted is None:
         return None
     gain = Estimate.around(

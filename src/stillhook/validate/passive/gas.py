@@ -153,19 +153,19 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
     volumes, losses, rows = {}, [], []
     usable = [p for p in parts if p.kind is Kind.AHC and not p.lacking(*OIL, "omega_m")]
     lag = _lag(usable)
-    for test, these in by_test(usable).items():
-        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in these)
-        acc = passive_of(these[0].crane).accumulator
+    for test, segments in by_test(usable).items():
+        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in segments)
+        acc = passive_of(segments[0].crane).accumulator
         if not np.isfinite(dV).any() or np.nanstd(dV) < LEAST_OIL * acc.V_stroke:
             continue
-        pump = these[0].crane.active.pump
+        pump = segments[0].crane.active.pump
         full = pump.D_total * pump.omega_p
         # the loss of a full flow is then one coefficient
         fitted = fit((dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block)
         if fitted is None or not fitted.b[0] > 0.0:
             continue
-        p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
-        V = acc.gas.V_0 * stiffness(these[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
+        p = float(np.nanmean(np.concatenate([part["p_hp"] for part in segments])))
+        V = acc.gas.V_0 * stiffness(segments[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
         volumes[test] = Estimate.around(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
         losses.append(fitted.estimate(2))
         rows.append((p, dV, dp, dQ, d_dry, float(fitted.b[1]), float(fitted.b[2]) - full * float(fitted.b[1])))

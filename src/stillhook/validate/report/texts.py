@@ -94,8 +94,8 @@ def sentence(validation: Validation) -> str:
         case Outcome.NOT_JUDGED:
             return f"NOT ASSESSED: {criteria} has no criterion that counts for these steps.{part}"
         case Outcome.PASSED:
-            this = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
-            represents = f'"{campaign.crane.name}" as described represents {this}, within the tested ranges'
+            subject = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
+            represents = f'"{campaign.crane.name}" as described represents {subject}, within the tested ranges'
             claim = represents if validation.complete else "no objection"
             shown = sum(line.verdict is Verdict.SHOWN for line in judged)
             open_ = [line for line in judged if line.verdict is Verdict.NOT_SHOWN]
