@@ -5,7 +5,7 @@ A message is one line: where, what came, what is allowed, what to do. The comman
 
 
 class StillhookError(Exception):
-    """Root of all errors that a user can mend: one line that says where, what came, what is allowed and what to do.
+    """Root of all errors that a user can correct: one line with the place, the value, what is allowed and what to do.
 
     >>> import stillhook
     >>> try:
@@ -53,7 +53,7 @@ class ValidateError(StillhookError):
 
 
 class IdentifyError(StillhookError):
-    """Data that cannot tell what is asked of them."""
+    """Data that do not determine the requested quantity."""
 
 
 class SeaError(StillhookError):
@@ -61,7 +61,7 @@ class SeaError(StillhookError):
 
 
 class LiftError(StillhookError):
-    """A lift file, payload or winch programme that does not describe a lift, or one that this crane cannot be asked."""
+    """A lift file, payload or winch programme that does not describe a lift, or one that is beyond this crane."""
 
 
 class PlanError(StillhookError):

@@ -235,7 +235,7 @@ class TestBadWinchesAreNotCalledGood:
     @pytest.mark.parametrize("T_0", ["1 K", "-200 degC", "1900 K"])
     def test_nitrogen_at_a_temperature_that_no_accumulator_has_is_refused(self, T_0):
         pytest.importorskip("CoolProp")
-        with pytest.raises(SpecError, match=r"T_0 lies between -73\.15 degC and 226\.9 degC"):
+        with pytest.raises(SpecError, match=r"T_0 must be between -73\.15 degC and 226\.9 degC"):
             simulate(other(passive={"accumulator": {"gas": {"model": "nitrogen", "T_0": T_0}}}), scenario())
 
     @pytest.mark.slow

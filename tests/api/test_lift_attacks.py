@@ -175,7 +175,7 @@ JONSWAP = "jonswap Hs=1 m Tp=8 s gamma=3.3"
         ((JONSWAP, "--heading", "180 deg", "--duration", "1 s"), "duration: it holds 0.12 cycles of the motion"),
         ((JONSWAP, "--heading", "180 deg", "--duration", "10 s", "--out", "x"), "duration 10 s leaves 5 harmonics"),
         ((JONSWAP, "--heading", "180 deg", "--duration", "8760 h", "--out", "x"), "longer than 111 h"),
-        ((f"{JONSWAP} heading=10 deg", "--heading", "180 deg"), "have a heading of their own. Leave it out."),
+        ((f"{JONSWAP} heading=10 deg", "--heading", "180 deg"), "already have a heading. Leave it out."),
         ((f"{JONSWAP} heading=10 deg spread=3", "--spread", "4"), "have a spread of their own. Leave it out."),
     ],
 )

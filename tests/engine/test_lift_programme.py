@@ -93,7 +93,7 @@ def test_a_named_stage_is_told_by_its_name():
     [
         (
             {"mode": "ahc", "lower": "6 m/min", "depth": "3001 m"},
-            'stage "1 ahc": depth = 3001 m lies below the seabed at 3000 m',
+            'stage "1 ahc": depth = 3001 m is below the seabed at 3000 m',
         ),
         (
             {"mode": "ahc", "lower": "-6 m/min", "depth": "-17 m"},

@@ -98,7 +98,7 @@ def test_a_clock_that_is_set_during_the_log_is_refused(tmp_path, make_staircase)
 def test_a_log_whose_signals_all_have_another_clock_is_refused(tmp_path, staircase):
     rows = {name: row for name, row in mapping().items() if name in ("time", "p_a", "p_b")}
     text = said(staircase.with_columns(T2=staircase["time"]).write(tmp_path / "x.csv"), rows)
-    assert text == "x.csv: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
+    assert text == "x.csv: every signal has its own clock. Leave out `clock` where a signal is stamped by time."
 
 
 @pytest.mark.slow

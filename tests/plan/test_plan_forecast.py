@@ -106,7 +106,7 @@ def test_a_plan_that_is_not_weather_restricted_never_goes_by_a_forecast(result):
 def test_a_heading_without_directions_is_refused(result):
     weather = forecast([1.0] * 12)
     del weather.columns["come_from"]
-    with pytest.raises(WeatherError, match="tells no direction of waves"):
+    with pytest.raises(WeatherError, match="gives no direction of waves"):
         plan_forecast(result, weather, ship=0.0)
 
 

@@ -239,7 +239,7 @@ def test_a_fixed_heading_without_directions_is_refused(plan, season):
     blind = replace(season, columns={k: v for k, v in season.columns.items() if k != "come_from"}, source="buoy.csv")
     with pytest.raises(
         WeatherError,
-        match=r"buoy.csv: tells no direction of waves, and weather.ship holds the vessel's heading at 10 deg. Say .* weather.sense",
+        match=r"buoy.csv: gives no direction of waves, and weather.ship holds the vessel's heading at 10 deg. Say .* weather.sense",
     ):
         valued(replace(plan, weather=WeatherUse("buoy.csv", ship=math.radians(10.0))), blind, LIMITS)
 

@@ -235,7 +235,7 @@ def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp
         )
         assert by_ship == pytest.approx(by_heading)
     assert "Give --ship, where the bow points" in refusal(capsys, *at)
-    assert "has directions of its own" in refusal(capsys, *at, "--ship", "0 deg", "--spread", "4")
+    assert "already has directions" in refusal(capsys, *at, "--ship", "0 deg", "--spread", "4")
 
 
 @pytest.mark.thorough
@@ -334,7 +334,7 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
         ),
         (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seeds", "2"), "seeds = 2: give 5 to 1000"),
         (("--at", AT, "--wave", WAVE, "--heading", "all", "--seeds", "20"), "--seeds: is for one heading"),
-        (("--at", AT, "--wave", f"{WAVE} heading=20 deg", "--heading", "all"), "have a heading of their own"),
+        (("--at", AT, "--wave", f"{WAVE} heading=20 deg", "--heading", "all"), "already have a heading"),
         (("--at", AT, "--wave", WAVE, "--log", "x.csv"), "belongs to a vessel in waves"),
         (
             ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seed", "-1", "--out", "never-made"),

@@ -155,7 +155,7 @@ class TestPersistence:
             (("--limit", "Hs <= 1 m"), "Missing option '--window'"),
             (("--limit", "Hs <= 1 m", "--window", "24"), "no unit"),
             (("--limit", "Hs <= 1 m", "--window", "0 h"), '--window "0 h": is not above'),
-            (("--limit", "wind <= 9 m/s", "--window", "6 h"), "tells no wind; it tells H_m0"),
+            (("--limit", "wind <= 9 m/s", "--window", "6 h"), "has no wind; it has H_m0"),
             (("--limit", "from 0..90 deg", "--window", "6 h"), "say --direction coming-from, going-to, cartesian"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--ship", "90 deg"), "no limit depends on beta"),
             (("--limit", "beta 0..90 deg", "--window", "6 h", "--direction", "going-to"), "--ship: missing"),

@@ -105,7 +105,7 @@ class TestRecords:
             met("beta 175..185 deg", w)
 
     def test_a_column_that_is_not_there_is_named(self):
-        with pytest.raises(WeatherError, match="tells no wind; it tells H_m0"):
+        with pytest.raises(WeatherError, match="has no wind; it has H_m0"):
             met("wind <= 10 m/s", weather(H_m0=[1.0]))
 
 

@@ -48,7 +48,7 @@ eighth of a short wave."""
 STRONG = "strong-ssc"
 PLAIN = {mode.value: mode for mode in Mode if mode.compensates}
 NAMES = (*PLAIN, STRONG)
-"""Names that `controller` knows without a file."""
+"""Names that `controller` accepts without a file."""
 KEPT = ("best classic", "physical")
 """Names of rows of results in addition to the controllers: the better of NS and HS in a map, the machine's own limit in
 an envelope."""

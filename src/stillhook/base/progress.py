@@ -33,7 +33,7 @@ class Interrupted(Exception):
 
 
 class Meter:
-    """Adds up what all parts of a work have done and tells the caller; also carries the stop flag to the worker
+    """Adds up the work done by all parts and reports it to the caller; also carries the stop flag to the worker
     threads.
 
     total and done in any weight, such as cases.

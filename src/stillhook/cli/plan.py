@@ -156,7 +156,7 @@ def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
 
 Results = Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder that stillhook plan --out wrote.")]
 Out = Annotated[Path | None, typer.Option(help="Folder for the report, in place of that of the results.")]
-Figures = Annotated[bool, typer.Option("--figures", help="Every figure as a PNG of its own, too.")]
+Figures = Annotated[bool, typer.Option("--figures", help="Also write every figure as a separate PNG.")]
 
 
 def report(results: Results, out: Out = None, figures: Figures = False, json: Json = False) -> None:

@@ -103,7 +103,7 @@ class Store:
         return results
 
     def _index(self) -> _Index:
-        """Where every key lies. Files never change, so each is read once in the life of this process."""
+        """Location of every key. Files never change, so each is read once in the life of this process."""
         present = {path.name for path in self.folder.glob(f"*{SUFFIX}")}
         index = _INDICES.get(self.folder.resolve())
         if index is None or not index.files <= present:
@@ -251,8 +251,8 @@ def run_batch(
     threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it,
     with the same numbers to the last bit, and threads is not used.
     store: folder in which results are kept as they finish, under what they follow from: crane, case, step and code.
-    What is there already is not run again, so a run that was killed goes on where it stood, and a longer list of cases
-    costs only what is new. progress: called with the share done, 0..1.
+    What is there already is not run again, so an interrupted run continues where it stopped, and a longer list of
+    cases costs only what is new. progress: called with the share done, 0..1.
 
     Errors: those of the first case that cannot be run; SimulationError where store or cluster fail, or the cluster runs
     other code.
@@ -446,7 +446,7 @@ def _answer_of(future: Any) -> Any:
 
 
 class _StoredRuns:
-    """The store of a batch. Cases with other columns have files of their own."""
+    """The store of a batch. Cases with other columns have separate files."""
 
     def __init__(
         self, problem: Problem, folder: str | Path, cranes: Sequence[Crane], cases: Sequence[Any], n_sub: int

@@ -1,7 +1,7 @@
 """What drives a run from outside, one row per PLC cycle: tip motion, its measured image, operator, mode, faults,
 noise.
 
-Whether a run lies inside what the crane's twin was validated for, and whether its certificate still holds.
+Whether a run is inside the validated envelope of the crane's twin, and whether its certificate still holds.
 """
 
 import bisect
@@ -189,7 +189,7 @@ class CycleInputs:
         return out
 
     def _measured(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
-        """The tip as the PLC receives it: delayed (before the start it stood as at the start), noisy, quantised."""
+        """The tip as the PLC receives it: delayed (constant before the start), noisy, quantised."""
         sensors = self.case.sensors
         seen = thin if sensors.delay == 0.0 else np.column_stack(self.motion.sample(np.maximum(t - sensors.delay, 0.0)))
         seen = seen + self._noise.tip[k : k + n]
@@ -284,16 +284,18 @@ def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray)
     if loss is None or loss.unit > len(pumps):
         return share, share
     remaining = 1.0 - pumps[loss.unit - 1] / sum(pumps)
-    gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
+    lost_share = (
+        np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
+    )
     assumed = np.where(t >= loss.time + loss.detection, remaining, 1.0)
-    return 1.0 - (1.0 - remaining) * gone, assumed
+    return 1.0 - (1.0 - remaining) * lost_share, assumed
 
 
 NO_CERTIFICATE = "no certificate: the twin is not validated (level 1)"
 
 
 class Standing(NamedTuple):
-    """validated: a certificate of logs of a crane holds, and the run lies inside its envelope; notes: one line each,
+    """validated: a certificate of logs of a crane holds, and the run is inside its envelope; notes: one line each,
     none where there is no certificate."""
 
     validated: bool

@@ -264,7 +264,7 @@ def known_losses(name: str, where: str, folder: Path) -> Tree:
 
 
 def loss_range(evidence: Evidence | None) -> dict[str, str]:
-    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them, where the evidence knows
+    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them, where the evidence gives
     them."""
     if evidence is None:
         return {}

@@ -122,7 +122,7 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
         columns.setdefault(clock, []).append(column)
     if main is None or main not in columns:
         raise LogError(
-            f"{source.name}: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
+            f"{source.name}: every signal has its own clock. Leave out `clock` where a signal is stamped by time."
         )
     result = Tracks()
     for clock in (main, *(clock for clock in columns if clock != main)):

@@ -132,7 +132,7 @@ class Watch:
             self.at_ends_samples += int(at.sum())
 
     def _standstill(self, t: FloatArray, values: FloatArray) -> None:
-        step = np.diff(values, prepend=self._value)  # NaN is unequal to all: it ends a run and is a run of its own
+        step = np.diff(values, prepend=self._value)  # NaN is unequal to all: it ends a run and is itself a run
         change = np.flatnonzero(step != 0.0)
         self._turns(step[change])
         self.changes += len(change)

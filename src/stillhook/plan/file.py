@@ -1,7 +1,7 @@
 """Plan files: one TOML that names crane, vessel, crane tip, payload, water, phases, seas, rules and weather of a
 lift.
 
-A plan of the library as files to edit: the plan, and the payload that it names, beside it.
+A plan of the library as files to edit: the plan, and next to it the payload that it names.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
         start = "5 m"                        # underside of the payload above still water; negative below
         end = "-25 m"
 
-    A library name ("template-to-1500m") may stand in place of a path. Every other table has defaults, told in
+    A library name ("template-to-1500m") may stand in place of a path. Every other table has defaults, listed in
     docs/how-to/describe-a-lift-plan.md. Errors: StillhookError, one line that names file, field, what came and what is
     allowed.
 
@@ -278,7 +278,7 @@ def _doubts(plan: LiftPlan) -> tuple[str, ...]:
 
 
 def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
-    """Weather that waiting is reckoned on."""
+    """Weather that waiting is calculated with."""
     file = str(folder / weather.file) if isfile(folder / weather.file) else weather.file
     try:
         weather_file(file)
@@ -311,7 +311,7 @@ def _digest(plan: LiftPlan) -> str:
 
 
 def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
-    """Write a plan of the library and its payload into a folder; the copy takes the payload that lies beside it.
+    """Write a plan of the library and its payload into a folder; the copy refers to that payload.
     Returns the paths.
 
     Errors: PlanError for a name that there is not, or a file that is there already; SimulationError where nothing can
@@ -322,7 +322,7 @@ def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
     shelf = files("stillhook.library") / "data"
     text = (shelf / SHELF / f"{name}.toml").read_text(encoding="utf-8")
     payload = next(line.split('"')[1] for line in text.splitlines() if line.startswith("payload = "))
-    edited = text.replace(f'payload = "{payload}"', f'payload = "{payload}.toml"  # beside this file')
+    edited = text.replace(f'payload = "{payload}"', f'payload = "{payload}.toml"  # next to this file')
     texts = {
         f"{name}.toml": edited.replace(f"stillhook plan {name} ", f"stillhook plan {name}.toml "),
         f"{payload}.toml": (shelf / "payloads" / f"{payload}.toml").read_text(encoding="utf-8"),

@@ -21,8 +21,8 @@ class Limits:
     """Limiting significant wave heights of one phase under one alternative, from one tier, in c columns of (Tp, beta).
 
     Hs: rule -> (c,) [m]: inf where the highest sea state analysed stays inside, 0 where a calm is beyond, NaN where the
-    tier does not tell; low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to there the
-    tier shows seas inside, and no further. Tp [s] and beta [rad] (c,).
+    tier does not determine it; low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to
+    there the tier shows seas inside, and no further. Tp [s] and beta [rad] (c,).
     """
 
     phase: str
@@ -64,14 +64,14 @@ def limits_of(
     """Limiting heights of every rule in every (Tp, beta) of a demand.
 
     calm: what the phase asks in still water (`stillhook.plan.definition.capacities.calm`), used below the lowest sea
-    unless the demand has a calm of its own (Hs 0). The limit is the first crossing from below: a demand that falls
+    unless the demand includes a calm (Hs 0). The limit is the first crossing from below: a demand that falls
     again in higher seas does not open them. Between two heights it is read from the parabola through them and a third,
-    which is exact for what grows with the height, its square, or both. A sea that the tier does not tell, above one
-    that it tells, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its limit
+    which is exact for what grows with the height, its square, or both. A sea without a value of the tier, above one
+    with a value, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its limit
     is 0. Ends of the interval are the limits of the demand's own interval.
 
     most: highest sea state analysed [m], where a column may end below it: a rule that no sea of the column breaks is
-    then not told (NaN), with the last sea as low.
+    then undetermined (NaN), with the last sea as low.
     """
     columns = demand.seas.columns()
     Tp, beta = (np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1))
@@ -92,8 +92,8 @@ def limits_of(
 
 
 def _open_above(demand: Demand, most: float, key: str, ends_of: Sequence[dict[str, FloatArray]]) -> None:
-    """A rule that is kept in all seas of a column that ends below the highest that is asked: not told, but for the last
-    sea."""
+    """A rule that is met in all seas of a column that ends below the highest one to analyse: undetermined beyond the
+    last sea."""
     Hs, low, high = ends_of
     last = np.array([demand.seas.Hs[rows[-1]] for _, _, rows in demand.seas.columns()], dtype=np.float64)
     open_ = np.isposinf(Hs[key]) & (last < most * (1.0 - ROUNDING))
@@ -116,14 +116,14 @@ def first_crossing(H: FloatArray, y: FloatArray, zero: float | None = None) -> f
     """Height at which y first rises above 0 [m], of heights H (n,) that ascend; zero: y at a height of 0, where it is
     known and H has none.
 
-    A height whose y is NaN, above one that is known, ends what is told: where y is not above 0 by then, the last height
-    told is the answer.
+    A height whose y is NaN, above one that is known, ends the curve: where y is not above 0 by then, the last known
+    height is the answer.
     Errors: none; NaN where no y is known, inf where none is above 0.
     """
-    known = ~np.isnan(y)
-    if not known.any():
+    finite = ~np.isnan(y)
+    if not finite.any():
         return math.nan
-    H, y = H[int(np.argmax(known)) :], y[int(np.argmax(known)) :]
+    H, y = H[int(np.argmax(finite)) :], y[int(np.argmax(finite)) :]
     n_known = int(np.argmax(np.isnan(y))) if np.isnan(y).any() else len(y)
     unknown_above = n_known < len(y)
     H, y = H[:n_known], y[:n_known]

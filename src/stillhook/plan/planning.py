@@ -88,7 +88,7 @@ def plan(
         value = weather_value(lift_plan, axes, forecast, records, max(lift_plan.environment.Hs))
         blocks["weather"] = weather_block(lift_plan, value, axes, records, forecast)
     if last is not Tier.CLOSED_FORM:
-        blocks |= reference_blocks(lift_plan, of, parts(0.92, 1.0), anew=last is Tier.TIME)
+        blocks |= reference_blocks(lift_plan, of, parts(0.92, 1.0), residuals=last is Tier.TIME)
     blocks |= {} if twin is None else twin.blocks
     facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= result_facts(lift_plan, of, forecast, value, twin)

@@ -29,13 +29,13 @@ CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
 covers the cell."""
 BLOCKS = ("depth", "efficiency", "landing", "sensitivity", "convergence", "weather", "demand")
-"""Datasets that a result may have beside its limits, in the order of the file."""
+"""Datasets that a result may have in addition to its limits, in the order of the file."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlanResult:
-    """Limits, facts and blocks of one plan; saved and loaded by `stillhook.plan.answer.dataset`, told by
-    `stillhook.plan.report.document`.
+    """Limits, facts and blocks of one plan; saved and loaded by `stillhook.plan.answer.dataset`, reported
+    by `stillhook.plan.report.document`.
 
     data: coordinates credit ("twin", "credited"), alternative, heading [rad], period [s], phase, rule, tier; attrs
     name, Hs_lowest, Hs_highest [m] (least and most of the seas analysed), heading_tolerance [rad].
@@ -45,10 +45,10 @@ class PlanResult:
         and the height that a forecast may show, NaN where there is no result; governing_phase, governing_rule,
         governing_tier (same dims): texts, "" where nothing governs; Hs_rule (credit, tier, alternative, phase, rule,
         heading, period) [m]: everything that was found, NaN where not; counts (alternative, phase, heading, period):
-        tier whose limits count, "" where none tells; n_seeds (alternative, phase, heading, period): runs behind it;
+        tier whose limits count, "" where there is none; n_seeds (alternative, phase, heading, period): runs behind it;
         inside (alternative, phase, heading, period): share of the analysed seas that the crane's certificate covers,
         NaN where nothing takes one: phases without compensation, and alternatives that are no twin.
-    facts: plain data for JSON: what was asked (name, crane, vessel, payload, place, phases, rules, limited,
+    facts: plain data for JSON: the request (name, crane, vessel, payload, place, phases, rules, limited,
     alternatives, operation, inputs, settings) and how it was answered (version, code, date, shown, runs, notes,
     not_covered, remarks). blocks: name of `BLOCKS` -> Dataset, each only where it was made:
         depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta,
@@ -74,7 +74,7 @@ class PlanResult:
     @property
     def workable(self) -> bool:
         """Whether any sea of the table is within the credited limit of any alternative, and the weather, where it was
-        asked, ever gives a window that is long enough."""
+        given, ever has a window that is long enough."""
         limits = self.data["Hs_limit"].sel(credit="credited").values
         windows = (
             self.blocks["weather"]["n_windows_long_enough"].sel(credit="credited", month=0)
@@ -116,7 +116,7 @@ CENTIMETRES = 2
 PRINTED = {"days_gained": 0.05, "hours_gained": 0.5}
 """Differences [days, hours a year] below which tables print 0."""
 CLASSIC = "best-classic"
-"""What the gain of a controller over the better classic one is told over."""
+"""Reference of a new controller's gain: the better classic controller."""
 NEW = tuple(alternative for alternative in Alternative if alternative.twin and not alternative.classic)
 """Controllers that are held against the classic ones."""
 MEANS = {Tier.CLOSED_FORM: "The closed form does", Tier.FREQUENCY: "Closed form and frequency-domain method do"}
@@ -151,13 +151,13 @@ def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = 
 
 
 def references(block: xarray.Dataset, tiers: Collection[str]) -> list[str]:
-    """What gains are told over: the better classic controller only where the answer tells a new one from it."""
+    """References of gains: the better classic controller only where the answer distinguishes a new one from it."""
     over = [str(name) for name in block["over"].values] if "over" in block.dims else []
     return over if ran(tiers) or _gains(block) else [name for name in over if name != CLASSIC]
 
 
 def _gains(block: xarray.Dataset) -> bool:
-    """Whether a new controller is told from the better classic one."""
+    """Whether the answer distinguishes a new controller from the better classic one."""
     new = [a.value for a in NEW if a.value in block["alternative"].values]
     if CLASSIC not in block["over"].values or not new:
         return True
@@ -168,7 +168,7 @@ def _gains(block: xarray.Dataset) -> bool:
 def not_compared(
     data: xarray.Dataset, weather: xarray.Dataset | None, tiers: Collection[str], *, compensated: bool
 ) -> str:
-    """A line on the controllers that the answer does not tell apart, empty where there are none; compensated: whether
+    """A line on the controllers that the answer does not distinguish, empty where there are none; compensated: whether
     any phase is."""
     if not compensated:
         return "No phase is compensated: all alternatives are one winch, and no comparison of them is made."
@@ -176,12 +176,12 @@ def not_compared(
         return ""
     twins = {a.value for a in Alternative if a.twin}
     groups = [group for group in equal_in_print(data) if len(group) > 1 and twins & set(group)]
-    left = weather is not None and "over" in weather.dims and not _gains(weather)
-    if not groups and not left:
+    unresolved = weather is not None and "over" in weather.dims and not _gains(weather)
+    if not groups and not unresolved:
         return ""
     means = MEANS[Tier.FREQUENCY if Tier.FREQUENCY.value in tiers else Tier.CLOSED_FORM]
     apart = [f"distinguish {' and '.join(filter(None, [', '.join(group[:-1]), group[-1]]))}" for group in groups]
-    apart += ["distinguish a new controller's waiting from that of the best classic one"] if left else []
+    apart += ["distinguish a new controller's waiting from that of the best classic one"] if unresolved else []
     return (
         f"{means} not {', nor '.join(apart)}: no comparison of them is made. Runs of the twin (--tier time) compare"
         " them."
@@ -189,7 +189,7 @@ def not_compared(
 
 
 SHAPE: Mapping[str, Any] = tomllib.loads((files("stillhook.plan") / "facts.toml").read_text(encoding="utf-8"))
-"""What facts are where they are told."""
+"""Shape of the facts where they are present."""
 TYPES = {"text": str, "true or false": bool, "number": int | float, "null": NoneType}
 ROW = 2
 """Texts in a payload's row at least: what it is, and its value."""
@@ -207,7 +207,7 @@ DATA: Mapping[str, set[str]] = {
 
 
 def odd_fact(facts: Mapping[str, Any]) -> str:
-    """The first fact that is told and is not what it should be, in words; empty where all are."""
+    """The first fact that is present and has the wrong shape, in words; empty where all are right."""
     present = {key: shape for key, shape in SHAPE.items() if key.removesuffix("?") in facts}
     if error := _odd_entry(facts, present, ""):
         return error
@@ -246,8 +246,8 @@ def _odd_entry(table: Mapping[str, Any], shape: Mapping[str, Any], where: str) -
         name, null = key.removesuffix("?").removesuffix(" | null"), key.endswith(" | null")
         if name not in table and not key.endswith("?"):
             return f"{where}{name}: missing"
-        known = name in table and not (null and table[name] is None)
-        if known and (error := _odd(table[name], inner, f"{where}{name}")):
+        present = name in table and not (null and table[name] is None)
+        if present and (error := _odd(table[name], inner, f"{where}{name}")):
             return error
     return ""
 

@@ -79,7 +79,7 @@ def _nearest(x: FloatArray, of: Sequence[float]) -> IntArray:
 @dataclass(frozen=True, eq=False)
 class Gathered:
     """Limits of all phases side by side: Hs, low, high (tier, alternative, phase, rule, heading, period) [m], NaN where
-    not told."""
+    not determined."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -105,7 +105,7 @@ def gathered(axes: Axes, limits: Sequence[Limits]) -> Gathered:
 @dataclass(frozen=True, eq=False)
 class Chosen:
     """What counts: Hs, low, high and tier (alternative, phase, rule, heading, period), tier as a place in `TIERS`, -1
-    where none tells."""
+    where there is none."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -118,9 +118,9 @@ def chosen(limits: Gathered) -> Chosen:
     """Of every rule the limit by the highest tier: the twin where it was run, else the frequency-domain method, else
     the closed form. Where a tier shows seas inside, and no limit (`stillhook.plan.limits.Limits.low`), one below
     from a lesser tier is lifted to there."""
-    known = np.isfinite(limits.Hs) | np.isposinf(limits.Hs)
+    determined = np.isfinite(limits.Hs) | np.isposinf(limits.Hs)
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * (limits.Hs.ndim - 1)))
-    tier = np.where(known, rank, -1).max(axis=0)
+    tier = np.where(determined, rank, -1).max(axis=0)
     at = np.maximum(tier, 0)[None]
 
     def taken(a: FloatArray) -> FloatArray:
@@ -128,7 +128,7 @@ def chosen(limits: Gathered) -> Chosen:
 
     Hs, low, high = (taken(a) for a in (limits.Hs, limits.low, limits.high))
     for k in range(len(TIERS)):
-        lifted = ~known[k] & (tier < k) & (limits.low[k] > Hs)
+        lifted = ~determined[k] & (tier < k) & (limits.low[k] > Hs)
         Hs, tier = np.where(lifted, limits.low[k], Hs), np.where(lifted, k, tier)
         low, high = (np.where(lifted, np.nan, ends) for ends in (low, high))
     return Chosen(limits.axes, Hs, low, high, tier.astype(np.int64))
@@ -164,14 +164,14 @@ def governed(of: Chosen) -> Governed:
 
 
 def counting(of: Chosen) -> NDArray[np.str_]:
-    """The tier whose limits count in (alternative, phase, heading, period), as text: that which knows most of those
-    that tell a rule."""
+    """The tier whose limits count in (alternative, phase, heading, period), as text: the most detailed of those
+    that determine a rule."""
     names = np.array(["", *(tier.value for tier in TIERS)])
     return np.asarray(names[of.tier.max(axis=2) + 1])
 
 
 def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
-    """Phases that no tier tells anything of in some cell, by alternative; alternatives without such phases are left
+    """Phases that no tier determines in some cell, by alternative; alternatives without such phases are left
     out."""
     silent = np.asarray((of.tier < 0).all(axis=2))
     phases_of = {}
@@ -186,13 +186,13 @@ def _off(headings: FloatArray, beta: FloatArray) -> FloatArray:
 
 
 def worst(by_heading: FloatArray, counts: BoolArray, known: BoolArray) -> FloatArray:
-    """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is told (n
+    """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is known (n
     or 1,)."""
     return np.asarray(np.where(known, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
 
 
 def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
-    """Which headings lie next to beta (n,) on either side (heading, n), and whether a table tells it (n,): the two are
+    """Which headings are next to beta (n,) on either side (heading, n), and whether a table covers it (n,): the two are
     no more than twice the tolerance apart, or beta is a heading. [rad], around the circle."""
     on = _off(headings, beta) <= SAME * FULL
     behind, ahead = ((sign * (beta[None] - headings[:, None])) % FULL for sign in (1.0, -1.0))
@@ -202,15 +202,15 @@ def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple
     for row in rows:
         neighbours[row, np.arange(len(beta))] = True
     exact = on.any(axis=0)
-    known = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
-    return np.where(exact, on, neighbours), np.asarray(known)
+    covered = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
+    return np.where(exact, on, neighbours), np.asarray(covered)
 
 
 def counted(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
     """Which headings of a table count for waves of beta (heading, n): those on either side and those within the
-    tolerance; and whether it tells them (n,). [rad]"""
-    between, known = bracketed(headings, tolerance, beta)
-    return between | _near(headings, tolerance, beta), known
+    tolerance; and whether it covers them (n,). [rad]"""
+    between, covered = bracketed(headings, tolerance, beta)
+    return between | _near(headings, tolerance, beta), covered
 
 
 def cones(headings: FloatArray, tolerance: float) -> BoolArray:
@@ -228,8 +228,8 @@ def _near(headings: FloatArray, tolerance: float, beta: FloatArray) -> BoolArray
 
 
 def holdable_headings(headings: FloatArray, tolerance: float) -> BoolArray:
-    """Which headings (heading,) a vessel can keep: waves from `tolerance` [rad] on either side of them are told by the
-    table."""
+    """Which headings (heading,) a vessel can keep: waves from `tolerance` [rad] on either side of them are covered by
+    the table."""
     return np.asarray(
         np.all([bracketed(headings, tolerance, headings + end)[1] for end in (-tolerance, tolerance)], axis=0)
     )
@@ -259,7 +259,7 @@ class LimitTable:
 
         Between two headings that are no more than twice the tolerance apart the worst of these and of all within the
         tolerance; at a heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked
-        at, and 0 where beta is NaN. Of the periods see `by_heading`. What is not told in the table is 0. Vessels free
+        at, and 0 where beta is NaN. Of the periods see `by_heading`. Limits not in the table are 0. Vessels free
         to turn: `stillhook.plan.weather.value`.
         """
         directions = np.asarray(beta, dtype=float)
@@ -416,7 +416,7 @@ def credited_of(
     demands: those of all alternatives and tiers, of which the cap's are held against each alternative's own limits;
     certified (alternative, phase, heading, period, height) as `Certified.covers` for heights [m] rising. Where a sea is
     not covered, a rule is met only where the cap meets it as well: the limit falls to the highest covered sea below it,
-    or to the cap's where that is more. Rules that the cap does not tell (pressures of a winch) stay with the twin.
+    or to the cap's where that is more. Rules that the cap does not determine (pressures of a winch) stay with the twin.
     """
     axes, Hs, tier = modelled.axes, modelled.Hs.copy(), modelled.tier.copy()
     low, high = modelled.low.copy(), modelled.high.copy()

@@ -109,7 +109,7 @@ class Document:
     title: str
     sections: Sequence[Section] = ()
     front: Sequence[Part] = ()  # first page: the outcome and what it rests on
-    name: str = ""  # subject, beside the title
+    name: str = ""  # subject, next to the title
     subtitle: str = ""
     purpose: str = ""  # line above the title
     marks: Sequence[str] = ()  # warnings that stand on every page

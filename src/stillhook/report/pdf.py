@@ -1,4 +1,4 @@
-"""A document as PDF, or as pictures of its pages: set by typst with fonts of its own and the document's date, with
+"""A document as PDF, or as pictures of its pages: set by typst with its own fonts and the document's date, with
 nothing of this machine."""
 
 from __future__ import annotations

@@ -141,12 +141,12 @@ def _folds(kind: Column) -> bool:
 
 def _side_by_side(least: Sequence[int], left: int, width: int) -> Iterator[list[int]]:
     """Columns of tables that fit the width, each with the first `left` columns."""
-    kept = list(range(min(left, len(least))))
-    columns = list(kept)
-    for i in range(len(kept), len(least)):
-        if len(columns) > len(kept) and sum(least[k] for k in columns) + least[i] + 1 > width:
+    indices = list(range(min(left, len(least))))
+    columns = list(indices)
+    for i in range(len(indices), len(least)):
+        if len(columns) > len(indices) and sum(least[k] for k in columns) + least[i] + 1 > width:
             yield columns
-            columns = list(kept)
+            columns = list(indices)
         columns.append(i)
     yield columns
 
@@ -192,7 +192,7 @@ def print_twin(crane: Crane, *cases: Scenario) -> None:
 
 
 def print_implausible(crane: Crane) -> None:
-    """Numbers of a crane outside the range of built machines; for answers that have no notes of their own."""
+    """Numbers of a crane outside the range of built machines; for answers without notes."""
     from stillhook.tables.plausible import implausible_values
 
     for note in implausible_values(crane):

@@ -212,11 +212,11 @@ def _about(
     """Result of `tip_by_wave` for headings beta + place steps of the grid, (k, m) each: long-crested waves of each
     direction are calculated once and shared by all headings whose waves reach it."""
     theta, share = (np.zeros(1), np.ones(1)) if spread is None else cos_power(check_spread(spread))
-    met = place[:, None] + np.rint(theta * GRID / (2.0 * np.pi)).astype(int)
-    used, at = np.unique(met % GRID, return_inverse=True)
+    indices = place[:, None] + np.rint(theta * GRID / (2.0 * np.pi)).astype(int)
+    used, at = np.unique(indices % GRID, return_inverse=True)
     each = [tip_by_wave(omega, vessel, x, y, beta + 2.0 * np.pi * float(k) / GRID, None) for k in used]
     power, cross = np.array([p for p, _ in each]), np.array([c for _, c in each])
-    at = at.reshape(met.shape)
+    at = at.reshape(indices.shape)
     return np.array([share @ power[rows] for rows in at]), np.array([share @ cross[rows] for rows in at])
 
 

@@ -5,7 +5,7 @@ floats. Signs: hoisting is positive; A is the hoisting side of the active circui
 Letters follow the thesis (Moslatt 2020); what a number means is in its field's description, which the readable
 crane sheet prints.
 
-Settings of a crane's controllers: those that all share, and a table for each controller that has some of its own.
+Settings of a crane's controllers: those that all share, and a table for each controller with additional ones.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def own_settings(control: Control, law: ControlLaw) -> Any:
 
 
 CONTROLLER_TABLES: dict[str, type[Spec]] = {law.field: _table(law) for law in CONTROLLERS.values() if law.settings}
-"""Tables of controllers with settings of their own, by their name in a file: hyphens become underscores."""
+"""Tables of controllers with additional settings, by their name in a file: hyphens become underscores."""
 
 if not TYPE_CHECKING and CONTROLLER_TABLES:
     optional = {
@@ -383,7 +383,7 @@ def _misfits(crane: Crane) -> Iterator[str]:
 
 
 TABLES = {name: model for each in WINCH_TYPES.values() for name, model in each.tables.items() if model is not None}
-"""Tables of winch types with tables of their own, by name."""
+"""Tables of winch types with additional tables, by name."""
 
 if not TYPE_CHECKING and TABLES:
     optional_tables = {

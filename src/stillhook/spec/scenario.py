@@ -199,7 +199,7 @@ class PowerLoss(Record):
     time: u.Time = Field(ge=0, description="when the unit stops")
     unit: Annotated[int, Field(strict=True, ge=1)] = Field(default=1, description="which unit, counted from 1")
     run_down: u.Time = Field(default=0.3, ge=0, description="time in which the pump's flow falls to nothing (assumed)")
-    detection: u.Time = Field(default=0.1, ge=0, description="time until the PLC knows (assumed)")
+    detection: u.Time = Field(default=0.1, ge=0, description="time until the PLC detects it (assumed)")
 
 
 class Scenario(Record):

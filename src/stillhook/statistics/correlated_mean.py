@@ -122,16 +122,16 @@ class Trends:
     def worst(self, tolerance: FloatArray) -> FloatArray:
         """Largest of drift and head difference over tolerance where noise does not explain it, else 0: (channels,
         starts)."""
-        seen = np.where(np.abs(self.drift) > self.drift_noise, np.abs(self.drift), 0.0)
+        drift = np.where(np.abs(self.drift) > self.drift_noise, np.abs(self.drift), 0.0)
         head = np.where(np.abs(self.head) > self.head_noise, np.abs(self.head), 0.0)
-        return np.maximum(seen, head) / tolerance[:, None]
+        return np.maximum(drift, head) / tolerance[:, None]
 
     def goes_on(self, k: int, tolerance: FloatArray) -> FloatArray:
         """Drift over stretch k if it goes on as in a stretch twice as long, over tolerance; 0 where stretch k shows it
         to be over.
 
-        Asked where noise hides a drift of the tolerance in stretch k: a drift that was seen before is not over by being
-        hidden.
+        For use where noise hides a drift of the tolerance in stretch k: a drift that was seen before is not over by
+        being hidden.
         """
         longer = np.nonzero(self.span[:k] >= 2.0 * self.span[k])[0]
         j = int(longer[-1]) if len(longer) else max(k - 1, 0)

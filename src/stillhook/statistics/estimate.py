@@ -130,7 +130,7 @@ def random_effects(values: ArrayLike, halves: ArrayLike) -> tuple[float, float]:
     fixed effects.
 
     Parameters: values (k,); halves (k,) of their own 95 % intervals. Cases are weighted by sampling variance and
-    scatter together. One case: as it is, for it tells nothing of the scatter.
+    scatter together. One case: as it is, for it gives no scatter.
     """
     y, half = np.asarray(values, dtype=np.float64), np.maximum(np.asarray(halves, dtype=np.float64), NORMAL_95 * LEAST)
     s = half / NORMAL_95

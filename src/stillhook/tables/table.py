@@ -54,7 +54,7 @@ Text = Annotated[str, Field(pattern=r"\S")]
 Flag = Annotated[bool, Field(strict=True)]
 Inner = TypeVar("Inner")
 Part = Annotated[Inner, WrapValidator(_refused)]
-"""A table that is a record of its own, or anything else whose validation raises errors of Stillhook."""
+"""A table that is itself a record, or anything else whose validation raises errors of Stillhook."""
 
 
 class Spec(Ranged):
@@ -134,7 +134,7 @@ def first_problem(error: ValidationError, model: type[BaseModel], data: Any, nam
 
 
 def _real(error: ValidationError) -> Iterator[Any]:
-    """The problems of a validation, less lists that are short because a row in them has a problem of its own."""
+    """The problems of a validation, less lists that are short because a row in them has a problem."""
     problems = error.errors(include_url=False)
     for p in problems:
         loc = p["loc"]

@@ -98,12 +98,12 @@ def validate(
 
 def _numbers(steps: object) -> tuple[StepNumber, ...]:
     """The requested steps in order. Errors: ValidateError for an unknown step, or an empty list."""
-    known = [int(n) for n in StepNumber]
+    choices = [int(n) for n in StepNumber]
     requested = (
-        known if steps is None else list(steps) if isinstance(steps, Iterable) and not isinstance(steps, str) else []
+        choices if steps is None else list(steps) if isinstance(steps, Iterable) and not isinstance(steps, str) else []
     )
-    if not requested or any(n not in known for n in requested):
+    if not requested or any(n not in choices for n in requested):
         raise ValidateError(
-            f"steps = {quote(steps)}: it must be a list of some of {', '.join(map(str, known))}, such as [0, 2]."
+            f"steps = {quote(steps)}: it must be a list of some of {', '.join(map(str, choices))}, such as [0, 2]."
         )
     return tuple(sorted({StepNumber(n) for n in requested}))

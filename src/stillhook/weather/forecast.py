@@ -79,7 +79,7 @@ def check_forecast(
     """Looks at every record of the forecast from start (its first by default) to horizon [s] later.
 
     limits: at least one upper limit on H_m0; T_POP, T_C [s]; ship, free as in `limit_text.inside_by_heading`.
-    Errors: WeatherError where no limit is on the height, alpha is not to be had, or no record lies within the horizon.
+    Errors: WeatherError where no limit is on the height, alpha is not to be had, or no record is within the horizon.
     """
     heights = [i for i, limit in enumerate(limits) if limit.range.name == "H_m0" and math.isfinite(limit.range.high)]
     if not heights:
@@ -90,8 +90,8 @@ def check_forecast(
             raise WeatherError(f"--limit {limits[i].text}: {factors[i].reason}")
     scaled = [limit.scaled(factors[i].alpha or 0.0) if i in factors else limit for i, limit in enumerate(limits)]
     rows, one = rows_of(weather, start, horizon), factors[heights[0]]
-    met, valid = inside_by_heading(scaled, weather, ship, free=free)
-    looked = starts_of(weather, met, valid, () if free else bounds(weather, scaled, ship), rows, one.T_R)
+    workable, valid = inside_by_heading(scaled, weather, ship, free=free)
+    looked = starts_of(weather, workable, valid, () if free else bounds(weather, scaled, ship), rows, one.T_R)
     notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
     if not one.weather_restricted:
         return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.reason, notes)
@@ -116,15 +116,15 @@ def starts_of(
     weather: Weather, met: BoolArray, valid: BoolArray, upper: Sequence[Bound], rows: NDArray[np.intp], T_R: float
 ) -> tuple[Start, ...]:
     """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and
-    which are known (n,); upper tells which limit governs."""
+    which are known (n,); upper: which limit governs."""
     windows = windows_of(met, weather.time, weather.step)
-    within, known = windows.starts(T_R), windows_of(valid, weather.time, weather.step).starts(T_R)
+    within, covered = windows.starts(T_R), windows_of(valid, weather.time, weather.step).starts(T_R)
     t = seconds(weather.time)
     starts = []
     for i in rows:
         last = int(np.searchsorted(t, t[i] + T_R - SLACK))
         go: bool | None = bool(within[i])
-        if not go and not known[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
+        if not go and not covered[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
             go = None
         heading = windows.heading[i] if windows.reach[i] else None
         starts.append(Start(weather.time[i], go, *_governing(upper, slice(int(i), last), heading)))

@@ -145,8 +145,8 @@ def inside(limits: Sequence[Limit], weather: Weather, ship: float | None = None)
     not valid is not met.
 
     ship: where the bow points, clockwise from north [rad].
-    Errors: WeatherError where the weather does not know what a limit asks for, or where waves from the bow are asked of
-    no heading.
+    Errors: WeatherError where the weather has no column for a limit, or where waves from the bow are requested
+    without a heading.
     """
     if ship is None and _of_heading(limits):
         raise WeatherError(
@@ -189,13 +189,13 @@ def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, f
 def _inside(limits: Sequence[Limit], weather: Weather, ship: float | None) -> tuple[BoolArray, BoolArray]:
     met, valid = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
     for limit in limits:
-        counts, known = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
+        counts, finite = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
         for part in limit.when:
             x = values(weather, part.name, limit, ship)
             counts &= part.holds(x)
-            known &= np.isfinite(x)
+            finite &= np.isfinite(x)
         x = values(weather, limit.range.name, limit, ship)
-        valid &= known & (~counts | np.isfinite(x))
+        valid &= finite & (~counts | np.isfinite(x))
         met &= ~counts | limit.range.holds(x)
     return met & valid, valid
 
@@ -207,7 +207,7 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
         have = ", ".join(weather.columns) or "nothing"
         hint = next((note for note in weather.notes if column == "come_from" and "direction" in note), "")
         do = hint[:1].upper() + hint[1:] if hint else "Drop the limit, or map a column to it with --column."
-        raise WeatherError(f"--limit {quote(limit.text)}: {weather.source} tells no {column}; it tells {have}. {do}")
+        raise WeatherError(f"--limit {quote(limit.text)}: {weather.source} has no {column}; it has {have}. {do}")
     x = weather.columns[column]
     if not np.isfinite(x).any():
         raise WeatherError(

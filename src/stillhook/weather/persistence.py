@@ -151,18 +151,18 @@ def persistence(
     Errors: WeatherError for shapes that differ, times that do not ascend and lengths that are not above 0.
     """
     n = np.shape(workable)[-1]
-    known = np.ones(n, dtype=np.bool_) if valid is None else np.asarray(valid, dtype=np.bool_)
-    if n == 0 or len(time) != n or len(known) != n:
+    finite = np.ones(n, dtype=np.bool_) if valid is None else np.asarray(valid, dtype=np.bool_)
+    if n == 0 or len(time) != n or len(finite) != n:
         raise WeatherError(
-            f"weather: {n} records, {len(time)} times and {len(known)} marks. Give as many of each, at least one."
+            f"weather: {n} records, {len(time)} times and {len(finite)} marks. Give as many of each, at least one."
         )
     if np.any(np.diff(time) <= np.timedelta64(0, "ms")):
         raise WeatherError("weather: times do not ascend. Put the records in order, each time once.")
     if not (0.0 < window < math.inf) or not (0.0 < step < math.inf):
         raise WeatherError(f"weather: a window of {window:g} s in steps of {step:g} s. Give times longer than 0 s.")
-    work: BoolArray = np.atleast_2d(np.asarray(workable, dtype=np.bool_)) & known
+    work: BoolArray = np.atleast_2d(np.asarray(workable, dtype=np.bool_)) & finite
     windows = windows_of(work, time, step)
-    can_start, could_start = windows.starts(window), windows_of(known, time, step).starts(window)
+    can_start, could_start = windows.starts(window), windows_of(finite, time, step).starts(window)
     workable_at_all, wait, breaks = np.any(work, axis=0), waits(can_start, time), gaps(time, step)
     months = month_of(time)
 
@@ -174,8 +174,8 @@ def persistence(
         p50, p90 = np.percentile(waited, (50.0, 90.0)) if len(waited) else (math.nan, math.nan)
         return Persistence(
             n_hours=int(np.count_nonzero(rows)) * step / HOUR,
-            n_missing=int(np.count_nonzero(~known & rows)),
-            operability=_share(workable_at_all & rows, known & rows),
+            n_missing=int(np.count_nonzero(~finite & rows)),
+            operability=_share(workable_at_all & rows, finite & rows),
             start_share=_share(can_start & rows, could_start & rows),
             n_windows=len(lengths),
             window_mean=float(lengths.mean()) if len(lengths) else math.nan,
@@ -263,12 +263,12 @@ def show_answer(weather: Weather) -> dict[str, Any]:
 
 
 def _column(name: str, x: FloatArray) -> dict[str, float | int | None]:
-    known = x[np.isfinite(x)]
-    counts: dict[str, float | int | None] = {"n_missing": len(x) - len(known)}
-    if len(known) == 0:
+    values = x[np.isfinite(x)]
+    counts: dict[str, float | int | None] = {"n_missing": len(x) - len(values)}
+    if len(values) == 0:
         return counts | dict.fromkeys(("min", "mean", "p90", "max"))
     if KIND[name] == "angle":
-        mean, p90 = float(np.angle(np.mean(np.exp(1j * known)))) % FULL, None
+        mean, p90 = float(np.angle(np.mean(np.exp(1j * values)))) % FULL, None
     else:
-        mean, p90 = float(known.mean()), float(np.percentile(known, 90.0))
-    return counts | {"min": float(known.min()), "mean": mean, "p90": p90, "max": float(known.max())}
+        mean, p90 = float(values.mean()), float(np.percentile(values, 90.0))
+    return counts | {"min": float(values.min()), "mean": mean, "p90": p90, "max": float(values.max())}

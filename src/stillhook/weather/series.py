@@ -1,6 +1,6 @@
 """Weather over time: waves as height, period and direction, and wind; one table, whatever file it came from.
 
-Series of which only every so manieth record tells what is asked, such as buoys that report wind every 10 min and
+Series in which only every n-th record has the requested quantity, such as buoys that report wind every 10 min and
 waves every hour.
 """
 

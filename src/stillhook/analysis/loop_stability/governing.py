@@ -202,8 +202,8 @@ def _published(crane: Crane, mode: Mode, kept: tuple[float, float, float]) -> Go
 
 
 def _plant(crane: Crane, mode: Mode, place: Place, kept: tuple[float, float, float]) -> Governing | None:
-    """The same of the plant. Where the law holds the motors still, whatever speed and load cell do, the loop knows
-    nothing of the settings but the displacement: it is kept between candidates."""
+    """The same of the plant. Where the law holds the motors still, whatever speed and load cell do, the loop
+    depends on no setting but the displacement: it is kept between candidates."""
     station = _station(crane, place)
     at, plc = station.displacement(mode)(abs(place.v_tip)), plc_record(crane)
     stands = not moves(crane, mode) or at >= 1.0

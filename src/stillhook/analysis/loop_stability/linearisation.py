@@ -291,10 +291,10 @@ class _Plc:
     """The PLC's cycle about an operating point, with the controller of a mode in force."""
 
     def __init__(self, crane: Crane, point: OperatingPoint, mode: Mode) -> None:
-        extra_controllers, own = controllers_of(crane, (mode,))
+        extra_controllers, settings = controllers_of(crane, (mode,))
         self.point, self.tick = point, _tick(point, mode)
         self.driver = driver(crane.plant.value, 1, extra_controllers=extra_controllers)
-        self.laws = self.driver.laws.blank(own)._replace(code=code_of(mode))
+        self.laws = self.driver.laws.blank(settings)._replace(code=code_of(mode))
         self.carried = [i for i, path in enumerate(paths(type(self.laws))) if "_memory." in path]
 
     def memory(self, alpha_m: float) -> Memory:
@@ -345,8 +345,8 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
     start = np.array(
         [*flatten(point.state), *(getattr(memory, r) for r in REMEMBERED), *(record[i] for i in plc.carried)]
     )
-    own = [STEP["u"] * max(1.0, abs(record[i])) for i in plc.carried]
-    J, _ = jacobian(cycle, start, [*(_step(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *own])
+    steps = [STEP["u"] * max(1.0, abs(record[i])) for i in plc.carried]
+    J, _ = jacobian(cycle, start, [*(_step(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *steps])
     return J[: len(commands)], J[len(commands) :]
 
 

@@ -186,7 +186,7 @@ def strongest(
 ) -> float:
     """Largest gain of any loop that keeps the three margins [1/m]; see `strongest_gain`.
 
-    As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer. It
+    As the gain grows from 0, each frequency breaks a margin at a different gain; the least of those is the answer. It
     is 0 for a loop that oscillates without feedback.
     """
     if _swings_alone(loop) is not None:
@@ -391,8 +391,8 @@ def ringing(
     peaks, _ = find_peaks(y, prominence=least)
     peaks = peaks[t[peaks] >= start]
     t_peak, height = t[peaks], y[peaks]
-    left = (t_peak >= (start if free is None else free)) & (height >= least)
-    decay, T = _decay(t_peak[left], height[left])
+    selected = (t_peak >= (start if free is None else free)) & (height >= least)
+    decay, T = _decay(t_peak[selected], height[selected])
     return Ringing(
         period=float(t_peak[1] - t_peak[0]) if len(t_peak) > 1 else math.nan,
         later=float(np.mean(np.diff(t_peak[1:]))) if len(t_peak) > 2 else math.nan,

@@ -57,7 +57,7 @@ def envelope(
     At a constant wire speed, compensating, with leakage and friction of the complete plant, a winch is stopped by the
     first of: full pumps; relief valves opening; less torque in reserve than the rule requires; active or passive motors
     turning faster than their displacement allows (the limit rises from n_max_full to n_max as the displacement falls).
-    Gears and drum have no limit of their own in a crane file: the makers' limits are part of the motors' smallest
+    Gears and drum have no separate limit in a crane file: the makers' limits are part of the motors' smallest
     displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS 60 % of it. Without a mode ("physical") the
     motors are at the best displacement of all.
 

@@ -46,7 +46,7 @@ class Setting(NamedTuple):
 
 
 def tunable(mode: Mode | str) -> tuple[str, ...]:
-    """Names of the settings that a motor law knows. Errors: StillhookError for a mode without a motor law, or an
+    """Names of the settings of a motor law. Errors: StillhookError for a mode without a motor law, or an
     unknown one."""
     chosen = mode_of(mode)
     if not chosen.compensates:
@@ -69,7 +69,7 @@ def described(name: str) -> tuple[str, str, str]:
 
 
 def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 0.0) -> tuple[Setting, ...]:
-    """The settings to tune with the ends of their search; all that the motor law knows unless `free` names some.
+    """The settings to tune with the ends of their search; all those of the motor law unless `free` names some.
 
     alpha_min, the absolute minimum that protects winch components whose limits no crane file holds, may be raised,
     never lowered.
@@ -123,7 +123,7 @@ def present(crane: Crane) -> dict[str, float]:
 
 
 def _controller_settings(crane: Crane) -> dict[str, float]:
-    """Settings of the controllers that have some of their own."""
+    """Settings of the controllers with additional ones."""
     laws = [law for law in CONTROLLERS.values() if law.settings]
     return {
         f"{law.field}.{name}": value

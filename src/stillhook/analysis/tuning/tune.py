@@ -115,7 +115,7 @@ def tune(
     Parameters
     ----------
     crane, controller: where the search starts, the controller by name, from a file, or one made; the tuned controller
-    holds what differs from the crane. free: settings to tune, default all that the motor law knows
+    holds what differs from the crane. free: settings to tune, default all those of the motor law
     (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr, alpha_min, alpha_swl or alpha_ns or alpha_hs.
     objective: see `Objective`. cases: scenarios, run in the controller's mode; default `tune_goal.scenarios`. limits:
     texts such as "p_max <= 300 bar", see `parse_limits`, or `Limits`.
@@ -239,7 +239,7 @@ def _active(search: Search, crane: Crane, score: Score, changes: Sequence[Change
 
 
 LATE = 0.1
-"""Delay of the motion signal that no controller knows of, among the variations [s]: ten PLC cycles."""
+"""Delay of the motion signal that no controller compensates, among the variations [s]: ten PLC cycles."""
 FRICTION = 0.3
 """Change of all system friction among the variations [-]: the published sets of the thesis differ by more."""
 WORN, NEW = 2.0, 0.5

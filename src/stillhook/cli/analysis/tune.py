@@ -142,8 +142,7 @@ def _tuned(
 
 
 def _free_of(selected: Controller, free: list[str], chosen: list[Controller]) -> list[str]:
-    """Of the settings to tune those that this motor law knows; one that none of the controllers knows is left in, to be
-    refused."""
+    """Of the settings to tune those of this motor law; one that no controller has is left in, to be refused."""
     from stillhook.analysis.tuning.parameters import tunable
 
     tunable_names = {n for c in chosen for n in tunable(c.mode)}

@@ -286,7 +286,7 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
             " them."
         )
     if spectral:
-        refuse({"--spread": spread}, f"{waves.source} has directions of its own. Leave it out, or give --heading.")
+        refuse({"--spread": spread}, f"{waves.source} already has directions. Leave it out, or give --heading.")
     return Waves.from_si(waves, ship=bow, spread=spread)
 
 

@@ -128,7 +128,7 @@ def tip(
             {"--seeds": seeds, "--out": out, "--ship": ship}, "is for one heading. Leave it out, or give one --heading."
         )
         if "heading" in wave:
-            raise SeaError(f"--heading all: the waves of {wave!r} have a heading of their own. Leave that out.")
+            raise SeaError(f"--heading all: the waves of {wave!r} already have a heading. Leave that out.")
         _all_round(rao, wave, spread, record, point, time, json=json)
         return
     series = {"seed": seed, "amplitudes": amplitudes, "exact": exact}
@@ -262,7 +262,7 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
     sea = parse_sea(wave, heading=heading, spread=spread, where="--wave")
     for name, value in (("heading", heading), ("spread", spread)):
         if wave.lower().count(name) == len(sea.trains):
-            refuse({f"--{name}": value}, f"all waves of --wave {quote(wave)} have a {name} of their own. Leave it out.")
+            refuse({f"--{name}": value}, f"all waves of --wave {quote(wave)} already have a {name}. Leave it out.")
     return sea
 
 
@@ -285,7 +285,7 @@ def _measured(wave: str, beta: float | None, spread: float | None, record: str |
                 f"{series.source}: has directions. Give --ship, where the bow points from north, or --heading in place"
                 " of them."
             )
-        refuse({"--spread": spread}, f"{series.source} has directions of its own. Leave it out, or give --heading.")
+        refuse({"--spread": spread}, f"{series.source} already has directions. Leave it out, or give --heading.")
         return series.sea(i, parse_direction(ship, "--ship"))
     refuse({"--ship": ship}, f"{series.source}: no directions are taken from it. Give --heading alone.")
     if beta is None:

@@ -97,7 +97,7 @@ def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
 
 
 def _check_hold(crane: Crane, case: Lowering, stage: Stage, where: str) -> None:
-    """A landed load lies only on a wire that carries less than it weighs."""
+    """A load is landed only if the wire carries less than its weight."""
     hangs = payload_weight(case, -math.inf) + crane.hook_mass * G
     if stage.hold is not None and stage.hold >= hangs:
         raise LiftError(

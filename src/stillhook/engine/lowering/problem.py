@@ -72,7 +72,7 @@ class LoweringProblem:
         return _lift(case).duration
 
     def sort(self, places: list[int], cases: Sequence[Case]) -> list[int]:
-        """What is moved alike lies together, in the order of first use."""
+        """Cases with the same motion next to each other, in the order of first use."""
         motions = {i: c.motion if isinstance(c := cases[i], InSea) else b"" for i in places}
         first = {motion: k for k, motion in reversed(list(enumerate(motions.values())))}
         return sorted(places, key=lambda i: first[motions[i]])
@@ -156,7 +156,7 @@ class _Texts:
     """A case as bytes: everything but names and sources, which change no number; lifts that cases share are written
     once.
 
-    Names of stages stay in, because notes tell them.
+    Names of stages stay in, because notes quote them.
     """
 
     def __init__(self) -> None:

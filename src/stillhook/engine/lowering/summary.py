@@ -144,8 +144,8 @@ def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = No
     """
     stats = (total(result) if r is None else r).stats
     st, t, W = stats.common, result.t_cycle, result.hang.works
-    supplied, taken = winch.energies(stats.power)
-    of_winch = (supplied - taken) * t - (st.E_end - st.E_start) - W.top
+    supplied, consumed = winch.energies(stats.power)
+    of_winch = (supplied - consumed) * t - (st.E_end - st.E_start) - W.top
     water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
     wire = W.top + W.relay + water - W.damping - W.gravity - (result.hang.E - result.hang.E_0)
     through = st.through * t + abs(W.gravity)

@@ -72,7 +72,7 @@ def nitrogen_isentrope(p_0: float, T_0: float, volume_ratio: NDArray[np.float64]
     place = f"passive.accumulator.gas: nitrogen at p_0 {show(p_0, 'pressure')} and T_0 {show(T_0, 'temperature')}"
     if not COLDEST <= T_0 <= HOTTEST:
         raise SpecError(
-            f"{place}: T_0 lies between {show(COLDEST, 'temperature')} and {show(HOTTEST, 'temperature')}. Check its"
+            f"{place}: T_0 must be between {show(COLDEST, 'temperature')} and {show(HOTTEST, 'temperature')}. Check its"
             " unit."
         )
     atmosphere = 101325.0
@@ -82,6 +82,6 @@ def nitrogen_isentrope(p_0: float, T_0: float, volume_ratio: NDArray[np.float64]
         p = np.array([PropsSI("P", "D", rho / r, "S", entropy, "Nitrogen") for r in volume_ratio])
     except ValueError:
         raise SpecError(
-            f"{place}: the property library knows no such gas over this stroke. Lower p_0, or raise V_0."
+            f"{place}: the property library has no data of this gas over the stroke. Lower p_0, or raise V_0."
         ) from None
     return (p - atmosphere) / p_0

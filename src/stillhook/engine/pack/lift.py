@@ -195,8 +195,8 @@ def wire_carried(crane: Crane, s_w: float, h_tip: float) -> float:
     \\right)
 
     Parameters: s_w wire from crane tip to hook [m], h_tip height of the tip above the water line [m]. The wire between
-    drum and tip lies on the boom and weighs nothing on the winch, as in `stillhook.engine.pack.programme.hanging`. Sea
-    water of 1,025 kg/m^3.
+    drum and tip is on the boom, and its weight does not act on the winch, as in
+    `stillhook.engine.pack.programme.hanging`. Sea water of 1,025 kg/m^3.
     """
     out = max(s_w, 0.0)
     air = min(out, max(h_tip, 0.0))

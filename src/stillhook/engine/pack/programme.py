@@ -71,8 +71,8 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
     r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m].
 
     Weight of the payload less its buoyancy at that submergence, of the hook (its own buoyancy left out), and of the
-    wire from tip to hook, which below the surface loses the buoyancy of its steel. The wire between drum and tip lies
-    on the boom: it stretches and weighs nothing.
+    wire from tip to hook, which below the surface loses the buoyancy of its steel. The wire between drum and tip is
+    on the boom: it stretches, and its weight does not act on the winch.
 
     .. math:: e = \frac{F_{tip} L_0}{E A} + \int_0^\ell \frac{F(s)}{E A} ds, \qquad s_w = \ell - e
     """
@@ -213,7 +213,7 @@ def _wire_for(crane: Crane, lift: Lowering, stage: Stage, where: str) -> float:
     assert depth is not None
     if depth > lift.depth:
         raise LiftError(
-            f"{where}: depth = {show(depth, 'length')} lies below the seabed at {show(lift.depth, 'length')}. "
+            f"{where}: depth = {show(depth, 'length')} is below the seabed at {show(lift.depth, 'length')}. "
             "End it above the bottom, or with landed = true."
         )
     room = lift.h_tip - lift.payload.height - lift.rigging.height

@@ -375,11 +375,11 @@ def motor_law(
 
     plc: default the crane's.
     """
-    law, own = mode.law, own_settings(crane.control, mode.law)
+    law, fields = mode.law, own_settings(crane.control, mode.law)
     settings = plc_record(crane) if plc is None else plc
 
     def displacement(u_ff: float) -> float:
-        return law.displacement(u_ff, F, K_wire, settings, own)
+        return law.displacement(u_ff, F, K_wire, settings, fields)
 
     return displacement
 
@@ -387,5 +387,5 @@ def motor_law(
 def controllers_of(crane: Crane, modes: Iterable[str]) -> tuple[tuple[str, ...], dict[str, Any]]:
     """The controllers of these modes that not every kernel holds, and the own settings of each that has some."""
     names = extra_controllers(modes)
-    own = {name: own_settings(crane.control, CONTROLLERS[name]) for name in names}
-    return names, {name: settings for name, settings in own.items() if settings is not None}
+    fields = {name: own_settings(crane.control, CONTROLLERS[name]) for name in names}
+    return names, {name: settings for name, settings in fields.items() if settings is not None}

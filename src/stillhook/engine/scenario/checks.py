@@ -32,7 +32,7 @@ from stillhook.winches.circuits.tables import MotorSet
 
 class Foreseen(NamedTuple):
     """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of
-    marginal stability; validated: the crane's certificate holds, and the run lies inside its envelope."""
+    marginal stability; validated: the crane's certificate holds, and the run is inside its envelope."""
 
     notes: tuple[str, ...]
     unstable: bool
@@ -180,8 +180,8 @@ CONSIDERABLE = 0.2
 
 class FrictionPart(NamedTuple):
     """Loss of one set of motors at a working point: name of its circuit; T_f loss of the set, total friction of the
-    whole winch [N m], both at the motor shaft; alpha displacement [-]; beyond where the point lies outside the fit, in
-    words, "" where it does not.
+    whole winch [N m], both at the motor shaft; alpha displacement [-]; beyond where the point is outside the fit, in
+    words, "" where it is inside.
     """
 
     circuit: str
@@ -229,7 +229,7 @@ def case_friction(crane: Crane, case: Scenario, demand: MotionDemand | None = No
 
 
 def _beyond_fit(motor: MotorSet, omega_m: float, alpha: float, dp_m: float) -> str:
-    """Where a working point lies beyond the range in which a motor's loss was fitted, in words.
+    """How a working point exceeds the range in which a motor's loss was fitted, in words.
 
     Low speed and low pressure are none of these: every reversal passes through them, and what the motors lose there was
     part of the tests from which system friction was identified.

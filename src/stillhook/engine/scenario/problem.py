@@ -289,11 +289,11 @@ def energy_unaccounted(winch: WinchType, result: Result) -> float:
     oil.
     """
     st = result.stats.common
-    supplied, taken = winch.energies(result.stats.power)
+    supplied, consumed = winch.energies(result.stats.power)
     through = st.through * result.t_cycle
     if through == 0.0:
         return math.nan
-    return ((supplied - taken) * result.t_cycle - (st.E_end - st.E_start)) / through
+    return ((supplied - consumed) * result.t_cycle - (st.E_end - st.E_start)) / through
 
 
 def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""Binary files, each read in a process of its own."""
+"""Binary files, each read in a separate process."""

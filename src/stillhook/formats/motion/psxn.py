@@ -1,7 +1,7 @@
 """Ship motion from logs of a Kongsberg Seapath: `$PSXN,23,<roll deg>,<pitch deg>,<heading deg>,<heave m>*hh` lines.
 
 Format. Each line is one NMEA sentence with what the logger put before it, the last of which is the time of receipt
-(ISO 8601; without a zone it is taken as UTC). $PSXN,23 carries no time of its own: it belongs to the epoch of the
+(ISO 8601; without a zone it is taken as UTC). $PSXN,23 carries no time: it belongs to the epoch of the
 $..ZDA or $..GGA before it. $PSXN,20 carries quality flags.
 
 Signs (Seapath manual): roll positive with port side up, pitch positive with bow up, **heave positive down**; a

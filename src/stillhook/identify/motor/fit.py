@@ -125,7 +125,7 @@ EXPONENT_STEP = 1.0e-7
 BREAKS = (0.3, 0.7)
 """Breaks tried first at each of these, in all combinations, as part of the largest pressure."""
 RIDGE = 1.0e-12
-"""Keeps the search for the break solvable where a line has no cell of its own."""
+"""Keeps the search for the break solvable where a line has no cells."""
 MOST_STEPS, MOST_STARTS = 40, 2
 BREAK_RANGE = (0.0, 1.5)
 """Bounds of the break at each of the speeds and displacements that define it: beyond the largest pressure there is one

@@ -163,9 +163,11 @@ def _statements(
         )
     else:
         out.append(f"cost on the held-out tests {_change(first.held_out, second.held_out)}: {verdict}")
-    gone = [n for n in X_NAMES if getattr(old, n) > 0.0 and getattr(new, n) <= 0.0]
-    if gone:
-        out.append(f"{', '.join(gone)} went to zero: the crane's tests do not show it, or other terms take it over")
+    vanished_terms = [n for n in X_NAMES if getattr(old, n) > 0.0 and getattr(new, n) <= 0.0]
+    if vanished_terms:
+        out.append(
+            f"{', '.join(vanished_terms)} went to zero: the crane's tests do not show it, or other terms take it over"
+        )
     D = points.fitted().D_m
     if float(D.min()) > NARROW * float(D.max()):
         out.append(

@@ -1,6 +1,6 @@
 """What to test next: the staircases that shrink the uncertainty of predicted friction most.
 
-Each candidate (load, displacement) adds the information of its staircase of speeds to what the campaign knows already;
+Each candidate (load, displacement) adds the information of its staircase of speeds to that of the campaign;
 the gain is judged where the crane works: mean variance of the predicted friction over loads, displacements and speeds
 (I-optimality). The best is taken, then the next best with it, and so on.
 

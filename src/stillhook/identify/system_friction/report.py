@@ -39,7 +39,7 @@ CAPTIONS = {
         " nominal torque."
     ),
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
-    "model-and-map": "The map knows its own cells exactly, and nothing outside them; the model smooths, and goes on.",
+    "model-and-map": "The map is exact in its own cells, with nothing outside; the model smooths and extrapolates.",
     "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
 }
 TEST_HEADER = (

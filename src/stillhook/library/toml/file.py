@@ -35,7 +35,7 @@ def explain(
 ) -> StillhookError:
     """The first problem of a validation of ``data`` as one line, with the number of further ones.
 
-    An error of its own class: UnitError for a quantity, that of what a field names; `raised` for the rest.
+    An error of the matching class: UnitError for a quantity, that of what a field names; `raised` for the rest.
     """
     problem = first_problem(error, model, data)
     line = problem.line

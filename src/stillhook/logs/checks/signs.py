@@ -102,7 +102,7 @@ def _relation(one: str, other: str, x: FloatArray, y: FloatArray) -> Relation | 
 
 
 def _correlation(x: FloatArray, y: FloatArray) -> float:
-    """Correlation about zero; 0 where too few values tell."""
+    """Correlation about zero; 0 where there are too few values."""
     ok = np.isfinite(x) & np.isfinite(y)
     size = float(np.sqrt(np.sum(x[ok] ** 2) * np.sum(y[ok] ** 2)))
     return float(np.sum(x[ok] * y[ok])) / size if ok.sum() >= FEWEST and size else 0.0
@@ -125,8 +125,8 @@ def _fewest(relations: Sequence[Relation]) -> list[tuple[str, ...]]:
 
 def _reason(names: Sequence[str], broken: Sequence[Relation]) -> str:
     """Why these signals are to be turned: which others they contradict."""
-    met = [(r.one, r.other) for r in broken if (r.one in names) != (r.other in names)]
-    against = list(dict.fromkeys(other if one in names else one for one, other in met))
+    pairs = [(r.one, r.other) for r in broken if (r.one in names) != (r.other in names)]
+    against = list(dict.fromkeys(other if one in names else one for one, other in pairs))
     if PRESSURE in names or against == [PRESSURE]:
         return "friction makes the pressure drop higher when hoisting, and here it is lower"
     against = [name for name in against if name != PRESSURE]
@@ -279,7 +279,7 @@ def _sign(log: Log, name: str) -> int:
 
 
 def _together(x: FloatArray, y: FloatArray) -> float:
-    """How much two signals go together about zero, from -1 to 1; 0 where too few bins tell."""
+    """How much two signals go together about zero, from -1 to 1; 0 where there are too few bins."""
     ok = np.isfinite(x) & np.isfinite(y)
     x, y = x[ok], y[ok]
     if not len(x) or not x.any() or not y.any():

@@ -208,7 +208,7 @@ def _numbers(cells: Any, numbers_of_words: Mapping[str, float]) -> tuple[FloatAr
 
 
 def _by_length(name: str, columns: Sequence[ArrayColumn]) -> ArraysLog:
-    """Columns without a time base of their own: those of one length share their time."""
+    """Columns without a time base: those of one length share their time."""
     if not columns:
         raise LogError(f"{name}: holds no column of numbers. Save time and signals as vectors of one length.")
     lengths = list(dict.fromkeys(c.length for c in columns))

@@ -1,6 +1,6 @@
 """Opens a log by its content: text, Parquet, MDF4, TDMS, MAT v5 and v7.3.
 
-A log of a binary format, read in a process of its own: see `stillhook.formats.binary.reader`.
+A log of a binary format, read in a separate process: see `stillhook.formats.binary.reader`.
 """
 
 from __future__ import annotations

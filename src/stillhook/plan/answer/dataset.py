@@ -1,5 +1,5 @@
 """From limits of all phases, tiers and rules to the labelled arrays of a result, and the facts that only the answer
-tells.
+gives.
 
 A plan's result on disk: plan.nc (labelled arrays, blocks as groups) and plan.json (facts and summary). Written whole
 or not at all.
@@ -58,7 +58,7 @@ class Answered:
 
     def shown(self) -> Alternative:
         """The alternative that leads: the twin with the largest mean credited limit, of equal ones that with the
-        largest limit by its model; the first of all where no twin was asked for."""
+        largest limit by its model; the first of all where no twin was requested."""
         Hs = np.nan_to_num(self.Hs, nan=0.0, posinf=1e3).mean(axis=(2, 3))
         twins = [i for i, a in enumerate(self.axes.alternatives) if a.twin]
         best = max(twins, key=lambda i: (round(Hs[1, i], 6), round(Hs[0, i], 6)), default=0)
@@ -113,7 +113,7 @@ def _coords(axes: Axes) -> dict[str, Any]:
 
 def demand_block(plan: LiftPlan, axes: Axes, demands: Sequence[Demand]) -> xarray.Dataset:
     """Quantities of all tiers in the cells of the table (tier, alternative, phase, heading, period, height); NaN where
-    not told.
+    not determined.
 
     Seas of the twin that are not of the table's heights are left out.
     """
@@ -146,8 +146,8 @@ def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:
 
 
 def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[str, Any]]:
-    """The table as rows for JSON, which knows no inf: every cell with its verdict, which is limited, above (the highest
-    sea that was asked), never or not told."""
+    """The table as rows for JSON, which has no inf: every cell with its verdict, which is limited, above (the highest
+    sea state analysed), never or no result."""
     axes, rows = of.axes, []
     for c, credit in enumerate(CREDITS):
         g = of.governs[credit]
@@ -193,10 +193,10 @@ def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None)
 
 
 def _limits(Hs: FloatArray) -> dict[str, float]:
-    known = Hs[~np.isnan(Hs)]
-    if not len(known):
+    values = Hs[~np.isnan(Hs)]
+    if not len(values):
         return dict.fromkeys(("least", "mean", "most"), float("nan"))
-    return {"least": float(known.min()), "mean": float(known.mean()), "most": float(known.max())}
+    return {"least": float(values.min()), "mean": float(values.mean()), "most": float(values.max())}
 
 
 def _numbers(values: xarray.DataArray) -> Any:
@@ -286,7 +286,7 @@ def _in_a_line(e: Exception) -> str:
 
 
 def _check_hash(recorded: object, where: Path) -> None:
-    """Refuse numbers other than those that the facts were written with; facts of older versions tell no hash."""
+    """Refuse numbers other than those that the facts were written with; facts of older versions have no hash."""
     try:
         same = recorded is None or recorded == _hash(where / NUMBERS)
     except OSError as e:

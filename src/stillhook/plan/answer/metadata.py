@@ -1,7 +1,6 @@
-"""What a plan was asked and how it was answered, as plain data: for JSON, for the report, and for whoever repeats
-it.
+"""Request and answer of a plan as plain data: for JSON, for the report, and for whoever repeats it.
 
-What only the answer tells: what is credited and why, the forecast limit of the leading cell, how weather was read,
+Only in the answer: what is credited and why, the forecast limit of the leading cell, how weather was read,
 what stays open.
 """
 
@@ -57,7 +56,7 @@ DESCRIPTIONS: Mapping[Alternative, str] = {
 
 @dataclass(frozen=True, eq=False)
 class RunInputs:
-    """What an answer follows from beside the plan: tiers that were run, the table of forecast factors, the weather."""
+    """Inputs of an answer in addition to the plan: tiers that were run, the table of forecast factors, the weather."""
 
     tiers: tuple[str, ...]
     alpha: AlphaTable = field(repr=False)
@@ -65,8 +64,8 @@ class RunInputs:
 
 
 def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
-    """Everything that was asked. The digest is that of everything that the answer follows from: plan, weather, table of
-    forecast factors, tiers."""
+    """The complete request. The digest covers all inputs of the answer: plan, weather, table of forecast factors,
+    tiers."""
     env = plan.environment
     return {
         "name": plan.name,

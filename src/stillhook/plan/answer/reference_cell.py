@@ -47,7 +47,7 @@ ADDED_MASS, DRAG, FRICTION = (0.8, 1.2), (0.5, 1.5), (0.7, 1.3)
 """Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a
 third (assumed)."""
 LATE = 0.2
-"""Delay of the motion signal that is tried beside that of the plan [s]."""
+"""Delay of the motion signal that is tried in addition to that of the plan [s]."""
 Judge = Callable[[Sequence[Demand]], list[Limits]]
 """From demands to limiting heights, by the rules and capacities of a plan."""
 Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
@@ -82,7 +82,7 @@ def sensitivity(
 
     Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives
     whose winch is identified again with other friction and with a late motion signal, some seconds each unless known
-    (None: the last one of the twin). Of the others these two factors tell nothing: NaN; a winch on its brake and the
+    (None: the last one of the twin). For the others these two factors give nothing: NaN; a winch on its brake and the
     flat cap do not change. The phase is looked at at its ends and its middle.
     Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords
     low_text, high_text; attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as
@@ -131,7 +131,7 @@ def sensitivity(
 
 
 class Least(NamedTuple):
-    """Least height over the rules [m], and the rule; NaN where none tells."""
+    """Least height over the rules [m], and the rule; NaN where none is determined."""
 
     Hs: float
     rule: str
@@ -185,7 +185,7 @@ def _rougher(s: Situation, f: float) -> Situation:
 PLACES = 20
 """Depths of a profile."""
 HELD = 1800.0
-"""Time for which largest values are told at every depth [s]: as if the payload were held there for half an hour."""
+"""Time for which largest values are reported at every depth [s]: as if the payload were held there for half an hour."""
 QUANTITIES = ("F_top_max", "DAF", "sling_ratio", "slack_chance")
 
 
@@ -199,10 +199,10 @@ def depth_profile(
 ) -> xarray.Dataset:
     """What a sea asks with the payload held for half an hour at each depth, from just covered to the seabed.
 
-    Over alternative and z [m], height of the payload's underside: `TOLD`, each winch compensating at every depth (none:
-    on its brake; one that may not be used: NaN), at the level of the rule that asks for it; F_top_static [N] and T_0,
-    natural period of the load on its wire [s], over z. attrs: Hs [m], Tp [s], beta [rad], z_resonance, where T_0 is Tp
-    (NaN: nowhere), held [s].
+    Over alternative and z [m], height of the payload's underside: `QUANTITIES`, each winch compensating at every depth
+    (none: on its brake; one that may not be used: NaN), at the level of the rule that asks for it; F_top_static [N] and
+    T_0, natural period of the load on its wire [s], over z. attrs: Hs [m], Tp [s], beta [rad], z_resonance, where T_0
+    is Tp (NaN: nowhere), held [s].
     Errors: as `stillhook.plan.tiers.frequency.frequency`.
     """
     at, winch = _water_phase(plan), _winch(plan, alternatives, progress)
@@ -244,8 +244,8 @@ def efficiency(
     columns = {name: np.full((len(alternatives), len(periods)), np.nan) for name in ("eta_wire", "eta_load")}
     for i, alternative in enumerate(alternatives):
         if winch[alternative].known:
-            left = sigmas(forcing, load, winch[alternative].at(load.s_w))
-            columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - left.u / tip, 1.0 - left.load / tip
+            residual = sigmas(forcing, load, winch[alternative].at(load.s_w))
+            columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - residual.u / tip, 1.0 - residual.load / tip
     data = {name: (("alternative", "period"), values) for name, values in columns.items()}
     coords = {"alternative": [str(a) for a in alternatives], "period": np.array(periods)}
     return labelled(data, coords, {"Hs": Hs, "beta": beta, "z": z})
@@ -313,10 +313,10 @@ def reference_blocks(
     of: Answered,
     progress: Progress | None = None,
     *,
-    anew: bool = True,
+    residuals: bool = True,
 ) -> Mapping[str, xarray.Dataset]:
     """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated.
-    anew: ask the twin what other friction and a late signal leave, some seconds."""
+    residuals: identify the winch again with other friction and with a late signal, some seconds."""
     at, parts, alternatives = reference_of(plan, of), Parts(progress), tuple(of.axes.alternatives)
     if at.phase is None:
         return {}
@@ -324,7 +324,7 @@ def reference_blocks(
     datasets["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, parts(0.3, 0.5))
     where = sensitive_at(of)
     if where is not None:
-        ask = (of.shown(),) if anew else ()
+        ask = (of.shown(),) if residuals else ()
 
         def limits(demands: Sequence[Demand]) -> list[Limits]:
             return [limits_in(plan, demand) for demand in demands]

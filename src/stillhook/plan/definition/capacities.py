@@ -52,12 +52,12 @@ def at_rest(plan: LiftPlan, phase: Phase, z: float) -> Hanging:
 def static_tension(plan: LiftPlan, phase: Phase) -> float:
     """Largest tension at the crane tip with everything at rest on a phase's way [N]; off the seabed with skirt friction
     and suction."""
-    held = (
+    weight = (
         plan.payload.lift_off.friction + plan.payload.lift_off.suction
         if phase.kind is PhaseKind.SEABED_LIFT_OFF
         else 0.0
     )
-    return max(at_rest(plan, phase, z).F_tip for z in places(phase)) + held
+    return max(at_rest(plan, phase, z).F_tip for z in places(phase)) + weight
 
 
 def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
@@ -125,10 +125,10 @@ def _speed(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityVa
 def _stroke(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:
     """Motion of the tip that takes the stroke of what carries the phase's tension, such as an accumulator."""
     F = static_tension(plan, phase)
-    found = plan.crane.plant.type.stroke(plan.crane, F)
-    if found is None:
+    stroke = plan.crane.plant.type.stroke(plan.crane, F)
+    if stroke is None:
         return None
-    return CapacityValue(found.length, f"{found.basis}, with {show(F, 'force')} at the tip")
+    return CapacityValue(stroke.length, f"{stroke.basis}, with {show(F, 'force')} at the tip")
 
 
 def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:

@@ -1,4 +1,4 @@
-"""A lift as it is planned: crane, vessel, payload and phases, the seas it is asked for, and the rules it is judged by.
+"""A lift as it is planned: crane, vessel, payload and phases, the seas to analyse, and the rules to meet.
 Frozen.
 
 Whether what a plan names can hang at its crane at all: heights under the tip, reach, weight in water and wire.
@@ -94,7 +94,7 @@ def ordered(values: tuple[float, ...], key: str) -> tuple[float, ...]:
 
 
 class Environment(Record):
-    """Seas that limits are asked for. gamma None: by the rule of T_p/sqrt(H_s); spread exponent of cos^n, None for
+    """Seas to analyse. gamma None: by the rule of T_p/sqrt(H_s); spread exponent of cos^n, None for
     long-crested waves.
 
     Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold
@@ -137,10 +137,10 @@ class Environment(Record):
 
 @dataclass(frozen=True)
 class WeatherUse:
-    """Weather that waiting is reckoned on. file: a name of the library or a path; ship: where the bow points, clockwise
-    from north [rad], or None where it is free to turn, and keeps the best heading; sense: what the file's directions
-    mean, None where the file says so; columns, time, date_order: how the file is to be read where it does not say
-    (`stillhook.formats.weather.file.read_weather`).
+    """Weather that waiting is calculated with. file: a name of the library or a path; ship: where the bow points,
+    clockwise from north [rad], or None where it is free to turn, and keeps the best heading; sense: what the file's
+    directions mean, None where the file says so; columns, time, date_order: how the file is to be read where it does
+    not say (`stillhook.formats.weather.file.read_weather`).
     """
 
     file: str

@@ -51,8 +51,8 @@ IN_AIR = (PhaseKind.LIFT_OFF, PhaseKind.IN_AIR, PhaseKind.SET_DOWN)
 
 
 class Phase(Record):
-    """One phase. Heights are those of the payload's underside above still water (negative: below); speed is a size,
-    `end` tells the way.
+    """One phase. Heights are those of the payload's underside above still water (negative: below); speed is a
+    magnitude, `end` gives the direction.
 
     mode None takes the first of `MODES`. duration is what the phase is planned to take, for T_POP and for largest
     values; in motion it is the way over the speed where it is not given. tip: place of the crane tip in this phase, as
@@ -141,7 +141,7 @@ def joined(phases: Sequence[Phase], water: Water) -> tuple[Phase, ...]:
     names = [phase.name for phase in phases]
     for phase in phases:
         if names.count(phase.name) > 1:
-            raise PlanError(f"phase {quote(phase.name)}: comes twice. Give every phase a name of its own.")
+            raise PlanError(f"phase {quote(phase.name)}: comes twice. Give every phase its own name.")
     done: list[Phase] = []
     for i, phase in enumerate(phases):
         after = phases[i + 1] if i + 1 < len(phases) else None

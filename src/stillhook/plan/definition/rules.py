@@ -29,7 +29,7 @@ from stillhook.variables import BY_NAME
 
 
 class Quantity(NamedTuple):
-    """What a rule may be about: what the tiers tell of a phase, name of `stillhook.variables`.
+    """What a rule may limit: quantities of a phase that the tiers determine, name of `stillhook.variables`.
 
     mean: whether it has no largest value, so that its level is the mean; needs: what a winch must have or do for it,
     "compensation" that it follows the tip, "turning" that it is not on its brake, "hydraulics" that it turns and is no
@@ -81,8 +81,8 @@ class Level(StrEnum):
 class Rule:
     """One criterion.
 
-    key: its name, as in tables and in `Phase.limits`; title in words; quantity: name of `stillhook.variables` that a
-    `Demand` tells; limit: a number in SI, or the name of a capacity of the plan
+    key: its name, as in tables and in `Phase.limits`; title in words; quantity: name of `stillhook.variables` in a
+    `Demand`; limit: a number in SI, or the name of a capacity of the plan
     (`stillhook.plan.definition.capacities`); sense; level: largest value that counts; phases it belongs to; standard,
     edition, clause: what it is from, "check against your edition" where it is recalled; note: why, or what it leaves;
     factor on a capacity [-]; written: the limit as the file has it ("0.5 m/s").
@@ -165,8 +165,8 @@ class Limited:
 
 
 class Alternative(StrEnum):
-    """One way to account for the winch; the limits of all of them are listed side by side. Beside no compensation and
-    the flat cap there is one for each controller."""
+    """One way to account for the winch; the limits of all of them are listed side by side: no compensation, the
+    flat cap, and one for each controller."""
 
     NONE = "none"
     CAP = "cap-80"
@@ -239,7 +239,7 @@ class Seas:
 class Demand:
     """Quantities of one phase under one alternative in every sea state, from one tier.
 
-    values: quantity (a name of `stillhook.variables`) -> (n,) in SI; NaN where the tier does not tell it. Largest
+    values: quantity (a name of `stillhook.variables`) -> (n,) in SI; NaN where the tier does not determine it. Largest
     values are those of the phase's duration at the quantile of the rule that asks for them. low, high: ends of the 95 %
     interval where there is one, same keys as values or fewer; seeds (n,) runs behind each row (0: none). notes: what a
     reader should know.

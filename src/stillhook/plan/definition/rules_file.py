@@ -135,10 +135,10 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
     table = TomlTable(Path(), data, PlanError, ("phase", 0, "limits"))
     for key, text in phase.limits.items():
         if key not in applicable:
-            known = {rule.key for rule in rules.rules}
+            keys = {rule.key for rule in rules.rules}
             reason = (
                 f"the rule does not belong to {phase.kind}"
-                if key in known
+                if key in keys
                 else f"rule set {rules.label} has no such rule"
             )
             raise PlanError(f"{table.place(key)}: {reason}{nearest(key, applicable)} Allowed: {', '.join(applicable)}.")
@@ -179,7 +179,7 @@ def _rule_set(table: TomlTable) -> RuleSet:
     file, label = table.read(RulesFile), table.path.name
     name = base_name(file, table, rule_sets())
     base = None if name is None else load_rules(name)
-    kept = rows_on_base(
+    combined = rows_on_base(
         file,
         table,
         "rule",
@@ -187,16 +187,16 @@ def _rule_set(table: TomlTable) -> RuleSet:
         base.rules if base else (),
         lambda row, old, place: _row(row, old, place, label),
     )
-    if not kept:
+    if not combined:
         raise PlanError("rule: none is left, so that every sea would pass. Keep one.")
-    _one_level(kept)
+    _one_level(combined)
     source = file.source or (f"{label}, on {base.label}" if base else label)
     settings = numbers_on_base(
         table, "simplified", file.simplified, SETTINGS, base.settings if base else {}, example="offshore-lift"
     )
-    changes = _changes(base, kept, settings) if base else ()
+    changes = _changes(base, combined, settings) if base else ()
     return _digested(
-        RuleSet(file.name or table.path.stem, file.version, kept, changes, source=source, settings=settings)
+        RuleSet(file.name or table.path.stem, file.version, combined, changes, source=source, settings=settings)
     )
 
 
@@ -294,7 +294,7 @@ def _meaning(rule: Rule) -> tuple[Any, ...]:
 
 
 def _one_level(rules: tuple[Rule, ...]) -> None:
-    """A tier tells a quantity once, so that all of its rules ask for the same largest value."""
+    """A tier determines a quantity once, so all rules of that quantity use the same largest value."""
     for rule in rules:
         first = next(r for r in rules if r.quantity == rule.quantity)
         if rule.level is not first.level:

@@ -138,12 +138,12 @@ def credit(result: PlanResult) -> list[Part]:
         share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and a["name"] in twins else "-"
         rows.append([named(a["name"]), a["description"], a.get("credit_note") or "", share])
     certificate = crane["certificate"]
-    held = "none" if not certificate else f"No. {groups(certificate['number'], SHORT)}: {certificate['statement']}"
+    number = "none" if not certificate else f"No. {groups(certificate['number'], SHORT)}: {certificate['statement']}"
     head = ("alternative", "description", "credited", "covered")
     has = any(row[2] for row in rows)
     body = rows if has else [[r[0], r[1], r[3]] for r in rows]
     parts: list[Part] = [Text(TEXTS["credit"])]
-    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", held)]))
+    parts.append(facts([("crane's twin", crane["twin"]), ("certificate", number)]))
     parts += [Text(UNSIGNED)] if certificate else []
     parts.append(Table(head if has else (head[0], head[1], head[3]), body))
     parts.append(Text(TEXTS["covered"]))
@@ -151,7 +151,7 @@ def credit(result: PlanResult) -> list[Part]:
 
 
 def seas(result: PlanResult) -> list[Part]:
-    """Seas that were asked."""
+    """Seas analysed."""
     s, data = result.facts["settings"], result.data
     tolerance = direction(data.attrs["heading_tolerance"])
     gamma = f"gamma {s['gamma']:g}" if s["gamma"] else "gamma by Tp/sqrt(Hs) where it has one"
@@ -256,7 +256,7 @@ DERIVED = (
     ("area that drag acts on", "A_p", "area"),
 )
 LEFT_OUT = ("shape",)
-"""Fields that name a model and tell no number."""
+"""Fields that name a model and have no number."""
 
 
 def payload_rows(payload: Payload, rho: float) -> list[list[str]]:
@@ -281,8 +281,8 @@ def _stated(source: Source) -> tuple[str, str]:
 
 
 def _entry(payload: Payload, path: str) -> tuple[str, str] | None:
-    """What a field is of and its value with its unit; None for what tells no number. Parts lie in the order in which
-    they are named."""
+    """Subject of a field and its value with its unit; None for a field without a number. Parts are in the order in
+    which they are named."""
     head, *names = path.split(".")
     if (names[-1:] or [head])[0] in LEFT_OUT:
         return None

@@ -1,4 +1,5 @@
-"""Detail behind a plan's first page: every cell, every phase by every tier, waiting, and what the limits hang on."""
+"""Detail behind a plan's first page: every cell, every phase by every tier, waiting, and the inputs that govern the
+limits."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ GOVERNING = ("governing_phase", "governing_rule")
 PERIODS = 10
 """Columns of a table at most."""
 PAGE = 205.0
-"""Height of a picture that takes a page of its own [mm]."""
+"""Height of a full-page picture [mm]."""
 
 
 def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
@@ -116,7 +117,7 @@ def by_phase(result: PlanResult) -> list[Part]:
 
 
 def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: str, phase: str) -> FloatArray:
-    """Least limit over some tiers and the rules (heading, period) [m]; NaN where none tells."""
+    """Least limit over some tiers and the rules (heading, period) [m]; NaN where none is determined."""
     values = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
     Hs = np.asarray(values, dtype=float).reshape(-1, *values.shape[-2:])
     return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
@@ -153,7 +154,7 @@ def _by_rule(result: PlanResult, name: str) -> list[Part]:
 
 
 def _lowest(Hs: FloatArray, top: float) -> str:
-    """Least of limits as text; "-" where none is told."""
+    """Least of limits as text; "-" where none is determined."""
     return "-" if np.isnan(Hs).all() else height(float(np.nanmin(Hs)), top)
 
 

@@ -94,13 +94,13 @@ def marks(result: PlanResult) -> list[str]:
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
 FIGURE = "figure-"
-"""Begins the names of figures that are written beside."""
+"""Prefix of the names of figures that are written as separate files."""
 
 
 def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> tuple[str, ...]:
     """Write the report into a folder that is moved into place later; gives the names of its files.
 
-    figures: also every figure as a picture of its own. The same result gives the same bytes. Errors: PlanError where it
+    figures: also every figure as a separate picture. The same result gives the same bytes. Errors: PlanError where it
     cannot be set.
     """
     check(result)

@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 RUN = ("frequency", "time")
 """Tiers that ask the twin."""
 CENSORED = 0.02
-"""Share of starts without a window from which on waiting is told to be longer."""
+"""Share of starts without a window from which on waiting is reported as longer."""
 NONE, LOWEST = "none", 1.0
 """The alternative without compensation, and the lowest height [m] of the usual tables of forecast factors."""
 OUTSIDE = 0.005
-"""Share of records outside the table from which on it is told."""
+"""Share of records outside the table from which on it is reported."""
 NAMED = 3
 """Phases and rules that are named as governing at most."""
 PERIODS, HEADINGS = 12, 4
@@ -80,10 +80,10 @@ def _credited(result: PlanResult, name: str) -> str:
 def _ends(result: PlanResult, name: str) -> str:
     """The low ends of the limits' 95 % intervals, and that the estimates count."""
     low = np.asarray(result.data["Hs_limit_low"].sel(credit=CREDITED, alternative=name).values, dtype=float)
-    known = np.isfinite(low)
-    if not known.any():
+    finite = np.isfinite(low)
+    if not finite.any():
         return ""
-    where = "" if known.all() else f", in the {int(known.sum())} of {known.size} cells that have one"
+    where = "" if finite.all() else f", in the {int(finite.sum())} of {finite.size} cells that have one"
     return f" The estimate counts; the low end of its 95 % interval is Hs {between(low, highest(result))}{where}."
 
 
@@ -141,16 +141,16 @@ def _operation(result: PlanResult, name: str) -> str:
         else "not weather restricted: alpha does not apply, design for extreme conditions"
     )
     alpha, op_wf = cells["alpha"].values, cells["op_wf"].values
-    known = alpha[np.isfinite(alpha)]
+    factors = alpha[np.isfinite(alpha)]
     summed = "" if op.get("T_POP_given", True) else " (not specified: sum of the phases)"
     sentence = f"T_POP {hours(op['T_POP'])}{summed}, {contingency}: T_R {hours(op['T_R'])}, {restricted}."
-    if known.size:
-        ends = "" if known.min() == known.max() else f" to {known.max():.2f}"
+    if factors.size:
+        ends = "" if factors.min() == factors.max() else f" to {factors.max():.2f}"
         sentence += (
-            f" alpha {known.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
+            f" alpha {factors.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
         )
-    if op["weather_restricted"] and len(known) < alpha.size:
-        missing = f"{alpha.size - len(known)} of {alpha.size}"
+    if op["weather_restricted"] and len(factors) < alpha.size:
+        missing = f"{alpha.size - len(factors)} of {alpha.size}"
         sentence += f" In {missing} cells the table has no alpha: no forecast limit applies there."
     return sentence
 

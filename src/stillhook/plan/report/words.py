@@ -130,7 +130,7 @@ def highest_shown(result: PlanResult) -> float:
 
 
 def leading(result: PlanResult) -> str:
-    """The alternative that the first page tells: that of the facts, else the twin alternative with the largest limits,
+    """The alternative on the first page: that of the facts, else the twin alternative with the largest limits,
     as credited."""
     wanted = str(result.facts.get("shown") or "")
     labels = names(result.data)
@@ -182,21 +182,21 @@ def lines_of(result: PlanResult, alternative: str) -> list[tuple[str, Credit]]:
 
 
 def least(Hs: FloatArray) -> FloatArray:
-    """Least limit over the headings, of (heading, period) [m]; NaN where one of them is not told."""
+    """Least limit over the headings, of (heading, period) [m]; NaN where one of them is not determined."""
     return np.asarray(Hs.min(axis=0))
 
 
 def worst_heading(Hs: FloatArray) -> list[int]:
-    """Place of the heading with the least limit in every period; one that is not told comes first."""
+    """Place of the heading with the least limit in every period; an undetermined one comes first."""
     return [int(i) for i in np.where(np.isnan(Hs), -1.0, Hs).argmin(axis=0)]
 
 
 def between(Hs: FloatArray, top: float) -> str:
     """Range of limits in words: "1.65 m to 3.24 m", "2.2 m to above 4 m"; "no result" where none is."""
-    known = Hs[~np.isnan(Hs)]
-    if not known.size:
+    values = Hs[~np.isnan(Hs)]
+    if not values.size:
         return "no result"
-    low, high = (_in_words(float(x), top) for x in (known.min(), known.max()))
+    low, high = (_in_words(float(x), top) for x in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
 
 
@@ -220,7 +220,7 @@ def valued(value: object, quantity: str) -> str:
     if not isinstance(value, int | float):
         return EMPTY if value is None else str(value)
     kind = kind_of(quantity)
-    if kind == "speed":  # at sea motions are told in m/s, winches in m/min
+    if kind == "speed":  # at sea motions are stated in m/s, winches in m/min
         return f"{fmt(value, digits=3)} m/s ({fmt(value, kind, 3)})"
     return fmt(value, kind)
 

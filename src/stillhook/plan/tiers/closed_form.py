@@ -1,7 +1,7 @@
-"""The first tier: what phases ask by the closed forms of a standard, as on a sheet of paper, beside every simulation.
+"""The first tier: demand of the phases by the closed forms of a standard, next to every simulation.
 
 Largest motions of the tip are the most probable ones of half an hour, or of the phase where it is longer; the method
-knows no other level. What the winch leaves of them is all (no compensation, or a winch that does not follow), or what
+has no other level. What the winch leaves of them is all (no compensation, or a winch that does not follow), or what
 the flat cap leaves: a twin has no closed form, and is credited as the cap.
 """
 
@@ -32,7 +32,7 @@ Values = dict[str, FloatArray]
 ON_THE_WAY = 41
 """Heights of a phase's way that are looked at."""
 IN_THE_SURFACE = 161
-"""Heights that are looked at beside these where the surface cuts the payload: slamming acts over some tenths of a
+"""Heights that are examined in addition where the surface cuts the payload: slamming acts over some tenths of a
 metre."""
 CALM = 1e-3
 """Height of the sea whose period a calm is given [m]."""
@@ -111,8 +111,8 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     included, and the waves down there. On the seabed: taking up the load with what the winch leaves of the tip's speed.
     Quantities that it does not know are left out.
     """
-    left = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
-    values, notes = plan.once(_values, phase, seas, left), _notes(plan, phase, seas, alternative)
+    residual = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
+    values, notes = plan.once(_values, phase, seas, residual), _notes(plan, phase, seas, alternative)
     return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, values, notes=notes)
 
 
@@ -283,9 +283,9 @@ def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
 
 def _off_the_seabed(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     w, M = way(plan, phase), plan.payload.mass
-    held = plan.payload.lift_off.friction + plan.payload.lift_off.suction
+    resistance = plan.payload.lift_off.friction + plan.payload.lift_off.suction
     F = jerk(plan, phase, 1.0) * (m.V + m.v)[None, :]  # proportional to the speed
-    return _tensions(w, M, F + held, F + held, slack=False) | {"v_lift_off": m.v}
+    return _tensions(w, M, F + resistance, F + resistance, slack=False) | {"v_lift_off": m.v}
 
 
 _OF_KIND: Mapping[PhaseKind, Callable[[LiftPlan, Phase, Motions], Values]] = {

@@ -114,7 +114,7 @@ def _looked(plan: LiftPlan, phase: Phase) -> list[tuple[float, SuspendedLoad]]:
         z = _resonance(
             plan, phase, T, max(places[ends][0], places[ends + 1][0]), min(places[ends][0], places[ends + 1][0])
         )
-        if min(abs(z - known) for known, _ in places) > NEAR:
+        if min(abs(z - height) for height, _ in places) > NEAR:
             places.append((z, _load_at(plan, phase, z)))
     return sorted(places, key=lambda pair: pair[0], reverse=phase.end < phase.start)
 
@@ -145,7 +145,7 @@ def _shares(heights: Sequence[float]) -> FloatArray:
 
 
 Levels = Callable[[str], float]
-"""Quantity -> probability that its largest value stays below what is told."""
+"""Quantity -> probability that its largest value stays below the reported one."""
 
 ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
 STANDING = (
@@ -199,11 +199,11 @@ def thinned(parts: Sequence[Situation]) -> list[Situation]:
     """Ends and middle of a phase's places, each for the time of those nearest to it."""
     if len(parts) <= KEPT:
         return list(parts)
-    kept = np.linspace(0, len(parts) - 1, KEPT).round().astype(int)
-    near = np.argmin(np.abs(np.arange(len(parts))[:, None] - kept[None, :]), axis=1)
+    indices = np.linspace(0, len(parts) - 1, KEPT).round().astype(int)
+    near = np.argmin(np.abs(np.arange(len(parts))[:, None] - indices[None, :]), axis=1)
     return [
         replace(parts[i], time=sum(p.time for p, at in zip(parts, near, strict=True) if at == k))
-        for k, i in enumerate(kept)
+        for k, i in enumerate(indices)
     ]
 
 
@@ -241,7 +241,7 @@ def winches_of(
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
-    """Whether a controller has any steady speed at the load and layers of a phase; the twin is not asked of one that
+    """Whether a controller has any steady speed at the load and layers of a phase; the twin does not run one that
     has none."""
     top = CAPACITIES["v_top"].find(plan, phase, alternative) if alternative.twin else None
     return top is None or top.value > 0.0
@@ -276,7 +276,7 @@ def demands(
 
 
 def _unusable(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip) -> Mapping[str, FloatArray]:
-    """What the tip asks of a winch whose controller may not be used: nothing of the load is told."""
+    """Demand of the tip on a winch whose controller may not be used: nothing of the load is determined."""
     still = Sigmas(*np.full((len(Sigmas._fields), 1), np.nan))
     responses = [Part(s.load, s.time, 0.0, forcing[s.x, s.y], still) for s in parts]
     values = _of_tip(responses, phase, quantiles(plan))
@@ -335,7 +335,7 @@ def _phase(
 
 
 def quantiles(plan: LiftPlan) -> Levels:
-    """Probability with which a quantity's largest value is told, by the plan's rules."""
+    """Probability level at which a quantity's largest value is reported, by the plan's rules."""
     return lambda quantity: QUANTILES[plan.rules.level(quantity)]
 
 
@@ -406,7 +406,7 @@ def _of_tip(responses: Sequence[Part], phase: Phase, level: Levels) -> dict[str,
 def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """The quantities with the jerk of taking up the load: at the hoisting speed, off the seabed at that and the wire
     end's own, and what holds the payload there besides. Slings come taut in these phases: what makes them slack is not
-    told."""
+    determined."""
     F = jerk(plan, phase, 1.0) * ((phase.speed or 0.0) + values.get("v_lift_off", np.zeros(1)))
     if phase.kind is PhaseKind.SEABED_LIFT_OFF:
         F = F + plan.payload.lift_off.friction + plan.payload.lift_off.suction
@@ -429,9 +429,9 @@ def _of_winch(
         way.pressure(p.load.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2))))
         for p in responses
     ]
-    known = [top for top in tops if top is not None]
-    if known:
-        result["p_a_max"] = np.asarray(np.max(known, axis=0))
+    pressures = [top for top in tops if top is not None]
+    if pressures:
+        result["p_a_max"] = np.asarray(np.max(pressures, axis=0))
     stroke = CAPACITIES["s_stroke"].find(plan, phase, alternative)
     if stroke is not None:
         result["stroke_share"] = _mean(

@@ -26,8 +26,8 @@ FLAT = Residual.constant(1.0 - CAP, f"{CAP:.0%} of the tip's motion taken, flat"
 
 
 def controlled(crane: Crane, alternative: Alternative, sensors: Sensors) -> tuple[Crane, Controller]:
-    """The crane as an alternative's controller sets it, and that controller. Strong SSC knows the delay of the motion
-    signal."""
+    """The crane as an alternative's controller sets it, and that controller. Strong SSC compensates the delay of the
+    motion signal."""
     from stillhook.analysis.controllers import strong_ssc
 
     setting = (
@@ -104,7 +104,7 @@ def ways(
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Mapping[Alternative, Way]:
-    """Residuals of every alternative along a way of duties with more and more wire out, the twin asked at both ends of
+    """Residuals of every alternative along a way of duties with more and more wire out, the twin run at both ends of
     it.
 
     Between the ends residuals are mixed: on a load of 150 t on 600 to 1,500 m of wire that is right to 0.4 cm of the

@@ -1,9 +1,9 @@
 """A forecast held against a plan: under each alternative, may the lift start now, and if not, when.
 
 A start is a go if for T_R from it on the forecast height stays within OP_WF of its period and direction
-(`LimitTable.at`), and every limit given beside it (wind, say) holds. Cells of the plan for which no OP_WF is told are
+(`LimitTable.at`), and every additional limit (wind, say) holds. Cells of the plan without an OP_WF are
 never a go. A vessel free to turn keeps one heading for T_R, the best one (`stillhook.plan.weather.value`); limits
-beside it that ask for beta need a heading that is held.
+in addition that depend on beta need a heading that is held.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ def plan_forecast(
     `stillhook.weather.forecast`.
 
     ship: where the bow points, clockwise from north [rad]; None: free to turn. Errors: WeatherError where the forecast
-    does not tell the height, or no direction though a heading is held.
+    does not give the height, or no direction though a heading is held.
     """
     operation = result.facts["operation"]
     T_R = float(operation["T_R"])
     rows = rows_of(weather, start, horizon)
     Hs, Tp, come_from, notes = _seas(weather, ship)
-    more, known = inside(limits, weather, ship)
+    more, covered = inside(limits, weather, ship)
     other_bounds = bounds(weather, limits, ship)
     entries = []
     for alternative in result.alternatives:
         table = _table(result, alternative.value, credit)
         limit = KeptHeadings.of(table, len(weather), come_from, ship).limits(table, (Tp,))
-        valid = known & np.isfinite(Hs)
-        met = valid & more & (Hs <= limit) & (limit > 0.0)
-        starts = starts_of(weather, met, valid, (Bound(OP_WF, Hs, limit), *other_bounds), rows, T_R)
+        valid = covered & np.isfinite(Hs)
+        workable = valid & more & (Hs <= limit) & (limit > 0.0)
+        starts = starts_of(weather, workable, valid, (Bound(OP_WF, Hs, limit), *other_bounds), rows, T_R)
         restricted = bool(operation["weather_restricted"])
         go = restricted and bool(starts[0].go)
         first = next((s for s in starts if s.go), None) if restricted else None
@@ -112,6 +112,6 @@ def _seas(weather: Weather, ship: float | None) -> tuple[FloatArray, FloatArray,
             "Leave --ship out, or give a forecast with directions.",
         )
         raise WeatherError(
-            f"{weather.source}: tells no direction of waves, and the heading is held at {show(ship, 'angle')}. {advice}"
+            f"{weather.source}: gives no direction of waves, and the heading is held at {show(ship, 'angle')}. {advice}"
         )
     return Hs, Tp, come_from, notes

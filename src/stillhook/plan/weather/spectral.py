@@ -51,7 +51,7 @@ def spectral_weather(
     (`stillhook.plan.table.LimitTable.at`); without them the splash zone is left out. Returns over alternative and
     time: utilisation [-], the largest over phases and rules, NaN where the record is missing; workable_record, 1 where
     it is 1 at most, else 0 (missing ones: 0); over alternative, phase and time: utilisation_phase. Every phase is
-    looked at at its ends and its middle. attrs: left_out, phases not told.
+    looked at at its ends and its middle. attrs: left_out, phases not determined.
     Errors: PlanError for one sea alone; as `stillhook.plan.tiers.frequency.frequency`.
     """
     if isinstance(waves.of, Sea):
@@ -79,7 +79,7 @@ def spectral_weather(
 
 
 def _largest(rows: Sequence[FloatArray], n: int) -> FloatArray:
-    """Largest of several, those that are not told aside; NaN where none is."""
+    """Largest of several, undetermined ones left out; NaN where none is determined."""
     return np.asarray(np.fmax.reduce([np.full(n, np.nan), *rows]))
 
 
@@ -89,7 +89,7 @@ def _with(
     H: FloatArray,
     elsewhere: Mapping[Alternative, FloatArray] | None,
 ) -> FloatArray:
-    """Largest utilisation over phases (phase, alternative, n) and what is told elsewhere, (alternative, n)."""
+    """Largest utilisation over phases (phase, alternative, n) and the additional rules, (alternative, n)."""
     utilisation = np.array(np.fmax.reduce(by_phase), dtype=np.float64)
     for i, alternative in enumerate(alternatives):
         if elsewhere is not None and alternative in elsewhere:
@@ -122,13 +122,13 @@ def _labelled(
         "phase": phase_names,
         "time": waves.of.time.astype("datetime64[ns]"),
     }
-    left = ", ".join(phase.name for phase in plan.phases if phase.name not in phase_names)
-    data = labelled(columns, coords, {"waves": waves.describe(), "left_out": left})
+    omitted = ", ".join(phase.name for phase in plan.phases if phase.name not in phase_names)
+    data = labelled(columns, coords, {"waves": waves.describe(), "left_out": omitted})
     return data.assign(utilisation_phase=(("alternative", "phase", "time"), used, attributes("utilisation")))
 
 
 FINE = 0.001
-"""Step of heights at which alpha(H) H is tabled [m]: far below what a hindcast tells."""
+"""Step of heights at which alpha(H) H is tabled [m]: far below the resolution of a hindcast."""
 HIGHEST = 40.0
 """Above every sea [m]."""
 
@@ -152,7 +152,7 @@ def spectral_persistence(
         raise PlanError(f"operation: {times}: not weather restricted. Divide the operation.")
     chosen_ones = tuple(alternatives) or plan.alternatives
     raised = waves.with_waves(_raised(waves.of, raised_heights(table, np.asarray(waves.of.H_m0), plan.T_POP)))
-    elsewhere, left = _in_the_surface(plan, raised, chosen_ones)
+    elsewhere, omitted = _in_the_surface(plan, raised, chosen_ones)
     data = spectral_weather(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
     time, step = waves.of.time, usual_step(waves.of.time)
     valid = np.asarray(waves.of.valid) & ~np.isnan(data["utilisation"].values).all(axis=0)
@@ -161,11 +161,11 @@ def spectral_persistence(
         good = data["workable_record"].sel(alternative=str(alternative)).values.astype(np.bool_)
         one = persistence(good & reached, time, step, T_R, valid=valid)
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
-    surface = [f"{left}: by the plan's table in closed form"] if left else []
+    surface = [f"{omitted}: by the plan's table in closed form"] if omitted else []
     notes = [
         *surface,
         *headed,
-        "limits as each alternative tells them, not as credited; alpha is in them",
+        "limits as simulated for each alternative, not as credited; alpha is in them",
         *waves.of.notes,
     ]
     return {

@@ -4,13 +4,13 @@ the others.
 The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts
 err. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free
 to turn keeps one heading through the window (`stillhook.plan.weather.headings`). Below the lowest height of the table
-of alpha no factor is told (case by case); so that such limits can be compared at all, the lowest one is taken here,
+of alpha no factor is given (case by case); so that such limits can be compared at all, the lowest one is taken here,
 which flatters them.
 
 Limits of a plan's table at each heading that a vessel may keep through an operation.
 
 A vessel whose heading is held has one. One that is free to turn keeps one heading from start to end, the best for that
-window: where the weather tells the direction of waves, every `stillhook.weather.limit_text.FREE_STEP` of the compass is
+window: where the weather gives the direction of waves, every `stillhook.weather.limit_text.FREE_STEP` of the compass is
 tried; where it does not, waves are taken to come from one direction throughout, off by the heading tolerance at most,
 and every heading of the table is tried. In neither case is a limit above that of the best heading of the table that can
 be kept within the tolerance.
@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 class KeptHeadings:
     """Which headings of a table count for the waves of a record, at each heading that a vessel may keep.
 
-    counts (kept, heading, direction) and told (kept, direction), as `stillhook.plan.table.counted`; direction
+    counts (kept, heading, direction) and known (kept, direction), as `stillhook.plan.table.counted`; direction
     (n,): that of each record; best: the same for headings of the table, of which the best is the most that counts, None
     where nothing else does.
     """
@@ -108,7 +108,7 @@ MONTH_DAYS = (31.0, 28.25, 31.0, 30.0, 31.0, 30.0, 31.0, 31.0, 30.0, 31.0, 30.0,
 COUNTS = ("n_hours", "n_windows", "n_windows_long_enough", "n_censored", "n_gaps")
 STATISTICS = ("operability", "start_share", "window_mean", "wait_mean", "wait_p50", "wait_p90", *COUNTS)
 OVER = (Alternative.NONE.value, Alternative.CAP.value, "best-classic")
-"""What gains are told over: no compensation, the flat cap, the better of the classic controllers."""
+"""References of gains: no compensation, the flat cap, the better of the classic controllers."""
 SYNTHETIC = "synthetic"
 """Word by which a source or its notes say that weather was made up."""
 PEAKED = 3.3
@@ -119,7 +119,7 @@ known."""
 @dataclass(frozen=True, eq=False)
 class Forecast:
     """Forecast factors of every cell (credit, alternative, heading, period): alpha [1], op_wf [m], NaN where the table
-    tells none; used [m], op_wf with the factor of the table's lowest height below that height; T_R [s]; restricted,
+    has none; used [m], op_wf with the factor of the table's lowest height below that height; T_R [s]; restricted,
     whether the operation is weather restricted; why: what the table says of cells that it leaves open."""
 
     alpha: FloatArray = field(repr=False)
@@ -163,7 +163,7 @@ class WeatherValue:
 def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weather, Hs_highest: float) -> WeatherValue:
     """How each alternative fares in the weather.
 
-    Errors: WeatherError where the weather does not tell the height, or no direction though the vessel's heading is
+    Errors: WeatherError where the weather does not give the height, or no direction though the vessel's heading is
     fixed.
     """
     seas, notes = seas_of(plan, weather)
@@ -191,7 +191,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
 @dataclass(frozen=True, eq=False)
 class Records:
     """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], come_from (n,)
-    [rad from north] or None where the weather tells no direction; ship: where the bow points [rad from north], None
+    [rad from north] or None where the weather gives no direction; ship: where the bow points [rad from north], None
     where it is free to turn.
     """
 
@@ -215,21 +215,21 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
     if ship is not None and come_from is None:
         hint = next((f" ({note})" for note in weather.notes if "direction" in note), "")
         raise WeatherError(
-            f"{weather.source}: tells no direction of waves{hint}, and weather.ship holds the vessel's heading at"
+            f"{weather.source}: gives no direction of waves{hint}, and weather.ship holds the vessel's heading at"
             f" {show(ship, 'angle', 4)}. Say what the file's directions mean by weather.sense, or leave weather.ship"
             " out."
         )
     seas = Records(Hs, periods, come_from, ship)
-    held = (
+    heading = (
         free_to_turn(come_from is not None)
         if ship is None
         else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
     )
-    return seas, (*([note] if note else []), held, *_outside(plan, seas))
+    return seas, (*([note] if note else []), heading, *_outside(plan, seas))
 
 
 def free_to_turn(directions: bool) -> str:
-    """What a vessel free to turn does, in words; directions: whether the weather tells those of waves."""
+    """What a vessel free to turn does, in words; directions: whether the weather gives those of waves."""
     if directions:
         return (
             f"vessel free to turn: one heading through each operation, the best of every {show(FREE_STEP, 'angle', 4)}"
@@ -246,7 +246,7 @@ def _outside(plan: LiftPlan, seas: Records) -> list[str]:
     words = {
         "above_period": f"lie above {max(plan.environment.Tp):g} s, the highest period of the table",
         "outside_headings": "have waves outside the table's headings",
-        "no_direction": "tell no direction",
+        "no_direction": "give no direction",
     }
     shares = outside(plan, seas)
     shares_text = [
@@ -257,7 +257,7 @@ def _outside(plan: LiftPlan, seas: Records) -> list[str]:
 
 def outside(plan: LiftPlan, seas: Records) -> dict[str, float]:
     """Shares of records that the plan's table does not reach: above its highest period (of which one reading is
-    enough), beside its headings where the ship holds one, or without a direction; outside: any of these."""
+    enough), between or outside its headings where the ship holds one, or without a direction; outside: any of these."""
     env = plan.environment
     high = np.any([period > max(env.Tp) for period in seas.periods], axis=0)
     blind = np.zeros_like(high) if seas.come_from is None else np.isnan(seas.come_from)
@@ -270,7 +270,7 @@ def outside(plan: LiftPlan, seas: Records) -> dict[str, float]:
 
 
 def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None:
-    """Refuse headings that tell of no sea from beside them; directions: whether the weather tells those of waves.
+    """Refuse headings without neighbours in the table; directions: whether the weather gives those of waves.
     Errors: PlanError; ship as in `WeatherUse`."""
     env = plan.environment
     headings, tolerance = np.array(env.headings), env.heading_tolerance
@@ -291,7 +291,7 @@ def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None
 
 
 def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
-    """Readings of the peak period, of which the worse counts, and how they were come by where the weather does not tell
+    """Readings of the peak period, of which the worse counts, and their origin where the weather does not give
     it."""
     if "T_p" in weather.columns:
         return (weather.columns["T_p"],), ""
@@ -405,9 +405,9 @@ def weather_used(use: WeatherUse) -> Weather:
     weather = read_weather(
         use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order
     )
-    known = {name: x for name, x in weather.columns.items() if np.isfinite(x).any()}
-    if "H_m0" in weather.columns and "H_m0" not in known:
+    columns = {name: x for name, x in weather.columns.items() if np.isfinite(x).any()}
+    if "H_m0" in weather.columns and "H_m0" not in columns:
         raise WeatherError(
             f"{weather.source}: no record of wave height: all {len(weather)} are missing. Give weather that has them."
         )
-    return replace(weather, columns=known)
+    return replace(weather, columns=columns)

@@ -94,10 +94,10 @@ def four_panels(
 
 
 def effort_of(run: xarray.Dataset) -> str:
-    """The signal that shows how hard a winch works: A-side pressure, else a pressure or torque of its own, else the
+    """The signal that shows how hard a winch works: A-side pressure, else its own pressure or torque, else the
     tension of the wire."""
-    own = (str(n) for n, x in run.data_vars.items() if "time" in x.dims and BY_NAME[str(n)].kind in EFFORTS)
-    return "p_a" if "p_a" in run else next(own, "F_w")
+    names = (str(n) for n, x in run.data_vars.items() if "time" in x.dims and BY_NAME[str(n)].kind in EFFORTS)
+    return "p_a" if "p_a" in run else next(names, "F_w")
 
 
 def _panel(ax: Any, run: xarray.Dataset, name: str, kind: str, colour: str, label: str, **style: Any) -> None:

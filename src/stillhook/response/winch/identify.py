@@ -112,8 +112,8 @@ class _Spectra:
         """Density in bands of what does not follow the tip [m^2 s/rad]."""
         rest = self.wire - np.abs(gain * self.C) ** 2 * self.tip
         total, _ = np.histogram(self.omega, edges, weights=self.wire)
-        left, _ = np.histogram(self.omega, edges, weights=rest)
-        density = np.maximum(left, FLOOR * np.maximum(total, 1e-30)) / np.diff(edges)
+        energy, _ = np.histogram(self.omega, edges, weights=rest)
+        density = np.maximum(energy, FLOOR * np.maximum(total, 1e-30)) / np.diff(edges)
         filled = np.flatnonzero(
             np.histogram(self.omega, edges)[0]
         )  # a short run may have no frequency in the lowest bands

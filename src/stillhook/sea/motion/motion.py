@@ -237,7 +237,7 @@ class Profile(Motion):
             if after <= before:
                 raise MotionError(
                     f"Profile: point {i + 2} at {after:g} s does not come after {before:g} s. Times must increase; "
-                    "give a jump in velocity a short time of its own."
+                    "give a jump in velocity its own short time."
                 )
         if v[-1] != 0.0:
             raise MotionError(f"Profile: ends with {v[-1]:g} m/s. End at rest: add a last point with 0 m/s.")

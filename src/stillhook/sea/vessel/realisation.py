@@ -101,7 +101,7 @@ def realise(
 
     Parameters: repeat [s], the period after which it repeats: the length of the run; seed 0 or more; amplitudes, see
     `Amplitudes`; depth of the water [m]. Harmonics are 2 pi/repeat apart; each takes the variance of its band, averaged
-    over the spectrum. In a short-crested sea every direction has waves of its own at every harmonic, so the height of
+    over the spectrum. In a short-crested sea every direction has its own waves at every harmonic, so the height of
     the sea at one place scatters with any amplitudes.
     Errors: SeaError for a repeat too short for the sea, a seed or depth that is none.
     """

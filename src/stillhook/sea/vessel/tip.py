@@ -325,8 +325,8 @@ def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
         "T_z": _period(sigma[0], sigma[1]),
         "T_z_counted": counted,
     }
-    met = {f"{name}_max": float(np.abs(x).max()) for name, x in (("z", s), ("v", v), ("a", a))}
-    return {**numbers, **met, **_largest(sigma, duration)}
+    extremes = {f"{name}_max": float(np.abs(x).max()) for name, x in (("z", s), ("v", v), ("a", a))}
+    return {**numbers, **extremes, **_largest(sigma, duration)}
 
 
 def _largest(sigma: tuple[float, float, float, float], duration: float) -> dict[str, float]:

@@ -135,7 +135,7 @@ class Assembly(Shape):
     @field_validator("parts", mode="before")
     @classmethod
     def _named(cls, parts: Any) -> Any:
-        """Parts may be a table of tables, each under a name of its own."""
+        """Parts may be a table of tables, each under its own name."""
         return tuple(parts.values()) if isinstance(parts, Mapping) else parts
 
     @property

@@ -1,4 +1,4 @@
-"""What hangs on the hook: mass, height, and how water takes hold of it as it goes under."""
+"""Payload on the hook: mass, height, and hydrodynamic coefficients over submergence."""
 
 from __future__ import annotations
 

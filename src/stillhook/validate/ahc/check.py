@@ -188,10 +188,10 @@ def _signals(comparisons: Sequence[Comparison]) -> Iterable[Table]:
     for name, kind in COMPARED:
         pairs = [(c.replay.measured(name), c.simulated[name]) for c in comparisons]
         m, s = (np.concatenate(x) for x in zip(*pairs, strict=True))
-        known = np.isfinite(m)
-        if known.any():
-            off = s[known] - m[known]
-            parts = (float(np.sqrt(np.mean(off**2))), float(off.mean()), float(m[known].std()))
+        finite = np.isfinite(m)
+        if finite.any():
+            off = s[finite] - m[finite]
+            parts = (float(np.sqrt(np.mean(off**2))), float(off.mean()), float(m[finite].std()))
             rows.append((name, *(show(x, kind, 3) if kind else number(x, 3) for x in parts)))
     if rows:
         header = ("signal", "deviation\nrms", "deviation\nmean", "measured\nstandard deviation")

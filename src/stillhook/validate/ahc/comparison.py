@@ -183,11 +183,11 @@ def noise_share(r: Replay, measured: FloatArray) -> float:
     log's is noisy."""
     from scipy.ndimage import uniform_filter1d  # heavy: only where data are at hand
 
-    known = np.isfinite(measured)
-    e, n = np.where(known, measured, 0.0), np.where(known, r.noise, 0.0)
+    finite = np.isfinite(measured)
+    e, n = np.where(finite, measured, 0.0), np.where(finite, r.noise, 0.0)
     size = max(3, round(SLOW / r.record.step)) | 1
     e, n = (x - uniform_filter1d(x, size) for x in (e, n))
-    e, n = (x[known & (uniform_filter1d(known.astype(float), size) > 1.0 - 0.5 / size)] for x in (e, n))
+    e, n = (x[finite & (uniform_filter1d(finite.astype(float), size) > 1.0 - 0.5 / size)] for x in (e, n))
     power = dot(n, n)
     return min(1.0, max(0.0, dot(e, n) / power)) if power > 0.0 else 0.0
 
@@ -217,7 +217,7 @@ class Spectra(NamedTuple):
 class Shape(NamedTuple):
     """correlation [-]; lag of the measured error behind the simulated one, u_lag its standard uncertainty
     [s]; band_ratio: rms in the wave band, simulated over measured [-]; band_share: part of the measured energy that
-    lies in the wave band [-]; distance: rms difference of the spectra in the wave band [dB], NaN where the parts are
+    in the wave band [-]; distance: rms difference of the spectra in the wave band [dB], NaN where the parts are
     shorter than a
     section."""
 

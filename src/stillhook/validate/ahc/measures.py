@@ -68,20 +68,20 @@ def over_cases(
 
     Parameters: parts of each load case, as of `block_bootstrap.interval`; scale: a function of the statistic on which
     cases scatter evenly, and its inverse. The interval is that of the blocks, widened to that of a mean of the cases,
-    each with the weight of its samples and each with a true value of its own.
+    each with the weight of its samples and each with its own true value.
     """
     filled = {name: [p for p in rows if len(p)] for name, rows in parts.items()}
     filled = {name: rows for name, rows in filled.items() if rows}
     cases = {name: interval(statistic, rows, at_least=at_least, bounds=bounds) for name, rows in filled.items()}
     total = interval(statistic, [p for rows in filled.values() for p in rows], at_least=at_least, bounds=bounds)
-    known = [name for name, case in cases.items() if math.isfinite(case.value)]
-    if len(known) < 2 or not math.isfinite(total.value):
+    names = [name for name, case in cases.items() if math.isfinite(case.value)]
+    if len(names) < 2 or not math.isfinite(total.value):
         return OverCases(total, cases)
     to, back = scale
     centre = _on(to, total.value)
-    weights = [sum(map(len, filled[name])) for name in known]
+    weights = [sum(map(len, filled[name])) for name in names]
     half = half_of_mean(
-        [_on(to, cases[name].value) for name in known], [_half(cases[name], to) for name in known], weights
+        [_on(to, cases[name].value) for name in names], [_half(cases[name], to) for name in names], weights
     )
     low, high = (min(max(back(centre + sign * half), bounds[0]), bounds[1]) for sign in (-1.0, 1.0))
     low, high = np.fmin(low, total.low), np.fmax(high, total.high)
@@ -205,19 +205,19 @@ def _extent(comparisons: Sequence[Comparison]) -> str:
 def _largest(comparisons: Sequence[Comparison]) -> tuple[Measure, ...]:
     """Both readings of paper F table 2, item 2a: the largest error of every load case, and the largest difference at
     one moment."""
-    known = [c for c in comparisons if len(c.pair[0])]
-    if not known:
+    nonempty = [c for c in comparisons if len(c.pair[0])]
+    if not nonempty:
         note = "the control error is not known in any sample"
         return _measure("e_c_max_difference", None, note=note), _measure("e_c_deviation_max", None, note=note)
     out = []
-    for case, rows in by_case(known).items():
+    for case, rows in by_case(nonempty).items():
         measured, simulated = (max(float(np.abs(c.pair[k]).max()) for c in rows) for k in (0, 1))
         note = f"simulated {_cm(simulated)}, measured {_cm(measured)}"
         measure = _measure("e_c_max_difference", simulated - measured, data=_extent(rows), note=note)
         out.append(replace(measure, test=f"load case {case}"))
-    apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c in known]
+    apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c in nonempty]
     worst = int(np.argmax([x.max() for x in apart]))
-    moment = _moment(known[worst], int(np.argmax(apart[worst])))
+    moment = _moment(nonempty[worst], int(np.argmax(apart[worst])))
     return *out, _measure("e_c_deviation_max", float(apart[worst].max()), data=_extent(comparisons), note=moment)
 
 

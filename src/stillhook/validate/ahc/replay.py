@@ -127,10 +127,10 @@ def _wire_out(record: Record, segment: Segment, place: str) -> float:
     if math.isfinite(segment.s_w):
         return segment.s_w
     logged = record.part(segment, "s_w") if record.has("s_w") else np.zeros(0)
-    known = logged[np.isfinite(logged)]
-    if not len(known):
+    values = logged[np.isfinite(logged)]
+    if not len(values):
         raise ValidateError(f"{place}: s_w is not known at {segment.start:.0f} s. Log it, or state s_w of the test.")
-    return float(known[0])
+    return float(values[0])
 
 
 def _si(x: float, unit: str) -> str:
@@ -152,10 +152,10 @@ def _operator(t: FloatArray, record: Record, segment: Segment) -> Operator:
     if not record.has("v_op"):
         return Operator()
     v = record.part(segment, "v_op")
-    known = np.isfinite(v)
-    if not known.any() or np.abs(v[known]).max() < LEAST_SPEED:
+    finite = np.isfinite(v)
+    if not finite.any() or np.abs(v[finite]).max() < LEAST_SPEED:
         return Operator()
-    v = np.interp(t, t[known], v[known])
+    v = np.interp(t, t[finite], v[finite])
     keep = [0]
     for i in range(1, len(v) - 1):
         if abs(v[i] - v[keep[-1]]) >= STICK_STEP or (v[i] != v[i + 1] and v[i] == v[i - 1]):
@@ -350,8 +350,10 @@ def explain(
 
 def with_gains(crane: Crane) -> Crane:
     """The crane with explicit gains of its PLC, so that they remain constant when the winch is changed."""
-    known = gains(crane)
-    return crane.model_copy(update={"control": crane.control.model_copy(update={"K_1": known.K_1, "K_2": known.K_2})})
+    original = gains(crane)
+    return crane.model_copy(
+        update={"control": crane.control.model_copy(update={"K_1": original.K_1, "K_2": original.K_2})}
+    )
 
 
 def _rms(x: FloatArray) -> float:
@@ -364,11 +366,11 @@ def _effects(measured: FloatArray, runs: Sequence[FloatArray], step: float) -> F
     from scipy.ndimage import gaussian_filter1d  # heavy: only where data are at hand
 
     rows = np.stack([measured - runs[0], *((x - runs[0]) / c.x for c, x in zip(CAUSES, runs[1:], strict=True))])
-    known = np.isfinite(rows[0])
-    rows[0, ~known] = 0.0
+    finite = np.isfinite(rows[0])
+    rows[0, ~finite] = 0.0
     smooth = gaussian_filter1d(rows, SMOOTH / step, axis=1)
     every = max(1, round(0.1 / step))
-    out: FloatArray = smooth[:, ::every][:, known[::every]]
+    out: FloatArray = smooth[:, ::every][:, finite[::every]]
     return out
 
 

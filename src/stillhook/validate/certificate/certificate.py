@@ -81,7 +81,7 @@ LEFT_OUT = (
     "Lines are one volume a side with an effective stiffness; pressure waves in them are not computed.",
     "Overload protection and other safety systems beyond the relief valves.",
     "Flexibility of the crane and its boom, swing of the load and horizontal motion.",
-    "The wire is a spring with damping, without mass of its own between tip and load.",
+    "The wire is a spring with damping, without mass between tip and load.",
 )
 """What the plant model leaves out. Source: Moslatt 2020 sections 2.5.2.1 to 2.5.2.3 and paper F, "Simplifications"."""
 

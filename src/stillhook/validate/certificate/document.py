@@ -42,7 +42,7 @@ LOAD_CASES = (
     " s, and mean period."
 )
 INSIDE = (
-    "A run of the twin is inside when each of these lies in its range; one outside is reported as such and is not"
+    "A run of the twin is inside when each of these is in its range; one outside is reported as such and is not"
     " covered. Between"
     " the tests the model interpolates."
 )

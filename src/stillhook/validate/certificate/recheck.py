@@ -25,7 +25,7 @@ from stillhook.validate.validation import validate
 ROUNDED = 1e-3
 """Relative difference of an end of the envelope that other libraries or processors explain."""
 MOST_SHOWN = 12
-"""Differences of one kind that are told one by one."""
+"""Differences of one kind that are listed one by one."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Check:
     """What a check found. changed: inputs that are other than they were, a line each; missing: inputs that are not
     there, or cannot be used any more; lines: verdict lines and ends of the envelope that come out otherwise; computed:
     whether they were computed again; same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF
-    beside it, None where there is none; largest: largest relative difference of two numbers, and where it is."""
+    next to it, None where there is none; largest: largest relative difference of two numbers, and where it is."""
 
     certificate: Certificate
     changed: tuple[str, ...]
@@ -132,8 +132,8 @@ def check(
 
 
 def _near(path: Path, data: Mapping[str, Any]) -> Path:
-    """The campaign file of a certificate: beside it, a folder above, or in a folder beside; the one of that hash, else
-    the first."""
+    """The campaign file of a certificate: in its folder, a folder above, or in a sibling folder; the one of that hash,
+    else the first."""
     folder, name = path.resolve().parent, str(data["campaign"]["file"])
     around = sorted(folder.parent.glob(f"*/{glob.escape(name)}"))
     existing = [p for p in (folder / name, folder.parent / name, *around) if p.is_file()]

@@ -35,7 +35,7 @@ SOMETIMES = (
     CRANE,
     *(f"{stem}{end}" for stem in (CERTIFICATE, NOT_PASSED) for end in (".json", ".pdf")),
 )
-"""Files that not every validation writes: one of an earlier validation must not stay beside the report of a later
+"""Files that not every validation writes: one of an earlier validation must not stay next to the report of a later
 one."""
 PICTURES = "step-[0-6]-*.png"
 

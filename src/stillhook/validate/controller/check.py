@@ -111,14 +111,14 @@ def _late(value: float, crane: Crane) -> str:
 
 def _by_case(laws: Mapping[str, Law]) -> str:
     """Whether K_1 differs between tests by more than their intervals allow: then it is K_wire, not K_1."""
-    known = {n: f.K_1 for n, f in laws.items() if f.K_1 is not None}
-    if len(known) < 2:
+    estimates = {n: f.K_1 for n, f in laws.items() if f.K_1 is not None}
+    if len(estimates) < 2:
         return ""
-    low, high = min(known, key=lambda n: known[n].value), max(known, key=lambda n: known[n].value)
-    apart = known[high].value - known[low].value
-    if apart < 0.01 * known[low].value or apart < known[high].half + known[low].half:
+    low, high = min(estimates, key=lambda n: estimates[n].value), max(estimates, key=lambda n: estimates[n].value)
+    apart = estimates[high].value - estimates[low].value
+    if apart < 0.01 * estimates[low].value or apart < estimates[high].half + estimates[low].half:
         return ""
-    a, b = (fmt(known[n].value, QUANTITY["K_1"], 3) for n in (low, high))
+    a, b = (fmt(estimates[n].value, QUANTITY["K_1"], 3) for n in (low, high))
     return (
         f"K_1 {a} in test {low} and {b} in test {high}: the layer used for K_wire, or the share of the pumps in"
         " operation"

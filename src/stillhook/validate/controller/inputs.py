@@ -63,8 +63,8 @@ class PlcSegment:
         """Commands of the simulated PLC for these inputs."""
         p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
         modes = {mode_of_code(code) for code in np.unique(self.seen.mode)}
-        own = controllers_of(crane, modes)[1]
-        return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control, own)[0]
+        settings = controllers_of(crane, modes)[1]
+        return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control, settings)[0]
 
     def foreseen(self) -> PlcInputs:
         """The inputs with the tip's motion as the PLC extrapolates it."""
@@ -113,8 +113,8 @@ def plc_segments(crane: Crane, record: Record, *, blind: bool = False) -> tuple[
         mode == MANUAL, record.has("v_op") or blind, record.has("s_tip")
     )  # otherwise the requested motion is unknown
     needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "alpha_m", "u_p") if record.has(n)]
-    known = np.isfinite(mode) & asks & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
+    finite = np.isfinite(mode) & asks & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int)))
     runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     segments = (_plc_segment(crane, record, mode, a, b) for a, b in runs if (b - a) * record.step >= SHORTEST)
     return tuple(s for s in segments if s.parts)
@@ -165,8 +165,8 @@ def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int)
     )
     memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
     bare = PlcSegment(record, a, b, parts, seen, memory, plc, x["u_p"], u_m, e_c, None, ())
-    known = _with_displacement(crane, bare, x.get("alpha_m"), notes)
-    return replace(_with_held(crane, known, notes), notes=tuple(notes))
+    completed = _with_displacement(crane, bare, x.get("alpha_m"), notes)
+    return replace(_with_held(crane, completed, notes), notes=tuple(notes))
 
 
 def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSettings, step: float) -> BoolArray:
@@ -281,7 +281,7 @@ def _datum(
 
 
 def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, notes: list[str]) -> PlcSegment:
-    """The segment with the motors' displacement as the PLC knows it; derived from the commands by the servo where not
+    """The segment with the motors' displacement as the PLC has it; derived from the commands by the servo where not
     logged."""
     if active_record(crane).control.feedback == 0.0:
         return s  # the PLC calculates with its own command
@@ -307,9 +307,9 @@ def _with_held(crane: Crane, s: PlcSegment, notes: list[str]) -> PlcSegment:
         or np.abs(s.u_m - s.simulated_commands(crane).u_m).max() < 5.0 * HELD
     ):
         return s
-    held = float(np.clip(np.median(s.u_m), crane.active.motor.alpha_min, 1.0))
-    notes.append(f"the operator holds the motors at {held:.3f}")
-    return replace(s, plc=plc_record(crane, Operator(alpha_m=held))._replace(t_cycle=s.plc.t_cycle))
+    displacement = float(np.clip(np.median(s.u_m), crane.active.motor.alpha_min, 1.0))
+    notes.append(f"the operator holds the motors at {displacement:.3f}")
+    return replace(s, plc=plc_record(crane, Operator(alpha_m=displacement))._replace(t_cycle=s.plc.t_cycle))
 
 
 def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> FloatArray:

@@ -187,10 +187,10 @@ def _noise(runs: list[Run]) -> dict[str, float]:
     for run in runs:
         n = max(1, round(SMOOTH[0] / run.step))
         w = np.hanning(n + 2)[1:-1]
-        left = dot(w, w) / float(w.sum()) ** 2
+        amplification = dot(w, w) / float(w.sum()) ** 2
         good = run.rows(ahc=True)
         use = good[2:] & good[1:-1] & good[:-2]
-        total += [left * float(np.sum(np.diff(x, 2)[use] ** 2)) / 6.0 for x in _raw(run)]
+        total += [amplification * float(np.sum(np.diff(x, 2)[use] ** 2)) / 6.0 for x in _raw(run)]
         count += int(use.sum())
     return dict(zip(NAMES, total / max(count, 1), strict=True))
 

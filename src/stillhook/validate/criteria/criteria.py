@@ -207,18 +207,18 @@ def _criteria(table: TomlTable) -> Criteria:
     name = base_name(file, table, criteria_sets())
     base = None if name is None else load_criteria(name)
     rows = base.criteria if base else ()
-    kept = rows_on_base(file, table, "criterion", file.criterion, rows, functools.partial(_row, label=label))
-    known = {n: (setting.quantity, setting.meaning) for n, setting in SETTINGS.items()}
+    combined = rows_on_base(file, table, "criterion", file.criterion, rows, functools.partial(_row, label=label))
+    allowed_settings = {n: (setting.quantity, setting.meaning) for n, setting in SETTINGS.items()}
     settings = numbers_on_base(
-        table, "settings", file.settings, known, base.settings if base else {}, example="paper-f"
+        table, "settings", file.settings, allowed_settings, base.settings if base else {}, example="paper-f"
     )
-    if not any(c.judged for c in kept):
+    if not any(c.judged for c in combined):
         raise ValidateError(
             "criterion: no row is judged, so every validation would pass. Keep at least one judged row."
         )
     source = file.source or (f"{label}, on {base.label}" if base else label)
-    changes = _changes(base, kept, settings) if base else ()
-    criteria = Criteria(file.name or table.path.stem, file.version, source, kept, settings, changes)
+    changes = _changes(base, combined, settings) if base else ()
+    criteria = Criteria(file.name or table.path.stem, file.version, source, combined, settings, changes)
     content = {key: value for key, value in criteria.to_dict().items() if key != "digest"}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
     return replace(criteria, digest=hashlib.sha256(text.encode()).hexdigest())
@@ -232,18 +232,18 @@ def _row(row: CriterionTable, old: Criterion | None, table: TomlTable, *, label:
     measure = row.measure or (old.measure if old else "")
     if measure not in MEASURES:
         raise table.wrong(f"no such measure{nearest(measure, MEASURES)} Known: {', '.join(MEASURES)}.", "measure")
-    known = MEASURES[measure]
-    if row.step is not None and row.step != int(known.step):
-        raise table.wrong(f"{measure} belongs to step {int(known.step)}.", "step")
+    definition = MEASURES[measure]
+    if row.step is not None and row.step != int(definition.step):
+        raise table.wrong(f"{measure} belongs to step {int(definition.step)}.", "step")
     kind, limit, written = _limit(row, old, table, measure)
     new = Criterion(
         key=row.key,
-        step=known.step,
+        step=definition.step,
         title=row.title or (old.title if old else ""),
         measure=measure,
         kind=kind,
         limit=limit,
-        quantity=known.quantity,
+        quantity=definition.quantity,
         written=written,
         ask=row.ask or (old.ask if old else Requirement.SHOWN),
         judged=row.judged if row.judged is not None else old is None or old.judged,

@@ -19,9 +19,11 @@ def judge(criteria: Criteria, measures: Iterable[Measure], steps: Iterable[StepN
     shown; one without a figure counts as not shown, and is left out where the criterion is not needed and others have
     one.
     """
-    everything, taken = tuple(measures), set(steps)
+    everything, completed_steps = tuple(measures), set(steps)
     return tuple(
-        _result(c, [m for m in everything if m.name == c.measure]) for c in criteria.criteria if c.step in taken
+        _result(c, [m for m in everything if m.name == c.measure])
+        for c in criteria.criteria
+        if c.step in completed_steps
     )
 
 
@@ -43,11 +45,11 @@ def verdict_of(criterion: Criterion, measure: Measure) -> Verdict:
     if value is None:
         return Verdict.NOT_SHOWN
     low, high = _ends(measure) or (value, value)
-    met = [_within(criterion, x) for x in (low, high, value)]
-    if all(met):
+    fulfilled = [_within(criterion, x) for x in (low, high, value)]
+    if all(fulfilled):
         return Verdict.SHOWN
     crosses_zero = criterion.kind is Limit.WITHIN and low <= 0.0 <= high
-    return Verdict.NOT_SHOWN if crosses_zero or any(met) else Verdict.REFUTED
+    return Verdict.NOT_SHOWN if crosses_zero or any(fulfilled) else Verdict.REFUTED
 
 
 def _value(m: Measure) -> float | None:
@@ -99,24 +101,24 @@ def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
 
 
 def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
-    known = [m for m in same if _value(m) is not None]
-    pool = same if c.needed or not known else known
+    available = [m for m in same if _value(m) is not None]
+    pool = same if c.needed or not available else available
     worst = max(pool, key=lambda m: _badness(c, m)) if pool else None
-    met = verdict_of(c, worst) if worst is not None else Verdict.NOT_SHOWN
+    verdict = verdict_of(c, worst) if worst is not None else Verdict.NOT_SHOWN
     has_figure = worst is not None and _value(worst) is not None
     return CriterionResult(
         key=c.key,
         step=c.step,
         title=c.title,
-        verdict=met if c.judged or not has_figure else Verdict.INFO,
+        verdict=verdict if c.judged or not has_figure else Verdict.INFO,
         measure=worst,
         limit=c.limit_text,
         judged=c.judged and (c.needed or has_figure),
         source=c.source,
-        message=_message(c, worst, known),
+        message=_message(c, worst, available),
         required=_required(c, worst),
         used=_used(c, worst) if worst is not None else math.nan,
-        figures=sum(_ends(m) is not None for m in known),
+        figures=sum(_ends(m) is not None for m in available),
     )
 
 

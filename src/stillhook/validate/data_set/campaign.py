@@ -76,10 +76,10 @@ def standard_modes(values: FloatArray, step: float, meaning: Mapping[float, Mode
         if np.isnan(values[a]) or (not np.isnan(code[a]) and (b - a) * step >= LEAST):
             continue
         if (b - a) * step >= LEAST:
-            known = ", ".join("a word" if value >= WORDS_FROM else number(value, 6) for value in meaning)
+            codes = ", ".join("a word" if value >= WORDS_FROM else number(value, 6) for value in meaning)
             raise ValidateError(
                 f"{place}mode: the log holds {number(float(values[a]), 6)} for {(b - a) * step:.3g} s, which is not one"
-                f' of {known}. State its meaning in the campaign file: [modes], such as "5" = "ssc".'
+                f' of {codes}. State its meaning in the campaign file: [modes], such as "5" = "ssc".'
             )
         code[a:b] = code[a - 1] if a else np.nan
     first = np.flatnonzero(np.isfinite(code))

@@ -111,17 +111,17 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Ca
     try:
         clusters = [clusters_of(s, turns) for s in time_segments]
         flow = leakage_elsewhere(campaign, records)
-        known = expected_leakage(campaign, tests, flow)
-        tuning = tune(campaign.crane, time_segments, clusters, known, lambda x: progress(0.05 + 0.9 * x))
+        leakage = expected_leakage(campaign, tests, flow)
+        tuning = tune(campaign.crane, time_segments, clusters, leakage, lambda x: progress(0.05 + 0.9 * x))
     except StillhookError as e:
         return _nothing(f"The twin cannot be simulated on it: {e}", tuple(notes))
     swings = compare_swings(time_segments, turns, tuning)
-    differences = group_differences(tuning.fit, turns, known)
+    differences = group_differences(tuning.fit, turns, leakage)
     values = tuple(in_form(tuned_value(tuning, name, swings.misfit_after, differences), flow) for name in TUNED)
     return DynamicsStep(
         number=StepNumber.DYNAMICS,
         measures=measures_of(values, swings, time_segments, turns, tuning),
-        statements=statements_of(campaign.crane, values, tuning, swings, bool(known), notes),
+        statements=statements_of(campaign.crane, values, tuning, swings, bool(leakage), notes),
         tables=tables_of(campaign.crane, values, tuning, swings),
         data=_data(values, swings, tuning, differences),
         time_segments=time_segments,

@@ -104,8 +104,8 @@ def tuned_value(
     worst = max((s for s in misfit if s in JUDGED), key=lambda s: misfit[s], default="")
     reason = ""
     if worst and misfit[worst] > MOST_LEFT:
-        left = f"The tuned twin leaves {100.0 * misfit[worst]:.0f} % of {worst}"
-        reason = f"{left}: another machine, or inconsistent signals. Check the mapping."
+        message = f"The tuned twin leaves {100.0 * misfit[worst]:.0f} % of {worst}"
+        reason = f"{message}: another machine, or inconsistent signals. Check the mapping."
     elif not fit.converged:
         reason = f"The fit did not converge after {fit.runs} runs ({fit.message}). {MORE}"
     elif min(x - float(tuning.low[i]), float(tuning.high[i]) - x) < 0.01 * MOST:

@@ -154,9 +154,9 @@ def _jackknifed(A: FloatArray, b: FloatArray, prior: FloatArray, off: FloatArray
     cluster."""
     total, slope = A.sum(axis=0) + np.diag(prior), b.sum(axis=0) + prior * off
     value = _step(total, slope, i)
-    left = np.array([_step(total - one, slope - g, i) for one, g in zip(A, b, strict=True)])
-    n = len(left)
-    return value, math.sqrt((n - 1) / n * float(np.sum((left - left.mean()) ** 2)))
+    estimates = np.array([_step(total - one, slope - g, i) for one, g in zip(A, b, strict=True)])
+    n = len(estimates)
+    return value, math.sqrt((n - 1) / n * float(np.sum((estimates - estimates.mean()) ** 2)))
 
 
 def _step(A: FloatArray, b: FloatArray, i: int) -> float:

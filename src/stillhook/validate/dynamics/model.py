@@ -226,7 +226,7 @@ DELAY_STEP = 1e-3
 """By how much the commands are moved in a finite difference [s]."""
 P_A, P_B, OMEGA, ALPHA_P = (SIGNALS.index(name) for name in ("p_a", "p_b", "omega_m", "alpha_p"))
 SPLIT = 0.5
-"""Part of a line's capacitance that lies at the pumps: not known, and of little weight (it counts squared, in one of
+"""Part of a line's capacitance at the pumps: not known, and of little weight (it counts squared, in one of
 two lines)."""
 BOTH_LINES = 1.0 + SPLIT**2
 """Oil that swings with the shaft, over that of one line: all of the lower line, whose pressure is held at the pumps; of
@@ -338,8 +338,8 @@ class Twin:
             {OMEGA: self.D_m * x[..., OMEGA], ALPHA_P: self.Q_full * x[..., ALPHA_P]} for x in (runs, rows)
         )  # of motors and pumps (n,) [m^3/s], and their derivatives (p, n)
         for k, sign in SIDES:
-            held = 1.0 / (1.0 + np.exp((runs[:, k] - self.held) / HELD_OVER))
-            motors, pumps = held + (1.0 - held) * SPLIT**2, (1.0 - held) * SPLIT * (1.0 - SPLIT)
+            share = 1.0 / (1.0 + np.exp((runs[:, k] - self.held) / HELD_OVER))
+            motors, pumps = share + (1.0 - share) * SPLIT**2, (1.0 - share) * SPLIT * (1.0 - SPLIT)
             Q, Q_rows = (motors * x[OMEGA] + pumps * x[ALPHA_P] for x in (flows, flow_rows))
             rate, rates = (
                 motors * np.gradient(x[OMEGA], t, axis=-1) + pumps * np.gradient(x[ALPHA_P], t, axis=-1)

@@ -160,7 +160,7 @@ class _Sums(NamedTuple):
         """The sums of each cluster over the deviations s of its signals, without what parameters that vary from cluster
         to cluster explain: H (clusters, p, p), g (clusters, p), c (clusters,).
 
-        A parameter with a deviation in `varies` has in each cluster a value of its own in addition to the common one;
+        A parameter with a deviation in `varies` has in each cluster its own value in addition to the common one;
         taken out by its best value (the Schur complement), it leaves what the cluster shows of the common one.
         """
         w = s**-2.0

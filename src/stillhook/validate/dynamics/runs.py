@@ -119,8 +119,8 @@ def _measured(crane: Crane, record: Record, part: slice) -> dict[str, FloatArray
     out = {name: record.signals[name][part] for name in SIGNALS if record.has(name)}
     if "omega_m" not in out and record.has("v_w", "s_w"):
         drum = drum_record(crane)
-        left = drum.L_full - filled(record.signals["s_w"][part])
-        d = np.array([layer_diameter(layers_filled(float(x), drum), drum) for x in left])
+        wire_on_drum = drum.L_full - filled(record.signals["s_w"][part])
+        d = np.array([layer_diameter(layers_filled(float(x), drum), drum) for x in wire_on_drum])
         out["omega_m"] = record.signals["v_w"][part] * 2.0 * crane.i_hD / d
     return out
 

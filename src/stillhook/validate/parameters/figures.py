@@ -108,8 +108,8 @@ def _friction(estimates: ParameterEstimates) -> Figure:
     )
     for ax, up in zip(axes, (False, True), strict=True):
         for i, f in enumerate(estimates.frictions):
-            this = np.isfinite(f.measured) & np.isfinite(f.twin) & ((f.twin > 0.0) == up)
-            x, y = (thinned(np.abs(values[this])) for values in (f.twin, f.measured * np.sign(f.twin)))
+            selected = np.isfinite(f.measured) & np.isfinite(f.twin) & ((f.twin > 0.0) == up)
+            x, y = (thinned(np.abs(values[selected])) for values in (f.twin, f.measured * np.sign(f.twin)))
             label = f"test {f.test}: {1.0 + f.scale.value:.2f} (+- {f.scale.half:.2f})"
             ax.plot(x, y, ".", ms=3, alpha=0.6, color=COLOURS[i % 6], label=label)
         ends = np.array([0.0, ax.get_xlim()[1]])

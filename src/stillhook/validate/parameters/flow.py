@@ -298,9 +298,9 @@ def _fitted(t: FloatArray, dp: FloatArray, tau: float) -> tuple[float, float, fl
     X = np.column_stack((np.ones_like(t), np.exp(-(t - t[0]) / tau)))
     A = X.T @ X
     b = np.linalg.lstsq(X, dp, rcond=None)[0]
-    left = float(np.sum((dp - X @ b) ** 2))
+    residual_sum = float(np.sum((dp - X @ b) ** 2))
     inverse = np.linalg.pinv(A)
-    return float(b[0]), math.sqrt(max(float(inverse[0, 0]), 0.0) * left / max(1, len(t) - 2)), left
+    return float(b[0]), math.sqrt(max(float(inverse[0, 0]), 0.0) * residual_sum / max(1, len(t) - 2)), residual_sum
 
 
 def _ended(t: FloatArray, dp: FloatArray, taus: tuple[float, float, float]) -> Estimate:

@@ -257,10 +257,10 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
             continue  # the data determine no slope
         if parts in laws and (laws[parts][0].b[-len(parts) :] >= 0.0).all():
             options.append((form, parts, *laws[parts]))
-    left = {
+    misfits = {
         parts: fitted for parts, (fitted, distance) in laws.items() if _probability(*distance, fitted.blocks) >= AGAINST
     }
-    sloped = tuple((parts, left[parts]) for parts in ONE_SLOPE if parts in left)
+    sloped = tuple((parts, misfits[parts]) for parts in ONE_SLOPE if parts in misfits)
     return _chosen(crane, rows, options, len(widest[0]), sloped)
 
 

@@ -162,8 +162,8 @@ def diameter_of(crane: Crane, layer: FloatArray) -> FloatArray:
     """Diameter of the wire's centre on the layers of the drum [m], NaN where the layer is."""
     drum = drum_record(crane)
     table = np.array([layer_diameter(float(n), drum) for n in range(1, crane.drum.layers + 1)])
-    known = np.isfinite(layer)
-    return np.where(known, table[np.where(known, layer, 1.0).astype(np.intp) - 1], np.nan)
+    finite = np.isfinite(layer)
+    return np.where(finite, table[np.where(finite, layer, 1.0).astype(np.intp) - 1], np.nan)
 
 
 def layer_at(crane: Crane, diameter: float) -> float:
@@ -220,11 +220,11 @@ class Slope:
 
 def bridged(x: FloatArray, step: float) -> FloatArray:
     """The signal with short holes filled by straight lines; longer ones stay."""
-    known = np.isfinite(x)
-    if known.all() or not known.any():
+    finite = np.isfinite(x)
+    if finite.all() or not finite.any():
         return x
     out = filled(x)
-    for a, b in stretches_of(~known):
+    for a, b in stretches_of(~finite):
         if (b - a) * step > BRIDGED or a == 0 or b == len(x):
             out[a:b] = np.nan
     return out
@@ -232,10 +232,10 @@ def bridged(x: FloatArray, step: float) -> FloatArray:
 
 def integral(x: FloatArray, step: float) -> FloatArray:
     """Integral from the start by trapezoids, (n,), NaN in holes; `differences` leaves out what is across one."""
-    known = bridged(x, step)
-    safe = np.where(np.isfinite(known), known, 0.0)
+    values = bridged(x, step)
+    safe = np.where(np.isfinite(values), values, 0.0)
     total = np.concatenate(([0.0], np.cumsum(0.5 * (safe[1:] + safe[:-1]) * step)))
-    return np.where(np.isfinite(known), total, np.nan)
+    return np.where(np.isfinite(values), total, np.nan)
 
 
 def smoothed(x: FloatArray, step: float, width: float = BRIDGED) -> FloatArray:

@@ -139,8 +139,8 @@ def _with_play(logs: Sequence[Logged], first: float) -> tuple[Estimate, Estimate
     """Offset and hysteresis with the servo's speed and damping as free parameters, by Gauss-Newton; None where
     the command does not go up and down far enough."""
     theta, fitted, step = np.array([first, FIRST_PLAY, 0.0, 0.0]), None, np.array(STEPS)
-    known = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in logs]
-    usable = [(*logged, k) for logged, k in zip(logs, known, strict=True) if k.any()]
+    wide = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in logs]
+    usable = [(*logged, k) for logged, k in zip(logs, wide, strict=True) if k.any()]
     if not usable:
         return None
     for _ in range(ROUNDS):
@@ -220,12 +220,14 @@ def pump_setting(parts: Sequence[LogPart]) -> PumpSetting | None:
         u = bridged(part["u_p"], part.step)
         if not np.isfinite(u).all():
             continue
-        meant = followed(u, part.params.active.pump_servo, part.step)
-        rows.append((*(_at(part, x) for x in (meant, np.gradient(meant, part.step), part["alpha_p"])), _blocks(part)))
+        set_point = followed(u, part.params.active.pump_servo, part.step)
+        rows.append(
+            (*(_at(part, x) for x in (set_point, np.gradient(set_point, part.step), part["alpha_p"])), _blocks(part))
+        )
     if not rows:
         return None
-    meant, rate, alpha, block = stacked(rows)
-    fitted = fit((meant, rate, np.ones_like(meant)), alpha, block)
+    set_point, rate, alpha, block = stacked(rows)
+    fitted = fit((set_point, rate, np.ones_like(set_point)), alpha, block)
     if fitted is None:
         return None
     gain = Estimate.around(

@@ -31,7 +31,7 @@ from stillhook.validate.parameters.segments import (
 
 DOUBT = {"v_w": 0.003, "v_tip": 0.0005, "a_tip": 0.003}
 """Calibration uncertainty of a rate [-]: a motion unit computes position and speed from the same samples, a
-wire speed comes from a pick-up or a tachometer of its own, an acceleration is filtered."""
+wire speed comes from a separate pick-up or tachometer, an acceleration is filtered."""
 LEAST_MOTION = 0.1
 """Smallest scatter of the moves in a window from which a calibration can be determined [m]: noise of some millimetres
 then biases nothing."""

@@ -48,8 +48,8 @@ def _gas(campaign: Campaign, gas: Curve, n: float) -> Figure:
     ax.plot(litre * ends, bar * implied * ends, color=COLOURS[1], lw=1.5, ls="--", label="log")
     ax.set_xlabel("oil into the accumulator [L]")
     ax.set_ylabel("change of pressure, less flow loss [bar]")
-    left = gas.dp - implied * gas.dV - gas.dry * gas.d_dry
-    loss.plot(flow * thinned(gas.dQ), bar * thinned(left), ".", ms=3, color=COLOURS[0], alpha=0.6)
+    residual = gas.dp - implied * gas.dV - gas.dry * gas.d_dry
+    loss.plot(flow * thinned(gas.dQ), bar * thinned(residual), ".", ms=3, color=COLOURS[0], alpha=0.6)
     ends = np.array([np.nanmin(gas.dQ), np.nanmax(gas.dQ)])
     loss.plot(flow * ends, bar * acc.R_piston * ends, color=GREY, lw=2.0)
     loss.plot(flow * ends, bar * gas.R * ends, color=COLOURS[1], lw=1.5, ls="--")

@@ -113,11 +113,11 @@ class Stroke:
 
 def levels(parts: Sequence[LogPart]) -> Level | None:
     """Pressure at mid stroke, of the tests with heave compensation where there are any; None without p_hp."""
-    known = [p for p in parts if p.has("p_hp")]
-    known = [p for p in known if p.kind is Kind.AHC] or known
-    placed = bool(known) and all(p.has("V_acc") for p in known)
+    usable = [p for p in parts if p.has("p_hp")]
+    usable = [p for p in usable if p.kind is Kind.AHC] or usable
+    placed = bool(usable) and all(p.has("V_acc") for p in usable)
     tests = {}
-    for test, same in by_test(known).items():
+    for test, same in by_test(usable).items():
         p = np.concatenate([_at_middle(part, placed) for part in same])
         block = np.concatenate([part.blocks(part.t[:: max(1, round(EVERY / part.step))]) for part in same])
         fitted = fit((np.ones_like(p),), p, block)
@@ -153,19 +153,19 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
     volumes, losses, rows = {}, [], []
     usable = [p for p in parts if p.kind is Kind.AHC and not p.lacking(*OIL, "omega_m")]
     lag = _lag(usable)
-    for test, these in by_test(usable).items():
-        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in these)
-        acc = passive_of(these[0].crane).accumulator
+    for test, segments in by_test(usable).items():
+        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in segments)
+        acc = passive_of(segments[0].crane).accumulator
         if not np.isfinite(dV).any() or np.nanstd(dV) < LEAST_OIL * acc.V_stroke:
             continue
-        pump = these[0].crane.active.pump
+        pump = segments[0].crane.active.pump
         full = pump.D_total * pump.omega_p
         # the loss of a full flow is then one coefficient
         fitted = fit((dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block)
         if fitted is None or not fitted.b[0] > 0.0:
             continue
-        p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
-        V = acc.gas.V_0 * stiffness(these[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
+        p = float(np.nanmean(np.concatenate([part["p_hp"] for part in segments])))
+        V = acc.gas.V_0 * stiffness(segments[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
         volumes[test] = Estimate.around(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
         losses.append(fitted.estimate(2))
         rows.append((p, dV, dp, dQ, d_dry, float(fitted.b[1]), float(fitted.b[2]) - full * float(fitted.b[1])))
@@ -181,15 +181,15 @@ def _lag(parts: Sequence[LogPart]) -> float:
     between is least."""
     if not parts:
         return 0.0
-    left = []
+    residuals = []
     for lag in (-LAG, 0.0, LAG):
         dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in parts)
         fitted = fit((dV, dQ, d_dry, np.ones_like(dV)), dp, block)
         if fitted is None:
             return 0.0
-        left.append(fitted.sd**2)
-    bend = left[0] - 2.0 * left[1] + left[2]
-    lag = 0.5 * LAG * (left[0] - left[2]) / bend if bend > 0.0 else 0.0
+        residuals.append(fitted.sd**2)
+    bend = residuals[0] - 2.0 * residuals[1] + residuals[2]
+    lag = 0.5 * LAG * (residuals[0] - residuals[2]) / bend if bend > 0.0 else 0.0
     return lag if abs(lag) <= LAG else 0.0
 
 

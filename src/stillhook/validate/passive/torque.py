@@ -117,9 +117,9 @@ class Share:
 def shares(parts: Sequence[LogPart]) -> tuple[Share, ...]:
     """The share of every test with heave compensation, or where there is none of every test, that carries a load and
     has the signals."""
-    known = [p for p in parts if not missing(p)]
-    known = [p for p in known if p.kind is Kind.AHC] or known
-    out = [s for test, same in by_test(known).items() if (s := _share(test, same)) is not None]
+    usable = [p for p in parts if not missing(p)]
+    usable = [p for p in usable if p.kind is Kind.AHC] or usable
+    out = [s for test, same in by_test(usable).items() if (s := _share(test, same)) is not None]
     return tuple(out)
 
 

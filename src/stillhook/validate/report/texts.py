@@ -94,8 +94,8 @@ def sentence(validation: Validation) -> str:
         case Outcome.NOT_JUDGED:
             return f"NOT ASSESSED: {criteria} has no criterion that counts for these steps.{part}"
         case Outcome.PASSED:
-            this = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
-            represents = f'"{campaign.crane.name}" as described represents {this}, within the tested ranges'
+            subject = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
+            represents = f'"{campaign.crane.name}" as described represents {subject}, within the tested ranges'
             claim = represents if validation.complete else "no objection"
             shown = sum(line.verdict is Verdict.SHOWN for line in judged)
             open_ = [line for line in judged if line.verdict is Verdict.NOT_SHOWN]
@@ -218,11 +218,11 @@ def line_cells(validation: Validation, line: CriterionResult) -> LineCells:
     """A verdict line as cells."""
     c, m = criterion(validation, line), line.measure
     behind = (m.test, structural_words(c, m), m.data, m.note) if m is not None else ()
-    known = m is not None and m.value is not None
-    between = interval_words(c, m) if m is not None and known else ""
+    measured = m is not None and m.value is not None
+    between = interval_words(c, m) if m is not None and measured else ""
     figure = in_words(c, m.value) if m is not None and m.value is not None else "-"
     limit = line.limit + (", not to be refuted" if c.ask is Requirement.NOT_REFUTED else "")
-    between = between or ("by value" if known else "")
+    between = between or ("by value" if measured else "")
     data = "; ".join(x for x in behind if x)
     return LineCells(line.key, line.title, figure, between, limit, verdict_word(line), data, line.source)
 
@@ -364,8 +364,8 @@ def _counted(record: Record, segment: Segment) -> Segment:
 def _tip(record: Record, segment: Segment) -> FloatArray:
     """Height of the tip as logged [m]; single missing samples are bridged."""
     s = record.part(segment, "s_tip")
-    known = np.isfinite(s)
-    return np.interp(np.arange(len(s)), np.flatnonzero(known), s[known])
+    finite = np.isfinite(s)
+    return np.interp(np.arange(len(s)), np.flatnonzero(finite), s[finite])
 
 
 def _ends(values: Any) -> list[float]:

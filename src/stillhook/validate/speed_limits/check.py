@@ -353,11 +353,11 @@ def _known(plateaus: Sequence[Plateau], run: str) -> list[Plateau]:
 
 def _error(plateaus: Sequence[Plateau], run: str) -> float:
     """Speed error over all plateaus of both ways."""
-    known = _known(plateaus, run)
-    if not known:
+    estimate = _known(plateaus, run)
+    if not estimate:
         return 0.0
-    w = np.array([p.duration for p in known])
-    simulated, measured = (np.array([abs(getattr(p, name)) for p in known]) for name in (run, "v_w"))
+    w = np.array([p.duration for p in estimate])
+    simulated, measured = (np.array([abs(getattr(p, name)) for p in estimate]) for name in (run, "v_w"))
     return float(w @ simulated / (w @ measured) - 1.0)
 
 

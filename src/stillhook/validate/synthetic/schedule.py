@@ -109,7 +109,7 @@ class PlannedTest:
         return Water(volume=f"{V} m^3", added_mass=f"{mass} t", C_D=DRAG, area=f"{area} m^2")
 
     def case(self, sensors: Sensors, seed: int, number: int) -> Scenario:
-        """The test as it is run: number of the test in its campaign, which has a sea of its own for every seed."""
+        """The test as it is run: number of the test in its campaign, which has its own sea for every seed."""
         return Scenario(
             name=self.name,
             load=show(self.load, "mass", 12),

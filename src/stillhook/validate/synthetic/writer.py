@@ -218,8 +218,8 @@ def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: 
     begins = sum(t.duration for t in plan.tests[:i])
     signals = _as_logged(plan.crane, case, run, made, sensors, begins, rng)
     time = np.round(made.clock.stamps(run["time"].values, rng), 4)
-    lost = made.faults.gap if test is max(plan.tests, key=lambda t: t.duration) else 0.0
-    keep = abs(time - 0.5 * test.duration) >= 0.5 * lost
+    gap = made.faults.gap if test is max(plan.tests, key=lambda t: t.duration) else 0.0
+    keep = abs(time - 0.5 * test.duration) >= 0.5 * gap
     write_log(path, time[keep], {name: values[keep] for name, values in signals.items()}, AHC_COLUMNS, sensors)
     status = str(run["status"].item())
     return [] if status == "ok" else [f'test "{test.name}": went beyond limits: {status}']

@@ -76,7 +76,7 @@ def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
     if without := series.n_valid - int(np.count_nonzero(valid)):
         notes.append(f"{without} records have no directions")
     if filled:
-        notes.append(f"{filled} bands with waves have no direction of their own: that of the nearest band was taken")
+        notes.append(f"{filled} bands with waves have no direction: that of the nearest band was taken")
     S = np.where(valid[:, None], series.S, np.nan)
     return replace(series, S=S, valid=valid, notes=tuple(notes), directional=Coefficients(first, second))
 

@@ -32,7 +32,7 @@ GRID = parse("25 rev/min", "rotation")
 """Speed grid of the thesis (eq. 2.8) [rad/s]."""
 LOAD_DOUBT, LOAD_WRONG = 0.03, 0.07
 """Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a
-test is called into question, and from which its friction must not be used. The mean of both directions knows the load
+test is called into question, and from which its friction must not be used. The mean of both directions gives the load
 to some tenths of a per cent; a wrong load, layer, displacement or gain makes the friction wrong in the same proportion,
 and the system
 friction by
@@ -96,10 +96,10 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     signals = {**log.signals, "omega_m": omega_m, "dp_m": dp_m}
     doubtful = {**log.doubtful, **_inherited(log)}
     extended = replace(log, signals=signals, doubtful=doubtful)
-    held = [n for n in ("alpha_m", "D_m") if n in log.signals]
+    names = [n for n in ("alpha_m", "D_m") if n in log.signals]
     command = "u_p" if "u_p" in log.signals else None
     limits = layer_limits(campaign) if "s_w" in log.signals else ()
-    steady = steady_windows(extended, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
+    steady = steady_windows(extended, "omega_m", "dp_m", command=command, held=names, layer_limits=limits)
     pairs = pair_windows(steady.windows, text=speed_text)
     if not pairs.pairs:
         raise IdentifyError(_no_pair(log, steady))

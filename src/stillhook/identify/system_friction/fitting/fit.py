@@ -239,8 +239,8 @@ def fit_system(
 
     Parameters: points measured ones (held-out ones are left out here); loss of one motor shaft; keep_Y_2 keep the
     constant term (None: only where AICc improves by more than ``EVIDENCE``, as eq. 2.13 drops it for want of need);
-    used linear parameters that may be free at all; given parameters that keep these values [SI] because the data cannot
-    tell them; u_extra scatter of dp_F beyond the stretches' own [Pa] (None: found from the residuals).
+    used linear parameters that may be free at all; given parameters that keep these values [SI] because the data do not
+    determine them; u_extra scatter of dp_F beyond the stretches' own [Pa] (None: found from the residuals).
     Errors: IdentifyError for fewer points than parameters.
     """
     fitted, prescribed = points.fitted(), dict(prescribed or {})

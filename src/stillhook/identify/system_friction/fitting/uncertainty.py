@@ -1,5 +1,5 @@
 """How far identified friction can be trusted: profile likelihood, bootstrap, posterior samples, and what data cannot
-tell apart.
+separate.
 
 Cranes drawn from the uncertainty of their friction, to run side by side in `simulate`.
 """
@@ -144,7 +144,7 @@ def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, se
     def log_probability(x: FloatArray) -> float:
         try:
             return density(x)
-        except KeyboardInterrupt:  # emcee would print a traceback of its own
+        except KeyboardInterrupt:  # emcee would print its own traceback
             stopped.append(True)
             return -math.inf
 

@@ -1,4 +1,4 @@
-"""Figures behind the limits: depth, efficiency, landing, what the limit hangs on, and how sure the seeds are.
+"""Figures behind the limits: depth, efficiency, landing, sensitivity of the limit, and convergence over the seeds.
 
 Figures of waiting: by month, and what each alternative gains over the others.
 """
@@ -40,7 +40,7 @@ FACTORS = {
     "friction": "friction of the winch",
     "delay": "delay of the motion signal",
 }
-"""Inputs that a limit hangs on, in words."""
+"""Inputs that a limit depends on, in words."""
 
 
 def detail_figures(result: PlanResult) -> dict[str, Figure]:
@@ -239,7 +239,7 @@ def waiting(block: xarray.Dataset) -> Figure:
 
 def gained(block: xarray.Dataset, result: PlanResult) -> Figure:
     """Vessel days that an alternative saves each operation, against no compensation, the cap and the best classic
-    controller; alternatives that are not told apart have one bar."""
+    controller; alternatives that are not distinguished have one bar."""
     over = references(block, result.facts["tiers"])
     figure, axes = canvas(1, max(1, len(over)), 3.4, sharey=True)
     groups = columns(result)

@@ -56,8 +56,8 @@ def from_bow(beta: FloatArray) -> FloatArray:
 
 
 def rosette(result: PlanResult) -> Figure:
-    """A panel for some of the periods; a line for each alternative, as credited. Headings that were not asked are left
-    blank."""
+    """A panel for some of the periods; a line for each alternative, as credited. Headings that were not analysed are
+    left blank."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     data = result.data
@@ -112,9 +112,9 @@ RESOLUTION = 150
 ROWS = 21
 """Rows of cells in one picture at most; more alternatives go to a second one."""
 ROW, PANEL, FRAME = 0.33, 0.42, 0.8
-"""Height of a row of cells, of what each strip needs beside, and of what the picture needs beside [inch]."""
+"""Height of a row of cells, of the margins of each strip, and of the margins of the picture [inch]."""
 COLOURS, NOTHING, UNTOLD, DARK = "YlGnBu", "#E8A598", "#E0E0E0", 0.62
-"""Scale of limits; colour of a cell with the limit 0, and of one that is not told; part of the scale from which letters
+"""Scale of limits; colour of a cell with the limit 0, and of an undetermined one; part of the scale from which letters
 are white."""
 PANELS = 3
 """Headings side by side at most."""
@@ -227,7 +227,7 @@ def _codes(result: PlanResult, phase: str, rule: str) -> str:
 
 def closed_form(result: PlanResult) -> FloatArray:
     """Least limit over phases and rules by the closed form alone (alternative, heading, period) [m]; NaN where none
-    tells."""
+    is determined."""
     Hs = np.asarray(result.data["Hs_rule"].sel(credit=TWIN, tier=CLOSED).values, dtype=float)
     flat = np.moveaxis(Hs, (1, 2), (0, 1)).reshape(-1, *Hs.shape[:1], *Hs.shape[3:])
     least = np.where(np.isnan(flat), np.inf, flat).min(axis=0)

@@ -1,5 +1,5 @@
-"""Cells of the twin's tier: runs of a phase in one sea under one way of running the winch, asked together and kept by
-what they are.
+"""Cells of the twin's tier: runs of a phase in one sea under one way of running the winch, requested together and
+stored by their inputs.
 
 From the numbers of runs to the quantities that rules ask of a phase: which number of which stage, at which level,
 for how long.
@@ -84,10 +84,10 @@ def passage(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
     each run (n,).
 
     What happens in a few seconds follows no extreme-value law: which wave meets the payload scatters, slam grows with
-    the square of the speed, and a Gumbel fit to the bulk tells a 90 % level 7 to 13 % low (480 passages of the
+    the square of the speed, and a Gumbel fit to the bulk gives a 90 % level 7 to 13 % low (480 passages of the
     example). So it is the runs' own quantile, at rank q (n + 1), with the order statistics between which the true one
-    lies with 95 %; inf above where even the largest run may lie below it (fewer than 36 runs at 90 %). Where no run
-    lies beyond the level, the larger of the largest run and the Gumbel distribution.
+    is with 95 %; inf above where even the largest run may be below it (fewer than 36 runs at 90 %). Where no run
+    exceeds the level, the larger of the largest run and the Gumbel distribution.
     """
     x = np.sort(np.asarray(maxima, dtype=np.float64))
     n, q = len(x), QUANTILE[level] ** (1.0 / max(times, 1.0))
@@ -157,8 +157,8 @@ def run_numbers(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatA
 def quantities(
     plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs
 ) -> dict[str, Estimate]:
-    """Quantities of `stillhook.plan.definition.rules` that the twin tells of a phase in one sea, from the runs of that
-    sea, each with its interval.
+    """Quantities of `stillhook.plan.definition.rules` that the twin determines for a phase in one sea, from the runs of
+    that sea, each with its interval.
 
     Largest values are those of the phase's duration at the level that the rules ask for; shares of time are means. What
     counts is the stage after everything settled. A phase of which too many runs fail is beyond every limit.
@@ -181,7 +181,7 @@ def quantities(
 def _estimates(
     plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs
 ) -> dict[str, Estimate]:
-    level, left = plan.rules.level, winch.left
+    level, residual = plan.rules.level, winch.left
     compensates = phase.compensated
     stick = max(abs(stage.lower) for stage in course.programme)
 
@@ -189,7 +189,10 @@ def _estimates(
         return _extreme(phase)(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
 
     times = {f"{key}_share": f"{key}_time" for key in ("saturation", "relief", "power", "stroke")}
-    tip, v_tip = top("s_tip_pp", "s_tip_pp").scaled(1.0 / left), top("v_tip_max", "v_tip_max").scaled(1.0 / left)
+    tip, v_tip = (
+        top("s_tip_pp", "s_tip_pp").scaled(1.0 / residual),
+        top("v_tip_max", "v_tip_max").scaled(1.0 / residual),
+    )
     estimates = {
         "F_top_max": top("F_w_max", "F_top_max"),
         "DAF": top("DAF", "DAF"),
@@ -223,7 +226,7 @@ def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[st
     """Least tension of the slings over the least at rest, the chance that they fall slack, and the snap when they come
     taut.
 
-    Slings pull or hang: a least tension below nothing, as the distribution of larger ones may tell, is nothing.
+    Slings pull or hang: a least tension below nothing, as the fitted distribution may give, is set to nothing.
     """
     rest, level = least_at_rest(plan, phase), plan.rules.level
     fallen = _extreme(phase)(rest - runs["F_sling_min"], level("sling_ratio"), course.swings).scaled(-1.0 / rest, 1.0)
@@ -275,8 +278,8 @@ class Execution:
 @dataclass(eq=False)
 class Cells:
     """All runs of a plan so far. runs: (phase, winch, sea) -> numbers of
-    `stillhook.plan.tiers.time_domain.cells.Runs` of every seed (n,); n_runs, and seconds of them, that were asked
-    for (from the store or not)."""
+    `stillhook.plan.tiers.time_domain.cells.Runs` of every seed (n,); n_runs, and seconds of them, that were
+    requested (from the store or not)."""
 
     plan: LiftPlan
     execution: Execution

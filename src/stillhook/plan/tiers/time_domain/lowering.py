@@ -49,8 +49,8 @@ HANGS, THROUGH = 3.0, 1.0
 count, and is then lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the
 joystick before its leakage is made up for: a load that is lowered would seem to move by that.)"""
 HELD = 0.5
-"""Tension that landing mode keeps after touch-down, beside the hook's weight, as part of the payload's weight in water
-(assumed)."""
+"""Tension that landing mode keeps after touch-down, in addition to the hook's weight, as part of the payload's weight
+in water (assumed)."""
 
 
 class Winch(NamedTuple):
@@ -64,8 +64,8 @@ class Winch(NamedTuple):
 @dataclass(frozen=True)
 class Course:
     """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run,
-    counted the part that tells [s], which is stage number `counts`; times such parts that the phase holds, and swings
-    those in which the load swings as here; z_top highest place of the underside while it counts [m]."""
+    counted the part that is evaluated [s], which is stage number `counts`; times such parts that the phase holds, and
+    swings those in which the load swings as here; z_top highest place of the underside while it counts [m]."""
 
     z_0: float
     programme: tuple[Stage, ...]
@@ -274,11 +274,11 @@ def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:
     if course.z_top >= 0.0:
         return goes_under or course.z_0 < 0.0
     z = np.array([min(course.z_top + plan.payload.height, 0.0)])
-    total = left = 0.0
+    total = remaining = 0.0
     for train in sea.trains:
         omega = train.spectrum.grid()
         rate = train.spectrum.density(omega) * omega**2
         under = rate * decay(wavenumber(omega, plan.depth), z, plan.depth)[0] ** 2
         total += float(np.sum(0.5 * (rate[1:] + rate[:-1]) * np.diff(omega)))
-        left += float(np.sum(0.5 * (under[1:] + under[:-1]) * np.diff(omega)))
-    return left > FAINT**2 * total
+        remaining += float(np.sum(0.5 * (under[1:] + under[:-1]) * np.diff(omega)))
+    return remaining > FAINT**2 * total

@@ -51,7 +51,7 @@ STEEP, LEAST_PART = 1.5, 0.5
 """A cell that is so far beyond says little about the crossing: it is then not looked for below this part of the way to
 that cell."""
 USUAL_GROWTH = 1.3
-"""Exponent of growth before two seas tell it: motions grow with the height, drag with its square."""
+"""Exponent of growth before two seas determine it: motions grow with the height, drag with its square."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
 """Heights are whole multiples of 2.5 cm below 1 m and of 5 cm above, so that alternatives meet in the same seas [m]."""
 
@@ -66,9 +66,9 @@ def next_height(Hs: FloatArray, u: FloatArray, guess: float, highest: float, sea
     """Height that is run next in a column [m], or None where its limit is found.
 
     Parameters: Hs (k,) rising heights that were run, the calm (0) first; u (k,) their largest utilisation, 1 at the
-    limit, NaN where no rule tells; guess: limit that another tier predicts (NaN: none), tried first; highest sea that
-    is asked. The limit is the first crossing. Found is: a calm that is beyond, the highest sea inside, a cell within
-    `near` of the crossing, or no room for another one.
+    limit, NaN where no rule is determined; guess: limit that another tier predicts (NaN: none), tried first; highest
+    sea to analyse. The limit is the first crossing. Found is: a calm that is beyond, the highest sea inside, a cell
+    within `near` of the crossing, or no room for another one.
     """
     if not u[0] < 1.0:
         return None
@@ -86,7 +86,7 @@ def next_height(Hs: FloatArray, u: FloatArray, guess: float, highest: float, sea
 
 
 def crossing(Hs: FloatArray, u: FloatArray, search: Search) -> float:
-    """Height at which the utilisation first passes 1 [m], by a power of the height between the cells beside it; inf
+    """Height at which the utilisation first passes 1 [m], by a power of the height between the neighbouring cells; inf
     where none does, 0 where a calm is beyond."""
     beyond = np.flatnonzero(u > 1.0)
     if not len(beyond):
@@ -191,12 +191,12 @@ class Work:
     def prepare(self, predicted: Sequence[Limits]) -> None:
         """Lines of all phases that can be run, and the lowest limit of those that cannot."""
         columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns()]
-        known = _least_predicted(predicted)
+        predictions = _least_predicted(predicted)
         for alternative in self.plan.alternatives:
             for column in columns:
                 group = self.groups.setdefault((alternative, column), [])
                 for phase in self.plan.phases:
-                    guess, tier = known.get((phase.name, alternative, column), (math.nan, None))
+                    guess, tier = predictions.get((phase.name, alternative, column), (math.nan, None))
                     if phase.kind not in KINDS:
                         old = self.others.get((alternative, column), math.inf)
                         self.others[alternative, column] = old if math.isnan(guess) else min(old, guess)
@@ -221,9 +221,9 @@ class Work:
         for key, group in self.groups.items():
             self._start(key, group)
         looking = [line for line in self.lines if line.started and not line.resolved]
-        known = sum(line.resolved for line in self.lines)
+        resolved = sum(line.resolved for line in self.lines)
         wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line))]
-        if not wanted and known == sum(line.resolved for line in self.lines):
+        if not wanted and resolved == sum(line.resolved for line in self.lines):
             wanted = [ask for line in looking for ask in self._next_cells(line)]
         if not wanted:
             return bool(looking)
@@ -257,8 +257,8 @@ class Work:
         u = self.used(line, Hs)
         at = crossing(Hs, u, self.search)
         line.provisional = at if 0.0 < at < math.inf else max(line.provisional, float(Hs[-1]))
-        known = GOVERNING_MARGIN * self.least(line.alternative, line.column)
-        highest = min(max(self.plan.environment.Hs), known)
+        bound = GOVERNING_MARGIN * self.least(line.alternative, line.column)
+        highest = min(max(self.plan.environment.Hs), bound)
         if (
             GOVERNING_MARGIN * provisional < highest
             and u[0] < 1.0
@@ -269,7 +269,7 @@ class Work:
         if wanted is not None:
             return [CellRequest(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
         k = nearest(Hs, at)
-        if k > 0 and 0.0 < at <= known and at < math.inf:
+        if k > 0 and 0.0 < at <= bound and at < math.inf:
             more = self._more_seeds(line, float(Hs[k]))
             if more is not None:
                 return [more]
@@ -312,13 +312,13 @@ class Work:
         return min([self.others.get((alternative, column), math.inf), *limits])
 
     def governs(self, line: LimitSearch, Hs: float) -> str:
-        """The rule that is used most in a cell; "" where none is told."""
+        """The rule that is used most in a cell; "" where none is determined."""
         used = _used(self.rules(line), self.numbers(line, Hs))
         return max(used, key=lambda key: used[key], default="")
 
     def used(self, line: LimitSearch, Hs: FloatArray) -> FloatArray:
-        """Largest utilisation of each cell; NaN where no rule is told. In a calm that of the rule that governs the
-        highest sea, from which it grows there, unless the calm itself is beyond."""
+        """Largest utilisation of each cell; NaN where no rule is determined. In a calm that of the rule that governs
+        the highest sea, from which it grows there, unless the calm itself is beyond."""
         rows = [_used(self.rules(line), self.numbers(line, float(h))) for h in Hs]
         most = np.array([max(row.values(), default=math.nan) for row in rows])
         if most[0] < 1.0 and len(rows) > 1 and rows[-1]:
@@ -343,7 +343,7 @@ class Work:
 
 def openness(work: Work, line: LimitSearch, Hs: float) -> float:
     """Half of the 95 % interval of the governing utilisation in a cell, over what the waves add to the calm's [-]; 0
-    where none is told."""
+    where none is determined."""
     calm, numbers = work.numbers(line, 0.0), work.numbers(line, Hs)
     used = _used(work.rules(line), numbers)
     if not used:
@@ -359,7 +359,7 @@ def openness(work: Work, line: LimitSearch, Hs: float) -> float:
 
 
 def _used(rules: Sequence[Limited], numbers: Mapping[str, Estimate]) -> dict[str, float]:
-    """Rule -> utilisation, of the rules that are told."""
+    """Rule -> utilisation, of the rules that are determined."""
     utilisations = {
         r.rule.key: float(utilisation(r, np.array([numbers[r.rule.quantity].value]))[0])
         for r in rules

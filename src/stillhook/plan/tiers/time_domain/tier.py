@@ -1,6 +1,6 @@
 """The twin's tier: limits by runs in the time domain, placed about the limits that the other tiers predict.
 
-Blocks of a result that only runs can tell: how landing speeds scatter, and how numbers settle as seeds are added.
+Blocks of a result that only runs give: how landing speeds scatter, and how numbers settle as seeds are added.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 EVERY = 5
 """Seeds between two numbers of a convergence."""
 SHOWN = 6
-"""Cells whose convergence is told, at the most."""
+"""Largest number of cells whose convergence is reported."""
 
 
 def landing(work: Work) -> xarray.Dataset | None:
@@ -79,8 +79,8 @@ def middle(work: Work) -> Column | None:
 
 
 def convergence(work: Work) -> xarray.Dataset | None:
-    """Utilisation of the rule that governs next to the limit, with its 95 % interval, over the seeds that it is told
-    from.
+    """Utilisation of the rule that governs next to the limit, with its 95 % interval, over the seeds that it is
+    estimated from.
 
     One cell for each way of running the winch that governs in the middle column; NaN beyond the seeds that a cell has.
     """
@@ -144,7 +144,7 @@ def _with(work: Work, line: LimitSearch, Hs: float, key: str, n: int) -> tuple[f
 
 
 USUAL_CELLS = 2.5
-"""Cells that a limit takes on the mean, for what is told before."""
+"""Cells that a limit takes on the mean, for the estimate in advance."""
 MOST_ROUNDS = 100
 SATURATED = 1.02
 """Worse end of a utilisation's interval over its value up to which the cell is at the end of what there is, such as
@@ -176,14 +176,14 @@ def refine(
     """Limits of the phases that may govern, by runs of the twin.
 
     predicted: limits of the other tiers. In every column (Tp, direction) and under every alternative the phase that may
-    limit the lowest height is run first; a phase is not run where another limit that is known lies below the least that
+    limit the lowest height is run first; a phase is not run where another known limit is below the least that
     it may limit (its predicted height over `UNDERESTIMATE_FACTOR`). Alternatives see the same waves (common random
     numbers), and what is one run under several of them is run once. Heights are placed by
     `stillhook.plan.tiers.time_domain.search`; the cell next to a limit gets more seeds until its interval closes.
 
     store: folder in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share
     done, 0..1.
-    Errors: StillhookError, one line: what no crane can be asked, a store that cannot be written.
+    Errors: StillhookError, one line: a lift beyond any crane, a store that cannot be written.
     """
     work = Work(plan, search or Search(), Cells(plan, Execution(store, client, threads)), progress)
     work.prepare(predicted)

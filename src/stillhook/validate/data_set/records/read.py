@@ -104,13 +104,13 @@ def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
     grid = t[0] + step * np.arange(int(np.floor((t[-1] - t[0]) / step + 1e-6)) + 1)
     signals, doubtful, spikes = {}, {}, {}
     for name, values in log.signals.items():
-        known = np.isfinite(values[use]) & ~_stuck(log, name)[use]
+        usable = np.isfinite(values[use]) & ~_stuck(log, name)[use]
         spike = _spikes(values[use], log.every, name)
         if spike.any():
-            known &= ~spike
+            usable &= ~spike
             spikes[name] = int(spike.sum())
         signals[name], bridged = _filled(
-            grid, t[known], values[use][known], longest, HOLE * max(spacing, log.every), name in HELD
+            grid, t[usable], values[use][usable], longest, HOLE * max(spacing, log.every), name in HELD
         )
         nearest = np.clip(np.searchsorted(t, grid - 0.5 * step), 0, len(t) - 1)
         doubtful[name] = log.doubtful[name][use][nearest] | bridged | np.isnan(signals[name])
@@ -142,11 +142,11 @@ def _spikes(x: FloatArray, every: float, name: str) -> BoolArray:
     """One or two samples far from their neighbours."""
     if name not in SPIKES or len(x) < 5:
         return np.zeros(len(x), np.bool_)
-    known = np.isfinite(x)
+    finite = np.isfinite(x)
     line = filled(x)
     distance = np.abs(line - median_filter(line, 5, mode="nearest"))
     bent = FASTEST * (2.0 * every) ** 2 if PHYSICAL[name].kind == "length" else FASTEST * 2.0 * every
-    return np.asarray(known & (distance > max(SPIKES[name] + bent, BEYOND * float(np.median(distance)))), np.bool_)
+    return np.asarray(finite & (distance > max(SPIKES[name] + bent, BEYOND * float(np.median(distance)))), np.bool_)
 
 
 def _filled(

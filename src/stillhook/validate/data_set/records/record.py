@@ -152,9 +152,9 @@ def segment(
 ) -> Segment:
     """Samples of a record with one mode and one payload [kg] as a segment with its ranges. Parameters: t (n,) [s] even
     by step; signals with s_w or without; window of the tip's range [s]."""
-    known = signals["s_w"][samples] if "s_w" in signals else np.zeros(0)
-    known = known[np.isfinite(known)]
-    low, high, first = (known.min(), known.max(), known[0]) if len(known) else (np.nan, np.nan, np.nan)
+    wire_out = signals["s_w"][samples] if "s_w" in signals else np.zeros(0)
+    wire_out = wire_out[np.isfinite(wire_out)]
+    low, high, first = (wire_out.min(), wire_out.max(), wire_out[0]) if len(wire_out) else (np.nan, np.nan, np.nan)
     pp, period = _tip(signals["s_tip"][samples] if "s_tip" in signals else np.zeros(0), step, window)
     return Segment(
         test=test.name,

@@ -213,8 +213,8 @@ def _integrated(
     ends = np.array([wire_to_layer(float(n), drum) for n in layers])
     radii = np.array([0.5 * layer_diameter(float(n), drum) for n in layers])
     for _ in range(ROUNDS):
-        left = np.nan_to_num(drum.L_full - s_w)
-        r_eff = radii[np.clip(np.searchsorted(ends, left - 1e-6), 0, len(layers) - 1)]
+        wire_on_drum = np.nan_to_num(drum.L_full - s_w)
+        r_eff = radii[np.clip(np.searchsorted(ends, wire_on_drum - 1e-6), 0, len(layers) - 1)]
         s_w = test.s_w - _sum(signals["omega_m"] * r_eff / crane.i_hD, step)
     return s_w, f"{start} and the motors' speed on the layer in use"
 
@@ -222,6 +222,6 @@ def _integrated(
 def _sum(speed: FloatArray, step: float) -> FloatArray:
     """Integral of a speed [m]; across a gap the speed is interpolated, and the result is NaN in it."""
     good = np.isfinite(speed)
-    known = filled(speed)
-    way = np.concatenate(([0.0], np.cumsum(0.5 * (known[1:] + known[:-1]) * step)))
+    speeds = filled(speed)
+    way = np.concatenate(([0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * step)))
     return np.where(good, way, np.nan)

@@ -1,1 +1,1 @@
-"""The reference plant as a crane of its own."""
+"""The reference plant as an independent crane."""

@@ -1,4 +1,4 @@
-"""Leakage and passive circuit of the reference plant: laws of their own, brought to the twin's size at the working
+"""Leakage and passive circuit of the reference plant: independent laws, brought to the twin's size at the working
 point of a crane's tests. Its friction: another law than the twin's, of the same mean over the loads and speeds of the
 tests.
 
@@ -330,7 +330,7 @@ def _leak(reference: ReferenceCrane, at: Working, pumps: float, motors: float, p
 
 
 def reference_passive(crane: Crane, known: PassiveCircuit, reference: ReferenceCrane) -> TruePassive:
-    """The passive circuit; known what its PLC knows of it."""
+    """The passive circuit; known: the parameters of its PLC."""
     m, s, twin, w = known.motors, known.settings, known.accumulator, working(crane)
     acc = TrueAccumulator(
         V_stroke=twin.V_stroke,

@@ -63,7 +63,7 @@ def pack_reference(crane: Crane, case: Scenario, reference: ReferenceCrane) -> P
         hoist=hoist,
         plc=p.plc._replace(
             gains=gains._replace(K_1=more * reference.K_1 * gains.K_1, K_2=more * gains.K_2)
-        ),  # the PLC knows its own motors
+        ),  # the PLC has the parameters of its own motors
         sensors=p.sensors,
         extra=plant.Extra(
             lines=_lines(active, reference),
@@ -104,11 +104,11 @@ def _active(a: ActiveCircuit, reference: ReferenceCrane) -> ActiveCircuit:
 def _passive(c: PassiveCircuit, reference: ReferenceCrane) -> PassiveCircuit:
     """The PLC's settings of its passive circuit: its number of motors, its set pressure."""
     count = c.motors.count + reference.passive_more
-    known = count / c.motors.count
+    ratio = count / c.motors.count
     s = c.settings
     return c._replace(
         motors=c.motors._replace(count=count),
-        settings=s._replace(D_m_max=known * s.D_m_max, p_set=reference.precharge * s.p_set),
+        settings=s._replace(D_m_max=ratio * s.D_m_max, p_set=reference.precharge * s.p_set),
     )
 
 
