@@ -177,7 +177,7 @@ def test_the_note_of_a_run_gives_the_published_limit_and_the_plant_lies_below_it
     told = float(note.split("above the ")[1].split(" 1/m")[0])
     assert "published loop, motors at 0.60" in note
     assert told == pytest.approx(gain_limit(CRANE, CRANE.control.alpha_hs, K_wire).K_p_ms, rel=1e-2)
-    assert slow_limit(hot, controller("hs"), load=150e3, s_w=100.0).K_p_ms < 0.1 * told
+    assert slow_limit(hot, Mode.HS, load=150e3, s_w=100.0).K_p_ms < 0.1 * told
 
 
 @pytest.mark.thorough
