@@ -382,6 +382,13 @@ def _misfits(crane: Crane) -> Iterator[str]:
         )
 
 
+def passive_of(crane: Crane) -> PassiveCircuit:
+    """Passive circuit of a crane that has one, see `Crane.circuits`."""
+    circuit = crane.circuits["passive"]
+    assert isinstance(circuit, PassiveCircuit)
+    return circuit
+
+
 TABLES = {name: model for each in WINCH_TYPES.values() for name, model in each.tables.items() if model is not None}
 """Tables of winch types with additional tables, by name."""
 

@@ -315,5 +315,5 @@ def _nuisance_table(tuning: Tuning) -> Table:
         rows.append((u.meaning, change(math.expm1(x)), percent_fixed(NORMAL_95 * s, 1) if s < 0.5 else "open"))
     for e in EXTRAS:
         x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
-        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{1.96 * s:.2f} {e.unit}"))
+        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{NORMAL_95 * s:.2f} {e.unit}"))
     return Table(("", "found", "+-"), tuple(rows), "Free nuisance parameters, not part of the verdict")

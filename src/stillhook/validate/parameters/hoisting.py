@@ -14,7 +14,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, passive_of
 from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_unit, number, show
@@ -66,7 +66,7 @@ class Friction:
 def missing(part: LogPart) -> tuple[str, ...]:
     """Signals missing for a torque balance of a part."""
     setting = ("alpha_m",) if known_setting(part, "m") is None else ()
-    passive = OIL if part.crane.passive is not None else ()
+    passive = OIL if "passive" in part.crane.circuits else ()
     return part.lacking("p_a", "p_b", "F_w", *passive) + setting + part.lacking("omega_m")
 
 
@@ -132,8 +132,8 @@ def states(part: LogPart) -> States:
     assert alpha_m is not None
     s = {name: means(bridged(part[name], step), step, EVERY) for name in ("p_a", "p_b", "F_w")}
     passive: tuple[Any, Any] = 0.0, 0.0
-    if part.crane.passive is not None:
-        passive = means(part["alpha_pm"], step, EVERY), means(part["p_hp"], step, EVERY) - part.crane.passive.p_lp
+    if "passive" in part.crane.circuits:
+        passive = means(part["alpha_pm"], step, EVERY), means(part["p_hp"], step, EVERY) - passive_of(part.crane).p_lp
     return States(
         omega=means(part.omega_m, step, EVERY),
         alpha_m=means(alpha_m, step, EVERY),
@@ -164,8 +164,8 @@ def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     assert part.omega_m is not None
     s_w = means(bridged(part.wire_out, step), step, EVERY)
     T = motor_torque(part.crane.active.motor.D_total * s.alpha_m, s.dp) - s.T_w
-    if part.crane.passive is not None:
-        T = T + motor_torque(part.crane.passive.motor.D_total * s.passive[0], s.passive[1])
+    if "passive" in part.crane.circuits:
+        T = T + motor_torque(passive_of(part.crane).motor.D_total * s.passive[0], s.passive[1])
     rate = rates(part.omega_m, step, EVERY)
     T = T - part.inertia * rate
     model = twin_friction(part, s.omega, s.alpha_m, s.dp, s.T_w * part.crane.i_hD, s.passive)
@@ -192,7 +192,7 @@ def twin_friction(
     arrays.
     """
     hoist, sets = part.params.hoist, [(part.params.active.motors, alpha_m, dp)]
-    if part.crane.passive is not None:
+    if "passive" in part.crane.circuits:
         sets.append((part.params.passive.motors, *passive))
     T = hoist.n_motors * (system_friction_dry(omega, T_d, hoist.friction) + hoist.friction.Y_5 * np.abs(omega))
     for motors, alpha, drop in sets:

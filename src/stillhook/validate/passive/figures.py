@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.spec.crane import passive_of
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
@@ -14,7 +15,7 @@ from stillhook.validate.data_set.figures import axes_of, legend_below, mark, thi
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.passive.gas import Curve, index
 from stillhook.validate.passive.step import PassiveStep
-from stillhook.validate.passive.torque import Share, passive_of
+from stillhook.validate.passive.torque import Share
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

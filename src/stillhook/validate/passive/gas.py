@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.accumulator import gas_pressure
+from stillhook.spec.crane import passive_of
 from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse
@@ -32,7 +33,7 @@ from stillhook.validate.parameters.segments import (
     moments,
     stacked,
 )
-from stillhook.validate.passive.torque import dry, flow, mean_every, passive_of
+from stillhook.validate.passive.torque import dry, flow, mean_every
 
 EVERY = 0.2
 """Width of the means of which levels and excursions are taken [s]."""

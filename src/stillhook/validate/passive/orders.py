@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.scalar import G
+from stillhook.spec.crane import passive_of
 from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.segments import LogPart, bridged, by_test, stacked
 from stillhook.validate.parameters.settings import EVERY, followed
-from stillhook.validate.passive.torque import filtered, flow, passive_of
+from stillhook.validate.passive.torque import filtered, flow
 
 SETTLING = 3.0
 """Time constants of a filter of the PLC after which its unknown start has faded."""

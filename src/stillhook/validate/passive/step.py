@@ -9,7 +9,7 @@ from typing import Any
 
 from stillhook.physics.scalar import G
 from stillhook.report.document import Table
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, passive_of
 from stillhook.statistics.estimate import Estimate, extremes
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
@@ -20,7 +20,6 @@ from stillhook.validate.parameters.measures import lacking_for_torque, measure, 
 from stillhook.validate.parameters.segments import OIL, LogPart, parts_of
 from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import orders, torque
-from stillhook.validate.passive.torque import passive_of
 
 
 @dataclass(frozen=True)
@@ -311,7 +310,7 @@ def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Cal
     Nothing is refused here: a check whose signals were not logged gives a measure without a value that states what to
     log. A crane without a passive circuit gets one statement.
     """
-    if campaign.crane.passive is None:
+    if "passive" not in campaign.crane.circuits:
         nothing = tuple(
             Measure(name, None, m.quantity, note=NONE) for name, m in MEASURES.items() if m.step is StepNumber.PASSIVE
         )

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import passive_of
 from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.time_lag import low_pass
@@ -31,16 +31,9 @@ from stillhook.validate.data_set.records.record import filled
 from stillhook.validate.parameters.hoisting import EVERY, MOVING, missing, twin_friction
 from stillhook.validate.parameters.segments import LogPart, bridged, by_test, means, rates, stacked
 from stillhook.validate.parameters.settings import known_setting
-from stillhook.winches.circuits.tables import PassiveCircuit
 
 DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""
-
-
-def passive_of(crane: Crane) -> PassiveCircuit:
-    """The passive circuit of the crane file. Callers have a crane with one."""
-    assert crane.passive is not None
-    return crane.passive
 
 
 def flow(part: LogPart) -> FloatArray:

@@ -39,7 +39,7 @@ from stillhook.logs.synthetic import (
     write_log,
 )
 from stillhook.physics.hydraulics.lines import capacitance
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, passive_of
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
 from stillhook.units import quote, show
@@ -162,8 +162,7 @@ def write_campaign(
     _check(plan, seed, named, size)
     check_campaign_folder(folder)
     check_folder(folder, (CRANE_FILE,))
-    assert plan.crane.passive is not None
-    counts = {"motors": plan.crane.active.motor.count, "passive_motors": plan.crane.passive.motor.count}
+    counts = {"motors": plan.crane.active.motor.count, "passive_motors": passive_of(plan.crane).motor.count}
     made = setting(seed, apart=apart, **counts)
     if named is not None:
         made = with_defect(made, plan.crane, named, size)

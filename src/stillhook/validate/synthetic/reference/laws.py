@@ -27,7 +27,7 @@ from stillhook.physics.hydraulics.motor import TorqueLossFit, motor_leakage, tor
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, Source, SourceKind
+from stillhook.spec.crane import Crane, Source, SourceKind, passive_of
 from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.circuits.tables import TorqueLoss
 from stillhook.winches.reference.gas import (
@@ -177,14 +177,13 @@ def usual_speeds() -> FloatArray:
 
 def surface(crane: Crane, speeds: FloatArray) -> Surface:
     """The twin's friction (MJ4 and eq. 2.7) at STATES and wire speeds [m/s]."""
-    assert crane.passive is not None
-    a, b, f = crane.active.motor, crane.passive.motor, friction_record(crane.friction.system)
+    a, b, f = crane.active.motor, passive_of(crane).motor, friction_record(crane.friction.system)
     drum = drum_record(crane)
     diameters = [layer_diameter(layers_filled((1.0 - out) * drum.L_full, drum), drum) for _, out in STATES]
     lever = 0.5 * np.repeat(diameters, len(speeds)) / crane.i_hD
     F = np.repeat([(load * crane.SWL + crane.hook_mass) * G for load, _ in STATES], len(speeds))
     w, T_w = np.tile(speeds, len(STATES)) / lever, F * lever
-    dp_pm = crane.passive.accumulator.gas.p_0 - crane.passive.p_lp
+    dp_pm = passive_of(crane).accumulator.gas.p_0 - passive_of(crane).p_lp
     system = (a.count + b.count) * np.asarray(system_friction(w, T_w * crane.i_hD, f))
     passive = b.count * _mj4(w, T_w / dp_pm / b.count, dp_pm, b.loss)
     T_f = system + passive
@@ -350,8 +349,7 @@ def reference_passive(crane: Crane, known: PassiveCircuit, reference: ReferenceC
 def gas_bank(crane: Crane, reference: ReferenceCrane) -> GasBank:
     """Nitrogen that has the twin's pressure p_0, times `precharge`, with the piston at mid stroke, in vessels whose
     stiffness there at GAS_PERIOD would be the twin's at p_0, were their volume not `gas_volume` times as large."""
-    assert crane.passive is not None
-    twin = crane.passive.accumulator
+    twin = passive_of(crane).accumulator
     slope = gas_record(twin).c_1 * 2.0 / twin.V_stroke  # Pa/m^3
     rho = density(twin.gas.p_0 + ATMOSPHERE, reference.gas_T)
     V_mid = reference.gas_volume * stiffness(rho, reference.gas_T, reference.gas_tau, GAS_PERIOD) / slope
