@@ -176,7 +176,7 @@ JONSWAP = "jonswap Hs=1 m Tp=8 s gamma=3.3"
         ((JONSWAP, "--heading", "180 deg", "--duration", "10 s", "--out", "x"), "duration 10 s leaves 5 harmonics"),
         ((JONSWAP, "--heading", "180 deg", "--duration", "8760 h", "--out", "x"), "longer than 111 h"),
         ((f"{JONSWAP} heading=10 deg", "--heading", "180 deg"), "already have a heading. Leave it out."),
-        ((f"{JONSWAP} heading=10 deg spread=3", "--spread", "4"), "have a spread of their own. Leave it out."),
+        ((f"{JONSWAP} heading=10 deg spread=3", "--spread", "4"), "already have a spread. Leave it out."),
     ],
 )
 def test_options_of_a_tip_that_cannot_count_are_refused(options, said, tmp_path, monkeypatch, capsys):
