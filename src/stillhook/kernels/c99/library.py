@@ -38,7 +38,6 @@ NATIVE, NUMBA = "native", "numba"
 FLAGS = ("-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-signed-zeros", "-fopenmp-simd", "-shared", "-s", "-w")
 """Strict arithmetic as Numba's: no reassociation, fused multiply-add in `exp` alone; square roots without errno."""
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-POINTER_NAME = "library.txt"
 LOG = logging.getLogger("stillhook")
 CTYPES = {Array: ctypes.c_void_p, int: ctypes.c_int64, float: ctypes.c_double}
 
@@ -54,6 +53,7 @@ def compiler() -> tuple[str, ...] | None:
     return (sys.executable, "-m", "ziglang", "cc") if chosen == NATIVE and installed else None
 
 
+@functools.cache
 def target() -> str:
     """Processor that code is made for: x86-64 with AVX2 where this one has it, else what it is."""
     if platform.machine().lower() not in ("amd64", "x86_64"):
@@ -110,13 +110,17 @@ class Library:
         file = self.kept / f"{hashlib.sha256(chr(0).join(parts).encode()).hexdigest()[:24]}{SUFFIX}"
         self._compile(source, file)
         self.folder.mkdir(parents=True, exist_ok=True)
-        with atomic_file(self.folder / POINTER_NAME) as pointer:
+        with atomic_file(self._pointer()) as pointer:
             pointer.write_text(file.name, encoding="utf-8")
         return file
 
+    def _pointer(self) -> Path:
+        """File that names the library for this processor: machines may share a home folder."""
+        return self.folder / f"library{target()}.txt"
+
     def _known(self) -> Path | None:
         try:
-            return self.kept / (self.folder / POINTER_NAME).read_text(encoding="utf-8")
+            return self.kept / self._pointer().read_text(encoding="utf-8")
         except OSError:
             return None
 
