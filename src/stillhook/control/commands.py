@@ -122,7 +122,7 @@ def displacement_by_layer(alpha_outer, K_wire, settings):
 
 
 RETURN = 0.2
-"""Rate at which the stroke that was taken back is given again [1/s]: slow beside the oil's swing, which a limit that
+"""Rate at which the stroke that was taken back is given again [1/s]: slow against the oil's swing, which a limit that
 returns at once would feed. Assumed."""
 
 

@@ -20,7 +20,7 @@ LABEL
 ORDER
     Place in lists (default 100).
 USES
-    Settings of a crane file's [control] and [active.motor], beside those of the pumps, that the law reads; `tune`
+    Settings of a crane file's [control] and [active.motor], besides those of the pumps, that the law reads; `tune`
     searches them.
 FAMILY
     "classic" for motors at a fixed displacement (default "other").

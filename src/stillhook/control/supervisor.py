@@ -2,7 +2,7 @@
 this cycle.
 
 Laws of our own (the thesis names such modes in section 2.6 and prints none). What each mode does, what it waits for and
-what ends it is told in docs/explanation/winch-modes.md. Signs: speeds and s_op hoisting positive, s_w wire paid out.
+what ends it is in docs/explanation/winch-modes.md. Signs: speeds and s_op hoisting positive, s_w wire paid out.
 Tensions are those at the hook, as the crane's load indicator gives them: load cell less the weight of the wire that
 hangs (in 3,000 m it weighs as much as the load).
 """
@@ -87,7 +87,7 @@ class Watch(NamedTuple):
 
 
 class Supervisor(NamedTuple):
-    """Memory: stage number from 0; t_0 when it began, anew at its entry and at touch-down [s]; entered 1 once its entry
+    """Memory: stage number from 0; t_0 its start, reset at its entry and at touch-down [s]; entered 1 once its entry
     condition held; mode ordered last; v_joy ramped joystick, v_op with what a law adds [m/s], s_op its integral [m];
     F_1 tension filtered, F_slow its mean, F_ref set value of tension control on its way, F_suspended mean before
     touch-down [N]; s_ref wire that the joystick alone would have out in splash and manual mode [m]; s_out wire out
@@ -126,7 +126,7 @@ class Orders(NamedTuple):
 
 @scalar
 def wire_weight(s_w, s):
-    """Weight of the wire that hangs from the tip [N]; what is reckoned from wire out leaves out its stretch, a few
+    """Weight of the wire that hangs from the tip [N]; the value from wire out leaves out its stretch, a few
     parts in a thousand."""
     return s.q_dry * fmin(fmax(s_w, 0.0), s.h_tip) + s.q_wet * fmax(s_w - s.h_tip, 0.0)
 

@@ -47,7 +47,7 @@ def control_laws(names: tuple[str, ...]) -> ControlLaws:
     laws = [law for law in CONTROLLERS.values() if law.in_every_kernel or law.name in names]
     parts = [(f"{law.field}_{part}", cls) for law in laws for part, cls in _parts(law)]
     record: Any = NamedTuple("LawRecord", [("code", float), *parts])  # type: ignore[misc]
-    record.__module__ = f"{__name__} {' '.join(names)}"  # its generated functions are told apart by it
+    record.__module__ = f"{__name__} {' '.join(names)}"  # its generated functions are distinguished by it
     names_used: dict[str, Any] = {"Record": record, "Demand": Demand, "observe": observe, "command": command}
     for law in laws:
         names_used[f"cycle_{law.field}"] = law.cycle

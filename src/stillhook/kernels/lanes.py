@@ -100,7 +100,7 @@ class Joined(typing.NamedTuple):
 def joined(name: str, first: type, second: type) -> Joined:
     """The record of the fields of both, in this order, and join(a, b)."""
     record: Any = typing.NamedTuple(name, [*fields(first), *fields(second)])  # type: ignore[misc]
-    record.__module__ = f"{first.__module__} and {second.__module__}"  # its generated functions are told apart by it
+    record.__module__ = f"{first.__module__} and {second.__module__}"  # its generated functions are distinguished by it
     args = [f"a.{f}" for f, _ in fields(first)] + [f"b.{f}" for f, _ in fields(second)]
     names: dict[str, Any] = {"record": record}
     file = f"<{name} of {record.__module__}>"

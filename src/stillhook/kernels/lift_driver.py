@@ -56,8 +56,8 @@ S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
 NY, NLY = size(Signals), size(LiftSignals)
 NS = NY + NLY
 SIGNALS = 4
-"""Windowed signals: control error while compensating, tip, payload and hook against the path that the joystick asked
-for."""
+"""Windowed signals: control error while compensating, tip, payload and hook against the path that the joystick
+commands."""
 NST, NT = size(Stats), size(Stats) + size(LiftStats)
 NG = NT + SIGNALS
 """Numbers that are kept of a stage."""
@@ -66,7 +66,7 @@ STAGE_SIZE = size(Stage)
 
 @scalar
 def new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle):
-    """Where another stage is in force: statistics of the last one go to G, and start anew from the numbers in
+    """Where another stage is in force: statistics of the last one go to G, and restart from the numbers in
     `first`."""
     w = SIGNALS * LANES
     for l in range(LANES):
@@ -143,8 +143,8 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         over = sup.stage + sup.done != b.hang.stage or (
             b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.hang.grounded > 0.0)
         )
-        anew = b.hang.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
-        datum = relative if anew and not over else b.hang.datum
+        restarts = b.hang.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
+        datum = relative if restarts and not over else b.hang.datum
         stretch = hook[Q + l] - s_load
         put_seen(
             A,

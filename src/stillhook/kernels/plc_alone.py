@@ -108,7 +108,7 @@ def _kernel(names: tuple[str, ...]) -> Kernel:
     laws = control_laws(names)
     parts = [("m", Memory), ("laws", laws.Record), ("plc", Plc), ("control", MotorControl)]
     lane: Any = NamedTuple("Lane", parts)  # type: ignore[misc]
-    lane.__module__ = f"{__name__} {' '.join(names)}"  # its generated functions are told apart by it
+    lane.__module__ = f"{__name__} {' '.join(names)}"  # its generated functions are distinguished by it
     own = {"plc_cycle": laws.cycle, "load": access(lane, 1).load, "put_m": access(Memory, 1).store}
     bound = FunctionType(_cycles.__code__, {**globals(), **own}, _cycles.__name__)
     bound.__annotations__ = _cycles.__annotations__

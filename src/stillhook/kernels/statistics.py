@@ -140,7 +140,7 @@ def window_add(W, w, j, i, n, full, y):
 
 @scalar
 def window_turn(W, w, n):
-    """End of a run: suffix extremes of what was seen, running extremes start anew."""
+    """End of a run: suffix extremes of what was seen, running extremes restart."""
     for i in range(n - 2, -1, -1):
         low = W[(3 + i) * w :]
         high = W[(3 + n + 1 + i) * w :]

@@ -53,7 +53,7 @@ pump_units(crane), pump_flows(crane)
 charge(crane)
     Accumulator pressure at rest [Pa] (default 0).
 other_motors(crane, W, d)
-    `OtherMotors` beside the active ones that hold a weight W [N] on diameter d [m] (default none).
+    `OtherMotors` next to the active ones that hold a weight W [N] on diameter d [m] (default none).
 refusal(crane, case), notes(crane, held, parts)
     Reason why it cannot run a case ("" where it can), and what to say of it before it runs, in lines.
 stroke(crane, F)
@@ -95,7 +95,7 @@ class Stiffness(NamedTuple):
 
 
 class OtherMotors(NamedTuple):
-    """A set of motors beside the active ones that holds a weight."""
+    """A set of motors next to the active ones that holds a weight."""
 
     name: str
     motor: Any  # MotorSet

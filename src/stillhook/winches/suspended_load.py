@@ -61,7 +61,7 @@ class Works(NamedTuple):
 
 
 class Hanging(NamedTuple):
-    """What a lift remembers beside wire rows and winch."""
+    """Memory of a lift besides wire rows and winch."""
 
     sup: Supervisor
     element: Element  # of the wire in this cycle
@@ -70,7 +70,7 @@ class Hanging(NamedTuple):
     v_w_0: float  # wire speed one step ago [m/s]
     a_load: float  # last acceleration of the load [m/s^2]
     since_taut: float  # time since the slings came taut [s]
-    s_joy: float  # path that the joystick asked for [m]
+    s_joy: float  # path that the joystick commands [m]
     e_held: float  # control error while compensating, the last one while not [m]
     stage: float  # of which statistics are
     k_stage: float  # cycle in which it began
@@ -78,7 +78,7 @@ class Hanging(NamedTuple):
     E_0: float  # that at the start [J]
     works: Works
     v_before: float  # speed of the first node in the middle of the last step but one [m/s]
-    datum: float  # payload beside the joystick's path when compensation began [m]
+    datum: float  # payload relative to the joystick's path when compensation began [m]
     grounded: float  # 1 once the load touched the seabed, until it is clear of it again
 
 
@@ -106,7 +106,7 @@ class LiftStats(NamedTuple):
 
 
 class LiftSignals(NamedTuple):
-    """Columns of a series beside `Signals`; names and units as in `stillhook.variables`."""
+    """Columns of a series in addition to `Signals`; names and units as in `stillhook.variables`."""
 
     z_load: float
     s_hook: float
@@ -142,7 +142,7 @@ class Solve(NamedTuple):
 
 
 class Windowed(NamedTuple):
-    """What the moving windows take: e_c while compensating, tip, payload and hook beside the joystick's path [m]. A
+    """What the moving windows take: e_c while compensating, tip, payload and hook against the joystick's path [m]. A
     window that is not yet full counts as well: what it spans, the first full one of the stage spans too."""
 
     e_c: float
@@ -262,7 +262,7 @@ def fold_step(a, t, h, z_0, v_0, z, v, F_s, snapping, force, grounded, load):
 
 @scalar
 def place(y, last):
-    """Index of the interval in which y lies, 0 .. last - 1, and the part of it [-]."""
+    """Index of the interval that holds y, 0 .. last - 1, and the part of it [-]."""
     i = int(clip(y, 0.0, last - 1.0))
     return i, clip(y - i, 0.0, 1.0)
 

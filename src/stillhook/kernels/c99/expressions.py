@@ -14,7 +14,7 @@ from stillhook.physics.scalar import bits, double, scalar_of
 
 
 class SubsetError(StillhookError):
-    """Source that lies outside the translated subset of Python."""
+    """Source outside the translated subset of Python."""
 
 
 LIBRARY = {

@@ -1,4 +1,4 @@
-"""Kernels as portable C99, translated from the Python source of every function: one physics, no copy by hand.
+"""Kernels as portable C99, translated from the Python source of every function: one physics, no manual copy.
 
 The subset of Python that is translated (anything else is refused with `SubsetError`, which names file and line):
 
@@ -132,7 +132,7 @@ class Translator:
         return unique
 
     def function(self, fn: Any, types: tuple[Any, ...], export: str = "") -> CFunction:
-        """The C function for these argument types; translated when first asked for. `export` names an entry of the
+        """The C function for these argument types; translated when first used. `export` names an entry of the
         library."""
         scalar, fn = scalar_of(fn), plain(fn)
         key = (fn, types, export)

@@ -79,5 +79,5 @@ def pilot(u_m, held, control):
 
 @scalar
 def known_displacement(alpha_m, u_m, control):
-    """Displacement that the heave compensation reckons with: measured with feedback, else the command."""
+    """Displacement that the heave compensation uses: measured with feedback, else the command."""
     return control.feedback * alpha_m + (1.0 - control.feedback) * u_m

@@ -102,7 +102,7 @@ class WaterForce(NamedTuple):
 
 @scalar
 def submergence(z, eta, H):
-    """How deep the payload's underside lies below the surface, held to 0 .. H [m]; z height of the underside above
+    """Depth of the payload's underside below the surface, held to 0 .. H [m]; z height of the underside above
     still water [m]."""
     return clip(eta - z, 0.0, H)
 

@@ -99,7 +99,7 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """As that of the twin (`active_passive.State`); p_a, p_b are at the motors, where the transmitters sit. Beside it:
+    """As that of the twin (`active_passive.State`); p_a, p_b are at the motors, where the transmitters sit. Additional:
     p_ap, p_bp at the pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; g dry level that lags [N m];
     F_cell tension behind the load cell's filter [N]; T_oil
     oil above nominal [K] with its rate [K/s]; T_gas gas of the accumulator [K]."""

@@ -1,5 +1,5 @@
 """Wire of the reference plant, a load path (`stillhook.winches.load_path`): two lengths with a mass between them,
-stiffer under load, with a damping of its strands beside that of its oil.
+stiffer under load, with a damping of its strands in addition to its oil.
 
 Written for the reference plant alone: nothing here comes from the twin's wire (`stillhook.physics.load_path.drum`).
 """
