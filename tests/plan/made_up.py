@@ -204,15 +204,15 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
     middle = np.array([0.93, 1.04, 0.98])[:, None] + 0.03 * np.cos(n)[None, :] / np.sqrt(n)
     convergence = xarray.Dataset(
         {
-            "utilisation": (("cell", "n"), middle),
+            "Hs_limit": (("cell", "n"), middle),
             "low": (("cell", "n"), middle - 0.4 / np.sqrt(n)),
             "high": (("cell", "n"), middle + 0.4 / np.sqrt(n)),
         },
         {
             "cell": [
-                "splash zone, slack-sling: Hs 2 m, Tp 8 s, 180 deg",
-                "deep, wire-speed, ssc: Hs 2.5 m, Tp 9 s, 180 deg",
-                "landing, landing-speed, ns: Hs 2 m, Tp 10 s, 165 deg",
+                "splash zone, all alternatives: slack-sling at Tp 8 s, 180 deg",
+                "deep, ssc: wire-speed at Tp 9 s, 180 deg",
+                "landing, ns: landing-speed at Tp 10 s, 165 deg",
             ],
             "n": n,
         },
@@ -384,7 +384,6 @@ def _facts(certificate: bool) -> dict[str, Any]:
         "runs": {
             "n": 4200,
             "n_failed": 2,
-            "seeds_first": 1,
             "seeds_per_cell": [20, 40],
             "wall": 81.0,
         },

@@ -7,20 +7,11 @@ import numpy as np
 import pytest
 
 from stillhook.plan.definition.phases import PhaseKind
-from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Level, Tier
+from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited
-from stillhook.plan.tiers.time_domain.cells import (
-    CellRequest,
-    Cells,
-    Execution,
-    chance,
-    largest,
-    mean,
-    passage,
-    quantities,
-    worst_heights,
-)
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, seed_of, worst_heights
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.lowering import (
     BLOCK,
     KINDS,
@@ -32,14 +23,14 @@ from stillhook.plan.tiers.time_domain.lowering import (
     machine_of,
     winch_of,
 )
+from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.search import Search
-from stillhook.plan.tiers.time_domain.tier import expected, refine
+from stillhook.plan.tiers.time_domain.tier import chance, expected, refine
 from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.scenario import Mode
-from stillhook.statistics.estimate import Estimate
 
 BETA = math.radians(165.0)
-FEW = Search(seeds=16, more=16, most_seeds=16)
+FEW = Search(seeds=16, most_seeds=16)
 """Few seeds: these tests ask how numbers hang together, not what they are."""
 
 
@@ -140,65 +131,15 @@ def test_every_alternative_sees_the_same_waves(plan):
     np.testing.assert_allclose(tips[1], 0.2 * tips[0], rtol=1e-12)
 
 
-# from seeds to numbers
+def test_every_sea_has_waves_of_its_own():
+    """Runs of neighbouring cells then add to each other; the same sea is the same to all alternatives."""
+    spots = [SeaState(Hs, T, BETA) for Hs in (1.0, 1.05, 2.0) for T in (8.0, 9.0)]
+    seeds = {seed_of(spot, k) for spot in spots for k in range(1, 100)}
+    assert len(seeds) == len(spots) * 99
+    assert seed_of(SeaState(1.0, 8.0, BETA), 3) == seed_of(SeaState(1.0, 8.0, BETA + 1e-12), 3)
 
 
-@pytest.mark.slow
-def test_the_largest_of_a_phase_of_many_runs_is_that_of_the_largest_of_each():
-    """The largest values of 80 blocks of six runs tell the same as one run of each, extrapolated to six."""
-    x = np.random.default_rng(7).gumbel(5.0, 0.4, size=(80, 6))
-    for level in (Level.MPM, Level.P90):
-        by_runs, by_blocks = largest(x[:, 0], level, 6.0), largest(x.max(axis=1), level)
-        assert by_runs.value == pytest.approx(by_blocks.value, rel=0.05)  # 80 values each: some 2 % of scatter
-        assert by_runs.low < by_blocks.value < by_runs.high
-
-
-@pytest.mark.slow
-def test_an_interval_closes_with_seeds():
-    x = np.random.default_rng(3).gumbel(5.0, 0.4, size=80)
-    widths = [largest(x[:n], Level.P90).high - largest(x[:n], Level.P90).low for n in (10, 20, 40, 80)]
-    assert widths == sorted(widths, reverse=True)
-
-
-@pytest.mark.slow
-def test_passages_with_a_heavy_tail_are_told_by_their_own_quantile():
-    """Squares of what a Gumbel distribution has: the bulk says less than one in ten exceeds. 200 groups of 64 passages each."""
-    x = np.random.default_rng(11).gumbel(1.0, 0.3, size=(200, 64)) ** 4
-    exact = (1.0 - 0.3 * math.log(-math.log(0.9))) ** 4
-    told = [passage(group, Level.P90) for group in x]
-    assert np.mean([t.value for t in told]) == pytest.approx(exact, rel=0.1)  # 200 groups, each to some 20 %
-    assert np.mean([t.low <= exact <= t.high for t in told]) >= 0.93  # of 95 %, with the scatter of 200
-    assert np.mean([largest(group, Level.P90).value for group in x[:40]]) < 0.95 * exact
-
-
-def test_few_passages_leave_the_upper_end_open():
-    x = np.arange(1.0, 21.0)
-    assert passage(x, Level.P90).high == math.inf
-    assert passage(np.arange(1.0, 37.0), Level.P90).high == 36.0
-
-
-def test_slack_slings_in_more_than_a_tenth_of_the_passages_are_beyond(plan):
-    runs = numbers(n=40)
-    runs["F_sling_min"][:5] = 0.0
-    splash = of_kind(plan, PhaseKind.SPLASH)
-    told = quantities(plan, splash, Alternative.NONE, Winch(), course_of(plan, splash, Winch()), runs)
-    assert told["sling_ratio"].value == 0.0
-
-
-def test_maxima_that_a_valve_holds_are_themselves():
-    assert largest(np.full(20, 380e5), Level.P90, 10.0) == Estimate(380e5, 380e5, 380e5, 20)
-
-
-def test_nothing_in_twenty_runs_is_not_never():
-    none, all_of_them = chance(0, 20, 2.0), chance(20, 20)
-    assert none.value == 0.0
-    assert 0.1 < none.high < 0.4
-    assert all_of_them.value == 1.0
-    assert chance(2, 20, 1.0).value < chance(2, 20, 5.0).value < 1.0
-
-
-def test_a_mean_of_one_run_has_no_interval():
-    assert math.isnan(mean(np.array([0.1])).low)
+# from runs to quantities
 
 
 def numbers(n=20, **changed):
@@ -227,48 +168,65 @@ def numbers(n=20, **changed):
     return {name: np.full(n, value) * (1.0 if name in exact else wiggle) for name, value in (base | changed).items()}
 
 
+STILL = {"s_tip_pp": 0.0, "e_c_pp": 0.0, "load_pp": 0.0, "F_w_max": 1.3e6, "DAF": 0.9, "v_tip_max": 0.0, "v_w_max": 0.0}
+STILL |= {"F_sling_min": 9.6e5, "p_a_max": 1e7, "saturation_time": 0.0}
+
+
 def asked(plan, kind, alternative, **changed):
+    """Level of every quantity in one sea of 2 m."""
     phase = of_kind(plan, kind)
     winch = winch_of(phase, alternative)
-    return quantities(plan, phase, alternative, winch, course_of(plan, phase, winch), numbers(**changed))
+    told = {}
+    for name, measure in measures(plan, phase, alternative, winch, course_of(plan, phase, winch)).items():
+        if measure.statistic is not Statistic.CHANCE:
+            column = ColumnRuns(8.0, BETA, measure, 2.0, numbers(1, **STILL), ((2.0, numbers(**changed)),))
+            told[name] = float(measure.of_x(np.array([curve_of([column]).level(0, 2.0)[0]]))[0])
+    return told
 
 
-def test_only_what_the_winch_of_an_alternative_has_is_told(plan):
+def test_only_what_the_winch_of_an_alternative_has_is_determined(plan):
     told = {a: asked(plan, PhaseKind.DEEP, a) for a in (Alternative.NONE, Alternative.CAP, Alternative.SSC)}
     assert not {"p_a_max", "saturation_share", "v_w_demand"} & set(told[Alternative.NONE])
     assert not {"p_a_max", "saturation_share"} & set(told[Alternative.CAP])
-    assert told[Alternative.CAP]["v_w_demand"].value > 0.0
-    assert told[Alternative.SSC]["saturation_share"].value == pytest.approx(0.01)
+    assert told[Alternative.CAP]["v_w_demand"] > 0.0
+    assert told[Alternative.SSC]["saturation_share"] == pytest.approx(0.01)
 
 
 def test_the_tip_moves_as_far_under_a_cap_as_without_it(plan):
-    """The cap's runs have a fifth of the motion: what they say of the tip is five times that, what they leave of it is theirs."""
+    """The cap's runs have a fifth of the motion: what they say of the tip is five times that, what they leave is theirs."""
     none = asked(plan, PhaseKind.DEEP, Alternative.NONE)
     cap = asked(plan, PhaseKind.DEEP, Alternative.CAP, s_tip_pp=0.2, v_tip_max=0.1)
-    assert cap["s_tip_pp"].value == pytest.approx(none["s_tip_pp"].value)
-    assert cap["e_c_pp"].value == pytest.approx(0.2 * none["e_c_pp"].value)
+    assert cap["s_tip_pp"] == pytest.approx(none["s_tip_pp"])
+    assert cap["e_c_pp"] == pytest.approx(0.2 * none["e_c_pp"])
 
 
-def test_slings_that_hang_slack_have_no_tension_left_however_many_runs(plan):
-    told = asked(plan, PhaseKind.SPLASH, Alternative.NONE, F_sling_min=2e4)
-    assert told["sling_ratio"].value >= 0.0
-    assert told["sling_ratio"].low <= told["sling_ratio"].value <= told["sling_ratio"].high
+def test_slings_that_hang_slack_have_no_tension_left(plan):
+    assert asked(plan, PhaseKind.SPLASH, Alternative.NONE, F_sling_min=0.0)["sling_ratio"] == 0.0
+
+
+def test_nothing_in_twenty_runs_is_not_never():
+    slack = Measure("F_sling_min", Statistic.CHANCE, times=2.0, end=9.6e5, falls=True)
+    none, every = (chance(slack, numbers(F_sling_min=F)) for F in (8e5, 0.0))
+    assert none.value == 0.0
+    assert 0.1 < none.high < 0.4
+    assert every.value == 1.0
 
 
 @pytest.mark.parametrize(
     ("kind", "failed", "sound"),
     [("deep", 0, True), ("deep", 1, False), ("splash-zone", 1, True), ("splash-zone", 2, False)],
 )
-def test_a_sea_is_condemned_by_failed_runs_that_a_tenth_of_its_phases_would_meet(plan, kind, failed, sound):
+def test_a_sea_is_beyond_by_failed_runs_that_a_tenth_of_its_phases_would_meet(plan, kind, failed, sound):
     """One run of 20 in a passage that happens once is 5 % of them; in half an hour of 7.5 runs it is a third."""
     phase = of_kind(plan, PhaseKind(kind))
     winch = winch_of(phase, Alternative.SSC)
-    runs = numbers()
-    for values in runs.values():
+    higher = numbers(DAF=1.1)
+    for values in higher.values():
         values[:failed] = np.nan
-    told = quantities(plan, phase, Alternative.SSC, winch, course_of(plan, phase, winch), runs)
-    assert math.isfinite(told["DAF"].value) == sound
-    assert (told["sling_ratio"].value == 0.0) != sound
+    measure = measures(plan, phase, Alternative.SSC, winch, course_of(plan, phase, winch))["DAF"]
+    column = ColumnRuns(8.0, BETA, measure, 1.5, numbers(1, **STILL), ((1.0, numbers()), (2.0, higher)))
+    limits = limits_of_curve(curve_of([column]), np.array([1.15]), 6.0)
+    assert (limits.Hs[0] > 1.0) == sound
 
 
 def test_a_landing_takes_the_same_time_under_every_winch(plan):
@@ -304,21 +262,23 @@ def test_runs_of_every_phase_tell_what_its_rules_ask(narrow):
             wanted = {r.rule.quantity for r in limited(narrow, phase, a)} - {"F_top_static"}
             wanted -= {"load_pp"} if phase.kind is PhaseKind.LANDING and not a.twin else set()
             assert wanted <= set(sea), (phase.name, a)
-            assert sea["F_top_max"].value > calm["F_top_max"].value
-            assert sea["DAF"].value > calm["DAF"].value
+            assert sea["F_top_max"] > calm["F_top_max"]
+            assert sea["DAF"] > calm["DAF"]
             if phase.kind is PhaseKind.LANDING:
-                assert 0.0 < calm["v_landed"].value < phase.speed  # water that has to leave from under it brakes it
+                assert 0.0 < calm["v_landed"] < phase.speed  # water that has to leave from under it brakes it
             if phase.kind is PhaseKind.DEEP:
-                assert calm["sling_ratio"].value == pytest.approx(1.0, abs=2e-3)
+                assert calm["sling_ratio"] == pytest.approx(1.0, abs=2e-3)
     deep = of_kind(narrow, PhaseKind.DEEP)
-    left = {a: _told(narrow, cells, deep, a, asks[deep.name, a, 1.5])["load_pp"].value for a in narrow.alternatives}
+    left = {a: _told(narrow, cells, deep, a, asks[deep.name, a, 1.5])["load_pp"] for a in narrow.alternatives}
     assert left[Alternative.SSC] < left[Alternative.CAP] < left[Alternative.NONE]
 
 
 def _told(plan, cells, phase, alternative, ask):
-    return quantities(
-        plan, phase, alternative, ask.winch, cells.course(phase, ask.winch, ask.spot), cells.runs[ask.cell]
-    )
+    """Largest x of every measure."""
+    course = cells.course(phase, ask.winch, ask.spot)
+    runs = cells.runs[ask.cell]
+    found = measures(plan, phase, alternative, ask.winch, course)
+    return {name: float(m.of_x(m.values(runs).max(keepdims=True))[0]) for name, m in found.items() if m.x in runs}
 
 
 def predicted(plan, heights):

@@ -10,7 +10,7 @@ from stillhook.kernels.lanes import Array, access, offset, size
 from stillhook.kernels.statistics import window_add, window_turn
 from stillhook.physics.load_path.payload import submergence, water_force, wetted
 from stillhook.physics.records import replace
-from stillhook.physics.scalar import align_stack, scalar
+from stillhook.physics.scalar import align_stack, fmax, scalar
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import (
     NEVER,
@@ -61,6 +61,12 @@ commands."""
 NST, NT = size(Stats), size(Stats) + size(LiftStats)
 NG = NT + SIGNALS
 """Numbers that are kept of a stage."""
+F_W, V_TIP, V_W = (Y + offset(Signals, f, LANES) for f in ("F_w", "v_tip", "v_w"))
+F_SLING = LY + offset(LiftSignals, "F_sling", LANES)
+NP = 5 + SIGNALS
+"""Numbers that are kept of an interval: largest tension of wire and sling, least of the sling with its sign turned,
+largest speeds of tip and wire either way, and the windowed signals' largest peak-to-peak of a window that ends in
+it."""
 STAGE_SIZE = size(Stage)
 
 
@@ -188,12 +194,21 @@ def cycle(A, B, N, S, T, n_stages, t, w):
 
 
 @scalar
-def windows(A, W_, i, n_win):
-    """The moving windows of every lane take this cycle's sample as number i of their run."""
+def windows(A, W_, P, i, n_win):
+    """The moving windows of every lane take this cycle's sample as number i of their run; largest values go to the
+    interval P."""
     w = SIGNALS * LANES
     for f in range(SIGNALS):
         for l in range(LANES):
-            window_add(W_, w, f * LANES + l, i, n_win, 1.0, A[SEEN + f * LANES + l])
+            j = f * LANES + l
+            span = window_add(W_, w, j, i, n_win, 1.0, A[SEEN + j])
+            P[5 * LANES + j] = fmax(P[5 * LANES + j], span)
+    for l in range(LANES):
+        P[l] = fmax(P[l], A[F_W + l])
+        P[LANES + l] = fmax(P[LANES + l], A[F_SLING + l])
+        P[2 * LANES + l] = fmax(P[2 * LANES + l], -A[F_SLING + l])
+        P[3 * LANES + l] = fmax(P[3 * LANES + l], abs(A[V_TIP + l]))
+        P[4 * LANES + l] = fmax(P[4 * LANES + l], abs(A[V_W + l]))
     if i == n_win - 1:
         window_turn(W_, w, n_win)
 
@@ -219,6 +234,8 @@ def run(
     first: Array,
     out: Array,
     every: int,
+    P: Array,
+    n_peak: int,
     k_0: int,
     n: int,
     final: int,
@@ -232,7 +249,7 @@ def run(
     quintic; S rows of n_stages stages; T levels of the payload; E samples of the water every dt_w [s] from number i_0
     on, with `levels` levels (0: still water), H_w room for weights; W_ windows; G numbers kept of every stage and
     starts when each began [s], first those that statistics begin with; out a row of Signals and LiftSignals every
-    `every` cycles (0: never).
+    `every` cycles (0: never); P a row of NP numbers every n_peak cycles.
     """
     align_stack()
     h = t_cycle / n_sub
@@ -248,7 +265,7 @@ def run(
         relay(A, B, N)
         new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle)
         cycle(A, B, N, S, T, n_stages, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
-        windows(A, W_, k % n_win, n_win)
+        windows(A, W_, P[(k // n_peak) * NP * LANES :], k % n_win, n_win)
         if every > 0 and k % every == 0:
             into = out[(k // every) * NS * LANES :]
             for l in range(NY * LANES):

@@ -126,7 +126,7 @@ def blank_window(n: int, lanes: int, signals: int = SIGNALS) -> NDArray[np.float
 @scalar
 def window_add(W, w, j, i, n, full, y):
     """Take sample y as number i of a run (0..n-1) for signal and lane j; w = signals * lanes; full: n samples were
-    seen."""
+    seen. Returns the peak-to-peak of the window that ends here."""
     low = W[(3 + i) * w :]
     high = W[(3 + n + 1 + i) * w :]
     lo, hi = fmin(W[j], y), fmax(W[w + j], y)
@@ -136,6 +136,7 @@ def window_add(W, w, j, i, n, full, y):
     W[2 * w + j] = fmax(W[2 * w + j], span * full)
     low[j] = y
     high[j] = y
+    return span * full
 
 
 @scalar

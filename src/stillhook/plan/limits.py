@@ -22,7 +22,8 @@ class Limits:
 
     Hs: rule -> (c,) [m]: inf where the highest sea state analysed stays inside, 0 where a calm is beyond, NaN where the
     tier does not determine it; low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to
-    there the tier shows seas inside, and no further. Tp [s] and beta [rad] (c,).
+    there the tier shows seas inside, and no further. Tp [s] and beta [rad] (c,). draws: rule -> (m, c) heights [m] that
+    are as likely as the runs make them, errors of neighbours together; NaN where there is no interval.
     """
 
     phase: str
@@ -33,6 +34,7 @@ class Limits:
     Hs: Mapping[str, FloatArray]
     low: Mapping[str, FloatArray] = field(default_factory=dict)
     high: Mapping[str, FloatArray] = field(default_factory=dict)
+    draws: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def utilisation(limited: Limited, values: FloatArray) -> FloatArray:

@@ -29,6 +29,7 @@ from stillhook.plan.table import Axes, certified_in, chosen, credited_of, gather
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency, resonance_depth, situations
 from stillhook.plan.tiers.time_domain.tier import refine
+from stillhook.plan.weather.occurrence import occurrence
 from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block, weather_used, weather_value
 from stillhook.sea.spectra.spectrum import steepest, steepness
 from stillhook.units import quote
@@ -78,7 +79,15 @@ def plan(
     limits = [limits_in(lift_plan, demand) for demand in demands]
     twin = None
     if last is Tier.TIME:
-        twin = refine(lift_plan, limits, store=store, client=client, threads=threads, progress=parts(0.06, 0.92))
+        twin = refine(
+            lift_plan,
+            limits,
+            frequency=None if records is None else occurrence(lift_plan, records),
+            store=store,
+            client=client,
+            threads=threads,
+            progress=parts(0.06, 0.92),
+        )
         demands, limits = [*demands, *twin.demands], [*limits, *twin.limits]
     of = answered(lift_plan, axes, seas, demands, limits)
     forecast = forecast_limits(lift_plan, table, of.governs, max(lift_plan.environment.Hs))

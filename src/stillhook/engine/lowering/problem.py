@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import math
@@ -13,13 +14,14 @@ import numpy as np
 from stillhook.engine.arguments import Series, labelled, summary_columns
 from stillhook.engine.batch import Row, bare
 from stillhook.engine.lowering.checks import check_lift, check_sea
-from stillhook.engine.lowering.run import LiftBlock, LiftResult, run_lowerings, waves_step
+from stillhook.engine.lowering.run import PEAKS, LiftBlock, LiftResult, peak_interval, run_lowerings, waves_step
 from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
-from stillhook.engine.runner import RunOptions, each_case
+from stillhook.engine.runner import Ending, RunOptions, each_case
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, stage_names
 from stillhook.variables import attributes
+from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
     import xarray
@@ -80,8 +82,7 @@ class LoweringProblem:
     def columns(self, crane: Crane, case: Case) -> tuple[str, ...]:
         """Names of all numbers in one row: of the run, then of each stage."""
         winch = crane.plant.type
-        of_stages = (f"{i} {name}" for i in range(_stages(case)) for name in stage_numbers_of(winch))
-        return (*run_numbers_of(winch), *of_stages)
+        return _columns(winch.name, _stages(case), _intervals(case))
 
     def identity(self) -> Callable[[Case], bytes]:
         return _Texts()
@@ -100,6 +101,11 @@ class LoweringProblem:
         winch = crane.plant.type
         numbers = [run[name] for name in run_numbers_of(winch)]
         numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch)]
+        peaks = np.full((_intervals(case), len(PEAKS)), math.nan)
+        if result.ending is not Ending.DIVERGED:
+            n = min(len(peaks), len(result.peaks))
+            peaks[:n] = result.peaks[:n]
+        numbers += peaks.ravel().tolist()
         return Row(run["status"], [float(x) for x in numbers], tuple(run["notes"]))
 
     def labelled(
@@ -117,20 +123,51 @@ class LoweringProblem:
         n_stages = max(_stages(c) for c in cases)
         of_run = ("status", *run_numbers_of(winch), "notes")
         columns = summary_columns([{name: row[name] for name in of_run} for row in rows], single=single)
-        for name in stage_numbers_of(winch):
-            table = np.array([[row.get(f"{i} {name}", math.nan) for i in range(n_stages)] for row in rows])
-            columns[f"stage_{name}"] = (
-                (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))
-            )
+        of_stages = stage_numbers_of(winch)
+        intervals = max(_intervals(c) for c in cases)
+        stages = np.full((len(cases), n_stages, len(of_stages)), math.nan)
+        peaks = np.full((len(cases), intervals, len(PEAKS)), math.nan)
+        for i, (row, each) in enumerate(zip(rows, cases, strict=True)):
+            here = self.columns(crane if isinstance(crane, Crane) else crane[i], each)
+            numbers = np.fromiter(map(row.__getitem__, here), dtype=np.float64, count=len(here))
+            begin, end = len(run_numbers_of(winch)), len(here) - _intervals(each) * len(PEAKS)
+            stages[i, : _stages(each)] = numbers[begin:end].reshape(-1, len(of_stages))
+            peaks[i, : _intervals(each)] = numbers[end:].reshape(-1, len(PEAKS))
+        for dim, prefix, table, of in (("stage", "stage", stages, of_stages), ("interval", "peak", peaks, PEAKS)):
+            for k, name in enumerate(of):
+                values = np.ascontiguousarray(table[:, :, k])
+                columns[f"{prefix}_{name}"] = (
+                    ((dim,), values[0], attributes(name)) if single else (("case", dim), values, attributes(name))
+                )
         names = {stage_names(lift.programme) for lift in lifts}
         coords: dict[str, Any] = {} if single else {"case": [lift.name or str(i) for i, lift in enumerate(lifts)]}
         coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(n_stages)]
+        lengths = np.array([peak_interval(lift.duration) for lift in lifts])
+        columns["peak_interval"] = (
+            ((), lengths[0], attributes("peak_interval"))
+            if single
+            else (("case",), lengths, attributes("peak_interval"))
+        )
         title = f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}"
         return labelled(columns, coords, {"title": title, **_cranes(crane)}, step=step, single=single, series=series)
 
 
 def _lift(case: Case) -> Lowering:
     return case.lift if isinstance(case, InSea) else case
+
+
+@functools.cache
+def _columns(plant: str, stages: int, intervals: int) -> tuple[str, ...]:
+    winch = WINCH_TYPES[plant]
+    of_stages = (f"{i} {name}" for i in range(stages) for name in stage_numbers_of(winch))
+    of_intervals = (f"{i} peak {name}" for i in range(intervals) for name in PEAKS)
+    return (*run_numbers_of(winch), *of_stages, *of_intervals)
+
+
+def _intervals(case: Case) -> int:
+    """Intervals of which the largest values are kept."""
+    duration = _lift(case).duration
+    return int(duration / peak_interval(duration) + 1e-6)
 
 
 def _stages(case: Case) -> int:

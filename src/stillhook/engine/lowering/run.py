@@ -25,6 +25,20 @@ from stillhook.spec.lift.lowering import Lowering
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import Hanging, LiftSignals, LiftStats, Solve, blank_lift_stats
 
+PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
+"""Largest and least numbers that are kept of every interval of a run; a peak-to-peak is that of a window which ends in
+the interval."""
+PEAK_INTERVAL, MOST_INTERVALS = 10.0, 360
+"""Length of an interval [s], and how many there are at the most: of longer runs an interval is twice as long, or four
+times."""
+
+
+def peak_interval(duration: float) -> float:
+    """Length of the intervals of a run [s]."""
+    doubled = max(math.ceil(math.log2(max(duration, PEAK_INTERVAL) / (PEAK_INTERVAL * MOST_INTERVALS))), 0)
+    return float(PEAK_INTERVAL * 2**doubled)
+
+
 ROWS = 5
 """Numbers of one node of the wire: see `stillhook.kernels.lift_driver`."""
 
@@ -45,7 +59,8 @@ class StageResult(NamedTuple):
 
 class LiftResult(NamedTuple):
     """What came out of one lowering. stages: number of the stage and its statistics, in the order of time, the last
-    that after the programme where it ended; series rows of Signals and LiftSignals every dt [s], or None."""
+    that after the programme where it ended; series rows of Signals and LiftSignals every dt [s], or None; peaks rows of
+    `PEAKS`, one for each interval of `peak_interval` of its duration."""
 
     case: Lowering
     packed: PackedLift
@@ -59,6 +74,7 @@ class LiftResult(NamedTuple):
     q: FloatArray
     v: FloatArray
     series: FloatArray | None
+    peaks: FloatArray
     signals: tuple[str, ...]
     dt: float
     step: float
@@ -162,6 +178,9 @@ class LiftBlock(Block[Ready]):
         self.S, self.T = self._stages(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
         self.G = np.full((self.n_stages + 1, d.NG, lanes), np.nan)
         self.starts = np.full((self.n_stages + 1, lanes), np.nan)
+        interval = peak_interval(self.drive.n_ticks * self.drive.t_cycle)
+        self.n_peak = max(round(interval / self.drive.t_cycle), 1)
+        self.P = np.full((self.drive.n_ticks // self.n_peak + 1, d.NP, lanes), -np.inf)
         self.first = np.array(flatten(blank(d.Stats, ready[0].winch.plant)) + flatten(blank_lift_stats()))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
 
@@ -242,6 +261,8 @@ class LiftBlock(Block[Ready]):
             self.first,
             self.out.reshape(-1),
             self.every,
+            self.P.reshape(-1),
+            self.n_peak,
             k,
             count,
             self.drive.n_ticks,
@@ -308,11 +329,18 @@ class LiftBlock(Block[Ready]):
             q=self.B[:, 0, l].copy(),
             v=self.B[:, 1, l].copy(),
             series=self.series(l),
+            peaks=self._peaks(l),
             signals=(*self.d.Signals._fields, *LiftSignals._fields),
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
             t_cycle=t_cycle,
         )
+
+    def _peaks(self, l: int) -> FloatArray:
+        """Rows of `PEAKS` of one lane; the last cycle, which begins an interval of its own, is left out."""
+        peaks = self.P[: self.drive.n_ticks // self.n_peak, :, l].copy()
+        peaks[:, 2] *= -1.0
+        return peaks
 
     def _stage(self, s: int, l: int) -> StageResult:
         row = self.G[s, :, l].tolist()

@@ -227,7 +227,6 @@ RUNS = {
     "n": "runs in the time domain (alike in several alternatives: once)",
     "n_failed": "failed runs",
     "n_cells": "cells of phase, winch and sea",
-    "seeds_first": "first seed",
     "seeds_per_cell": "seeds a cell, least and most",
     "simulated": "simulated time",
 }

@@ -172,7 +172,7 @@ def _factor(block: xarray.Dataset, i: int) -> str:
 
 
 def convergence(block: xarray.Dataset) -> Figure:
-    """Demand over its limit as seeds are added, with its 95 % interval; the cells that decide the table."""
+    """Limits of the middle column as runs are added, with their 95 % interval."""
     cells = names(block, "cell")
     columns = min(3, max(1, len(cells)))
     figure, axes = canvas(-(-len(cells) // columns), columns, 0.6 + 2.3 * -(-len(cells) // columns), sharex=True)
@@ -181,17 +181,17 @@ def convergence(block: xarray.Dataset) -> Figure:
         run = block.sel(cell=name)
         n = run["n"].values
         ax.fill_between(n, run["low"].values, run["high"].values, color=COLOURS[0], alpha=0.2, lw=0)
-        ax.plot(n, run["utilisation"].values, color=COLOURS[0], lw=1.3, marker="o", ms=2.5)
-        ax.axhline(1.0, color=GREY, lw=0.9, ls="--")
+        ax.plot(n, run["Hs_limit"].values, color=COLOURS[0], lw=1.3, marker="o", ms=2.5)
+        ax.axhline(float(run["Hs_limit"].values[-1]), color=GREY, lw=0.9, ls="--")
         ax.set_title("\n".join(textwrap.wrap(name, 34)), fontsize="x-small")
     for ax in flat[len(cells) :]:
         ax.set_visible(False)
     for ax in axes[-1]:
-        ax.set_xlabel("seeds", fontsize="small")
+        ax.set_xlabel("runs of each cell", fontsize="small")
     for ax in axes[:, 0]:
-        ax.set_ylabel("demand over limit [-]", fontsize="small")
+        ax.set_ylabel("limiting Hs [m]", fontsize="small")
     figure.suptitle(
-        "Convergence: band is the 95 % interval (surface passages and touch-downs: by order statistics)",
+        "Convergence: limit by the first runs of every cell of the table; band is the 95 % interval",
         fontsize="medium",
     )
     return figure

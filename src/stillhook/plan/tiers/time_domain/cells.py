@@ -1,32 +1,24 @@
 """Cells of the twin's tier: runs of a phase in one sea under one way of running the winch, requested together and
-stored by their inputs.
-
-From the numbers of runs to the quantities that rules ask of a phase: which number of which stage, at which level,
-for how long.
-
-From runs with different seeds to a number of the phase that they are of, with the interval that so few of them leave
-open.
-"""
+stored by their inputs."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.base.progress import Progress
 from stillhook.engine.lowering.problem import Case
-from stillhook.engine.pack.programme import payload_weight
+from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
 from stillhook.engine.simulate import simulate
 from stillhook.kernels.lanes import VL
-from stillhook.plan.definition.capacities import places
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative, Level, Seas
+from stillhook.plan.definition.rules import Seas
 from stillhook.plan.result import grouped
 from stillhook.plan.tiers.frequency import forcing_at, situations
 from stillhook.plan.tiers.time_domain.lowering import (
@@ -41,77 +33,10 @@ from stillhook.plan.tiers.time_domain.lowering import (
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.frequency_domain import sigmas
 from stillhook.spec.crane import Crane
-from stillhook.statistics.estimate import ENDS, Estimate
-from stillhook.statistics.extremes import FEWEST_MAXIMA, MPM, P90, gumbel
+from stillhook.variables import WINDOW
 
 if TYPE_CHECKING:
     import xarray
-
-
-QUANTILE = {Level.MPM: MPM, Level.P90: P90}
-"""Part of all phases that stay below a level."""
-ALIKE = 1e-6
-"""Range of maxima over their size below which they are one value: a relief valve that held all of them."""
-
-BEYOND = Estimate(math.inf, math.inf, math.inf)
-"""What stands for a number of runs that failed."""
-
-
-def largest(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
-    r"""Largest value of a phase that holds `times` such runs, from the largest of each run (n,): Gumbel of maximum
-    likelihood.
-
-    .. math:: P(X_{phase} \le x) = P(X_{run} \le x)^{times}, \qquad x_q = \mu - \beta \ln(-\ln q^{1/times}) = \ldots +
-    \beta \ln times
-
-    so that the most probable largest of the phase is mu + beta ln(times). The runs are taken as independent, which they
-    are. Where all maxima are one value that value; of fewer than five the largest, without an interval.
-    """
-    x = np.asarray(maxima, dtype=np.float64)
-    if np.isinf(x).any():
-        return BEYOND
-    top = float(x.max())
-    if len(x) < FEWEST_MAXIMA:
-        return Estimate(top, n=len(x))
-    if np.ptp(x) <= ALIKE * np.abs(x).max():
-        return Estimate(top, top, top, len(x))
-    q = QUANTILE[level] ** (1.0 / max(times, 1.0))
-    return gumbel(x).estimate(q)
-
-
-def passage(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
-    """Largest value of something that passes once, a surface or a touch-down, or `times` times, from the largest of
-    each run (n,).
-
-    What happens in a few seconds follows no extreme-value law: which wave meets the payload scatters, slam grows with
-    the square of the speed, and a Gumbel fit to the bulk gives a 90 % level 7 to 13 % low (480 passages of the
-    example). So it is the runs' own quantile, at rank q (n + 1), with the order statistics between which the true one
-    is with 95 %; inf above where even the largest run may be below it (fewer than 36 runs at 90 %). Where no run
-    exceeds the level, the larger of the largest run and the Gumbel distribution.
-    """
-    x = np.sort(np.asarray(maxima, dtype=np.float64))
-    n, q = len(x), QUANTILE[level] ** (1.0 / max(times, 1.0))
-    if np.isinf(x).any() or n < FEWEST_MAXIMA or np.ptp(x) <= ALIKE * np.abs(x).max():
-        return largest(x, level, times)
-    if q * (n + 1) > n:
-        fit = largest(x, level, times)
-        return Estimate(max(fit.value, float(x[-1])), fit.low, max(fit.high, float(x[-1])), n)
-    below = np.cumsum([math.comb(n, k) * q**k * (1.0 - q) ** (n - k) for k in range(n)])
-    first, last = int(np.searchsorted(below, ENDS[0], side="right")), int(np.searchsorted(below, ENDS[1]))
-    low, high = float(x[max(first - 1, 0)]), float(x[last]) if last < n else math.inf
-    return Estimate(float(np.quantile(x, q, method="weibull")), low, high, n)
-
-
-def mean(values: FloatArray) -> Estimate:
-    """The mean over runs (n,), with the normal interval of a mean."""
-    return Estimate.of_mean(np.asarray(values, dtype=np.float64))
-
-
-def chance(hits: int, n: int, times: float = 1.0) -> Estimate:
-    """Chance that a phase of `times` runs sees what `hits` of n runs saw; Wilson's interval."""
-    share = Estimate.of_share(hits, n)
-    value, low, high = (1.0 - (1.0 - x) ** max(times, 1.0) for x in (share.value, share.low, share.high))
-    return Estimate(value, low, high, n)
 
 
 Runs = Mapping[str, FloatArray]
@@ -137,113 +62,53 @@ OF_STAGE = (
 )
 """Numbers that are kept of the stage that counts, where the winch type has them; in addition `v_landed` of the whole
 run, the speed of the first touch: it may come before its stage is over."""
-FAILED_MOST = 0.1
-"""Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
-leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
-OF_LOAD = ("F_top_max", "DAF", "load_pp", "sling_ratio", "slack_chance", "snap_load")
-"""Quantities of what hangs: largest about the worst height of a way. All others are those of tip and winch, at every
-height alike."""
-WINCH = ("p_a_max", "saturation_share", "relief_share", "power_share", "stroke_share", "v_w_demand")
-"""Quantities of the winch while it compensates: none and the flat cap have none of the twin's."""
 
 
-def run_numbers(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatArray]:
-    """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the stage that counts in each."""
+STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
+"""Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone."""
+PEAKS = "peaks "
+"""Begins the name of the largest values of all intervals of a run (n, k)."""
+OF_INTERVAL = ("F_w_max", "DAF", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp")
+
+
+def run_numbers(
+    data: xarray.Dataset, counts: Sequence[int], intervals: Sequence[int] | None = None
+) -> dict[str, FloatArray]:
+    """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the stage that counts in each;
+    intervals: how many intervals of it count, 0 for none."""
     each = np.arange(len(counts)), np.array(counts)
     numbers = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE if f"stage_{name}" in data}
+    if intervals is not None and max(intervals, default=0) > 0:
+        numbers |= _peaks(data, each, max(intervals))
     return numbers | {"v_landed": data["v_landed"].values}
 
 
-def quantities(
-    plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs
-) -> dict[str, Estimate]:
-    """Quantities of `stillhook.plan.definition.rules` that the twin determines for a phase in one sea, from the runs of
-    that sea, each with its interval.
-
-    Largest values are those of the phase's duration at the level that the rules ask for; shares of time are means. What
-    counts is the stage after everything settled. A phase of which too many runs fail is beyond every limit.
-    """
-    landing = phase.kind is PhaseKind.LANDING
-    sound = np.isfinite(runs["duration"]) & (np.isfinite(runs["v_landed"]) if landing else True)
-    n = len(sound)
-    estimates = (
-        _estimates(plan, phase, alternative, winch, course, {name: values[sound] for name, values in runs.items()})
-        if sound.any()
-        else {}
-    )
-    failed = 1.0 - (float(sound.sum()) / n) ** course.times
-    if failed < FAILED_MOST - 1e-9:
-        return estimates
-    names = estimates or {rule.quantity: BEYOND for rule in plan.rules.of(phase.kind).values()}
-    return {name: Estimate(0.0, 0.0, 0.0) if name == "sling_ratio" else BEYOND for name in names}
+def _peaks(data: xarray.Dataset, each: tuple[IntArray, IntArray], k: int) -> dict[str, FloatArray]:
+    """Largest values of k intervals that begin in the stage that counts (n, k); of windows, those that are whole."""
+    dt = data["peak_interval"].values
+    begin = np.nan_to_num(np.ceil(data["stage_t_begin"].values[each] / dt - 1e-6)).astype(int)
+    late = round(WINDOW / float(dt.min()))
+    found = {}
+    for name in OF_INTERVAL:
+        source = "F_sling_max" if name == "DAF" else name
+        skip = late if name.endswith("_pp") else 0
+        table = data[f"peak_{source}"].values
+        columns = np.minimum(begin[:, None] + skip + np.arange(k - skip), table.shape[1] - 1)
+        values = np.take_along_axis(table, columns, axis=1)
+        if name == "DAF":
+            values = values * (data["stage_DAF"].values[each] / data["stage_F_sling_max"].values[each])[:, None]
+        found[PEAKS + name] = values
+    return found
 
 
-def _estimates(
-    plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs
-) -> dict[str, Estimate]:
-    level, residual = plan.rules.level, winch.left
-    compensates = phase.compensated
-    stick = max(abs(stage.lower) for stage in course.programme)
-
-    def top(name: str, quantity: str) -> Estimate:
-        return _extreme(phase)(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
-
-    times = {f"{key}_share": f"{key}_time" for key in ("saturation", "relief", "power", "stroke")}
-    tip, v_tip = (
-        top("s_tip_pp", "s_tip_pp").scaled(1.0 / residual),
-        top("v_tip_max", "v_tip_max").scaled(1.0 / residual),
-    )
-    estimates = {
-        "F_top_max": top("F_w_max", "F_top_max"),
-        "DAF": top("DAF", "DAF"),
-        "s_tip_pp": tip,
-        "v_tip_max": v_tip,
-        "load_pp": top("load_pp", "load_pp"),
-        **({"p_a_max": top("p_a_max", "p_a_max")} if "p_a_max" in runs else {}),
-        "v_w_demand": v_tip.scaled(1.0, stick) if compensates else top("v_w_max", "v_w_demand"),
-    }
-    estimates |= {share: mean(runs[time] / runs["duration"]) for share, time in times.items() if time in runs}
-    if phase.kind is PhaseKind.LANDING:
-        estimates["v_landed"] = passage(runs["v_landed"], level("v_landed"))
-    else:
-        estimates |= _slings(plan, phase, course, runs)
-    if compensates:
-        estimates["e_c_pp"] = top("e_c_pp", "e_c_pp") if alternative.twin else top("s_tip_pp", "e_c_pp")
-        if not alternative.twin:
-            estimates = {name: value for name, value in estimates.items() if name not in WINCH}
-        if alternative is Alternative.CAP:
-            estimates["v_w_demand"] = v_tip.scaled(1.0, stick)
-    return estimates
+SEEDS = 1000
+"""Seeds of one sea: more runs than a cell has."""
 
 
-def _extreme(phase: Phase) -> Callable[[FloatArray, Level, float], Estimate]:
-    """How largest values of a phase follow from those of its runs: by passages through the surface, else by a time of
-    swinging."""
-    return passage if phase.kind is PhaseKind.SPLASH else largest
-
-
-def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[str, Estimate]:
-    """Least tension of the slings over the least at rest, the chance that they fall slack, and the snap when they come
-    taut.
-
-    Slings pull or hang: a least tension below nothing, as the fitted distribution may give, is set to nothing.
-    """
-    rest, level = least_at_rest(plan, phase), plan.rules.level
-    fallen = _extreme(phase)(rest - runs["F_sling_min"], level("sling_ratio"), course.swings).scaled(-1.0 / rest, 1.0)
-    value, low, high = (x if math.isnan(x) else max(x, 0.0) for x in (fallen.value, fallen.low, fallen.high))
-    slack = runs["sling_slack_time"] > 0.0
-    return {
-        "sling_ratio": Estimate(value, low, high, fallen.n),
-        "slack_chance": chance(int(slack.sum()), len(slack), course.swings),
-        "snap_load": (
-            _extreme(phase)(runs["snap"], level("snap_load"), course.swings) if slack.any() else Estimate(0.0, 0.0, 0.0)
-        ),
-    }
-
-
-def least_at_rest(plan: LiftPlan, phase: Phase) -> float:
-    """Least sling tension at rest on a phase's way [N]."""
-    return min(payload_weight(plan.hanging(z), z) for z in places(phase))
+def seed_of(spot: SeaState, k: int) -> int:
+    """Seed of run number k of a sea: the same waves for every alternative, and others in every other sea, so that the
+    runs of neighbours add to each other."""
+    return SEEDS * (1 + zlib.crc32(repr(tuple(round(float(x), 6) for x in spot)).encode()) % SEEDS**2) + k
 
 
 REACH = 150.0
@@ -360,16 +225,32 @@ class Cells:
             for request, size in zip(missing.values(), sizes, strict=True)
             for _ in range(size)
         ]
-        numbers = run_numbers(data, counts)
+        intervals = [
+            self._intervals(request) for request, size in zip(missing.values(), sizes, strict=True) for _ in range(size)
+        ]
+        numbers = run_numbers(data, counts, intervals)
         self.n_failed += int(np.sum(~np.isfinite(numbers["duration"])))
         start = 0
         for request, size in zip(missing.values(), sizes, strict=True):
-            new = {name: values[start : start + size] for name, values in numbers.items()}
+            k, late = self._intervals(request), round(WINDOW / INTERVAL)
+            new = {
+                name: values[start : start + size, : k - late if name.endswith("_pp") else k]
+                if name.startswith(PEAKS)
+                else values[start : start + size]
+                for name, values in numbers.items()
+                if k > late or not name.startswith(PEAKS)
+            }
             old = self.runs.get(request.cell)
             self.runs[request.cell] = (
                 new if old is None else {name: np.concatenate((old[name], values)) for name, values in new.items()}
             )
             start += size
+
+    def _intervals(self, request: CellRequest) -> int:
+        """Whole intervals of a run that count, whenever the part that counts begins; 0 where its peaks do not."""
+        if self.plan.phase(request.phase).kind not in STATIONARY or request.spot.Hs <= 0.0:
+            return 0
+        return max(int(self._course_of(request).counted / INTERVAL + 1e-6) - 1, 0)
 
     def _course_of(self, request: CellRequest) -> Course:
         return self.course(self.plan.phase(request.phase), request.winch, request.spot)
@@ -388,8 +269,8 @@ class Cells:
         self.seconds += course.duration * (request.seeds - first + 1)
         if request.spot.Hs <= 0.0:
             return crane, [calm]
-        one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, first)
-        return crane, [replace(one, seed=seed) for seed in range(first, request.seeds + 1)]
+        one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, seed_of(request.spot, first))
+        return crane, [replace(one, seed=seed_of(request.spot, k)) for k in range(first, request.seeds + 1)]
 
 
 def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:

@@ -254,8 +254,7 @@ class SeaState(NamedTuple):
 def in_sea(
     plan: LiftPlan, phase: Phase, winch: Winch, course: Course, calm: Lowering, spot: SeaState, seed: int
 ) -> InSea:
-    """A course in one seed of a sea: the same waves for every alternative, and the same for every height but for their
-    size.
+    """A course in one seed of a sea: the same waves for every alternative.
 
     Amplitudes are random (Rayleigh), as in a record of this length. What a flat cap leaves of the tip's motion moves
     the tip, the water keeps its waves. calm: the course as `lowering_of` gives it.

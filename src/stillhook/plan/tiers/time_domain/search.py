@@ -1,6 +1,8 @@
-"""The search of the twin's tier: which limits may govern, and which cells determine them.
+"""The search of the twin's tier: which limits may govern, and in which seas runs are made to determine them.
 
-Where a limiting wave height is looked for: cells of a column placed about the height at which a rule is just met.
+Heights of a column are placed about the height at which the level of a rule crosses its limit, by the curves of all
+columns together (`stillhook.plan.tiers.time_domain.curves`); runs are added where the interval of a limit is wide and
+much weather is about it.
 """
 
 from __future__ import annotations
@@ -8,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,43 +19,38 @@ from stillhook.base.progress import Progress
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Limited, Tier
-from stillhook.plan.limits import Limits, limited, utilisation
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, quantities
+from stillhook.plan.limits import Limits, limited
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, Curve, CurveLimits, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
-from stillhook.statistics.estimate import Estimate
+from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 
 
 @dataclass(frozen=True)
 class Search:
     """How closely a limit is looked for.
 
-    seeds first given to a cell, and the step and most of them; width: half of the 95 % interval of what waves add to a
-    utilisation, over it, at which the seeds of the cell next to the limit are enough; near: distance of a cell from the
-    limit, over it, at which it is found; cells a column may have; growth exponents between which a utilisation's growth
-    with height is believed.
+    seeds first given to a cell, and the step by which a column gets more of them, up to most_seeds; width: half of the
+    95 % interval of a limit, over it, that is narrow enough in weather of the usual frequency; near: distance of a cell
+    from the limit, over it, at which it is found; cells a column may have.
     """
 
-    seeds: int = 20
+    seeds: int = 16
     more: int = 16
-    most_seeds: int = 64
-    width: float = 0.12
-    near: float = 0.06
+    most_seeds: int = 96
+    width: float = 0.08
+    near: float = 0.12
     cells: int = 6
-    growth: tuple[float, float] = (0.7, 2.5)
 
 
 LEAST_STEP, MOST_STEP = 1.08, 2.0
-"""Factors between which the height grows where no sea was beyond yet."""
-BEHIND = 1.04
-"""Where the next height is placed behind a crossing that is foreseen, over it: a cell that is beyond ends a search, one
-inside does not."""
-STEEP, LEAST_PART = 1.5, 0.5
-"""A cell that is so far beyond says little about the crossing: it is then not looked for below this part of the way to
-that cell."""
-USUAL_GROWTH = 1.3
-"""Exponent of growth before two seas determine it: motions grow with the height, drag with its square."""
+"""Factors between which the height grows where no limit is seen yet."""
+LEAST_PART = 0.5
+"""Least part of the lowest height at which a limit below it is looked for next."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
 """Heights are whole multiples of 2.5 cm below 1 m and of 5 cm above, so that alternatives meet in the same seas [m]."""
+WIDTHS = (0.6, 1.8)
+"""Factors on `Search.width` in the weather that is most and least frequent."""
 
 
 def snapped(Hs: float) -> float:
@@ -62,82 +59,26 @@ def snapped(Hs: float) -> float:
     return round(max(round(Hs / step), 1) * step, 6)
 
 
-def next_height(Hs: FloatArray, u: FloatArray, guess: float, highest: float, search: Search) -> float | None:
-    """Height that is run next in a column [m], or None where its limit is found.
+def next_height(Hs: Sequence[float], limit: float, guess: float, highest: float, search: Search) -> float | None:
+    """Height that is run next in a column [m], or None where there is a cell about its limit.
 
-    Parameters: Hs (k,) rising heights that were run, the calm (0) first; u (k,) their largest utilisation, 1 at the
-    limit, NaN where no rule is determined; guess: limit that another tier predicts (NaN: none), tried first; highest
-    sea to analyse. The limit is the first crossing. Found is: a calm that is beyond, the highest sea inside, a cell
-    within `near` of the crossing, or no room for another one.
+    Parameters: Hs rising heights above 0 that were run; limit as their runs give it [m] (inf: none is seen); guess:
+    limit that another tier predicts (NaN: none), tried first; highest sea to analyse.
     """
-    if not u[0] < 1.0:
-        return None
-    if len(Hs) == 1:
+    if not len(Hs):
         first = guess if guess > 0.0 and math.isfinite(guess) else highest if guess == math.inf else 0.5 * highest
         return snapped(min(first, highest))
-    if np.isnan(u[1:]).any() or len(Hs) > search.cells:
+    top = Hs[-1]
+    if len(Hs) >= search.cells or (limit > top and top >= highest * (1.0 - 1e-9)):
         return None
-    beyond = np.flatnonzero(u > 1.0)
-    wanted = _higher(Hs, u, highest, search) if not len(beyond) else _between(Hs, u, int(beyond[0]), search)
-    if wanted is None:
+    if limit > (1.0 + search.near) * top:
+        wanted = top * min(max(limit / top, LEAST_STEP), MOST_STEP)
+    elif min(abs(limit - h) for h in Hs) <= search.near * limit:
         return None
+    else:
+        wanted = max(limit, LEAST_PART * Hs[0])
     wanted = snapped(min(wanted, highest))
-    return None if bool(np.any(np.abs(Hs - wanted) < 1e-9)) else wanted
-
-
-def crossing(Hs: FloatArray, u: FloatArray, search: Search) -> float:
-    """Height at which the utilisation first passes 1 [m], by a power of the height between the neighbouring cells; inf
-    where none does, 0 where a calm is beyond."""
-    beyond = np.flatnonzero(u > 1.0)
-    if not len(beyond):
-        return math.inf
-    k = int(beyond[0])
-    if k == 0:
-        return 0.0
-    p = _growth(Hs, u, k, search)
-    low, high = u[k - 1], u[k]
-    if not math.isfinite(high):
-        return 0.5 * float(Hs[k - 1] + Hs[k])
-    part = (1.0 - low) / (high - low)
-    return float((Hs[k - 1] ** p + part * (Hs[k] ** p - Hs[k - 1] ** p)) ** (1.0 / p))
-
-
-def _growth(Hs: FloatArray, u: FloatArray, k: int, search: Search) -> float:
-    """Exponent with which the utilisation grows over the calm's up to cell k."""
-    i = max(k - 1, 1)
-    if i == k or not (u[i] > u[0] and u[k] > u[i] and math.isfinite(u[k])):
-        return USUAL_GROWTH
-    return float(np.clip(math.log((u[k] - u[0]) / (u[i] - u[0])) / math.log(Hs[k] / Hs[i]), *search.growth))
-
-
-def _higher(Hs: FloatArray, u: FloatArray, highest: float, search: Search) -> float | None:
-    """Beyond the highest cell, all of them inside."""
-    top = float(Hs[-1])
-    if top >= highest - 1e-9:
-        return None
-    rise = u[-1] - u[0]
-    if not rise > 0.0:
-        return min(MOST_STEP * top, highest)
-    factor = ((1.0 - u[0]) / rise) ** (1.0 / _growth(Hs, u, len(Hs) - 1, search))
-    return top * float(np.clip(BEHIND * factor, LEAST_STEP, MOST_STEP))
-
-
-def _between(Hs: FloatArray, u: FloatArray, k: int, search: Search) -> float | None:
-    """Between a cell inside and one beyond."""
-    at = crossing(Hs, u, search)
-    if u[k] > STEEP:
-        at = max(at, LEAST_PART * float(Hs[k]) + (1.0 - LEAST_PART) * float(Hs[k - 1]))
-    neighbours = [float(h) for h in (Hs[k - 1], Hs[k]) if h > 0.0]
-    if min(abs(at - h) for h in neighbours) <= search.near * at:
-        return None
-    return at
-
-
-def nearest(Hs: FloatArray, at: float) -> int:
-    """Number of the cell next to a height, the calm left out; of the highest one for inf."""
-    if not math.isfinite(at):
-        return len(Hs) - 1
-    return 1 + int(np.argmin(np.abs(Hs[1:] - at))) if len(Hs) > 1 else 0
+    return None if any(abs(h - wanted) < 1e-9 for h in Hs) else wanted
 
 
 Column = tuple[float, float]
@@ -146,9 +87,9 @@ Column = tuple[float, float]
 UNDERESTIMATE_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
 """A phase may govern down to its predicted limit over this factor: the frequency-domain method may overestimate by so
 much; the closed form of the splash zone is conservative."""
-FIRST_GUESS_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.05, Tier.CLOSED_FORM: 1.8}
-"""First height of a search over the predicted limit: slightly above it, because a cell beyond the limit ends a
-search; the closed form of the splash zone is conservative by about so much (docs/explanation/limits-by-runs.md)."""
+FIRST_GUESS_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.0, Tier.CLOSED_FORM: 1.7}
+"""First height of a search over the predicted limit; the closed form of the splash zone is conservative by about so
+much (docs/explanation/limits-by-runs.md)."""
 GOVERNING_MARGIN = 1.1
 """A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
 searched any higher."""
@@ -177,21 +118,52 @@ class LimitSearch:
         return SeaState(Hs, *self.column)
 
 
+class Judged(NamedTuple):
+    """Limits of the rules of a phase under an alternative: columns, curve of every rule, and its limits."""
+
+    columns: tuple[Column, ...]
+    curves: Mapping[str, Curve]
+    limits: Mapping[str, CurveLimits]
+
+    def least(self, column: Column) -> tuple[float, float]:
+        """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln."""
+        i = self.columns.index(column)
+        rows = [(float(np.nan_to_num(each.Hs[i], nan=np.inf)), float(each.half[i])) for each in self.limits.values()]
+        return min(rows, key=lambda row: row[0], default=(math.inf, math.nan))
+
+    def direct(self, column: Column) -> float:
+        """Lowest limit of a column by its own runs, however far above them [m]."""
+        i = self.columns.index(column)
+        return min((float(each.direct[i]) for each in self.limits.values()), default=math.inf)
+
+
 class Work:
     """The state of a search over all lines."""
 
-    def __init__(self, plan: LiftPlan, search: Search, cells: Cells, progress: Progress | None) -> None:
+    def __init__(
+        self,
+        plan: LiftPlan,
+        search: Search,
+        cells: Cells,
+        progress: Progress | None,
+        frequency: Mapping[Column, float] | None = None,
+    ) -> None:
+        """frequency: share of the weather's records about a column, over the mean of columns; None: all alike."""
         self.plan, self.search, self.cells, self.progress = plan, search, cells, progress
+        self.frequency = frequency or {}
         self.lines: list[LimitSearch] = []
         self.groups: dict[tuple[Alternative, Column], list[LimitSearch]] = {}
+        self.phases: dict[tuple[str, Alternative], list[LimitSearch]] = {}
         self.others: dict[tuple[Alternative, Column], float] = {}
-        self.estimates: dict[tuple[str, Alternative, SeaState, int], dict[str, Estimate]] = {}
+        self.predicted: dict[tuple[str, Alternative, str], dict[Column, float]] = {}
+        self.judged: dict[tuple[str, Winch, tuple[Limited, ...]], tuple[Any, Judged]] = {}
         self.share = 0.0
 
     def prepare(self, predicted: Sequence[Limits]) -> None:
         """Lines of all phases that can be run, and the lowest limit of those that cannot."""
         columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns()]
         predictions = _least_predicted(predicted)
+        self.predicted = _predicted_by_rule(predicted)
         for alternative in self.plan.alternatives:
             for column in columns:
                 group = self.groups.setdefault((alternative, column), [])
@@ -203,21 +175,21 @@ class Work:
                         continue
                     floor = 0.0 if tier is None else guess / UNDERESTIMATE_FACTOR[tier]
                     first_guess = guess if tier is None else guess * FIRST_GUESS_FACTOR[tier]
-                    group.append(
-                        LimitSearch(
-                            phase,
-                            alternative,
-                            winch_of(phase, alternative),
-                            column,
-                            first_guess,
-                            floor,
-                            provisional=math.inf if math.isnan(first_guess) else first_guess,
-                        )
+                    line = LimitSearch(
+                        phase,
+                        alternative,
+                        winch_of(phase, alternative),
+                        column,
+                        first_guess,
+                        floor,
+                        provisional=math.inf if math.isnan(first_guess) else first_guess,
                     )
+                    group.append(line)
+                    self.phases.setdefault((phase.name, alternative), []).append(line)
                 self.lines += group
 
     def round(self) -> bool:
-        """Start what may govern, ask what is wanted, and say whether anything was."""
+        """Start what may govern, run what is wanted, and say whether anything is left to do."""
         for key, group in self.groups.items():
             self._start(key, group)
         looking = [line for line in self.lines if line.started and not line.resolved]
@@ -247,83 +219,131 @@ class Work:
         return min((o.provisional for o in others), default=math.inf)
 
     def _next_cells(self, line: LimitSearch, provisional: float = math.inf) -> list[CellRequest]:
-        """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found, or where
-        the line waits for other phases: it is inside up to what their limits seem to be, `hoped` [m], and may not
-        matter."""
+        """The next cell of a line, or more runs about its limit; none where the limit is found, or where the line waits
+        for other phases: it is inside up to what their limits seem to be, `provisional` [m], and may not matter."""
         calm = CellRequest(line.phase.name, line.winch, line.spot(0.0), 1)
         if calm.cell not in self.cells.runs:
             return [calm]
         Hs = self.heights(line)
-        u = self.used(line, Hs)
-        at = crossing(Hs, u, self.search)
-        line.provisional = at if 0.0 < at < math.inf else max(line.provisional, float(Hs[-1]))
+        limit, half = self.estimate(line) if Hs else self._of_calm(line)
+        if limit == 0.0:
+            line.limit = 0.0
+            return []
+        line.provisional = limit if limit < math.inf else max(line.provisional, max(Hs, default=0.0))
         bound = GOVERNING_MARGIN * self.least(line.alternative, line.column)
         highest = min(max(self.plan.environment.Hs), bound)
-        if (
-            GOVERNING_MARGIN * provisional < highest
-            and u[0] < 1.0
-            and (line.first_guess > GOVERNING_MARGIN * provisional if len(Hs) == 1 else not (u > 1.0).any())
-        ):
+        waits = line.first_guess > GOVERNING_MARGIN * provisional if not Hs else limit > Hs[-1]
+        if GOVERNING_MARGIN * provisional < highest and waits:
             return []
-        wanted = next_height(Hs, u, line.first_guess, highest, self.search)
+        seen = min(limit, self.judgement(line).direct(line.column)) if Hs else math.inf
+        wanted = next_height(Hs, seen, line.first_guess, highest, self.search)
         if wanted is not None:
             return [CellRequest(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
-        k = nearest(Hs, at)
-        if k > 0 and 0.0 < at <= bound and at < math.inf:
-            more = self._more_seeds(line, float(Hs[k]))
+        if 0.0 < limit <= bound and limit < math.inf and half > self.width(line.column):
+            more = self._more_runs(line, Hs, limit)
             if more is not None:
                 return [more]
-        line.limit = at
+        line.limit = limit
         return []
 
-    def _more_seeds(self, line: LimitSearch, Hs: float) -> CellRequest | None:
-        """More seeds for a cell whose interval is still too wide."""
-        n = len(self.cells.runs[line.phase.name, line.winch, line.spot(Hs)]["duration"])
-        if n >= self.search.most_seeds or openness(self, line, Hs) <= self.search.width:
+    def _of_calm(self, line: LimitSearch) -> tuple[float, float]:
+        """0 where a rule is beyond in a calm, else no limit."""
+        calm, found = self.runs(line, 0.0), self.measures(line)
+        for each in self.rules(line):
+            measure = found.get(each.rule.quantity)
+            if measure is None or measure.x not in calm or measure.statistic is Statistic.CHANCE:
+                continue
+            x, limit = float(measure.values(calm)[0]), measure.to_x(each.limit)
+            if x > limit * (1.0 + 1e-9):
+                return 0.0, 0.0
+        return math.inf, math.nan
+
+    def _more_runs(self, line: LimitSearch, Hs: Sequence[float], limit: float) -> CellRequest | None:
+        """More runs for the cell next to the limit while the column may have more."""
+        sizes = {h: len(self.runs(line, h)["duration"]) for h in Hs}
+        if sum(sizes.values()) >= self.search.most_seeds:
             return None
-        return CellRequest(
-            line.phase.name, line.winch, line.spot(Hs), min(n + self.search.more, self.search.most_seeds)
-        )
+        h = min(Hs, key=lambda h: abs(h - limit))
+        return CellRequest(line.phase.name, line.winch, line.spot(h), sizes[h] + self.search.more)
 
-    def heights(self, line: LimitSearch) -> FloatArray:
-        """Heights that were run in a line's column, the calm first."""
-        return self.cells.heights(line.phase.name, line.winch, *line.column)
+    def width(self, column: Column) -> float:
+        """Half of the 95 % interval that is narrow enough in a column: an error of a limit costs as many days as there
+        is weather about it."""
+        often = max(self.frequency.get(column, 1.0), 1e-6)
+        return self.search.width * min(max(1.0 / math.sqrt(often), WIDTHS[0]), WIDTHS[1])
 
-    def numbers(self, line: LimitSearch, Hs: float) -> dict[str, Estimate]:
-        """Quantities of one cell."""
-        spot = line.spot(Hs)
-        runs = self.cells.runs[line.phase.name, line.winch, spot]
-        key = (line.phase.name, line.alternative, spot, len(runs["duration"]))
-        if key not in self.estimates:
-            course = self.cells.course(line.phase, line.winch, spot)
-            estimates = quantities(self.plan, line.phase, line.alternative, line.winch, course, runs)
-            self.estimates[key] = (
-                estimates if Hs > 0.0 else {name: Estimate(e.value, e.value, e.value) for name, e in estimates.items()}
-            )
-        return self.estimates[key]
+    def heights(self, line: LimitSearch) -> list[float]:
+        """Heights above 0 that were run in a line's column, rising."""
+        return [float(h) for h in self.cells.heights(line.phase.name, line.winch, *line.column) if h > 0.0]
+
+    def runs(self, line: LimitSearch, Hs: float) -> dict[str, FloatArray]:
+        """Runs of a cell."""
+        return self.cells.runs[line.phase.name, line.winch, line.spot(Hs)]
+
+    def measures(self, line: LimitSearch) -> dict[str, Measure]:
+        """Measures of a line's quantities."""
+        course = self.cells.course(line.phase, line.winch, line.spot(0.0))
+        return self.plan.once(measures, line.phase, line.alternative, line.winch, course)
 
     def rules(self, line: LimitSearch) -> tuple[Limited, ...]:
         """Limits that hold in a line's phase under its alternative."""
         return limited(self.plan, line.phase, line.alternative)
 
+    def estimate(self, line: LimitSearch) -> tuple[float, float]:
+        """Lowest limit of a line as it stands [m], and half of its interval in ln."""
+        return self.judgement(line).least(line.column)
+
+    def judgement(self, line: LimitSearch) -> Judged:
+        """Limits of a line's phase under its alternative in all columns that have runs."""
+        return self.judge(line.phase.name, line.alternative)
+
+    def judge(self, phase: str, alternative: Alternative) -> Judged:
+        """Limits of a phase under an alternative in all columns that have runs of its winch; calculated again where
+        runs were added, and once for alternatives under which they are the same."""
+        lines = [line for line in self.phases[phase, alternative] if self.heights(line)]
+        key = (phase, self.phases[phase, alternative][0].winch, self.rules(self.phases[phase, alternative][0]))
+        state = tuple(
+            (line.column, *(len(self.runs(line, h)["duration"]) for h in self.heights(line))) for line in lines
+        )
+        known = self.judged.get(key)
+        if known is None or known[0] != state:
+            self.judged[key] = known = state, self._judge(phase, lines, known[1] if known else None)
+        return known[1]
+
+    def _judge(self, phase: str, lines: Sequence[LimitSearch], before: Judged | None) -> Judged:
+        columns = tuple(line.column for line in lines)
+        curves: dict[str, Curve] = {}
+        limits: dict[str, CurveLimits] = {}
+        if not lines:
+            return Judged(columns, curves, limits)
+        about = [self._about(line, before) for line in lines]
+        highest = max(self.plan.environment.Hs)
+        for each in self.rules(lines[0]):
+            found = [self.measures(line).get(each.rule.quantity) for line in lines]
+            if any(m is None or m.x not in self.runs(line, 0.0) for m, line in zip(found, lines, strict=True)):
+                continue
+            of = [self._runs_of(line, m, a) for line, m, a in zip(lines, found, about, strict=True) if m is not None]
+            expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
+            curves[each.rule.key] = curve = curve_of(of, _chance(of, each.limit))
+            x_limit = np.array([_x_limit(column.measure, each.limit) for column in of])
+            guess = np.array([expected.get(column, math.nan) for column in columns])
+            limits[each.rule.key] = limits_of_curve(curve, x_limit, highest, guess)
+        return Judged(columns, curves, limits)
+
+    def _about(self, line: LimitSearch, before: Judged | None) -> float:
+        """Height about which a column's curve is looked at [m]: that of the limit, as far as it is known."""
+        Hs = self.heights(line)
+        limit = before.least(line.column)[0] if before is not None and line.column in before.columns else math.inf
+        return float(min(max(limit, Hs[0]), Hs[-1]))
+
+    def _runs_of(self, line: LimitSearch, measure: Measure, about: float) -> ColumnRuns:
+        cells = tuple((h, self.runs(line, h)) for h in self.heights(line))
+        return ColumnRuns(*line.column, measure, about, self.runs(line, 0.0), cells)
+
     def least(self, alternative: Alternative, column: Column) -> float:
         """Lowest limit that is known of an alternative in a column, by runs or of a phase that is not run [m]."""
         limits = [line.limit for line in self.groups[alternative, column] if line.resolved]
         return min([self.others.get((alternative, column), math.inf), *limits])
-
-    def governs(self, line: LimitSearch, Hs: float) -> str:
-        """The rule that is used most in a cell; "" where none is determined."""
-        used = _used(self.rules(line), self.numbers(line, Hs))
-        return max(used, key=lambda key: used[key], default="")
-
-    def used(self, line: LimitSearch, Hs: FloatArray) -> FloatArray:
-        """Largest utilisation of each cell; NaN where no rule is determined. In a calm that of the rule that governs
-        the highest sea, from which it grows there, unless the calm itself is beyond."""
-        rows = [_used(self.rules(line), self.numbers(line, float(h))) for h in Hs]
-        most = np.array([max(row.values(), default=math.nan) for row in rows])
-        if most[0] < 1.0 and len(rows) > 1 and rows[-1]:
-            most[0] = rows[0].get(max(rows[-1], key=lambda key: rows[-1][key]), most[0])
-        return most
 
     def _progress(self, asks: int) -> Progress | None:
         """Progress of a round as part of all: as much again is taken to come while lines are open, so that it never
@@ -341,31 +361,13 @@ class Work:
         return report
 
 
-def openness(work: Work, line: LimitSearch, Hs: float) -> float:
-    """Half of the 95 % interval of the governing utilisation in a cell, over what the waves add to the calm's [-]; 0
-    where none is determined."""
-    calm, numbers = work.numbers(line, 0.0), work.numbers(line, Hs)
-    used = _used(work.rules(line), numbers)
-    if not used:
-        return 0.0
-    governs = max(used, key=lambda key: used[key])
-    rule = next(r for r in work.rules(line) if r.rule.key == governs)
-    estimate = numbers[rule.rule.quantity]
-    low, high = utilisation(rule, np.array([estimate.low, estimate.high]))
-    still = calm.get(rule.rule.quantity)
-    added = used[governs] - (0.0 if still is None else float(utilisation(rule, np.array([still.value]))[0]))
-    half = 0.5 * abs(float(high - low))
-    return half / added if not math.isnan(half) and 0.0 < added < math.inf else 0.0
+def _chance(columns: Sequence[ColumnRuns], limit: float) -> float | None:
+    """The limit where it is one of a chance."""
+    return limit if columns[0].measure.statistic is Statistic.CHANCE else None
 
 
-def _used(rules: Sequence[Limited], numbers: Mapping[str, Estimate]) -> dict[str, float]:
-    """Rule -> utilisation, of the rules that are determined."""
-    utilisations = {
-        r.rule.key: float(utilisation(r, np.array([numbers[r.rule.quantity].value]))[0])
-        for r in rules
-        if r.rule.quantity in numbers
-    }
-    return {key: value for key, value in utilisations.items() if not math.isnan(value)}
+def _x_limit(measure: Measure, limit: float) -> float:
+    return measure.end if measure.statistic is Statistic.CHANCE else measure.to_x(limit)
 
 
 def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
@@ -375,6 +377,18 @@ def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
         if ask.cell not in most or most[ask.cell].seeds < ask.seeds:
             most[ask.cell] = ask
     return list(most.values())
+
+
+def _predicted_by_rule(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative, str], dict[Column, float]]:
+    """(phase, alternative, rule) -> predicted limits [m] by column: frequency-domain method, else closed form."""
+    result: dict[tuple[str, Alternative, str], dict[Column, float]] = {}
+    for tier in (Tier.CLOSED_FORM, Tier.FREQUENCY):
+        for limits in (p for p in predicted if p.tier is tier):
+            for rule, Hs in limits.Hs.items():
+                rows = zip(limits.Tp, limits.beta, Hs, strict=True)
+                known = {(float(T), float(beta)): float(h) for T, beta, h in rows if math.isfinite(h)}
+                result.setdefault((limits.phase, limits.alternative, rule), {}).update(known)
+    return result
 
 
 def _least_predicted(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative, Column], tuple[float, Tier]]:

@@ -1,6 +1,6 @@
 """The twin's tier: limits by runs in the time domain, placed about the limits that the other tiers predict.
 
-Blocks of a result that only runs give: how landing speeds scatter, and how numbers settle as seeds are added.
+Blocks of a result that only runs give: how landing speeds scatter, and how limits settle as seeds are added.
 """
 
 from __future__ import annotations
@@ -12,35 +12,36 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative, Demand, Limited, Seas, Tier
-from stillhook.plan.limits import Limits, limited, limits_of, utilisation
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, quantities
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, winch_of
+from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.search import (
     UNDERESTIMATE_FACTOR,
     Column,
     LimitSearch,
     Search,
     Work,
-    nearest,
     snapped,
 )
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.extremes import FEWEST_MAXIMA
 from stillhook.units import show
 
 if TYPE_CHECKING:
     import xarray
 
 
-EVERY = 5
-"""Seeds between two numbers of a convergence."""
+STEPS = 6
+"""Numbers of runs for which a convergence is reported."""
 SHOWN = 6
-"""Largest number of cells whose convergence is reported."""
+"""Largest number of limits whose convergence is reported."""
 
 
 def landing(work: Work) -> xarray.Dataset | None:
@@ -57,7 +58,7 @@ def landing(work: Work) -> xarray.Dataset | None:
     Hs = snapped(min(best, max(work.plan.environment.Hs)))
     if not best > 0.0:
         return None
-    spot, seeds = SeaState(Hs, *column), work.search.most_seeds
+    spot, seeds = SeaState(Hs, *column), LANDINGS
     asks = {a: CellRequest(phase.name, winch_of(phase, a), spot, seeds) for a in work.plan.alternatives}
     work.cells.request(list({ask.cell: ask for ask in asks.values()}.values()))
     rows = np.array([work.cells.runs[ask.cell]["v_landed"][:seeds] for ask in asks.values()])
@@ -70,6 +71,10 @@ def landing(work: Work) -> xarray.Dataset | None:
     )
 
 
+LANDINGS = 32
+"""Landings of each alternative whose speeds are shown."""
+
+
 def middle(work: Work) -> Column | None:
     """The column of the middle period in which the limits are lowest; None where nothing was looked for."""
     periods = sorted(work.plan.environment.Tp)
@@ -79,31 +84,44 @@ def middle(work: Work) -> Column | None:
 
 
 def convergence(work: Work) -> xarray.Dataset | None:
-    """Utilisation of the rule that governs next to the limit, with its 95 % interval, over the seeds that it is
-    estimated from.
+    """Limits of the middle column with their 95 % interval [m], by the first runs of every cell alone.
 
-    One cell for each way of running the winch that governs in the middle column; NaN beyond the seeds that a cell has.
+    One line for each way of running the winch that governs there; n runs of the largest cell.
     """
     import xarray
 
     column = middle(work)
     lines = [] if column is None else _shown(work, column)
-    if not lines:
+    if not lines or column is None:
         return None
-    n = np.arange(FEWEST_MAXIMA, work.search.most_seeds + 1, EVERY)
+    most = max(len(work.runs(line, h)["duration"]) for line in lines for h in work.heights(line))
+    n = np.unique(np.linspace(min(8, most), most, STEPS).round().astype(int))
     table = np.full((3, len(lines), len(n)), np.nan)
     names = []
     for i, line in enumerate(lines):
-        Hs = work.heights(line)
-        h = float(Hs[nearest(Hs, line.limit)])
-        key = work.governs(line, h)
-        names.append(_named(line, h, key))
+        judged = work.judgement(line)
+        at = judged.columns.index(column)
+        key = min(judged.limits, key=lambda rule: float(np.nan_to_num(judged.limits[rule].Hs[at], nan=np.inf)))
+        names.append(_named(line, key))
+        curve = judged.curves[key]
+        rule = next(each for each in work.rules(line) if each.rule.key == key)
         for j, count in enumerate(n):
-            table[:, i, j] = _with(work, line, h, key, int(count))
-    parts = dict(zip(("utilisation", "low", "high"), table, strict=True))
+            first = [_first(of, int(count)) for of in curve.columns]
+            x_limit = np.array([of.measure.to_x(rule.limit) for of in first])
+            chance = curve.columns[0].measure.statistic is Statistic.CHANCE
+            if chance:
+                continue
+            limits = limits_of_curve(curve_of(first), x_limit, max(work.plan.environment.Hs))
+            table[:, i, j] = limits.Hs[at], limits.low[at], limits.high[at]
+    parts = dict(zip(("Hs_limit", "low", "high"), table, strict=True))
     return xarray.Dataset(
         {name: (("cell", "n"), values) for name, values in parts.items()}, coords={"cell": names, "n": n}
     )
+
+
+def _first(of: ColumnRuns, n: int) -> ColumnRuns:
+    """The first n runs of every cell of a column."""
+    return replace(of, cells=tuple((h, {name: x[:n] for name, x in runs.items()}) for h, runs in of.cells))
 
 
 def _shown(work: Work, column: Column) -> list[LimitSearch]:
@@ -120,35 +138,15 @@ def _shown(work: Work, column: Column) -> list[LimitSearch]:
     return list(limiting.values())[:SHOWN]
 
 
-def _named(line: LimitSearch, Hs: float, key: str) -> str:
+def _named(line: LimitSearch, key: str) -> str:
     who = line.alternative.value if line.phase.compensated else "all alternatives"
     T, beta = line.column
-    return (
-        f"{line.phase.name}, {who}: {key} at Hs {show(Hs, 'length')}, Tp {show(T, 'time')},"
-        f" {math.degrees(beta):.4g} deg"
-    )
-
-
-def _with(work: Work, line: LimitSearch, Hs: float, key: str, n: int) -> tuple[float, float, float]:
-    """Utilisation of a rule and the ends of its interval, from the first n seeds of a cell; NaN where it has fewer."""
-    spot = line.spot(Hs)
-    runs = work.cells.runs[line.phase.name, line.winch, spot]
-    rule = next(r for r in work.rules(line) if r.rule.key == key)
-    if n > len(runs["duration"]):
-        return math.nan, math.nan, math.nan
-    course = work.cells.course(line.phase, line.winch, spot)
-    first = {name: values[:n] for name, values in runs.items()}
-    estimate = quantities(work.plan, line.phase, line.alternative, line.winch, course, first)[rule.rule.quantity]
-    value, low, high = (float(x) for x in utilisation(rule, np.array((estimate.value, estimate.low, estimate.high))))
-    return value, min(low, high), max(low, high)
+    return f"{line.phase.name}, {who}: {key} at Tp {show(T, 'time')}, {math.degrees(beta):.4g} deg"
 
 
 USUAL_CELLS = 2.5
 """Cells that a limit takes on the mean, for the estimate in advance."""
 MOST_ROUNDS = 100
-SATURATED = 1.02
-"""Worse end of a utilisation's interval over its value up to which the cell is at the end of what there is, such as
-slack slings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +166,7 @@ def refine(
     predicted: Sequence[Limits],
     *,
     search: Search | None = None,
+    frequency: Mapping[Column, float] | None = None,
     store: Any = None,
     client: Any = None,
     threads: int = 2,
@@ -179,13 +178,13 @@ def refine(
     limit the lowest height is run first; a phase is not run where another known limit is below the least that
     it may limit (its predicted height over `UNDERESTIMATE_FACTOR`). Alternatives see the same waves (common random
     numbers), and what is one run under several of them is run once. Heights are placed by
-    `stillhook.plan.tiers.time_domain.search`; the cell next to a limit gets more seeds until its interval closes.
+    `stillhook.plan.tiers.time_domain.search`; a column gets more runs until the interval of its limit is narrow enough.
 
-    store: folder in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share
-    done, 0..1.
+    frequency: share of the weather's records about a column, over the mean of columns; store: folder in which runs are
+    kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share done, 0..1.
     Errors: StillhookError, one line: a lift beyond any crane, a store that cannot be written.
     """
-    work = Work(plan, search or Search(), Cells(plan, Execution(store, client, threads)), progress)
+    work = Work(plan, search or Search(), Cells(plan, Execution(store, client, threads)), progress, frequency)
     work.prepare(predicted)
     for _ in range(MOST_ROUNDS):
         if not work.round():
@@ -197,12 +196,7 @@ def _result(work: Work) -> TwinTier:
     """Demands and limits of everything that was run."""
     pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if line.started}
     demands = [_demand(work, phase, alternative) for (_, alternative), phase in pairs.items()]
-    highest = max(work.plan.environment.Hs)
-    rules = [limited(work.plan, phase, alternative) for (_, alternative), phase in pairs.items()]
-    limits = [
-        _with_ends(limits_of(demand, held, most=highest), demand, {each.rule.key: each for each in held}, highest)
-        for demand, held in zip(demands, rules, strict=True)
-    ]
+    limits = [_limits(work, phase, alternative) for (_, alternative), phase in pairs.items()]
     blocks = {"landing": landing(work), "convergence": convergence(work)}
     if work.progress is not None:
         work.progress(1.0)
@@ -216,51 +210,89 @@ def _result(work: Work) -> TwinTier:
     )
 
 
-def _with_ends(limits: Limits, demand: Demand, rules: Mapping[str, Limited], most: float) -> Limits:
-    """Limits with the ends of their 95 % interval from the cell next to each, whose seeds were closed: what the waves
-    add there grows with the height. (Cells of one column see the same waves, so their errors go together; farther ones
-    have fewer seeds and say less.)
-    """
-    low, high = ({key: ends.copy() for key, ends in side.items()} for side in (limits.low, limits.high))
-    for key in high:
-        rule, q = rules[key], rules[key].rule.quantity
-        value, *sides = (utilisation(rule, table[q]) for table in (demand.values, demand.low, demand.high))
-        worst, best = np.fmax(*sides), np.fmin(*sides)
-        for i, (_, _, rows) in enumerate(demand.seas.columns()):
-            Hs = float(limits.Hs[key][i])
-            if not 0.0 < Hs < math.inf:
-                continue
-            n, calm = nearest(demand.seas.Hs[rows], Hs), value[rows[0]]
-            k = (
-                rows[n - 1] if n > 1 and worst[rows[n]] <= SATURATED * value[rows[n]] else rows[n]
-            )  # slack slings cannot be slacker
-            added = value[k] - calm
-            if math.isfinite(added) and added > 0.0:
-                low[key][i] = _scaled(Hs, added, worst[k] - calm) if math.isfinite(worst[k]) else math.nan
-                high[key][i] = _scaled(Hs, added, best[k] - calm)
-    return replace(limits, low=low, high={key: np.where(ends > most, np.inf, ends) for key, ends in high.items()})
+def _started(work: Work, phase: Phase, alternative: Alternative) -> list[LimitSearch]:
+    return [line for line in work.phases[phase.name, alternative] if line.started]
 
 
-def _scaled(Hs: float, added: float, taken: float) -> float:
-    """Height at which what the waves add is that of the limit, if they add `taken` where `added` was calculated."""
-    return Hs * added / taken if taken > 0.0 else math.inf
+def _limits(work: Work, phase: Phase, alternative: Alternative) -> Limits:
+    """Limits of every rule in every column that was looked at; in one whose calm is beyond, of the calm."""
+    lines, judged = _started(work, phase, alternative), work.judge(phase.name, alternative)
+    Tp, beta = (np.array([line.column[i] for line in lines]) for i in (0, 1))
+    Hs, low, high = ({each.rule.key: np.full(len(lines), np.nan) for each in work.rules(lines[0])} for _ in range(3))
+    draws: dict[str, FloatArray] = {}
+    place = [i for i, line in enumerate(lines) if line.column in judged.columns]
+    of = [judged.columns.index(lines[i].column) for i in place]
+    for key, found in judged.limits.items():
+        for table, values in ((Hs, found.Hs), (low, found.low), (high, found.high)):
+            table[key][place] = values[of]
+        if len(found.draws):
+            draws[key] = np.full((len(found.draws), len(lines)), np.nan)
+            draws[key][:, place] = found.draws[:, of]
+    for i, line in enumerate(lines):
+        if line.column in judged.columns:
+            continue
+        for each in work.rules(line):
+            beyond = _beyond_in_calm(work, line, each.rule.quantity, each.limit)
+            for table in (Hs, low, high):
+                table[each.rule.key][i] = 0.0 if beyond else math.nan
+    return Limits(phase.name, alternative, Tier.TIME, Tp, beta, Hs, low, high, draws)
+
+
+def _beyond_in_calm(work: Work, line: LimitSearch, quantity: str, limit: float) -> bool:
+    measure = work.measures(line).get(quantity)
+    runs = work.runs(line, 0.0)
+    if measure is None or measure.x not in runs or measure.statistic is Statistic.CHANCE:
+        return False
+    return bool(measure.values(runs)[0] > measure.to_x(limit) * (1.0 + 1e-9))
 
 
 def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
-    """All cells of a phase under an alternative as one demand, the calm of every column first."""
-    lines = [line for line in work.lines if line.started and line.phase is phase and line.alternative is alternative]
-    rows = [(line.spot(float(h)), work.numbers(line, float(h))) for line in lines for h in work.heights(line)]
-    spots = [spot for spot, _ in rows]
-    names = sorted({name for _, numbers in rows for name in numbers})
-    seas = Seas(*(np.array([getattr(s, name) for s in spots]) for name in ("Hs", "Tp", "beta")))
-    blank = Estimate(math.nan)
-    value, low, high = (
-        {q: np.array([getattr(numbers.get(q, blank), part) for _, numbers in rows]) for q in names}
-        for part in ("value", "low", "high")
-    )
-    winch = lines[0].winch
-    seeds = np.array([len(work.cells.runs[phase.name, winch, s]["duration"]) for s in spots], dtype=np.int64)
+    """All cells of a phase under an alternative as one demand, the calm of every column first: levels of the curves of
+    all columns."""
+    lines, judged = _started(work, phase, alternative), work.judge(phase.name, alternative)
+    rows = [(line, h) for line in lines for h in (0.0, *work.heights(line))]
+    seas = Seas(*(np.array([getattr(line.spot(h), name) for line, h in rows]) for name in ("Hs", "Tp", "beta")))
+    columns = {column: i for i, column in enumerate(judged.columns)}
+    rules = {each.rule.quantity: each.rule.key for each in reversed(work.rules(lines[0]))}
+    names = sorted({name for line in lines for name, m in work.measures(line).items() if m.x in work.runs(line, 0.0)})
+    value, low, high = ({q: np.full(len(rows), np.nan) for q in names} for _ in range(3))
+    for q in names:
+        curve = judged.curves.get(rules.get(q, ""))
+        if curve is None and columns:
+            every = {line.column: line for line in work.phases[phase.name, alternative]}
+            curve = curve_of([_of(work, every[column], q) for column in judged.columns])
+        for k, (line, h) in enumerate(rows):
+            measure = work.measures(line)[q]
+            if measure.statistic is Statistic.CHANCE:
+                estimate = chance(measure, work.runs(line, h))
+            elif h == 0.0 or curve is None:
+                x = float(measure.values(work.runs(line, 0.0))[0])
+                estimate = _estimate(measure, x, x, x)
+            else:
+                estimate = _estimate(measure, *curve.level(columns[line.column], h))
+            value[q][k], low[q][k], high[q][k] = estimate.value, estimate.low, estimate.high
+    seeds = np.array([len(work.runs(line, h)["duration"]) for line, h in rows], dtype=np.int64)
     return Demand(phase.name, alternative, Tier.TIME, seas, value, low, high, seeds)
+
+
+def _of(work: Work, line: LimitSearch, quantity: str) -> ColumnRuns:
+    Hs = work.heights(line)
+    cells = tuple((h, work.runs(line, h)) for h in Hs)
+    measure, calm = work.measures(line)[quantity], work.runs(line, 0.0)
+    return ColumnRuns(*line.column, measure, Hs[len(Hs) // 2], calm, cells)
+
+
+def _estimate(measure: Measure, *x: float) -> Estimate:
+    value, *ends = (float(v) for v in measure.of_x(np.array(x)))
+    return Estimate(value, min(ends), max(ends))
+
+
+def chance(measure: Measure, runs: Mapping[str, FloatArray]) -> Estimate:
+    """Chance that a phase reaches the end of what there is, by the runs of one cell; Wilson's interval."""
+    x = measure.values(runs)
+    share = Estimate.of_share(int(np.sum(x >= measure.end * (1.0 - 1e-9))), len(x))
+    value, low, high = (1.0 - (1.0 - p) ** max(measure.times, 1.0) for p in (share.value, share.low, share.high))
+    return Estimate(value, low, high, len(x))
 
 
 def _runs(cells: Cells) -> dict[str, Any]:
@@ -269,7 +301,6 @@ def _runs(cells: Cells) -> dict[str, Any]:
         "n": cells.n_runs,
         "n_failed": cells.n_failed,
         "n_cells": len(sizes),
-        "seeds_first": 1,
         "seeds_per_cell": [min(sizes, default=0), max(sizes, default=0)],
         "simulated": cells.seconds,
     }
@@ -281,7 +312,7 @@ def _notes(work: Work) -> tuple[str, ...]:
     line = line or next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING), None)
     if line is None or line.phase.speed is None:
         return ()
-    v = work.numbers(line, 0.0)["v_landed"].value
+    v = float(work.runs(line, 0.0)["v_landed"][0])
     return (
         "landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload"
         f" file (assumed unless it says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it"

@@ -1,0 +1,236 @@
+"""Limit curves: the level of a quantity over the height of the sea, from the runs of all columns of a table at once,
+and the limiting heights that follow, with what is known of neighbouring periods and headings.
+
+See docs/decisions/0021-limit-curves.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
+from stillhook.plan.tiers.time_domain.cells import Runs
+from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
+from stillhook.statistics.estimate import NORMAL_95
+from stillhook.statistics.level_fit import LevelFit, Samples, fit_levels, fit_means
+from stillhook.statistics.smooth_field import Field, smooth_field
+from stillhook.variables import WINDOW
+
+NEAR = 0.35
+"""Standard deviation of the weight of a run, in ln of its height over that of the limit: growth is a power of the
+height about the limit, not everywhere."""
+ALIKE = 0.15
+"""Standard deviation of the weight, in ln of the period, with which runs of other periods show how runs scatter."""
+PART = 20.0
+"""Part of a run of which the largest value counts [s]: some waves."""
+FEWEST = 8
+"""Runs in which waves must add something for a curve."""
+BEYOND_CELLS = 1.15
+"""A limit is read up to this factor above the highest cell."""
+FAILED_MOST = 0.1
+"""Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
+leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnRuns:
+    """What was run of a phase in one column: cells of heights above 0, with their runs; calm those of the calm; measure
+    of the quantity there; about: height of which its limit is thought to be [m]; period [s], angle [rad]."""
+
+    period: float
+    angle: float
+    measure: Measure
+    about: float
+    calm: Runs = field(repr=False)
+    cells: tuple[tuple[float, Runs], ...] = field(repr=False)
+
+    @property
+    def still(self) -> float:
+        """x in a calm."""
+        return float(self.measure.values(self.calm)[0])
+
+    @property
+    def sound_up_to(self) -> float:
+        """Highest height below the first at which too many runs fail [m]; inf where none does."""
+        below = 0.0
+        for Hs, runs in self.cells:
+            lost = float(np.mean(~np.isfinite(runs["duration"])))
+            if 1.0 - (1.0 - lost) ** max(self.measure.times, 1.0) >= FAILED_MOST - ROUNDING:
+                return below
+            below = Hs
+        return math.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Level of a measure over the height in columns (c,); fit None where waves add too little to see."""
+
+    columns: tuple[ColumnRuns, ...]
+    still: FloatArray = field(repr=False)
+    fit: LevelFit | None = field(repr=False)
+
+    def level(self, column: int, Hs: float) -> tuple[float, float, float]:
+        """x at the level in a sea of this height [m], and the ends of its 95 % interval."""
+        if self.fit is None or Hs <= 0.0 or math.isnan(self.fit.level[column]):
+            return float(self.still[column]), math.nan, math.nan
+        ln_x, var = self.fit.at(np.array([column]), np.array([math.log(Hs / self.columns[column].about)]))
+        half = NORMAL_95 * math.sqrt(float(var[0]))
+        value, low, high = (self.still[column] + math.exp(float(ln_x[0]) + d) for d in (0.0, -half, half))
+        return float(value), float(low), float(high)
+
+
+def curve_of(columns: Sequence[ColumnRuns], chance: float | None = None) -> Curve:
+    """The curve of one measure in several columns; chance: that of a phase which the level stands for, in place of the
+    measure's own."""
+    still = np.array([column.still for column in columns])
+    if columns[0].measure.statistic is Statistic.MEAN:
+        return Curve(tuple(columns), still, _of_means(columns))
+    if chance is not None:
+        q = 1.0 - min(max(chance, 0.0), 1.0 - ROUNDING)
+        columns = [replace(column, measure=replace(column.measure, q=q)) for column in columns]
+    return Curve(tuple(columns), still, _of_largest(columns, still))
+
+
+def _of_largest(columns: Sequence[ColumnRuns], still: FloatArray) -> LevelFit | None:
+    cells = [(i, Hs, runs) for i, column in enumerate(columns) for Hs, runs in column.cells]
+    if not cells:
+        return None
+    rows, length = _parts([(columns[i].measure, runs) for i, _, runs in cells])
+    place, h, y, over = [], [], [], []
+    for (i, Hs, _), x in zip(cells, rows, strict=True):
+        added, known = x - still[i], np.isfinite(x)
+        added = np.where(known, added, added.max(initial=0.0, where=known))  # a run that failed is beyond the others
+        place.append(np.full(len(x), i))
+        h.append(np.full(len(x), math.log(Hs / columns[i].about)))
+        some = added > ROUNDING * max(abs(still[i]), ROUNDING)
+        y.append(np.log(added, out=np.full(x.shape, -np.inf), where=some))
+        over.append(~known | (x >= columns[i].measure.end * (1.0 - ROUNDING)))
+    all_y, all_h = np.concatenate(y), np.concatenate(h)
+    if int(np.isfinite(all_y).sum()) < min(FEWEST, len(all_y)):
+        return None
+    weight = np.maximum(np.exp(-0.5 * (all_h / NEAR) ** 2), 1e-6)
+    samples = Samples(np.concatenate(place), all_h, all_y, np.concatenate(over), weight)
+    ln_T = np.log([column.period for column in columns])
+    likeness = np.exp(-0.5 * ((ln_T[:, None] - ln_T) / ALIKE) ** 2)
+    q = np.array([column.measure.of_part(length) for column in columns])
+    return fit_levels(samples, q, likeness)
+
+
+def _parts(cells: Sequence[tuple[Measure, Runs]]) -> tuple[list[FloatArray], float]:
+    """x of the parts of all runs, (n, k) for each cell, and the length of a part [s]: whole runs (k = 1), or in a
+    stationary phase as many intervals together as hold some waves, or a window."""
+    peaks = [measure.peaks(runs) for measure, runs in cells]
+    known = [x for x in peaks if x is not None]
+    together = round((WINDOW if cells[0][0].x.endswith("_pp") else PART) / INTERVAL)
+    parts = min((x.shape[1] for x in known), default=0) // together
+    if len(known) < len(peaks) or parts < 2:
+        return [measure.values(runs)[:, None] for measure, runs in cells], math.inf
+    rows = [x[:, : parts * together].reshape(len(x), parts, together).max(axis=2) for x in known]
+    return rows, together * INTERVAL
+
+
+def _of_means(columns: Sequence[ColumnRuns]) -> LevelFit | None:
+    place, h, mean, var = [], [], [], []
+    for i, column in enumerate(columns):
+        for Hs, runs in column.cells:
+            x = column.measure.values(runs)
+            x = x[np.isfinite(x)]
+            if (x > 0.0).sum() < 2:
+                continue
+            off = math.log(Hs / column.about)
+            place.append(i)
+            h.append(off)
+            mean.append(float(x.mean()))
+            var.append(float(x.var(ddof=1)) / len(x) * math.exp((off / NEAR) ** 2))
+    if not place:
+        return None
+    return fit_means(np.array(place), np.array(h), np.array(mean), np.array(var), len(columns))
+
+
+@dataclass(frozen=True, eq=False)
+class CurveLimits:
+    """Limiting heights of one rule in columns (c,) [m]: inf where the highest sea stays inside, 0 where a calm is
+    beyond, NaN where cells end below the limit (low is then the last of them). low, high: ends of the 95 % interval;
+    half: half of it in ln of the height; direct: estimate of the column's own runs; draws (m, c)."""
+
+    Hs: FloatArray = field(repr=False)
+    low: FloatArray = field(repr=False)
+    high: FloatArray = field(repr=False)
+    half: FloatArray = field(repr=False)
+    direct: FloatArray = field(repr=False)
+    draws: FloatArray = field(repr=False)
+
+
+def limits_of_curve(
+    curve: Curve, x_limit: FloatArray, highest: float, expected: FloatArray | None = None
+) -> CurveLimits:
+    """Heights at which the level of a curve is x_limit (c,).
+
+    highest sea to analyse [m]; expected (c,): limits of a cheaper method [m], NaN where it has none.
+    """
+    n = len(curve.columns)
+    top = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in curve.columns])
+    sound = np.array([column.sound_up_to for column in curve.columns])
+    at_top = top >= highest * (1.0 - ROUNDING)
+    direct, var = _direct(curve, x_limit)
+    beyond_calm = curve.still > x_limit * (1.0 + ROUNDING)
+    found = np.isfinite(direct) & (direct <= BEYOND_CELLS * top) & ~beyond_calm
+    Hs, low, high, half = (np.full(n, np.nan) for _ in range(4))
+    draws = np.full((0, n), np.nan)
+    if found.any():
+        smooth = _smoothed(curve, direct, var, found, expected)
+        sd = np.sqrt(smooth.var)
+        Hs[found], half[found] = np.exp(smooth.value), NORMAL_95 * sd
+        low[found], high[found] = (np.exp(smooth.value + sign * NORMAL_95 * sd) for sign in (-1.0, 1.0))
+        draws = np.full((len(smooth.draws), n), np.nan)
+        draws[:, found] = np.exp(smooth.draws)
+    open_ = ~found & ~beyond_calm
+    Hs[open_] = np.where(at_top[open_], np.inf, np.nan)
+    low[open_] = np.where(at_top[open_], np.nan, top[open_])
+    past = found & (Hs > highest)
+    Hs = np.where(past, np.where(at_top, np.inf, highest), Hs)
+    high = np.where(high > highest, np.inf, high)
+    for ends in (Hs, low, high):
+        ends[beyond_calm] = 0.0
+    limited = np.isfinite(sound)
+    Hs[limited] = np.fmin(Hs, sound)[limited]
+    low[limited] = np.fmin(low, sound)[limited]
+    return CurveLimits(Hs, low, high, half, direct, np.minimum(draws, sound))
+
+
+def _direct(curve: Curve, x_limit: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Heights that the columns' own runs give [m], inf where the level is never reached, and the variance of ln."""
+    n = len(curve.columns)
+    if curve.fit is None:
+        return np.full(n, np.inf), np.full(n, np.nan)
+    added = x_limit - curve.still
+    y = np.log(added, out=np.full(n, -np.inf), where=added > 0.0)
+    off, var = curve.fit.crossing(y)
+    about = np.array([column.about for column in curve.columns])
+    known = ~np.isnan(curve.fit.level)
+    return np.where(known, about * np.exp(np.minimum(off, 10.0)), np.inf), var
+
+
+def _smoothed(
+    curve: Curve, direct: FloatArray, var: FloatArray, found: BoolArray, expected: FloatArray | None
+) -> Field:
+    """ln of the heights as a field over periods and headings."""
+    assert curve.fit is not None
+    places = [column for column, use in zip(curve.columns, found, strict=True) if use]
+    ln_expected = None
+    if expected is not None and np.isfinite(expected[found]).all() and (expected[found] > 0.0).all():
+        ln_expected = np.log(expected[found])
+    return smooth_field(
+        np.array([column.period for column in places]),
+        np.array([column.angle for column in places]),
+        np.log(np.maximum(direct[found], 1e-3)),
+        np.maximum(var[found], 1e-8),
+        expected=ln_expected,
+        common=curve.fit.common_var,
+    )

@@ -1,0 +1,334 @@
+r"""Level that a number stays below with some probability, over the height of the sea, from runs of many columns.
+
+A column is one sea of given period and direction in which runs of several heights were made. What waves add to the
+number grows as a power of the height there, and scatters in proportion to itself:
+
+.. math:: y = \ln(x - x_0) = a_c + p_c \ln\frac{H}{H_c} + s_c z
+
+with x_0 the number in a calm, and z of one distribution in all columns. So the few runs of a column give its location
+and scale alone; runs of all columns together give the shape of the scatter, and with it the upper quantiles, which
+extremes need. Slopes p_c and scales s_c of the columns are drawn towards their common mean by as much as their sampling
+errors say (random effects).
+
+A number at the end of what there is, such as the loss of tension in slack slings, is known to be at least that: it
+counts as censored. Validity: heights within a factor of about 1.5 of H_c, and a number that rises with the height.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stillhook.base.arrays import BoolArray, FloatArray, IntArray
+from stillhook.statistics.estimate import NORMAL_95, t_factor
+
+STEPS = 25
+"""Steps of the iteration between expected values of censored numbers and the parameters."""
+LEAST_SCALE = 1e-6
+SLOPES = (0.5, 6.0)
+"""Exponents of growth that are possible: motions grow with the height, drag with its square, shares of time beyond a
+threshold faster."""
+SLOPE, SLOPE_SD = 1.5, 0.6
+"""Mean and standard deviation of the exponent of a largest value before any run is known."""
+OF_SHARE, OF_SHARE_SD = 3.0, 1.5
+"""The same of a share of time."""
+FEWEST_IN_TAIL = 40
+"""Numbers about a quantile that its value is read from."""
+WINDOW = 0.8
+"""Half width of the part of the distribution that a quantile is read from, in ln(-ln S), S the share above."""
+INDEX, INDEX_SD = 0.6, 0.4
+"""Extremal index of parts of a run before any is known, and the standard deviation of its ln."""
+CLIP = 4.0
+"""Standard deviations at which numbers are clipped for skewness, kurtosis and likeness of the parts of a run."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Runs of all columns.
+
+    column (n,) number of the column; h (n,) ln of the height over the column's H_c; y (n, k) ln of what waves add, for
+    k parts of a run of equal length, -inf where they add nothing; censored (n, k) where it is y or more; weight (n,) of
+    a run.
+    """
+
+    column: IntArray = field(repr=False)
+    h: FloatArray = field(repr=False)
+    y: FloatArray = field(repr=False)
+    censored: BoolArray = field(repr=False)
+    weight: FloatArray = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class LevelFit:
+    """ln of the level in every column: `level` at h = `center`, growing by `slope`, each (c,).
+
+    var: variances of the column's own level, and of its slope; common: variance of the part of the level that all
+    columns share.
+    """
+
+    level: FloatArray = field(repr=False)
+    slope: FloatArray = field(repr=False)
+    center: FloatArray = field(repr=False)
+    var: FloatArray = field(repr=False)
+    var_slope: FloatArray = field(repr=False)
+    common: float = 0.0
+
+    def at(self, column: IntArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """ln of the level at places (n,), and its variance."""
+        off = h - self.center[column]
+        return self.level[column] + self.slope[column] * off, (
+            self.var[column] + off**2 * self.var_slope[column] + self.common
+        )
+
+    def crossing(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """h (c,) at which ln of the level is y (c,), and the variance of the column's own part of it."""
+        off = (y - self.level) / self.slope
+        return self.center + off, (self.var + off**2 * self.var_slope) / self.slope**2
+
+    @property
+    def common_var(self) -> float:
+        """Variance of the part of `crossing` that all columns share."""
+        return self.common / float(np.mean(self.slope)) ** 2
+
+
+def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = None) -> LevelFit:
+    """Level that a part of a run would stay below with probability q (c,) if parts were independent, for every column,
+    which has a run. How far they are not is seen in the runs, and taken into account (extremal index).
+
+    likeness (c, c): weight of each column's runs in the shape and the usual scale of another's scatter (None: all
+    alike).
+    """
+    columns, k = len(q), samples.y.shape[1]
+    near = np.ones((columns, columns)) if likeness is None else likeness
+    w, h = (np.repeat(x, k) for x in (samples.weight, samples.h))
+    c = np.repeat(samples.column, k)
+    y, over = samples.y.ravel(), samples.censored.ravel()
+    under = ~np.isfinite(y)
+    y = np.where(under, float(y[~under].min()) if (~under).any() else 0.0, y)
+    a, p, s, center = _location_scale(c, h, y, under, over, w, near)
+    z = (y - (a[c] + p.value[c] * (h - center[c]))) / s.value[c]
+    order = np.argsort(z, kind="stable")
+    shapes: dict[bytes, tuple[_Shape, float, float]] = {}
+    Q, var_Q, skewness, kurtosis = (np.empty(columns) for _ in range(4))
+    for i in range(columns):
+        key = near[i].tobytes()
+        if key not in shapes:
+            weight = w * near[i][c]
+            index = _extremal_index(z.reshape(-1, k), weight.reshape(-1, k)[:, 0])
+            shapes[key] = (_Shape.of(z[order], over[order], weight[order]), *index)
+        shape, theta, error = shapes[key]
+        Q[i], var_Q[i] = shape.quantile(float(q[i] ** (1.0 / theta)), error)
+        skewness[i], kurtosis[i] = shape.skewness, shape.kurtosis
+    parts = np.maximum(np.bincount(samples.column, samples.weight, minlength=columns) * k, 1e-9)
+    parts = np.maximum(parts / _alike(z, k), 1e-9)
+    of_scale = np.minimum(s.var / s.value**2, (kurtosis - 1.0) / (4.0 * parts))
+    of_runs = near @ np.bincount(samples.column, samples.weight, minlength=columns)
+    few = np.array([(t_factor(max(n - 1.0, 1.0)) / NORMAL_95) ** 2 for n in of_runs])
+    usual = float(np.average(s.value**2, weights=parts)) * few
+    var = usual * (1.0 / parts + Q * skewness / parts + Q**2 * of_scale)
+    least = 0.1 * usual / parts
+    common = float(np.mean(usual * var_Q))
+    return LevelFit(a + Q * s.value, p.value, center, np.maximum(var, least), p.var, common)
+
+
+def fit_means(column: IntArray, h: FloatArray, mean: FloatArray, var: FloatArray, columns: int) -> LevelFit:
+    """ln of a mean over the height, such as a share of time, from means above 0 of cells (n,) and their variances."""
+    y, error = np.log(mean), var / mean**2
+    w = 1.0 / np.maximum(error, 1e-6)
+    total = np.maximum(np.bincount(column, w, minlength=columns), 1e-300)
+    center = np.bincount(column, w * h, minlength=columns) / total
+    level = np.bincount(column, w * y, minlength=columns) / total
+    off = h - center[column]
+    spread = np.bincount(column, w * off**2, minlength=columns)
+    slope = np.divide(
+        np.bincount(column, w * off * y, minlength=columns), spread, out=np.full(columns, np.nan), where=spread > 1e-6
+    )
+    var_slope = np.divide(1.0, spread, out=np.full(columns, np.inf), where=spread > 1e-6)
+    p = _drawn_together(slope, var_slope, (OF_SHARE, OF_SHARE_SD))
+    known = np.bincount(column, minlength=columns) > 0
+    level = np.where(known, level, np.nan)
+    return LevelFit(level, np.clip(p.value, *SLOPES), center, np.where(known, 1.0 / total, np.nan), p.var)
+
+
+@dataclass(frozen=True, eq=False)
+class _Effects:
+    """Values of columns and their variances."""
+
+    value: FloatArray
+    var: FloatArray
+
+
+def _drawn_together(value: FloatArray, var: FloatArray, prior: tuple[float, float] | None = None) -> _Effects:
+    """Values of columns drawn towards their mean, by random effects; one that is not known is that mean. prior: mean
+    and standard deviation before any value is known."""
+    known = np.isfinite(var) & np.isfinite(value)
+    tau2 = _variance_between(value[known], var[known])
+    w = 1.0 / (var[known] + max(tau2, 1e-12))
+    about, certainty = (0.0, 0.0) if prior is None else (prior[0], prior[1] ** -2)
+    certainty_of_mean = certainty + float(w.sum())
+    mean = (certainty * about + float(np.sum(w * value[known]))) / certainty_of_mean
+    if prior is not None and known.sum() < 3:
+        tau2 = prior[1] ** 2
+    share = np.where(known, tau2 / np.where(known, np.maximum(tau2 + var, 1e-300), 1.0), 0.0)
+    drawn = share * np.where(known, value, 0.0) + (1.0 - share) * mean
+    left = np.where(known, share * np.where(known, var, 0.0), tau2) + (1.0 - share) ** 2 / certainty_of_mean
+    return _Effects(drawn, left)
+
+
+def _variance_between(value: FloatArray, var: FloatArray) -> float:
+    """Variance of true values about their mean, from values with these sampling variances (DerSimonian and Laird)."""
+    if len(value) < 2:
+        return 0.0
+    w = 1.0 / np.maximum(var, 1e-12)
+    total = float(w.sum())
+    mean = float(np.sum(w * value)) / total
+    excess = float(np.sum(w * (value - mean) ** 2)) - (len(value) - 1)
+    return max(excess / max(total - float(np.sum(w**2)) / total, 1e-300), 0.0)
+
+
+def _location_scale(
+    c: IntArray, h: FloatArray, y: FloatArray, under: BoolArray, over: BoolArray, w: FloatArray, near: FloatArray
+) -> tuple[FloatArray, _Effects, _Effects, FloatArray]:
+    """Location at the mean h of each column, slope, scale, and that mean, by expectation and maximisation for normal
+    numbers some of which are censored."""
+    columns = len(near)
+    total = np.maximum(np.bincount(c, w, minlength=columns), 1e-300)
+
+    def mean(x: FloatArray) -> FloatArray:
+        return np.asarray(np.bincount(c, w * x, minlength=columns) / total)
+
+    center = mean(h)
+    off = h - center[c]
+    spread = np.bincount(c, w * off**2, minlength=columns)
+    a = mean(y)
+    s = np.full(columns, max(math.sqrt(float(np.average((y - a[c]) ** 2, weights=w))), LEAST_SCALE))
+    p = scale = _Effects(np.full(columns, SLOPE), s**2)
+    filled, extra, marked = y, np.zeros_like(y), bool((under | over).any())
+    lost = np.maximum(1.0 - 1.0 / np.maximum(total, 1.001), 0.2)
+    for _ in range(STEPS if marked else 3):
+        if marked:
+            filled, extra = _expected(y, a[c] + p.value[c] * off, s[c], under, over)
+        a = mean(filled)
+        slope = np.divide(
+            np.bincount(c, w * off * (filled - a[c]), minlength=columns),
+            spread,
+            out=np.full(columns, np.nan),
+            where=spread > 1e-9,
+        )
+        usual = math.sqrt(float(np.average(s**2, weights=total)))
+        var_slope = np.divide(usual**2, spread, out=np.full(columns, np.inf), where=spread > 1e-9)
+        p = _drawn_together(slope, var_slope, (SLOPE, SLOPE_SD))
+        p = _Effects(np.clip(p.value, *SLOPES), p.var)
+        s = np.sqrt(mean((filled - a[c] - p.value[c] * off) ** 2 + extra) / lost)
+        ln_s = _scales(s, total, near)
+        s = np.exp(ln_s.value)
+        scale = _Effects(s, s**2 * ln_s.var)
+    return a, p, scale, center
+
+
+def _scales(s: FloatArray, total: FloatArray, near: FloatArray) -> _Effects:
+    """ln of the scales of columns with `total` runs, drawn towards that of the columns that are alike."""
+    ln_s, var = np.log(np.maximum(s, LEAST_SCALE)), 0.5 / np.maximum(total - 1.0, 0.5)
+    w = near * np.where(total > 1.5, 1.0 / var, 1e-6)
+    usual = (w * ln_s).sum(axis=1) / w.sum(axis=1)
+    tau2 = _variance_between(ln_s - usual, var)
+    share = np.where(total > 1.5, tau2 / (tau2 + var), 0.0)
+    return _Effects(share * ln_s + (1.0 - share) * usual, share * var + (1.0 - share) ** 2 / w.sum(axis=1))
+
+
+def _expected(
+    y: FloatArray, m: FloatArray, s: FloatArray, under: BoolArray, over: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Expected values of censored normal numbers, and their variances."""
+    from scipy.special import log_ndtr  # heavy: only where runs are fitted
+
+    t = np.clip((y - m) / s, -30.0, 30.0)
+    ln_density = -0.5 * t**2 - 0.5 * math.log(2.0 * math.pi)
+    above, below = np.exp(ln_density - log_ndtr(-t)), np.exp(ln_density - log_ndtr(t))
+    value = np.where(over, m + s * above, np.where(under, m - s * below, y))
+    var = np.where(over, 1.0 + t * above - above**2, np.where(under, 1.0 - t * below - below**2, 0.0))
+    return value, s**2 * np.maximum(var, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """The common distribution of z: numbers that rise with ln(-ln S) of the share S above each, for some of which only
+    the least is known (Kaplan and Meier)."""
+
+    axis: FloatArray
+    z: FloatArray
+    weight: FloatArray
+    n: float
+    skewness: float
+    kurtosis: float
+
+    @classmethod
+    def of(cls, z: FloatArray, over: BoolArray, w: FloatArray) -> _Shape:
+        """Of rising numbers, `over` where they are only the least; w their weights."""
+        total = float(w.sum())
+        at_risk = np.maximum(total - np.concatenate(([0.0], np.cumsum(w)[:-1])), w)
+        gone = np.minimum(w / at_risk, 1.0 - 1e-9)
+        ln_S = np.cumsum(np.where(over, 0.0, np.log1p(-gone)))
+        middle = np.log(0.5 * (np.exp(ln_S) + np.exp(np.concatenate(([0.0], ln_S[:-1])))))
+        use = ~over & (middle < -1e-12)
+        about = np.clip(z, -CLIP, CLIP)
+        d = about - float(np.average(about, weights=w))
+        v = max(float(np.average(d**2, weights=w)), 1e-12)
+        third, fourth = (float(np.average(d**i, weights=w)) for i in (3, 4))
+        n = total**2 / float(np.sum(w**2))
+        return cls(np.log(-middle[use]), z[use], w[use], n, third / v**1.5, fourth / v**2)
+
+    def quantile(self, q: float, error: float = 0.0) -> tuple[float, float]:
+        """Quantile of z and its variance; beyond the numbers themselves by a Weibull tail, which is straight on this
+        axis. error: standard deviation of ln of the share above."""
+        if len(self.z) < 2:
+            return 0.0, 1.0
+        S, wanted = 1.0 - q, math.log(-math.log1p(-q))
+        off = np.abs(self.axis - wanted)
+        width = max(WINDOW, 1.05 * float(np.sort(off)[min(FEWEST_IN_TAIL, len(off)) - 1]))
+        near = np.maximum(1.0 - (off / width) ** 3, 0.0) ** 3 * self.weight
+        near = near * np.sqrt(np.maximum(np.gradient(self.axis), 1e-12))  # numbers are denser below than above
+        m_t, m_z = np.average(self.axis, weights=near), np.average(self.z, weights=near)
+        across = max(float(np.sum(near * (self.axis - m_t) ** 2)), 1e-300)
+        rise = max(float(np.sum(near * (self.axis - m_t) * (self.z - m_z))) / across, 1e-9)
+        density = -math.log(S) * S / rise
+        of_share = (rise * error / math.log(S)) ** 2
+        return float(m_z + rise * (wanted - m_t)), S * (1.0 - S) / (max(self.n, 4.0 / S) * density**2) + of_share
+
+
+def _extremal_index(z: FloatArray, w: FloatArray) -> tuple[float, float]:
+    """How many independent parts one part counts for in a largest value, 0 to 1, for large ones come in groups; and the
+    standard deviation of its ln.
+
+    By how often a run, of weight w (n,), stays below a level that half of the runs pass, against how often its parts
+    z (n, k) do; with what is usual where there are few runs.
+    """
+    n, k = z.shape
+    if k == 1:
+        return 1.0, 0.0
+    most = z.max(axis=1)
+    order = np.argsort(most)
+    share = np.cumsum(w[order]) / float(w.sum())
+    level = most[order][min(int(np.searchsorted(share, 0.5)), n - 1)]
+    runs = float(np.average(most <= level, weights=w))
+    parts = float(np.average((z <= level).mean(axis=1), weights=w))
+    certainty = INDEX_SD**-2
+    about = certainty * math.log(INDEX)
+    if 0.0 < runs < 1.0 and 0.0 < parts < 1.0:
+        effective = float(w.sum()) ** 2 / float(np.sum(w**2))
+        of_runs = effective * runs * math.log(runs) ** 2 / (1.0 - runs)
+        about += of_runs * math.log(math.log(runs) / (k * math.log(parts)))
+        certainty += of_runs
+    return min(math.exp(about / certainty), 1.0), 1.0 / math.sqrt(certainty)
+
+
+def _alike(z: FloatArray, k: int) -> float:
+    """How many parts of a run count as one, for parts of one run may be alike."""
+    if k == 1:
+        return 1.0
+    rows = np.clip(z.reshape(-1, k), -CLIP, CLIP)
+    total = float(np.var(rows))
+    alike = (float(np.var(rows.mean(axis=1))) - total / k) / max(total * (1.0 - 1.0 / k), 1e-12)
+    return 1.0 + (k - 1) * max(alike, 0.0)
