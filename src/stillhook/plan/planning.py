@@ -16,7 +16,7 @@ import numpy as np
 from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
-from stillhook.plan.answer.metadata import RunInputs, described, facts_of, not_computed, result_facts
+from stillhook.plan.answer.metadata import RunInputs, by_height, described, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks
 from stillhook.plan.definition.capacities import static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
@@ -158,7 +158,13 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
                 "phase": phase.name,
                 "alternative": alternative.value,
                 "rules": [
-                    {"rule": row.rule.key, "quantity": row.rule.quantity, "limit": row.limit, "basis": row.basis}
+                    {
+                        "rule": row.rule.key,
+                        "quantity": row.rule.quantity,
+                        "limit": row.limit,
+                        "basis": row.basis,
+                        **by_height(row),
+                    }
                     for row in limited(plan, phase, alternative)
                 ],
             }
@@ -202,4 +208,5 @@ def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
         "tip": {"x": at.x, "y": at.y, "z": at.z},
         "F_top_static": static_tension(plan, phase),
         "T_0": max((s.T_0 for s in situations(plan, phase)), default=math.nan),
+        **({} if plan.load_chart is None else {"radius": plan.load_chart.radius_of(at)}),
     }

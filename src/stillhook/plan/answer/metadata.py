@@ -25,7 +25,7 @@ from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative, Rule, Tier
+from stillhook.plan.definition.rules import Alternative, Limited, Rule, Tier
 from stillhook.plan.limits import limited
 from stillhook.plan.report.basis import payload_rows
 from stillhook.plan.report.words import TEXTS
@@ -104,6 +104,7 @@ def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
                 "rule": each.rule.key,
                 "limit": each.limit,
                 "basis": each.basis,
+                **by_height(each),
             }
             for phase in plan.phases
             for alternative in plan.alternatives
@@ -182,6 +183,11 @@ def described(phase: Phase) -> dict[str, Any]:
     }
 
 
+def by_height(each: Limited) -> dict[str, Any]:
+    """Steps of a limit that depends on the wave height, for JSON."""
+    return {"by_Hs": [{"Hs": Hs, "limit": limit} for Hs, limit in each.by_Hs]} if each.by_Hs else {}
+
+
 def _rule(rule: Rule) -> dict[str, Any]:
     fields = ("key", "title", "quantity", "limit", "standard", "edition", "clause", "note")
     named = {name: getattr(rule, name) for name in fields}
@@ -207,6 +213,8 @@ def _inputs(plan: LiftPlan, inputs: RunInputs) -> list[dict[str, str]]:
         ("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest),
         ("forecast factors", f"{alpha.name} {alpha.texts.get('version', '')}".strip(), factors),
     ]
+    if plan.load_chart is not None:
+        rows.append(("load chart", plan.load_chart.chart.name, plan.load_chart.chart.digest))
     if inputs.weather is not None:
         rows.append(("weather", inputs.weather.source, _weather_digest(inputs.weather)))
     return [{"item": item, "file": file, "sha256": digest} for item, file, digest in rows]

@@ -21,6 +21,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from stillhook import units as u
 from stillhook.engine.lowering.checks import check_lift
 from stillhook.errors import LiftError, PlanError, SeaError, UnitError
+from stillhook.plan.definition.load_chart import CraneChart
 from stillhook.plan.definition.phases import CLOSE, Phase, called
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, Seas
 from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
@@ -180,6 +181,7 @@ class LiftPlan:
     sensors: Sensors = field(default_factory=Sensors)
     alternatives: tuple[Alternative, ...] = ALTERNATIVES
     weather: WeatherUse | None = None
+    load_chart: CraneChart | None = None
     source: str = ""
     digest: str = ""
     notes: tuple[str, ...] = ()
@@ -217,6 +219,26 @@ class LiftPlan:
         }
         fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
         return Lowering(**fields)
+
+
+def check_chart(plan: LiftPlan) -> None:
+    """The load chart has a capacity at the radius of every phase."""
+    used = plan.load_chart
+    if used is None:
+        return
+    for phase in plan.phases:
+        if not used.at(plan.tip_of(phase)):
+            radius = show(used.radius_of(plan.tip_of(phase)), "length")
+            low, high = (show(r, "length") for r in used.chart.reach)
+            raise PlanError(
+                f"{called(phase)}: the crane tip is at a radius of {radius}, and {used.chart.name} goes from {low} to"
+                f" {high}. Move the tip, or extend the chart."
+            )
+        if used.radius is not None and phase.tip is not None:
+            raise PlanError(
+                f"{called(phase)}: has a tip of its own, and load_chart.radius is that of the plan's. Give"
+                " load_chart.pedestal in its place."
+            )
 
 
 SINKS = 0.01

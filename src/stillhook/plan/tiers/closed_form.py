@@ -21,7 +21,8 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import IN_AIR, Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.result import grouped
-from stillhook.plan.tiers.frequency import forcing_at
+from stillhook.plan.tiers.frequency import forcing_at, quantiles
+from stillhook.plan.tiers.wire_lead import LEADS, leads
 from stillhook.spec.lift import simplified as sm
 from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.validity import CAP
@@ -130,6 +131,8 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     if phase.compensated:
         values["e_c_pp"] = 2.0 * left * eta
     values |= _OF_KIND.get(phase.kind, _under_water)(plan, phase, moved)
+    level = quantiles(plan)
+    values |= leads(plan, phase, seas, T, {name: level(name) for name in LEADS})
     return {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
 
 

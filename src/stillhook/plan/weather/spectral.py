@@ -70,7 +70,7 @@ def spectral_weather(
         for demand in demands(plan, alternatives, seas, [look], forcing, winch):
             rules = limited(plan, look[0], demand.alternative)
             values = [
-                utilisation(each, demand.values[each.rule.quantity])
+                utilisation(each, demand.values[each.rule.quantity], H)
                 for each in rules
                 if each.rule.quantity in demand.values
             ]

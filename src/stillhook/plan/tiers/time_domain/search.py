@@ -313,13 +313,13 @@ class Work:
 
     def governs(self, line: LimitSearch, Hs: float) -> str:
         """The rule that is used most in a cell; "" where none is determined."""
-        used = _used(self.rules(line), self.numbers(line, Hs))
+        used = _used(self.rules(line), self.numbers(line, Hs), Hs)
         return max(used, key=lambda key: used[key], default="")
 
     def used(self, line: LimitSearch, Hs: FloatArray) -> FloatArray:
         """Largest utilisation of each cell; NaN where no rule is determined. In a calm that of the rule that governs
         the highest sea, from which it grows there, unless the calm itself is beyond."""
-        rows = [_used(self.rules(line), self.numbers(line, float(h))) for h in Hs]
+        rows = [_used(self.rules(line), self.numbers(line, float(h)), float(h)) for h in Hs]
         most = np.array([max(row.values(), default=math.nan) for row in rows])
         if most[0] < 1.0 and len(rows) > 1 and rows[-1]:
             most[0] = rows[0].get(max(rows[-1], key=lambda key: rows[-1][key]), most[0])
@@ -345,23 +345,23 @@ def openness(work: Work, line: LimitSearch, Hs: float) -> float:
     """Half of the 95 % interval of the governing utilisation in a cell, over what the waves add to the calm's [-]; 0
     where none is determined."""
     calm, numbers = work.numbers(line, 0.0), work.numbers(line, Hs)
-    used = _used(work.rules(line), numbers)
+    used = _used(work.rules(line), numbers, Hs)
     if not used:
         return 0.0
     governs = max(used, key=lambda key: used[key])
     rule = next(r for r in work.rules(line) if r.rule.key == governs)
     estimate = numbers[rule.rule.quantity]
-    low, high = utilisation(rule, np.array([estimate.low, estimate.high]))
+    low, high = utilisation(rule, np.array([estimate.low, estimate.high]), Hs)
     still = calm.get(rule.rule.quantity)
-    added = used[governs] - (0.0 if still is None else float(utilisation(rule, np.array([still.value]))[0]))
+    added = used[governs] - (0.0 if still is None else float(utilisation(rule, np.array([still.value]), Hs)[0]))
     half = 0.5 * abs(float(high - low))
     return half / added if not math.isnan(half) and 0.0 < added < math.inf else 0.0
 
 
-def _used(rules: Sequence[Limited], numbers: Mapping[str, Estimate]) -> dict[str, float]:
-    """Rule -> utilisation, of the rules that are determined."""
+def _used(rules: Sequence[Limited], numbers: Mapping[str, Estimate], Hs: float) -> dict[str, float]:
+    """Rule -> utilisation in a sea of Hs [m], of the rules that are determined."""
     utilisations = {
-        r.rule.key: float(utilisation(r, np.array([numbers[r.rule.quantity].value]))[0])
+        r.rule.key: float(utilisation(r, np.array([numbers[r.rule.quantity].value]), Hs)[0])
         for r in rules
         if r.rule.quantity in numbers
     }

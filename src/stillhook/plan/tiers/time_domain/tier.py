@@ -139,7 +139,8 @@ def _with(work: Work, line: LimitSearch, Hs: float, key: str, n: int) -> tuple[f
     course = work.cells.course(line.phase, line.winch, spot)
     first = {name: values[:n] for name, values in runs.items()}
     estimate = quantities(work.plan, line.phase, line.alternative, line.winch, course, first)[rule.rule.quantity]
-    value, low, high = (float(x) for x in utilisation(rule, np.array((estimate.value, estimate.low, estimate.high))))
+    ends = np.array((estimate.value, estimate.low, estimate.high))
+    value, low, high = (float(x) for x in utilisation(rule, ends, Hs))
     return value, min(low, high), max(low, high)
 
 
@@ -224,7 +225,8 @@ def _with_ends(limits: Limits, demand: Demand, rules: Mapping[str, Limited], mos
     low, high = ({key: ends.copy() for key, ends in side.items()} for side in (limits.low, limits.high))
     for key in high:
         rule, q = rules[key], rules[key].rule.quantity
-        value, *sides = (utilisation(rule, table[q]) for table in (demand.values, demand.low, demand.high))
+        Hs_of = demand.seas.Hs
+        value, *sides = (utilisation(rule, table[q], Hs_of) for table in (demand.values, demand.low, demand.high))
         worst, best = np.fmax(*sides), np.fmin(*sides)
         for i, (_, _, rows) in enumerate(demand.seas.columns()):
             Hs = float(limits.Hs[key][i])
