@@ -316,7 +316,7 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
 
 def _digest(plan: LiftPlan) -> str:
     """SHA-256 of everything that numbers follow from; names of files and notes are none."""
-    content_of_plan = {
+    content_of_plan: dict[str, Any] = {
         "crane": content(plan.crane),
         "vessel": plan.vessel.digest.hex(),
         "at": [plan.at.x, plan.at.y, plan.h_tip],
@@ -329,6 +329,8 @@ def _digest(plan: LiftPlan) -> str:
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
         "alternatives": [a.value for a in plan.alternatives],
     }
+    if plan.environment.swell is None:
+        del content_of_plan["environment"]["swell"]
     if plan.load_chart is not None:
         content_of_plan["load_chart"] = plan.load_chart.inputs()
     return hashlib.sha256(json.dumps(content_of_plan, sort_keys=True).encode()).hexdigest()

@@ -188,9 +188,11 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
 
 
 def limits_in(plan: LiftPlan, demand: Demand, *, most: float | None = None) -> Limits:
-    """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase."""
+    """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase; none beside a
+    swell."""
     phase = plan.phase(demand.phase)
-    return limits_of(demand, limited(plan, phase, demand.alternative), calm(plan, phase), most=most)
+    still = calm(plan, phase) if plan.environment.calm(0.0) else None
+    return limits_of(demand, limited(plan, phase, demand.alternative), still, most=most)
 
 
 def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:

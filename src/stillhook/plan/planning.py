@@ -176,6 +176,7 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
             "Tp": list(env.Tp),
             "headings": list(env.headings),
             "steep": steep * len(env.headings),
+            **({} if env.swell is None else {"swell": env.swell.describe()}),
         },
         "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
         "weather": None if plan.weather is None else _weather(plan.weather),

@@ -50,7 +50,8 @@ DIRECTION_HELP = (
     " cartesian (going to, counter-clockwise from east), cartesian-from."
 )
 COLUMN_HELP = (
-    'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
+    'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current;'
+    " Hs_swell, Tp_swell, from_swell and the same with _wind_sea."
 )
 ORDER_HELP = "mdy, dmy or ymd, where the file's dates leave it open."
 SHIP_HELP = (

@@ -84,6 +84,7 @@ def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
             "Hs": list(env.Hs),
             "Tp": list(env.Tp),
             "headings": list(env.headings),
+            **({} if env.swell is None else {"swell": env.swell.facts()}),
         },
         "crane": _crane(plan.crane),
         "vessel": {"name": plan.vessel.name, "title": plan.vessel.source, "notes": list(plan.vessel.notes)},
@@ -309,6 +310,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
         "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
         "alpha": float(forecast.alpha[cell]),
         "op_wf": float(forecast.op_wf[cell]),
+        **({} if plan.environment.swell is None else {"swell_wf": forecast.swell}),
         "alpha_table": {"name": table.name, **texts, "Hs_lowest": float(table.Hs[0])},
     }
 
@@ -333,7 +335,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Remarks on the result."""
-    lines = [*plan.notes, *winch_remarks(plan)]
+    lines = [*_beside(plan), *plan.notes, *winch_remarks(plan)]
     untold_phases = untold(of.modelled)
     for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
         lines.append(
@@ -362,6 +364,12 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     if value is not None:
         lines += [*value.notes, *_short(value)]
     return [*lines, *closed_form.remarks(plan, env.table())]
+
+
+def _beside(plan: LiftPlan) -> list[str]:
+    """That every limit is one of the wind sea beside a swell."""
+    swell = plan.environment.swell
+    return [] if swell is None else [f"every limiting Hs is that of the wind sea, beside a {swell.describe()}"]
 
 
 def winch_remarks(plan: LiftPlan) -> list[str]:

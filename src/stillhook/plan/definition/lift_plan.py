@@ -19,6 +19,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
+from stillhook.base.arrays import FloatArray
 from stillhook.engine.lowering.checks import check_lift
 from stillhook.errors import LiftError, PlanError, SeaError, UnitError
 from stillhook.plan.definition.load_chart import CraneChart
@@ -33,6 +34,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, StageMode, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import Number, Record, Sensors
+from stillhook.tables.table import Spec
 from stillhook.units import KINDS, parse, quote, show
 
 P = ParamSpec("P")
@@ -94,12 +96,51 @@ def ordered(values: tuple[float, ...], key: str) -> tuple[float, ...]:
     return in_order
 
 
+class Swell(Spec):
+    """A swell beside the wind sea of a table, the same in every cell: JONSWAP of Hs [m] and Tp [s] that travels to
+    heading from the bow [rad]; gamma None: by the rule of T_p/sqrt(H_s); spread as of the wind sea, None for
+    long-crested waves.
+
+    In weather it stands for swells up to its height whose period is within Tp_tolerance and whose direction within
+    heading_tolerance of its own.
+    """
+
+    Hs: u.Length = Field(gt=0.0, le=HIGHEST["Hs"])
+    Tp: u.Time = Field(ge=LOWEST["Tp"], le=HIGHEST["Tp"])
+    heading: u.Angle
+    gamma: Number | None = Field(default=None, ge=1.0, le=7.0)
+    spread: Number | None = Field(default=None, ge=1.0, le=200.0)
+    heading_tolerance: u.Angle = Field(default=math.radians(15.0), ge=0.0, le=math.pi)
+    Tp_tolerance: u.Time = Field(default=2.0, ge=0.0, le=HIGHEST["Tp"])
+
+    @field_validator("heading")
+    @classmethod
+    def _round(cls, heading: float) -> float:
+        return heading % (2.0 * math.pi)
+
+    @property
+    def train(self) -> Train:
+        """Its waves."""
+        return Train(Jonswap(self.Hs, self.Tp, self.gamma), self.heading, self.spread)
+
+    def facts(self) -> dict[str, Any]:
+        """By name [SI], and in words."""
+        return self.model_dump() | {"text": self.describe()}
+
+    def describe(self) -> str:
+        """The swell in words and units."""
+        Hs, Tp = show(self.Hs, "length", 3), show(self.Tp, "time", 3)
+        spread = "" if self.spread is None else f", cos^{self.spread:g} spread"
+        return f"swell of Hs {Hs}, Tp {Tp}, travelling {show(self.heading, 'angle', 4)} from the bow{spread}"
+
+
 class Environment(Record):
     """Seas to analyse. gamma None: by the rule of T_p/sqrt(H_s); spread exponent of cos^n, None for
     long-crested waves.
 
     Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold
-    for waves within heading_tolerance of each; a table's cell is the worst within it.
+    for waves within heading_tolerance of each; a table's cell is the worst within it. swell: a second system beside
+    the wind sea whose height the table limits.
     """
 
     wave: Literal["jonswap", "pm", "torsethaugen"] = "jonswap"
@@ -109,6 +150,7 @@ class Environment(Record):
     gamma: Number | None = Field(default=None, ge=1.0, le=7.0)
     spread: Number | None = Field(default=None, ge=1.0, le=200.0)
     heading_tolerance: u.Angle = Field(default=math.radians(15.0), ge=0.0, le=math.pi / 2.0)
+    swell: Swell | None = None
 
     @field_validator("Hs", "Tp", "headings", mode="before")
     @classmethod
@@ -127,12 +169,30 @@ class Environment(Record):
         return Torsethaugen(Hs, Tp) if self.wave == "torsethaugen" else Jonswap(Hs, Tp, self.gamma)
 
     def sea(self, Hs: float, Tp: float, beta: float) -> Sea:
-        """The sea of a cell; beta direction of travel from the bow [rad]."""
-        return Sea((Train(self.spectrum(Hs, Tp), beta, self.spread),))
+        """The sea of a cell, swell included; beta direction of travel from the bow [rad]."""
+        swell = () if self.swell is None else (self.swell.train,)
+        if swell and Hs <= 0.0:
+            return Sea(swell)
+        return Sea((Train(self.spectrum(Hs, Tp), beta, self.spread), *swell))
+
+    def calm(self, Hs: float) -> bool:
+        """Whether a sea of this height [m] is still water."""
+        return Hs <= 0.0 and self.swell is None
+
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """Heights of the table [m], rising, from the swell alone (0) where there is one."""
+        return self.Hs if self.swell is None else (0.0, *self.Hs)
+
+    def H_m0(self, Hs: FloatArray) -> FloatArray:
+        """Height (n,) [m] of wind seas of Hs (n,) and the swell together."""
+        return np.hypot(Hs, 0.0 if self.swell is None else self.swell.Hs)
 
     def table(self) -> Seas:
-        """Every cell: heading by heading, period by period, rising height."""
-        beta, Tp, Hs = np.meshgrid(np.array(self.headings), np.array(self.Tp), np.array(self.Hs), indexing="ij")
+        """Every cell: heading by heading, period by period, rising height; from the swell alone (Hs 0) where there is
+        one."""
+        axes = (np.array(self.headings), np.array(self.Tp), np.array(self.heights))
+        beta, Tp, Hs = np.meshgrid(*axes, indexing="ij")
         return Seas(Hs.ravel(), Tp.ravel(), beta.ravel())
 
 

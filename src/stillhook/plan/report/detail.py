@@ -17,6 +17,7 @@ from stillhook.plan.report.words import (
     CREDITED,
     TEXTS,
     TWIN,
+    beside,
     few,
     governs,
     height,
@@ -50,6 +51,7 @@ def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     return [
         *picture(figures, "limits-over-period"),
         Text(TEXTS["reading"].format(highest=number(highest(result), 3))),
+        *([Text(f"Limiting Hs{beside(result)}.")] if beside(result) else []),
         *(Figure(figures[stem], TEXTS["captions"]["-".join(stem.split("-")[:2])], PAGE) for stem in cells),
         *picture(figures, "rosette"),
         _governing(result),

@@ -19,7 +19,7 @@ from stillhook.errors import PlanError
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
-from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, height, names, workable
+from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, beside, height, names, workable
 from stillhook.plan.result import (
     PlanResult,
     columns,
@@ -186,7 +186,8 @@ def _heading(result: PlanResult, beta: float) -> Table:
         rows.append([f"{float(period):g} s", *limits, *governs])
     labels = [",\n".join(group) for group in groups]
     header = ["Tp", *labels, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "tier"]
-    return Table(header, rows, f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow")
+    title = f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow{beside(result)}"
+    return Table(header, rows, title)
 
 
 def _weather(result: PlanResult) -> Table:
@@ -265,7 +266,7 @@ def _seas(answer: dict[str, Any]) -> str:
     steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
     return (
         f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the"
-        f" bow{steep}"
+        f" bow{steep}{f', each beside a {swell}' if (swell := seas.get('swell')) else ''}"
     )
 
 

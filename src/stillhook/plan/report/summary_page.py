@@ -13,6 +13,7 @@ from stillhook.plan.report.figures.detail import OVER
 from stillhook.plan.report.words import (
     CREDITED,
     TWIN,
+    beside,
     between,
     differs,
     few,
@@ -211,8 +212,8 @@ def _limits(result: PlanResult, name: str) -> Table:
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
     title = (
-        f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at"
-        " the worst heading"
+        f"OP_LIM with {named(name)}, credited: limiting Hs [m]{beside(result)} by peak period and direction of the"
+        " waves; OP_WF [m] at the worst heading"
     )
     return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
 
@@ -259,7 +260,10 @@ def _side_by_side(result: PlanResult) -> Table:
             if waiting:
                 cells = result["weather"].sel(credit=credit, alternative=name, month=0)
                 body[-1] += workable(cells)[:2]
-    title = "All alternatives, worst heading: OP_LIM [m], credited; a second line where the twin says otherwise"
+    title = (
+        f"All alternatives, worst heading: OP_LIM [m]{beside(result)}, credited; a second line where the twin says"
+        " otherwise"
+    )
     tail = "; operability and mean waiting over the year" if waiting else ""
     return Table(head, merged(body, result), title + tail)
 
@@ -275,7 +279,7 @@ def _conditions(result: PlanResult) -> list[Part]:
     rows = [
         ("lift", f"{payload['name']}, {mass} in air, to {place['depth']:g} m of water"),
         ("crane, vessel", f"{crane['name']}; {place['text']}"),
-        ("seas", f"{waves}{peak}, {spread}"),
+        ("seas", f"{waves}{peak}, {spread}{beside(result)}"),
         ("reading", reading(result)),
         ("credit", crane["twin"]),
         *(("note", note) for note in result.facts["notes"]),

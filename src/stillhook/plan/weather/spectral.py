@@ -56,6 +56,7 @@ def spectral_weather(
     """
     if isinstance(waves.of, Sea):
         raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
+    plan, _ = _without_swell(plan)
     every = looked_at(plan)
     phases = [(phase, thinned(parts)) for phase, parts in every]
     places = sorted({(s.x, s.y) for _, parts in phases for s in parts})
@@ -146,6 +147,7 @@ def spectral_persistence(
     """
     if isinstance(waves.of, Sea):
         raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
+    plan, swell = _without_swell(plan)
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     if not restricted:
         times = f"T_POP {plan.T_POP / 3600.0:g} h, T_R {T_R / 3600.0:g} h"
@@ -163,6 +165,7 @@ def spectral_persistence(
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
     surface = [f"{omitted}: by the plan's table in closed form"] if omitted else []
     notes = [
+        *swell,
         *surface,
         *headed,
         "limits as simulated for each alternative, not as credited; alpha is in them",
@@ -183,6 +186,14 @@ def spectral_persistence(
         "alternatives": rows,
         "notes": notes,
     }
+
+
+def _without_swell(plan: LiftPlan) -> tuple[LiftPlan, list[str]]:
+    """The plan without the swell of its table, and a note: records hold wind sea and swell as they were."""
+    if plan.environment.swell is None:
+        return plan, []
+    environment = plan.environment.model_copy(update={"swell": None})
+    return replace(plan, environment=environment), ["the plan's swell is left out: records hold their own"]
 
 
 def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:

@@ -40,6 +40,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
 )
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.frequency_domain import sigmas
+from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import ENDS, Estimate
 from stillhook.statistics.extremes import FEWEST_MAXIMA, MPM, P90, gumbel
@@ -288,7 +289,7 @@ class Cells:
     n_failed: int = 0
     seconds: float = 0.0
     _heights: dict[tuple[str, Winch, float, float], set[float]] = field(default_factory=dict)
-    _still: dict[tuple[Winch, Course], dict[str, FloatArray]] = field(default_factory=dict)
+    _still: dict[tuple[Winch, Course, TipPoint], dict[str, FloatArray]] = field(default_factory=dict)
 
     def course(self, phase: Phase, winch: Winch, spot: SeaState) -> Course:
         """What is run of a phase in the seas of a column: about its worst height where it is a long way."""
@@ -299,7 +300,7 @@ class Cells:
         """Run what is wanted and not there yet, all of it together."""
         missing = {request.cell: request for request in wanted if request.seeds > len(self._durations(request))}
         calms = {
-            request.cell: (request.winch, self._course_of(request))
+            request.cell: (request.winch, self._course_of(request), self.plan.tip_of(self.plan.phase(request.phase)))
             for request in missing.values()
             if request.spot.Hs <= 0.0
         }
@@ -386,7 +387,7 @@ class Cells:
         first = len(self._durations(request)) + 1
         self.n_runs += request.seeds - first + 1
         self.seconds += course.duration * (request.seeds - first + 1)
-        if request.spot.Hs <= 0.0:
+        if self.plan.environment.calm(request.spot.Hs):
             return crane, [calm]
         one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, first)
         return crane, [replace(one, seed=seed) for seed in range(first, request.seeds + 1)]

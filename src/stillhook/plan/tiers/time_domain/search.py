@@ -250,7 +250,8 @@ class Work:
         """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found, or where
         the line waits for other phases: it is inside up to what their limits seem to be, `hoped` [m], and may not
         matter."""
-        calm = CellRequest(line.phase.name, line.winch, line.spot(0.0), 1)
+        still = self.plan.environment.calm(0.0)
+        calm = CellRequest(line.phase.name, line.winch, line.spot(0.0), 1 if still else self.search.seeds)
         if calm.cell not in self.cells.runs:
             return [calm]
         Hs = self.heights(line)
@@ -298,7 +299,9 @@ class Work:
             course = self.cells.course(line.phase, line.winch, spot)
             estimates = quantities(self.plan, line.phase, line.alternative, line.winch, course, runs)
             self.estimates[key] = (
-                estimates if Hs > 0.0 else {name: Estimate(e.value, e.value, e.value) for name, e in estimates.items()}
+                {name: Estimate(e.value, e.value, e.value) for name, e in estimates.items()}
+                if self.plan.environment.calm(Hs)
+                else estimates
             )
         return self.estimates[key]
 

@@ -266,7 +266,8 @@ def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
 
 
 def _runs(cells: Cells) -> dict[str, Any]:
-    sizes = [len(runs["duration"]) for (_, _, spot), runs in cells.runs.items() if spot.Hs > 0.0]
+    calm = cells.plan.environment.calm
+    sizes = [len(runs["duration"]) for (_, _, spot), runs in cells.runs.items() if not calm(spot.Hs)]
     return {
         "n": cells.n_runs,
         "n_failed": cells.n_failed,
@@ -281,7 +282,7 @@ def _notes(work: Work) -> tuple[str, ...]:
     """Landings by runs are braked by the water under the payload: by how much in a calm."""
     line = next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING and x.alternative.twin), None)
     line = line or next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING), None)
-    if line is None or line.phase.speed is None:
+    if line is None or line.phase.speed is None or not work.plan.environment.calm(0.0):
         return ()
     v = work.numbers(line, 0.0)["v_landed"].value
     return (
