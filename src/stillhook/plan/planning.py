@@ -15,6 +15,7 @@ import numpy as np
 
 from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
+from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
 from stillhook.plan.answer.metadata import RunInputs, by_height, described, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks
@@ -57,14 +58,14 @@ def plan(
     """Limiting sea states of a lift under every alternative, what governs them, and what they are worth in weather.
 
     lift: a plan, the path of a plan file, or a name of the library; tier: the highest that is run (closed-form,
-    frequency, time); weather in place of that of the plan; alpha: table of forecast factors; store: folder in which
-    runs of the twin are kept, so that a plan that was stopped goes on from there; client of a dask.distributed cluster
-    in place of this machine's threads; progress is called with the share that is done.
+    frequency, time); weather in place of that of the plan; alpha: table of forecast factors, by name or file; store:
+    folder in which runs of the twin are kept, so that a plan that was stopped goes on from there; client of a
+    dask.distributed cluster in place of this machine's threads; progress is called with the share that is done.
     Errors: StillhookError, one line.
     """
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
     begun, parts = time.perf_counter(), Parts(progress)
-    table, records = load_alpha_table(alpha, "--alpha"), weather
+    table, records = read_alpha_table(alpha, "--alpha"), weather
     if records is None and lift_plan.weather is not None:
         records = weather_used(lift_plan.weather)
     if records is not None:

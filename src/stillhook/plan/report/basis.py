@@ -174,7 +174,7 @@ def _swell(swell: Mapping[str, Any] | None, op: Mapping[str, Any]) -> list[tuple
         f"in weather swells up to {fmt(op['swell_wf'], 'length')} (alpha in it), Tp within"
         f" {fmt(swell['Tp_tolerance'], 'time')}, heading within {direction(swell['heading_tolerance'])}"
     )
-    return [("swell beside it", f"{swell['text']}, in every cell: all limits are those of the wind sea; {like}")]
+    return [("second system", f"{swell['text']}, in every cell: all limits are those of the wind sea; {like}")]
 
 
 def models(result: PlanResult) -> list[Part]:

@@ -238,7 +238,9 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
     ship = float(attrs["ship"])
     fixed_at = f"fixed, bow at {direction(ship)} from north"
     free = "free to turn: one heading through each operation, the best one"
-    return [*rows, ("limit", attrs["limit"]), ("vessel's heading", free if math.isnan(ship) else fixed_at)]
+    open_ = [("forecast factor", attrs["case_by_case"])] if attrs.get("case_by_case") else []
+    heading = ("vessel's heading", free if math.isnan(ship) else fixed_at)
+    return [*rows, ("limit", attrs["limit"]), *open_, heading]
 
 
 def _by_month(result: PlanResult) -> Part:

@@ -164,9 +164,16 @@ def _operation(op: dict[str, Any]) -> str:
     restricted = "weather restricted" if op["weather_restricted"] else "not weather restricted"
     cell = f"{op['alternative']} at Tp {op['Tp']:g} s, {math.degrees(op['beta']):.4g} deg"
     if math.isnan(op["alpha"]):
-        return f"{times}: {restricted}; no forecast factor for {cell}"
+        open_ = f"OP_LIM {op['OP_LIM']:.2f} m, alpha case by case" if _below_table(op) else "no forecast factor"
+        return f"{times}: {restricted}; {cell}: {open_}"
     forecast = f"OP_LIM {op['OP_LIM']:.2f} m, alpha {op['alpha']:.3f}, OP_WF {op['op_wf']:.2f} m"
     return f"{times}: {restricted}; {cell}: {forecast}"
+
+
+def _below_table(op: dict[str, Any]) -> bool:
+    """Whether the limit is one that the table of forecast factors leaves open."""
+    lowest = op.get("alpha_table", {}).get("Hs_lowest", 0.0)
+    return bool(op["weather_restricted"]) and 0.0 < op["OP_LIM"] < lowest
 
 
 def _heading(result: PlanResult, beta: float) -> Table:

@@ -169,6 +169,7 @@ def spectral_persistence(
         *surface,
         *headed,
         "limits as simulated for each alternative, not as credited; alpha is in them",
+        f"below Hs {table.Hs[0]:g} m the table has no alpha (case by case): no record is taken for less than that",
         *waves.of.notes,
     ]
     return {

@@ -132,6 +132,12 @@ class Forecast:
     table: AlphaTable = field(repr=False)
     swell: float = math.nan  # height that a forecast of the plan's swell may show [m]; NaN without one
 
+    @property
+    def case_by_case(self) -> BoolArray:
+        """Cells (credit, alternative, heading, period) whose limit is below the lowest height of the table, which
+        leaves their factor open."""
+        return np.asarray(np.isnan(self.alpha) & (self.used > 0.0))
+
 
 def forecast_limits(
     plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed], Hs_highest: float
@@ -370,10 +376,22 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
         "T_POP": plan.T_POP,
         "alpha_table": forecast.table.source,
         "limit": _limit_words(plan, seas),
+        "case_by_case": _case_by_case(forecast),
         "free": int(ship is None),
         "ship": math.nan if ship is None else ship,
         **outside(plan, seas),
     }
+
+
+def _case_by_case(forecast: Forecast) -> str:
+    """What the weather takes for limits below the table of forecast factors; empty where there are none."""
+    n, lowest = int(forecast.case_by_case.sum()), f"{forecast.table.Hs[0]:g} m"
+    if not n:
+        return ""
+    return (
+        f"{n} of {forecast.case_by_case.size} limits are below Hs {lowest}, outside the table of alpha (case by case):"
+        f" the factor of {lowest} is taken for them, which is optimistic"
+    )
 
 
 def _limit_words(plan: LiftPlan, seas: Records) -> str:
