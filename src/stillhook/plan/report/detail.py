@@ -33,6 +33,7 @@ from stillhook.plan.report.words import (
     workable,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
+from stillhook.plan.weather.value import PER_RECORD
 from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number
@@ -237,7 +238,7 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
         rows.append(("outside the table", f"{share} of the records: counted as not workable"))
     ship = float(attrs["ship"])
     fixed_at = f"fixed, bow at {direction(ship)} from north"
-    free = "free to turn: one heading through each operation, the best one"
+    free = f"free to turn: one heading through each operation, the best one; {PER_RECORD}"
     open_ = [("forecast factor", attrs["case_by_case"])] if attrs.get("case_by_case") else []
     heading = ("vessel's heading", free if math.isnan(ship) else fixed_at)
     return [*rows, ("limit", attrs["limit"]), *open_, heading]

@@ -239,11 +239,15 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
         )
     seas = Records(Hs, periods, come_from, ship, of_both)
     heading = (
-        free_to_turn(come_from is not None)
+        f"{free_to_turn(come_from is not None)}; {PER_RECORD}"
         if ship is None
         else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
     )
     return seas, (*of_both.notes, *([note] if note else []), heading, *_outside(plan, seas))
+
+
+PER_RECORD = "operability and workable hours count each record by itself, at its best heading, which flatters"
+"""What no heading is kept for: both know no operation."""
 
 
 def free_to_turn(directions: bool) -> str:
