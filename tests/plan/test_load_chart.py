@@ -24,8 +24,12 @@ from stillhook.plan.limits import limited, limits_in, limits_of, utilisation
 from stillhook.plan.planning import plan as planned
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.wire_lead import leads
+from stillhook.plan.weather.spectral import spectral_persistence
+from stillhook.response import Waves
+from stillhook.sea.spectra.measured import SeaStates
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.tip import TipPoint
+from stillhook.weather.alpha import load_alpha_table
 
 HEAD = "radius [m],Hs [m],SWL [t],DAF [1],side_lead [deg],off_lead [deg]\n"
 ROWS = """\
@@ -268,6 +272,23 @@ class TestPlan:
         static = next(row for row in result.facts["limited"] if row["rule"] == "static-load")
         assert [step["Hs"] for step in static["by_Hs"]] == [1.0, 2.0, 3.0]
         json.dumps(static)
+
+
+@pytest.mark.slow
+def test_a_year_of_spectra_is_held_against_the_chart_as_well(tmp_path):
+    n, unknown = 4, np.full(4, math.nan)
+    time = np.datetime64("2020-01-01T00:00:00") + np.arange(n) * np.timedelta64(3600, "s")
+    states = SeaStates(time, np.ones(n, dtype=bool), np.full(n, 0.4), np.full(n, 8.0), unknown, unknown)
+    off = 'kind = "splash-zone"\nlimits = { slack-sling = "off", snap-load = "off", rigging-daf-subsea = "off" }'
+    found = {}
+    for name, SWL in (("strong", 120), ("weak", 30)):  # 60 t at rest; forecasts are raised to 1 m
+        rows = "".join(f"{r},{Hs},{SWL if Hs > 0.5 else 120}\n" for Hs in (0.5, 3) for r in (10, 30))
+        path = written(tmp_path, ('kind = "splash-zone"', off), rows=rows, head="radius [m],Hs [m],SWL [t]\n")
+        lift = replace(load_plan(path), T_POP=3600.0, T_C=0.0)
+        answer = spectral_persistence(lift, Waves(states, beta="180 deg"), load_alpha_table())
+        found[name] = answer["alternatives"][0]["operability"]
+        assert any("static load and leads of the load chart" in note for note in answer["notes"])
+    assert found == {"strong": 1.0, "weak": 0.0}
 
 
 class TestLeads:

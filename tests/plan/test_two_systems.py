@@ -25,8 +25,11 @@ from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch
 from stillhook.plan.weather.forecast import plan_forecast
+from stillhook.plan.weather.spectral import spectral_persistence
 from stillhook.plan.weather.two_systems import FAINT, systems
 from stillhook.plan.weather.value import forecast_limits, seas_of, weather_value
+from stillhook.response import Waves
+from stillhook.sea.spectra.measured import SeaStates
 from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.series import Weather
 
@@ -215,6 +218,17 @@ def operability(lift, weather, limit=2.0):
     forecast = forecast_limits(lift, load_alpha_table(), {"twin": of, "credited": of}, 6.0)
     value = weather_value(lift, axes, forecast, weather, 6.0)
     return value.persistence_of["twin", Alternative.NONE].operability, value.notes
+
+
+def test_records_of_spectra_have_their_own_swell_and_not_the_plans(lift):
+    n, unknown = 6, np.full(6, math.nan)
+    time = np.datetime64("2020-01-01T00:00:00") + np.arange(n) * np.timedelta64(3600, "s")
+    Hs = np.array([0.4, 0.4, 5.0, 0.4, 0.4, 0.4])
+    waves = Waves(SeaStates(time, np.ones(n, dtype=bool), Hs, np.full(n, 8.0), unknown, unknown), beta="180 deg")
+    short = replace(lift, T_POP=2 * H, T_C=0.0, alternatives=(Alternative.CAP,))
+    beside, single = (spectral_persistence(p, waves, load_alpha_table()) for p in (short, alone(short)))
+    assert beside["alternatives"] == single["alternatives"]
+    assert "the plan's swell is left out: records hold their own" in beside["notes"]
 
 
 class TestWeather:
