@@ -129,23 +129,23 @@ def test_the_interval_of_a_limit_holds_it_and_follows_the_demands():
 
 def test_the_least_sling_tension_is_used_up_from_rest_to_its_limit():
     by = held("sling_ratio", 0.1, Sense.AT_LEAST)
-    assert utilisation(by, np.array([1.0, 0.55, 0.1, -0.8])) == pytest.approx([0.0, 0.5, 1.0, 2.0])
+    assert utilisation(by, np.array([1.0, 0.55, 0.1, -0.8]), 1.0) == pytest.approx([0.0, 0.5, 1.0, 2.0])
     falling = limits_of(told(1.0 - 0.45 * H, quantity="sling_ratio"), [by], {"sling_ratio": 1.0})
     assert float(falling.Hs["rule"][0]) == pytest.approx(2.0, rel=EXACT)
 
 
 def test_utilisation_is_one_at_the_limit_and_keeps_what_is_not_known():
-    assert utilisation(held(limit=4.0), np.array([0.0, 4.0, np.inf, np.nan])) == pytest.approx(
+    assert utilisation(held(limit=4.0), np.array([0.0, 4.0, np.inf, np.nan]), 1.0) == pytest.approx(
         [0.0, 1.0, np.inf, np.nan], nan_ok=True
     )
-    assert utilisation(held("v_w_demand", 2.0, Sense.AT_LEAST), np.array([4.0, 2.0, 0.0])) == pytest.approx(
+    assert utilisation(held("v_w_demand", 2.0, Sense.AT_LEAST), np.array([4.0, 2.0, 0.0]), 1.0) == pytest.approx(
         [0.5, 1.0, np.inf]
     )
 
 
 def test_where_nothing_is_tolerated_any_is_beyond():
     by = held("stroke_share", 0.0)
-    assert utilisation(by, np.array([0.0, 1e-12])).tolist() == [0.0, math.inf]
+    assert utilisation(by, np.array([0.0, 1e-12]), 1.0).tolist() == [0.0, math.inf]
     assert limit([0.0, 0.0, 0.0, 0.1, 0.2], quantity="stroke_share", limit=0.0) == 1.5
 
 

@@ -95,6 +95,7 @@ def test_an_example_is_copied_once_and_never_over_what_is_there(
 ) -> None:
     assert run(["plan", "example", str(tmp_path / "mine")]) == 0
     assert sorted(path.name for path in (tmp_path / "mine").iterdir()) == [
+        "SYNTHETIC-load-chart.csv",
         "template-120t.toml",
         "template-to-1500m.toml",
     ]

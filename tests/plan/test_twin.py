@@ -179,7 +179,9 @@ def asked(plan, kind, alternative, **changed):
     told = {}
     for name, measure in measures(plan, phase, alternative, winch, course_of(plan, phase, winch)).items():
         if measure.statistic is not Statistic.CHANCE:
-            column = ColumnRuns(8.0, BETA, measure, 2.0, numbers(1, **STILL), ((2.0, numbers(**changed)),))
+            column = ColumnRuns(
+                8.0, BETA, measure, 2.0, float(measure.values(numbers(1, **STILL))[0]), ((2.0, numbers(**changed)),)
+            )
             told[name] = float(measure.of_x(np.array([curve_of([column]).level(0, 2.0)[0]]))[0])
     return told
 
@@ -224,7 +226,7 @@ def test_a_sea_is_beyond_by_failed_runs_that_a_tenth_of_its_phases_would_meet(pl
     for values in higher.values():
         values[:failed] = np.nan
     measure = measures(plan, phase, Alternative.SSC, winch, course_of(plan, phase, winch))["DAF"]
-    column = ColumnRuns(8.0, BETA, measure, 1.5, numbers(1, **STILL), ((1.0, numbers()), (2.0, higher)))
+    column = ColumnRuns(8.0, BETA, measure, 1.5, STILL["DAF"], ((1.0, numbers()), (2.0, higher)))
     limits = limits_of_curve(curve_of([column]), np.array([1.15]), 6.0)
     assert (limits.Hs[0] > 1.0) == sound
 

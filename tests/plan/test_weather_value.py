@@ -11,7 +11,7 @@ from stillhook.plan.definition.lift_plan import Environment, WeatherUse
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.table import Axes, Governed
-from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block, weather_value
+from stillhook.plan.weather.value import PER_RECORD, forecast_limits, seas_of, weather_block, weather_value
 from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.series import Weather
 
@@ -194,6 +194,16 @@ def test_a_vessel_free_to_turn_keeps_one_heading_through_the_operation(plan):
     assert found.n_censored == n
     _, steady, *_ = turning(plan, [1.5] * n, [20] * n, limits)
     assert steady.start_share == 1.0
+
+
+def test_no_heading_is_kept_where_the_best_one_turns_over_in_every_record_and_the_answer_says_what_operability_is(plan):
+    # the best of each record, as if the ship turned every hour, would start at once in all of them
+    limits = {h: 3.0 if 150 <= h <= 210 else 1.0 for h in ROUND}
+    n = 24 * 14
+    _, found, op_wf, weather, whole, *_ = turning(plan, [1.5] * n, [20 + 180 * (k % 2) for k in range(n)], limits)
+    assert (found.operability, found.start_share, found.n_windows_long_enough) == (1.0, 0.0, 0)
+    assert plain_starts([1.5] * n, [20 + 180 * (k % 2) for k in range(n)], op_wf, 1) == list(range(n))
+    assert any(PER_RECORD in note for note in seas_of(whole, weather)[1])
 
 
 def test_starts_of_a_vessel_free_to_turn_are_those_of_a_plain_count(plan):

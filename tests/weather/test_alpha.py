@@ -3,12 +3,14 @@
 import json
 
 import numpy as np
+import openpyxl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook.cli import run
 from stillhook.errors import UnitError, WeatherError
+from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.weather.alpha import alpha_of, alpha_tables, alphas, load_alpha_table, reference_period
 
 H = 3600.0
@@ -147,6 +149,92 @@ class TestOwnTables:
             load_alpha_table("dnv-h101")
 
 
+CELLS = "T_POP [h],Hs [m],alpha [1]\n" + "".join(
+    f"{T},{Hs},{alpha}\n" for T, row in PRINTED.items() for Hs, alpha in zip((1, 2, 4, 6), row, strict=True)
+)
+REMARKS = (
+    "# standard: agreed with the surveyor\n# version: 3\n# T_R_below: 120 h\n# a line without a name says nothing\n"
+)
+
+
+class TestTablesOfCells:
+    """A table of one row a cell, CSV or XLSX, is the same as one in TOML."""
+
+    def read(self, folder, text, name="own.csv"):
+        (folder / name).write_text(text, encoding="utf-8")
+        return read_alpha_table(str(folder / name), "--alpha")
+
+    def test_the_printed_table_as_a_csv_gives_the_printed_factors(self, tmp_path):
+        own = self.read(tmp_path, CELLS)
+        assert (own.Hs, own.T_POP, own.alpha) == (TABLE.Hs, TABLE.T_POP, TABLE.alpha)
+        assert (own.T_POP_below, own.T_R_below) == (TABLE.T_POP_below, TABLE.T_R_below)
+
+    def test_rows_may_come_in_any_order_and_in_other_units(self, tmp_path):
+        head, *rows = CELLS.splitlines()
+        assert self.read(tmp_path, "\n".join([head, *reversed(rows)])).alpha == TABLE.alpha
+        percent = "T_POP [d];Hs [m];alpha [%]\n0,5;1;65\n0,5;2;76\n"
+        assert self.read(tmp_path, percent, "other.csv").alpha == pytest.approx(np.array([[0.65, 0.76]]))
+
+    def test_an_excel_sheet_is_the_same_table(self, tmp_path):
+        book = openpyxl.Workbook()
+        book.active.append(["# standard: agreed with the surveyor"])
+        head, *rows = CELLS.splitlines()
+        book.active.append(head.split(","))
+        for row in rows:
+            book.active.append([float(x) for x in row.split(",")])
+        book.save(tmp_path / "own.xlsx")
+        own = read_alpha_table(str(tmp_path / "own.xlsx"))
+        assert own.alpha == TABLE.alpha
+        assert own.texts["standard"] == "agreed with the surveyor"
+
+    def test_remarks_say_where_it_is_from_and_what_is_weather_restricted(self, tmp_path):
+        own = self.read(tmp_path, REMARKS + CELLS)
+        assert own.source == "agreed with the surveyor, table file own.csv version 3"
+        assert own.T_R_below == 120 * H
+
+    def test_a_first_column_for_all_low_heights_is_written_twice(self, tmp_path):
+        own = self.read(tmp_path, "T_POP [h],Hs [m],alpha [1]\n24,0.01,0.6\n24,1,0.6\n24,2,0.7\n")
+        assert alpha_of(own, 0.4, 12 * H).alpha == 0.6
+
+    @pytest.mark.parametrize(
+        ("text", "says"),
+        [
+            ("T_POP [h],Hs [m]\n12,1\n", ['no column "alpha [1]"']),
+            ("T_POP,Hs [m],alpha [1]\n12,1,0.6\n", ["T_POP", "no unit"]),
+            ("T_POP [m],Hs [m],alpha [1]\n12,1,0.6\n", ['unit "m"']),
+            ("T_POP [h],Hs [m],alpha [1]\n12,1,\n", ["row 2", "empty"]),
+            ("T_POP [h],Hs [m],alpha [1]\n12,1,65\n", ["row 2", "alpha 65", "at most 1"]),
+            ("T_POP [h],Hs [m],alpha [1]\n12,1,0.6\n12,1,0.7\n", ["row 3", "come twice"]),
+            ("T_POP [h],Hs [m],alpha [1]\n12,1,0.6\n24,2,0.7\n", ["no alpha for T_POP 12 h at Hs 2 m"]),
+            ("T_POP [h],Hs [m],alpha [1]\n12,1,0.6\n24,1,0.7\n", ["alpha rises from 0.6", "24 h"]),
+            ("T_POP [h],Hs [m],alpha [1]\n", ["no data below"]),
+            ("", ["empty"]),
+            ("# standrd: mine\n" + CELLS, ['remark "standrd"', "standard"]),
+            ("# T_R_below: 96\n" + CELLS, ["T_R_below", "no unit"]),
+        ],
+    )
+    def test_a_table_that_is_wrong_is_refused_in_one_line_with_exit_code_2(self, tmp_path, capsys, text, says):
+        (tmp_path / "own.csv").write_text(text, encoding="utf-8")
+        command = ["weather", "alpha", "--hs", "2 m", "--t-pop", "12 h", "--table", str(tmp_path / "own.csv")]
+        assert run(command) == 2
+        line = capsys.readouterr().err.strip()
+        assert "\n" not in line
+        for each in ("own.csv", *says):
+            assert each in line
+
+    def test_a_file_that_is_not_there_is_refused(self):
+        with pytest.raises(WeatherError, match="no such file"):
+            read_alpha_table("nowhere.xlsx")
+
+    def test_the_command_takes_it(self, tmp_path, capsys):
+        (tmp_path / "own.csv").write_text(REMARKS + CELLS, encoding="utf-8")
+        command = ["weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--table", str(tmp_path / "own.csv"), "--json"]
+        assert run(command) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert (found["alpha"], found["case_by_case"]) == (0.73, False)
+        assert "own.csv" in found["table"]
+
+
 class TestCommand:
     def test_the_issues_example(self, capsys):
         assert run(["weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--json"]) == 0
@@ -162,6 +250,7 @@ class TestCommand:
         assert run(["weather", "alpha", "--hs", "0.8 m", "--t-pop", "24 h", "--json"]) == 1
         found = json.loads(capsys.readouterr().out)
         assert found["alpha"] is None
+        assert found["case_by_case"] is True
         assert "case by case" in found["reason"]
 
     def test_too_long_an_operation_is_answered(self, capsys):

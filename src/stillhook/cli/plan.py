@@ -37,7 +37,9 @@ def plan(
     check: Annotated[bool, typer.Option("--check", help="Check the plan and print its content; run nothing.")] = False,
     tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
-    alpha: Annotated[str | None, typer.Option(help="Table of forecast factors: a name, or a TOML file.")] = None,
+    alpha: Annotated[
+        str | None, typer.Option(help="Table of forecast factors: a name, or a file (TOML, CSV, XLSX).")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")
     ] = None,

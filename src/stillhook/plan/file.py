@@ -29,7 +29,16 @@ from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind, other_kind
 from stillhook.library.toml.tree import shelf, toml_text
-from stillhook.plan.definition.lift_plan import Environment, LiftPlan, WeatherUse, check_sinks, check_tips, check_wire
+from stillhook.plan.definition.lift_plan import (
+    Environment,
+    LiftPlan,
+    WeatherUse,
+    check_chart,
+    check_sinks,
+    check_tips,
+    check_wire,
+)
+from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, crane_chart
 from stillhook.plan.definition.phases import Phase, Water, joined
 from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
@@ -37,13 +46,14 @@ from stillhook.plan.weather.value import check_headings
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
-from stillhook.spec.crane import content
+from stillhook.spec.crane import Crane, content
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.table import Part, Spec, Text, with_place
 from stillhook.units import number, quote
 from stillhook.weather.limit_text import mapped
 
 SHELF = "plans"
+EXAMPLE_CHART = "SYNTHETIC-load-chart.csv"
 RULES = "offshore-lift"
 LONGEST_NAME = 80
 ROUNDED = 1e-3
@@ -86,6 +96,7 @@ class PlanFile(PlaceTables):
     environment: Part[Environment] = Field(description="table [environment] with Hs, Tp and headings")
     operation: OperationTable = Field(default_factory=OperationTable)
     weather: WeatherTable | None = None
+    load_chart: LoadChartTable | None = None
     phase: tuple[Mapping[str, Any], ...] = Field(
         min_length=1, description="at least one [[phase]] table with name, kind, start, end"
     )
@@ -191,6 +202,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         sensors=file.sensors,
         alternatives=file.alternatives or usual_alternatives(crane),
         weather=weather,
+        load_chart=_chart(file, table, crane),
         source=table.path.name,
     )
     notes = (
@@ -198,9 +210,11 @@ def _plan(table: TomlTable) -> LiftPlan:
         *_ideal(file, phases),
         *depth_notes(vessel, max(file.environment.Tp), depth),
         *_doubts(plan),
+        *(() if plan.load_chart is None else plan.load_chart.notes(phases)),
     )
     plan = replace(plan, notes=notes)
     check_tips(plan, None if file.boom is None else file.boom.boom)
+    check_chart(plan)
     check_wire(plan)
     if plan.weather is not None:
         check_headings(plan, plan.weather.ship, plan.weather.ship is not None)
@@ -222,6 +236,14 @@ def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, Rao]:
             'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
         )
     return TipPoint(place.at.x, place.at.y, place.h_tip), place.vessel
+
+
+def _chart(file: PlanFile, table: TomlTable, crane: Crane) -> CraneChart | None:
+    """The load chart that the plan names."""
+    if file.load_chart is None:
+        return None
+    path = table.relative_file(file.load_chart.file, "load_chart", "file")
+    return crane_chart(file.load_chart, path, crane, None if file.boom is None else file.boom.boom)
 
 
 def _height(at: TipPoint) -> float:
@@ -294,7 +316,7 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
 
 def _digest(plan: LiftPlan) -> str:
     """SHA-256 of everything that numbers follow from; names of files and notes are none."""
-    content_of_plan = {
+    content_of_plan: dict[str, Any] = {
         "crane": content(plan.crane),
         "vessel": plan.vessel.digest.hex(),
         "at": [plan.at.x, plan.at.y, plan.h_tip],
@@ -307,12 +329,16 @@ def _digest(plan: LiftPlan) -> str:
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
         "alternatives": [a.value for a in plan.alternatives],
     }
+    if plan.environment.swell is None:
+        del content_of_plan["environment"]["swell"]
+    if plan.load_chart is not None:
+        content_of_plan["load_chart"] = plan.load_chart.inputs()
     return hashlib.sha256(json.dumps(content_of_plan, sort_keys=True).encode()).hexdigest()
 
 
 def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
-    """Write a plan of the library and its payload into a folder; the copy refers to that payload.
-    Returns the paths.
+    """Write a plan of the library, its payload and a SYNTHETIC load chart into a folder; the copy refers to that
+    payload. Returns the paths.
 
     Errors: PlanError for a name that there is not, or a file that is there already; SimulationError where nothing can
     be written.
@@ -326,6 +352,7 @@ def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
     texts = {
         f"{name}.toml": edited.replace(f"stillhook plan {name} ", f"stillhook plan {name}.toml "),
         f"{payload}.toml": (shelf / "payloads" / f"{payload}.toml").read_text(encoding="utf-8"),
+        EXAMPLE_CHART: (shelf / SHELF / EXAMPLE_CHART).read_text(encoding="utf-8"),
     }
     for file in texts:
         if (folder / file).exists():

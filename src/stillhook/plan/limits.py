@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -37,8 +37,8 @@ class Limits:
     draws: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
-def utilisation(limited: Limited, values: FloatArray) -> FloatArray:
-    r"""How much of a limit values use [-]: 1 at the limit, more beyond; NaN for NaN.
+def utilisation(limited: Limited, values: FloatArray, Hs: FloatArray | float) -> FloatArray:
+    r"""How much of a limit values in seas of Hs [m] use [-]: 1 at the limit, more beyond; NaN for NaN.
 
     At most: value over limit. At least: limit over value; for what falls from its value in still water what is lost
     of it over what may be lost,
@@ -47,15 +47,15 @@ def utilisation(limited: Limited, values: FloatArray) -> FloatArray:
 
     Where the limit is 0, values of 0 use nothing and all others are beyond by inf.
     """
-    x, limit = np.asarray(values, dtype=np.float64), limited.limit
+    x = np.asarray(values, dtype=np.float64)
+    limit = np.broadcast_to(limited.at(np.asarray(Hs, dtype=np.float64)), x.shape)
     if limited.rule.sense is Sense.AT_LEAST:
         still = QUANTITIES[limited.rule.quantity].still
-        if still is not None and limit < still:
-            return (still - x) / (still - limit)
-        top, bottom = np.full_like(x, limit), np.maximum(x, 0.0)
-        top[np.isnan(x)] = np.nan
+        if still is not None and np.all(limit < still):
+            return np.asarray((still - x) / (still - limit))
+        top, bottom = np.where(np.isnan(x), np.nan, limit), np.maximum(x, 0.0)
     else:
-        top, bottom = x, np.full_like(x, limit)
+        top, bottom = x, limit
     out = np.where(np.isnan(top), np.nan, np.where(top > 0.0, np.inf, 0.0))
     return np.divide(top, bottom, out=out, where=bottom > 0.0)
 
@@ -106,8 +106,26 @@ def _open_above(demand: Demand, most: float, key: str, ends_of: Sequence[dict[st
 
 
 def _of_rule(demand: Demand, limited: Limited, values: FloatArray, still: float | None) -> FloatArray:
-    used = utilisation(limited, values) - 1.0
-    zero = None if still is None or math.isnan(still) else float(utilisation(limited, np.array([still]))[0]) - 1.0
+    """Limiting heights of a rule in every column. A limit that falls in steps of the height is that of each step
+    within it, and the height of a step where the next one is beyond at once."""
+    result = _of_limit(demand, replace(limited, limit=limited.bands[0][1], by_Hs=()), values, still)
+    if not limited.by_Hs:
+        return result
+    result, bottom = np.where(result <= limited.bands[0][0], result, np.inf), limited.bands[0][0]
+    for top, limit in limited.bands[1:]:
+        crossing = np.maximum(_of_limit(demand, replace(limited, limit=limit, by_Hs=()), values, still), bottom)
+        result = np.where(np.isposinf(result) & (crossing <= top), crossing, result)
+        bottom = top
+    columns = [rows for _, _, rows in demand.seas.columns()]
+    last = np.array([demand.seas.Hs[rows[-1]] for rows in columns], dtype=np.float64)
+    known = np.array([np.isfinite(values[rows]).any() for rows in columns])
+    return np.where(known, np.where(result > last * (1.0 + ROUNDING), np.inf, result), np.nan)
+
+
+def _of_limit(demand: Demand, limited: Limited, values: FloatArray, still: float | None) -> FloatArray:
+    """Limiting heights in every column by one limit for all heights."""
+    used = utilisation(limited, values, demand.seas.Hs) - 1.0
+    zero = None if still is None or math.isnan(still) else float(utilisation(limited, np.array([still]), 0.0)[0]) - 1.0
     return np.array(
         [first_crossing(demand.seas.Hs[rows], used[rows], zero) for _, _, rows in demand.seas.columns()],
         dtype=np.float64,
@@ -172,9 +190,11 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
 
 
 def limits_in(plan: LiftPlan, demand: Demand, *, most: float | None = None) -> Limits:
-    """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase."""
+    """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase; none beside a
+    swell."""
     phase = plan.phase(demand.phase)
-    return limits_of(demand, limited(plan, phase, demand.alternative), calm(plan, phase), most=most)
+    still = calm(plan, phase) if plan.environment.calm(0.0) else None
+    return limits_of(demand, limited(plan, phase, demand.alternative), still, most=most)
 
 
 def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
@@ -184,7 +204,7 @@ def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Li
         for rule in rules_of(plan.rules, phase)
         if QUANTITIES[rule.quantity].number in numbers and _holds(rule, phase, alternative)
     ]
-    return tuple(Limited(rule, each.value, each.basis) for rule, each in applicable if each is not None)
+    return tuple(Limited(rule, each.value, each.basis, each.by_Hs) for rule, each in applicable if each is not None)
 
 
 def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:
@@ -202,4 +222,4 @@ def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative, rule: Rule) -
     capacity = CAPACITIES[rule.limit].find(plan, phase, alternative)
     if capacity is None or rule.factor == 1.0:
         return capacity
-    return CapacityValue(rule.factor * capacity.value, f"{rule.factor:g} x {capacity.basis}")
+    return capacity.times(rule.factor)

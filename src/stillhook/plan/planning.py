@@ -15,8 +15,9 @@ import numpy as np
 
 from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
+from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
-from stillhook.plan.answer.metadata import RunInputs, described, facts_of, not_computed, result_facts
+from stillhook.plan.answer.metadata import RunInputs, by_height, described, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks
 from stillhook.plan.definition.capacities import static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
@@ -58,14 +59,14 @@ def plan(
     """Limiting sea states of a lift under every alternative, what governs them, and what they are worth in weather.
 
     lift: a plan, the path of a plan file, or a name of the library; tier: the highest that is run (closed-form,
-    frequency, time); weather in place of that of the plan; alpha: table of forecast factors; store: folder in which
-    runs of the twin are kept, so that a plan that was stopped goes on from there; client of a dask.distributed cluster
-    in place of this machine's threads; progress is called with the share that is done.
+    frequency, time); weather in place of that of the plan; alpha: table of forecast factors, by name or file; store:
+    folder in which runs of the twin are kept, so that a plan that was stopped goes on from there; client of a
+    dask.distributed cluster in place of this machine's threads; progress is called with the share that is done.
     Errors: StillhookError, one line.
     """
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
     begun, parts = time.perf_counter(), Parts(progress)
-    table, records = load_alpha_table(alpha, "--alpha"), weather
+    table, records = read_alpha_table(alpha, "--alpha"), weather
     if records is None and lift_plan.weather is not None:
         records = weather_used(lift_plan.weather)
     if records is not None:
@@ -167,7 +168,13 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
                 "phase": phase.name,
                 "alternative": alternative.value,
                 "rules": [
-                    {"rule": row.rule.key, "quantity": row.rule.quantity, "limit": row.limit, "basis": row.basis}
+                    {
+                        "rule": row.rule.key,
+                        "quantity": row.rule.quantity,
+                        "limit": row.limit,
+                        "basis": row.basis,
+                        **by_height(row),
+                    }
                     for row in limited(plan, phase, alternative)
                 ],
             }
@@ -179,6 +186,7 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
             "Tp": list(env.Tp),
             "headings": list(env.headings),
             "steep": steep * len(env.headings),
+            **({} if env.swell is None else {"swell": env.swell.describe()}),
         },
         "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
         "weather": None if plan.weather is None else _weather(plan.weather),
@@ -211,4 +219,5 @@ def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
         "tip": {"x": at.x, "y": at.y, "z": at.z},
         "F_top_static": static_tension(plan, phase),
         "T_0": max((s.T_0 for s in situations(plan, phase)), default=math.nan),
+        **({} if plan.load_chart is None else {"radius": plan.load_chart.radius_of(at)}),
     }

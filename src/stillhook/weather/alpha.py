@@ -10,7 +10,7 @@ Hs of the table it stays, below the lowest it is "case by case": none is made up
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,8 @@ from stillhook.tables.table import Fraction, Spec, Text
 from stillhook.units import Hours, quote, show
 
 DEFAULT = "dnv-os-h101"
+TEXTS = ("title", "version", "standard", "edition", "clause", "note")
+"""What a table says of itself."""
 _SHELF = Path(__file__).resolve().parent / "alpha_tables"
 _ROUND = 1e-6
 """Seconds and metres by which a number may miss a step of the table and still be on it."""
@@ -53,12 +55,8 @@ class AlphaTable:
     def source(self) -> str:
         """Standard, edition, clause and version of the table in one line."""
         t = self.texts
-        parts = (
-            t["standard"],
-            t["edition"] and f"({t['edition']})",
-            t["clause"],
-            f"table file {self.name} version {t['version']}",
-        )
+        file = f"table file {self.name}" + (f" version {t['version']}" if t["version"] else "")
+        parts = (t["standard"], t["edition"] and f"({t['edition']})", t["clause"], file)
         return ", ".join(p for p in (" ".join(p for p in parts[:3] if p), parts[3], t["note"]) if p)
 
 
@@ -111,7 +109,7 @@ class Alpha:
 
     def numbers(self) -> dict[str, Any]:
         """By name [SI]."""
-        return dict(vars(self))
+        return vars(self) | {"case_by_case": self.case_by_case}
 
 
 def alpha_tables() -> tuple[str, ...]:
@@ -120,7 +118,8 @@ def alpha_tables() -> tuple[str, ...]:
 
 
 def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> AlphaTable:
-    """A table by name or from a file of one's own; option that named it.
+    """A table by name or from a TOML file of one's own (others: `stillhook.formats.weather.alpha_table`); option that
+    named it.
 
     Errors: WeatherError of one line that names file and field.
     """
@@ -128,11 +127,13 @@ def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> Al
     if name_or_path not in alpha_tables() and not path.suffix:
         raise WeatherError(
             f"{option} {quote(name_or_path)}: no such table of alpha factors. There are {', '.join(alpha_tables())}"
-            f"{nearest(name_or_path, alpha_tables())[:-1]}, or give a TOML file."
+            f"{nearest(name_or_path, alpha_tables())[:-1]}, or give a file, TOML, CSV or XLSX."
         )
-    file = _SHELF / f"{name_or_path}.toml" if name_or_path in alpha_tables() else path
+    own = name_or_path not in alpha_tables()
+    file = path if own else _SHELF / f"{name_or_path}.toml"
     try:
-        return read_toml(file, FileKind.ALPHA, WeatherError, _table, start=f"Copy {DEFAULT}.toml and change it.")
+        table = read_toml(file, FileKind.ALPHA, WeatherError, _table, start=f"Copy {DEFAULT}.toml and change it.")
+        return replace(table, name=path.name) if own else table
     except StillhookError as e:
         raise WeatherError(str(e)) from None
 
@@ -146,7 +147,7 @@ def _table(table: TomlTable) -> AlphaTable:
     for name, values in (("Hs", file.Hs), ("T_POP", T_POP)):
         if any(b <= a for a, b in pairwise((0.0, *values))):
             raise WeatherError(f"{name}: must rise from above 0. Put columns and rows in order.")
-    texts = {key: getattr(file, key) for key in ("title", "version", "standard", "edition", "clause", "note")}
+    texts = {key: getattr(file, key) for key in TEXTS}
     ends = file.restricted
     alpha = tuple(row.alpha for row in file.row)
     return AlphaTable(table.path.stem, file.Hs, T_POP, alpha, ends.T_POP_below, ends.T_R_below, texts)

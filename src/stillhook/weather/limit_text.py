@@ -23,7 +23,7 @@ from stillhook.base.choice import nearest
 from stillhook.errors import UnitError, WeatherError
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.units import parse, quote
-from stillhook.weather.series import Weather
+from stillhook.weather.series import SYSTEMS, Weather
 
 BETA = "beta"
 KIND = {
@@ -35,6 +35,9 @@ KIND = {
     "come_from": "angle",
     "wind_from": "angle",
     BETA: "angle",
+    **{f"H_m0_{system}": "length" for system in SYSTEMS},
+    **{f"T_p_{system}": "time" for system in SYSTEMS},
+    **{f"come_from_{system}": "angle" for system in SYSTEMS},
 }
 """Columns that a limit may be of, with the kind of their units."""
 SPELLINGS = {
@@ -46,6 +49,9 @@ SPELLINGS = {
     "come_from": ("from", "come_from", "direction", "wave_from"),
     "wind_from": ("wind_from",),
     BETA: (BETA,),
+    **{f"H_m0_{system}": (f"hs_{system}", f"hm0_{system}") for system in SYSTEMS},
+    **{f"T_p_{system}": (f"tp_{system}",) for system in SYSTEMS},
+    **{f"come_from_{system}": (f"from_{system}", f"come_from_{system}") for system in SYSTEMS},
 }
 SPELT = {spelling: name for name, spellings in SPELLINGS.items() for spelling in spellings}
 FREE_STEP = math.radians(5.0)
@@ -128,7 +134,8 @@ def _column(name: str, text: str, where: str) -> str:
         return name
     if name.lower() not in SPELT:
         raise WeatherError(
-            f"{where} {quote(text)}: {quote(name)} is not one of Hs, Tp, Tz, wind, current, come_from, wind_from, beta."
+            f"{where} {quote(text)}: {quote(name)} is not one of Hs, Tp, Tz, wind, current, come_from, wind_from, beta,"
+            " nor Hs, Tp or from with _swell or _wind_sea."
         )
     return SPELT[name.lower()]
 
@@ -217,7 +224,10 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
     return relative(x, ship) if name == BETA and ship is not None else x
 
 
-NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")
+NAMED = (
+    *("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current"),
+    *(f"{name}_{system}" for system in SYSTEMS for name in ("Hs", "Tp", "from")),
+)
 
 
 def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:

@@ -13,9 +13,13 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 
-COLUMNS = ("H_m0", "T_p", "T_m02", "come_from", "wind", "wind_from", "current")
+SYSTEMS = ("wind_sea", "swell")
+COLUMNS = (
+    *("H_m0", "T_p", "T_m02", "come_from", "wind", "wind_from", "current"),
+    *(f"{name}_{system}" for system in SYSTEMS for name in ("H_m0", "T_p", "come_from")),
+)
 """What a weather table may know: height [m], periods [s], where waves and wind come from, clockwise from north [rad],
-speeds [m/s]."""
+speeds [m/s]; height, peak period and direction of wind sea and of swell apart."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,8 +40,8 @@ def by_limits(
     picture: bool,
 ) -> tuple[dict[str, Any], Any]:
     """The answer for limits in words, and its picture where one is wanted."""
+    from stillhook.formats.weather.alpha_table import read_alpha_table
     from stillhook.report.plots.sea import forecast_figure
-    from stillhook.weather.alpha import load_alpha_table
     from stillhook.weather.forecast import check_forecast, numbers
 
     for option, value in (("--limit", limits), ("--t-pop", t_pop)):
@@ -49,7 +49,7 @@ def by_limits(
             instead = 'Give --limit "Hs <= 2 m" and --t-pop "24 h", or the folder of a saved plan with --plan'
             raise WeatherError(f"{option}: missing. {instead}.")
     T_POP, T_C = parse(t_pop, "hours", "--t-pop"), None if t_c is None else parse(t_c, "hours", "--t-c")
-    factors, weather = load_alpha_table(table), read()
+    factors, weather = read_alpha_table(table), read()
     checked = check_forecast(
         weather, limits, factors, T_POP, T_C, start=when[0], horizon=when[1], ship=heading[0], free=heading[1]
     )

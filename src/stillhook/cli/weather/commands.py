@@ -50,14 +50,15 @@ DIRECTION_HELP = (
     " cartesian (going to, counter-clockwise from east), cartesian-from."
 )
 COLUMN_HELP = (
-    'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
+    'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current;'
+    " Hs_swell, Tp_swell, from_swell and the same with _wind_sea."
 )
 ORDER_HELP = "mdy, dmy or ymd, where the file's dates leave it open."
 SHIP_HELP = (
     'Where the bow points, clockwise from north, "315 deg", or "free" to keep the best heading in each window; for'
     " limits on beta."
 )
-TABLE_HELP = "Table of alpha factors: a name, or a TOML file of your own."
+TABLE_HELP = "Table of alpha factors: a name, or a file of your own, TOML, CSV or XLSX."
 PLAN_HELP = (
     "Folder of a saved lift plan (stillhook plan --out): its OP_WF by period and direction is the limit, its T_R the"
     " time."
@@ -145,11 +146,12 @@ def alpha(
 
     Example: stillhook weather alpha --hs "2 m" --t-pop "24 h"
     """
-    from stillhook.weather.alpha import alpha_of, load_alpha_table
+    from stillhook.formats.weather.alpha_table import read_alpha_table
+    from stillhook.weather.alpha import alpha_of
 
     contingency = None if t_c is None else parse(t_c, "hours", "--t-c")
     result = alpha_of(
-        load_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency
+        read_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency
     )
     if json:
         print_json(result.numbers())
@@ -258,11 +260,11 @@ def lift(
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
     """
+    from stillhook.formats.weather.alpha_table import read_alpha_table
     from stillhook.plan.file import load_plan
     from stillhook.plan.weather.spectral import spectral_persistence
-    from stillhook.weather.alpha import load_alpha_table
 
-    lift_plan, factors = load_plan(plan), load_alpha_table(table)
+    lift_plan, factors = load_plan(plan), read_alpha_table(table)
     wanted = chosen_alternatives(alternative or (), lift_plan.alternatives)
     waves = waves_of_file(file, heading, spread, ship)
     with progress_bar(f"{lift_plan.crane.name}: judging {file.name}") as bar:

@@ -80,16 +80,16 @@ def read_netcdf(
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 
+STANDARD = ("sea_surface_wave_", "sea_surface_wind_wave_", "sea_surface_swell_wave_", "wind_")
+"""Beginnings of standard names of waves, of wind sea and swell apart, and of the wind."""
+
+
 def _heading(data: xarray.Dataset, name: str, columns_as: Mapping[str, str]) -> str:
     """The name of a variable as it is requested, else its standard name where that is a wave's or the wind's and no
     other's."""
     standard = str(data[name].attrs.get("standard_name", ""))
     alone = sum(str(v.attrs.get("standard_name", "")) == standard for v in data.data_vars.values()) == 1
-    return (
-        standard
-        if alone and name not in columns_as.values() and standard.startswith(("sea_surface_wave_", "wind_"))
-        else name
-    )
+    return standard if alone and name not in columns_as.values() and standard.startswith(STANDARD) else name
 
 
 def _read(data: xarray.Dataset, name: str, column: Column, when: str, where: str) -> tuple[Column, FloatArray, str]:

@@ -168,6 +168,8 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
                     "verdict": verdict,
                     "alpha": float(forecast.alpha[(c, *i)]),
                     "op_wf": float(forecast.op_wf[(c, *i)]),
+                    "case_by_case": bool(forecast.case_by_case[(c, *i)]),
+                    "op_wf_in_weather": float(forecast.used[(c, *i)]),
                     "governing_phase": axes.phases[g.phase[i]] if governs else "",
                     "governing_rule": axes.rules[g.rule[i]] if governs else "",
                     "governing_tier": TIERS[g.tier[i]].value if governs else "",

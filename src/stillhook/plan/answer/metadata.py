@@ -25,7 +25,7 @@ from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative, Rule, Tier
+from stillhook.plan.definition.rules import Alternative, Limited, Rule, Tier
 from stillhook.plan.limits import limited
 from stillhook.plan.report.basis import payload_rows
 from stillhook.plan.report.words import TEXTS
@@ -84,6 +84,7 @@ def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
             "Hs": list(env.Hs),
             "Tp": list(env.Tp),
             "headings": list(env.headings),
+            **({} if env.swell is None else {"swell": env.swell.facts()}),
         },
         "crane": _crane(plan.crane),
         "vessel": {"name": plan.vessel.name, "title": plan.vessel.source, "notes": list(plan.vessel.notes)},
@@ -104,6 +105,7 @@ def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
                 "rule": each.rule.key,
                 "limit": each.limit,
                 "basis": each.basis,
+                **by_height(each),
             }
             for phase in plan.phases
             for alternative in plan.alternatives
@@ -182,6 +184,11 @@ def described(phase: Phase) -> dict[str, Any]:
     }
 
 
+def by_height(each: Limited) -> dict[str, Any]:
+    """Steps of a limit that depends on the wave height, for JSON."""
+    return {"by_Hs": [{"Hs": Hs, "limit": limit} for Hs, limit in each.by_Hs]} if each.by_Hs else {}
+
+
 def _rule(rule: Rule) -> dict[str, Any]:
     fields = ("key", "title", "quantity", "limit", "standard", "edition", "clause", "note")
     named = {name: getattr(rule, name) for name in fields}
@@ -207,6 +214,8 @@ def _inputs(plan: LiftPlan, inputs: RunInputs) -> list[dict[str, str]]:
         ("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest),
         ("forecast factors", f"{alpha.name} {alpha.texts.get('version', '')}".strip(), factors),
     ]
+    if plan.load_chart is not None:
+        rows.append(("load chart", plan.load_chart.chart.name, plan.load_chart.chart.digest))
     if inputs.weather is not None:
         rows.append(("weather", inputs.weather.source, _weather_digest(inputs.weather)))
     return [{"item": item, "file": file, "sha256": digest} for item, file, digest in rows]
@@ -301,6 +310,7 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
         "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
         "alpha": float(forecast.alpha[cell]),
         "op_wf": float(forecast.op_wf[cell]),
+        **({} if plan.environment.swell is None else {"swell_wf": forecast.swell}),
         "alpha_table": {"name": table.name, **texts, "Hs_lowest": float(table.Hs[0])},
     }
 
@@ -325,7 +335,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Remarks on the result."""
-    lines = [*plan.notes, *winch_remarks(plan)]
+    lines = [*_beside(plan), *plan.notes, *winch_remarks(plan)]
     untold_phases = untold(of.modelled)
     for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
         lines.append(
@@ -354,6 +364,12 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     if value is not None:
         lines += [*value.notes, *_short(value)]
     return [*lines, *closed_form.remarks(plan, env.table())]
+
+
+def _beside(plan: LiftPlan) -> list[str]:
+    """That every limit is one of the wind sea beside a swell."""
+    swell = plan.environment.swell
+    return [] if swell is None else [f"every limiting Hs is that of the wind sea, beside a {swell.describe()}"]
 
 
 def winch_remarks(plan: LiftPlan) -> list[str]:

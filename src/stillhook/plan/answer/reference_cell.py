@@ -90,7 +90,7 @@ def sensitivity(
     """
     every = looked_at(plan)
     at = [(p, thinned(parts)) for p, parts in every if p.name == phase]
-    heights = np.array(plan.environment.Hs)
+    heights = np.array(plan.environment.heights)
     seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
     twins = [a for a in alternatives if a.twin]
     repeated = twins[-1:] if ask is None else [a for a in twins if a in ask]

@@ -14,6 +14,7 @@ from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.load_chart import ChartPoint, in_heights
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import QUANTITIES, Alternative
 from stillhook.spec.lift.simplified import taken_up
@@ -21,10 +22,17 @@ from stillhook.units import show
 
 
 class CapacityValue(NamedTuple):
-    """A capacity [SI] and what it is of, in words."""
+    """A capacity [SI] and what it is of, in words; by_Hs: of one that depends on the sea, as
+    `stillhook.plan.definition.rules.Limited.by_Hs`."""
 
     value: float
     basis: str
+    by_Hs: tuple[tuple[float, float], ...] = ()
+
+    def times(self, factor: float) -> CapacityValue:
+        """The capacity times a factor."""
+        by_Hs = tuple((Hs, factor * value) for Hs, value in self.by_Hs)
+        return CapacityValue(factor * self.value, f"{factor:g} x {self.basis}", by_Hs)
 
 
 class Capacity(NamedTuple):
@@ -89,19 +97,68 @@ def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
         "DAF": (F_sling + F_jerk) / (plan.payload.mass * G),
         "v_w_demand": v,
         "v_landed": v,
+        **({} if plan.load_chart is None else plan.load_chart.static_leads(plan.tip_of(phase))),
     }
+
+
+DESIGN_DAF = 1.3
+"""Dynamic factor that a crane's capacity was derived with, where no load chart gives one (assumed)."""
 
 
 def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
     crane = plan.crane
-    F = (crane.SWL + crane.hook_mass) * G
-    return CapacityValue(
-        F, f"SWL {show(crane.SWL, 'mass')} and hook {show(crane.hook_mass, 'mass')} of {crane.name}, at the crane tip"
-    )
+    hook = f"hook {show(crane.hook_mass, 'mass')} of {crane.name}, at the crane tip"
+    if plan.load_chart is not None:
+        return _of_chart(plan, phase, "SWL", "mass", lambda p: (p.SWL + crane.hook_mass) * G, f"; and {hook}")
+    return CapacityValue((crane.SWL + crane.hook_mass) * G, f"SWL {show(crane.SWL, 'mass')} and {hook}")
 
 
 def _swl(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
+    if plan.load_chart is not None:
+        return _of_chart(plan, phase, "SWL", "mass", lambda p: p.SWL * G)
     return CapacityValue(plan.crane.SWL * G, f"SWL {show(plan.crane.SWL, 'mass')} of {plan.crane.name}")
+
+
+def _swl_dynamic(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
+    """SWL and hook times the dynamic factor of the load chart, `DESIGN_DAF` without one."""
+    static = _swl_tip(plan, phase, alternative)
+    points = () if plan.load_chart is None else plan.load_chart.at(plan.tip_of(phase))
+    factors = [p.DAF for p in points if p.DAF is not None]
+    if not factors:
+        return static.times(DESIGN_DAF)
+    values = [factor * (p.SWL + plan.crane.hook_mass) * G for factor, p in zip(factors, points, strict=True)]
+    least, most = min(factors), max(factors)
+    words = f"{least:.3g}" if math.isclose(least, most) else f"{least:.3g} to {most:.3g}"
+    by_Hs = tuple(zip((p.Hs for p in points), values, strict=True)) if static.by_Hs else ()
+    return CapacityValue(values[0], f"DAF {words} of the load chart x {static.basis}", by_Hs)
+
+
+def _lead(name: str) -> Callable[[LiftPlan, Phase, Alternative], CapacityValue | None]:
+    """Limit of side-lead or off-lead; None without a load chart that has one."""
+
+    def find(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:
+        if plan.load_chart is None or getattr(plan.load_chart.at(plan.tip_of(phase))[0], name) is None:
+            return None
+        return _of_chart(plan, phase, name.replace("_", "-"), "angle", lambda p: float(getattr(p, name)))
+
+    return find
+
+
+def _of_chart(
+    plan: LiftPlan, phase: Phase, name: str, kind: str, value: Callable[[ChartPoint], float], more: str = ""
+) -> CapacityValue:
+    """A number of the load chart at the radius of a phase, by height where the chart has heights."""
+    assert plan.load_chart is not None
+    tip = plan.tip_of(phase)
+    points, radius = plan.load_chart.at(tip), show(plan.load_chart.radius_of(tip), "length")
+    values, where = [value(p) for p in points], f"{plan.load_chart.chart.name}, radius {radius}{more}"
+    shown = [show(getattr(p, name.replace("-", "_")), kind) for p in points]
+    if not in_heights(points):
+        return CapacityValue(values[0], f"{name} {shown[0]} of {where}")
+    highest = {text: show(p.Hs, "length") for text, p in zip(shown, points, strict=True)}
+    steps = ", ".join(f"{text} up to Hs {Hs}" for text, Hs in highest.items())
+    by_Hs = tuple(zip((p.Hs for p in points), values, strict=True))
+    return CapacityValue(values[0], f"{name} {steps}, none above, of {where}", by_Hs)
 
 
 def _weight(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
@@ -175,6 +232,11 @@ def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
 CAPACITIES: Mapping[str, Capacity] = {
     "SWL_tip": Capacity("force", "weight of SWL and hook, at the crane tip", _swl_tip),
     "SWL": Capacity("force", "weight of the SWL", _swl),
+    "SWL_dynamic": Capacity(
+        "force",
+        f"SWL_tip times the dynamic factor of the load chart, {DESIGN_DAF:g} (assumed) where none gives it",
+        _swl_dynamic,
+    ),
     "payload_weight": Capacity("force", "weight of the payload in air", _weight),
     "v_top": Capacity(
         "speed", "highest steady wire speed at the phase's load and layer under the alternative's controller", _v_top
@@ -184,5 +246,7 @@ CAPACITIES: Mapping[str, Capacity] = {
     "s_stroke": Capacity(
         "length", "tip motion that takes the accumulator's whole stroke at the phase's tension", _stroke
     ),
+    "side_lead_chart": Capacity("angle", "side-lead that the load chart allows", _lead("side_lead")),
+    "off_lead_chart": Capacity("angle", "off-lead that the load chart allows", _lead("off_lead")),
 }
 """Names that the limit of a rule may have, with or without a factor: "1.3 x SWL_tip"."""

@@ -19,8 +19,10 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
+from stillhook.base.arrays import FloatArray
 from stillhook.engine.lowering.checks import check_lift
 from stillhook.errors import LiftError, PlanError, SeaError, UnitError
+from stillhook.plan.definition.load_chart import CraneChart
 from stillhook.plan.definition.phases import CLOSE, Phase, called
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, Seas
 from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
@@ -32,6 +34,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, StageMode, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import Number, Record, Sensors
+from stillhook.tables.table import Spec
 from stillhook.units import KINDS, parse, quote, show
 
 P = ParamSpec("P")
@@ -93,12 +96,51 @@ def ordered(values: tuple[float, ...], key: str) -> tuple[float, ...]:
     return in_order
 
 
+class Swell(Spec):
+    """A swell beside the wind sea of a table, the same in every cell: JONSWAP of Hs [m] and Tp [s] that travels to
+    heading from the bow [rad]; gamma None: by the rule of T_p/sqrt(H_s); spread as of the wind sea, None for
+    long-crested waves.
+
+    In weather it stands for swells up to its height whose period is within Tp_tolerance and whose direction within
+    heading_tolerance of its own.
+    """
+
+    Hs: u.Length = Field(gt=0.0, le=HIGHEST["Hs"])
+    Tp: u.Time = Field(ge=LOWEST["Tp"], le=HIGHEST["Tp"])
+    heading: u.Angle
+    gamma: Number | None = Field(default=None, ge=1.0, le=7.0)
+    spread: Number | None = Field(default=None, ge=1.0, le=200.0)
+    heading_tolerance: u.Angle = Field(default=math.radians(15.0), ge=0.0, le=math.pi)
+    Tp_tolerance: u.Time = Field(default=2.0, ge=0.0, le=HIGHEST["Tp"])
+
+    @field_validator("heading")
+    @classmethod
+    def _round(cls, heading: float) -> float:
+        return heading % (2.0 * math.pi)
+
+    @property
+    def train(self) -> Train:
+        """Its waves."""
+        return Train(Jonswap(self.Hs, self.Tp, self.gamma), self.heading, self.spread)
+
+    def facts(self) -> dict[str, Any]:
+        """By name [SI], and in words."""
+        return self.model_dump() | {"text": self.describe()}
+
+    def describe(self) -> str:
+        """The swell in words and units."""
+        Hs, Tp = show(self.Hs, "length", 3), show(self.Tp, "time", 3)
+        spread = "" if self.spread is None else f", cos^{self.spread:g} spread"
+        return f"swell of Hs {Hs}, Tp {Tp}, travelling {show(self.heading, 'angle', 4)} from the bow{spread}"
+
+
 class Environment(Record):
     """Seas to analyse. gamma None: by the rule of T_p/sqrt(H_s); spread exponent of cos^n, None for
     long-crested waves.
 
     Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold
-    for waves within heading_tolerance of each; a table's cell is the worst within it.
+    for waves within heading_tolerance of each; a table's cell is the worst within it. swell: a second system beside
+    the wind sea whose height the table limits.
     """
 
     wave: Literal["jonswap", "pm", "torsethaugen"] = "jonswap"
@@ -108,6 +150,7 @@ class Environment(Record):
     gamma: Number | None = Field(default=None, ge=1.0, le=7.0)
     spread: Number | None = Field(default=None, ge=1.0, le=200.0)
     heading_tolerance: u.Angle = Field(default=math.radians(15.0), ge=0.0, le=math.pi / 2.0)
+    swell: Swell | None = None
 
     @field_validator("Hs", "Tp", "headings", mode="before")
     @classmethod
@@ -126,12 +169,30 @@ class Environment(Record):
         return Torsethaugen(Hs, Tp) if self.wave == "torsethaugen" else Jonswap(Hs, Tp, self.gamma)
 
     def sea(self, Hs: float, Tp: float, beta: float) -> Sea:
-        """The sea of a cell; beta direction of travel from the bow [rad]."""
-        return Sea((Train(self.spectrum(Hs, Tp), beta, self.spread),))
+        """The sea of a cell, swell included; beta direction of travel from the bow [rad]."""
+        swell = () if self.swell is None else (self.swell.train,)
+        if swell and Hs <= 0.0:
+            return Sea(swell)
+        return Sea((Train(self.spectrum(Hs, Tp), beta, self.spread), *swell))
+
+    def calm(self, Hs: float) -> bool:
+        """Whether a sea of this height [m] is still water."""
+        return Hs <= 0.0 and self.swell is None
+
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """Heights of the table [m], rising, from the swell alone (0) where there is one."""
+        return self.Hs if self.swell is None else (0.0, *self.Hs)
+
+    def H_m0(self, Hs: FloatArray) -> FloatArray:
+        """Height (n,) [m] of wind seas of Hs (n,) and the swell together."""
+        return np.hypot(Hs, 0.0 if self.swell is None else self.swell.Hs)
 
     def table(self) -> Seas:
-        """Every cell: heading by heading, period by period, rising height."""
-        beta, Tp, Hs = np.meshgrid(np.array(self.headings), np.array(self.Tp), np.array(self.Hs), indexing="ij")
+        """Every cell: heading by heading, period by period, rising height; from the swell alone (Hs 0) where there is
+        one."""
+        axes = (np.array(self.headings), np.array(self.Tp), np.array(self.heights))
+        beta, Tp, Hs = np.meshgrid(*axes, indexing="ij")
         return Seas(Hs.ravel(), Tp.ravel(), beta.ravel())
 
 
@@ -157,7 +218,8 @@ class LiftPlan:
 
     at: crane tip from the vessel's reference point, h_tip its height above still water [m]; depth of the water [m];
     T_POP planned time of the operation [s] (T_POP_given: not the sum of the phases), T_C
-    contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; digest of every input.
+    contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; load_chart in place of
+    the crane's one SWL; digest of every input.
     """
 
     name: str
@@ -180,6 +242,7 @@ class LiftPlan:
     sensors: Sensors = field(default_factory=Sensors)
     alternatives: tuple[Alternative, ...] = ALTERNATIVES
     weather: WeatherUse | None = None
+    load_chart: CraneChart | None = None
     source: str = ""
     digest: str = ""
     notes: tuple[str, ...] = ()
@@ -217,6 +280,26 @@ class LiftPlan:
         }
         fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
         return Lowering(**fields)
+
+
+def check_chart(plan: LiftPlan) -> None:
+    """The load chart has a capacity at the radius of every phase."""
+    used = plan.load_chart
+    if used is None:
+        return
+    for phase in plan.phases:
+        if not used.at(plan.tip_of(phase)):
+            radius = show(used.radius_of(plan.tip_of(phase)), "length")
+            low, high = (show(r, "length") for r in used.chart.reach)
+            raise PlanError(
+                f"{called(phase)}: the crane tip is at a radius of {radius}, and {used.chart.name} goes from {low} to"
+                f" {high}. Move the tip, or extend the chart."
+            )
+        if used.radius is not None and phase.tip is not None:
+            raise PlanError(
+                f"{called(phase)}: has a tip of its own, and load_chart.radius is that of the plan's. Give"
+                " load_chart.pedestal in its place."
+            )
 
 
 SINKS = 0.01

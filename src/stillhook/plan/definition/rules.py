@@ -156,12 +156,31 @@ class RuleSet:
 
 @dataclass(frozen=True)
 class Limited:
-    """A rule with its limit [SI] as it stands for one phase under one alternative; why: what the limit is of, in
-    words."""
+    """A rule with its limit [SI] as it stands for one phase under one alternative; basis: what the limit is of, in
+    words; by_Hs: of a limit that depends on the sea (`limit` is then that of the lowest), pairs of a height up to
+    which and including [m], rising, and the limit; beyond the last nothing is allowed."""
 
     rule: Rule
     limit: float
     basis: str = field(default="")
+    by_Hs: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def bands(self) -> tuple[tuple[float, float], ...]:
+        """Limits by height as `by_Hs`, the last up to inf."""
+        if not self.by_Hs:
+            return ((np.inf, self.limit),)
+        return (*self.by_Hs, (np.inf, 0.0 if self.rule.sense is Sense.AT_MOST else np.inf))
+
+    def at(self, Hs: FloatArray) -> FloatArray:
+        """The limit in seas of significant wave height Hs (n,) [m]."""
+        tops, limits = (np.array(column) for column in zip(*self.bands, strict=True))
+        place = np.searchsorted(tops, np.asarray(Hs, dtype=np.float64) - ROUNDING)
+        return np.asarray(limits[np.minimum(place, len(limits) - 1)])
+
+
+ROUNDING = 1e-9
+"""Height by which a sea may pass that of a limit and still be at it [m]."""
 
 
 class Alternative(StrEnum):

@@ -158,11 +158,23 @@ def seas(result: PlanResult) -> list[Part]:
     rows = [
         ("spectrum", f"{s['wave']}, {gamma}"),
         ("spreading", f"cos^{s['spread']:g}" if s["spread"] else "none: long-crested"),
+        *_swell(s.get("swell"), result.facts["operation"]),
         ("Hs", f"{len(s['Hs'])} heights, {over(s['Hs'], 'length')}"),
         ("Tp", ", ".join(f"{T:g}" for T in data["period"].values) + " s"),
         ("headings", ", ".join(direction(b) for b in data["heading"].values) + f"; tolerance {tolerance}"),
     ]
     return [facts(rows), Text(f"Reading the table between its cells: {reading(result)}.")]
+
+
+def _swell(swell: Mapping[str, Any] | None, op: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The second system beside the wind sea of the table, and which swells of weather it stands for."""
+    if swell is None:
+        return []
+    like = (
+        f"in weather swells up to {fmt(op['swell_wf'], 'length')} (alpha in it), Tp within"
+        f" {fmt(swell['Tp_tolerance'], 'time')}, heading within {direction(swell['heading_tolerance'])}"
+    )
+    return [("second system", f"{swell['text']}, in every cell: all limits are those of the wind sea; {like}")]
 
 
 def models(result: PlanResult) -> list[Part]:

@@ -17,6 +17,7 @@ from stillhook.plan.report.words import (
     CREDITED,
     TEXTS,
     TWIN,
+    beside,
     few,
     governs,
     height,
@@ -32,6 +33,7 @@ from stillhook.plan.report.words import (
     workable,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
+from stillhook.plan.weather.value import PER_RECORD
 from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number
@@ -50,6 +52,7 @@ def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     return [
         *picture(figures, "limits-over-period"),
         Text(TEXTS["reading"].format(highest=number(highest(result), 3))),
+        *([Text(f"Limiting Hs{beside(result)}.")] if beside(result) else []),
         *(Figure(figures[stem], TEXTS["captions"]["-".join(stem.split("-")[:2])], PAGE) for stem in cells),
         *picture(figures, "rosette"),
         _governing(result),
@@ -235,8 +238,10 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
         rows.append(("outside the table", f"{share} of the records: counted as not workable"))
     ship = float(attrs["ship"])
     fixed_at = f"fixed, bow at {direction(ship)} from north"
-    free = "free to turn: one heading through each operation, the best one"
-    return [*rows, ("limit", attrs["limit"]), ("vessel's heading", free if math.isnan(ship) else fixed_at)]
+    free = f"free to turn: one heading through each operation, the best one; {PER_RECORD}"
+    open_ = [("forecast factor", attrs["case_by_case"])] if attrs.get("case_by_case") else []
+    heading = ("vessel's heading", free if math.isnan(ship) else fixed_at)
+    return [*rows, ("limit", attrs["limit"]), *open_, heading]
 
 
 def _by_month(result: PlanResult) -> Part:

@@ -19,7 +19,7 @@ from stillhook.errors import PlanError
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
-from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, height, names, workable
+from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, beside, height, names, workable
 from stillhook.plan.result import (
     PlanResult,
     columns,
@@ -164,9 +164,16 @@ def _operation(op: dict[str, Any]) -> str:
     restricted = "weather restricted" if op["weather_restricted"] else "not weather restricted"
     cell = f"{op['alternative']} at Tp {op['Tp']:g} s, {math.degrees(op['beta']):.4g} deg"
     if math.isnan(op["alpha"]):
-        return f"{times}: {restricted}; no forecast factor for {cell}"
+        open_ = f"OP_LIM {op['OP_LIM']:.2f} m, alpha case by case" if _below_table(op) else "no forecast factor"
+        return f"{times}: {restricted}; {cell}: {open_}"
     forecast = f"OP_LIM {op['OP_LIM']:.2f} m, alpha {op['alpha']:.3f}, OP_WF {op['op_wf']:.2f} m"
     return f"{times}: {restricted}; {cell}: {forecast}"
+
+
+def _below_table(op: dict[str, Any]) -> bool:
+    """Whether the limit is one that the table of forecast factors leaves open."""
+    lowest = op.get("alpha_table", {}).get("Hs_lowest", 0.0)
+    return bool(op["weather_restricted"]) and 0.0 < op["OP_LIM"] < lowest
 
 
 def _heading(result: PlanResult, beta: float) -> Table:
@@ -186,7 +193,8 @@ def _heading(result: PlanResult, beta: float) -> Table:
         rows.append([f"{float(period):g} s", *limits, *governs])
     labels = [",\n".join(group) for group in groups]
     header = ["Tp", *labels, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "tier"]
-    return Table(header, rows, f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow")
+    title = f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow{beside(result)}"
+    return Table(header, rows, title)
 
 
 def _weather(result: PlanResult) -> Table:
@@ -265,7 +273,7 @@ def _seas(answer: dict[str, Any]) -> str:
     steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
     return (
         f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the"
-        f" bow{steep}"
+        f" bow{steep}{f', each beside a {swell}' if (swell := seas.get('swell')) else ''}"
     )
 
 

@@ -13,6 +13,7 @@ from stillhook.plan.report.figures.detail import OVER
 from stillhook.plan.report.words import (
     CREDITED,
     TWIN,
+    beside,
     between,
     differs,
     few,
@@ -73,7 +74,7 @@ def tables(result: PlanResult) -> list[Part]:
 def _credited(result: PlanResult, name: str) -> str:
     Hs, data = limits(result, CREDITED, name), result.data
     seas = f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
-    sentence = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {seas}."
+    sentence = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {seas}{beside(result)}."
     return f"{sentence}{_ends(result, name)} {_mostly(result, name, CREDITED)}"
 
 
@@ -151,7 +152,11 @@ def _operation(result: PlanResult, name: str) -> str:
         )
     if op["weather_restricted"] and len(factors) < alpha.size:
         missing = f"{alpha.size - len(factors)} of {alpha.size}"
-        sentence += f" In {missing} cells the table has no alpha: no forecast limit applies there."
+        lowest = op.get("alpha_table", {}).get("Hs_lowest", LOWEST)
+        sentence += (
+            f" In {missing} cells the table has no alpha (OP_LIM below {lowest:g} m: case by case): no forecast limit"
+            " applies there."
+        )
     return sentence
 
 
@@ -206,15 +211,29 @@ def _limits(result: PlanResult, name: str) -> Table:
     columns["governs (worst heading)"] = [_governing_text(result, CREDITED, name, at[k], k) for k in rows]
     for title, key in (("alpha", "alpha"), ("OP_WF", "op_wf")):
         values = data[key].sel(credit=CREDITED, alternative=name).values
-        columns[title] = [fixed(float(values[at[k], k]), 2) for k in rows]
+        open_ = OUTSIDE_ALPHA if key == "alpha" else fixed(math.nan, 2)
+        columns[title] = [
+            open_ if _case_by_case(result, float(credited[at[k], k])) else fixed(float(values[at[k], k]), 2)
+            for k in rows
+        ]
     if differs(result, name):
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
     title = (
-        f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at"
-        " the worst heading"
+        f"OP_LIM with {named(name)}, credited: limiting Hs [m]{beside(result)} by peak period and direction of the"
+        " waves; OP_WF [m] at the worst heading"
     )
     return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
+
+
+OUTSIDE_ALPHA = "case by case"
+"""Stands for alpha where a limit is below the table of forecast factors."""
+
+
+def _case_by_case(result: PlanResult, Hs: float) -> bool:
+    """Whether a limit [m] is below the table of forecast factors."""
+    op = result.facts["operation"]
+    return bool(op["weather_restricted"]) and 0.0 < Hs < op.get("alpha_table", {}).get("Hs_lowest", LOWEST)
 
 
 def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> dict[str, list[str]]:
@@ -259,7 +278,10 @@ def _side_by_side(result: PlanResult) -> Table:
             if waiting:
                 cells = result["weather"].sel(credit=credit, alternative=name, month=0)
                 body[-1] += workable(cells)[:2]
-    title = "All alternatives, worst heading: OP_LIM [m], credited; a second line where the twin says otherwise"
+    title = (
+        f"All alternatives, worst heading: OP_LIM [m]{beside(result)}, credited; a second line where the twin says"
+        " otherwise"
+    )
     tail = "; operability and mean waiting over the year" if waiting else ""
     return Table(head, merged(body, result), title + tail)
 
@@ -276,6 +298,7 @@ def _conditions(result: PlanResult) -> list[Part]:
         ("lift", f"{payload['name']}, {mass} in air, to {place['depth']:g} m of water"),
         ("crane, vessel", f"{crane['name']}; {place['text']}"),
         ("seas", f"{waves}{peak}, {spread}"),
+        *([("limits", beside(result).removeprefix(", "))] if beside(result) else []),
         ("reading", reading(result)),
         ("credit", crane["twin"]),
         *(("note", note) for note in result.facts["notes"]),

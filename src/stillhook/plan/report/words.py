@@ -163,6 +163,13 @@ def reading(result: PlanResult) -> str:
     return LimitTable(cells, data["heading"].values, data["period"].values, tolerance, highest(result)).described()
 
 
+def beside(result: PlanResult) -> str:
+    """What limits are of where a swell is beside the wind sea of the table, for titles: ", of the wind sea beside a
+    swell of ..."; empty without one."""
+    swell = result.facts["settings"].get("swell")
+    return "" if swell is None else f", of the wind sea beside a {swell['text']}"
+
+
 def workable(cells: xarray.Dataset) -> list[str]:
     """Operability, and mean, median and 90 % fractile of the waiting, of a row of the weather block."""
     waits = [days(float(cells[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]

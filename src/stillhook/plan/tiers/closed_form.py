@@ -7,6 +7,7 @@ the flat cap leaves: a twin has no closed form, and is credited as the cap.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -21,7 +22,8 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import IN_AIR, Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.result import grouped
-from stillhook.plan.tiers.frequency import forcing_at
+from stillhook.plan.tiers.frequency import forcing_at, quantiles
+from stillhook.plan.tiers.wire_lead import LEADS, leads
 from stillhook.spec.lift import simplified as sm
 from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.validity import CAP
@@ -120,7 +122,8 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     """Quantities of a phase with what the winch leaves of the tip's motion, from 1 (all)."""
     tip, T = tip_motion(plan, phase, seas), max(phase.duration or 0.0, plan.rules.settings["duration_least"])
     (eta, v, a), V = tip.largest(T), phase.speed or 0.0
-    moved = Motions(left * eta, left * v, left * a, tip.omega, V, plan.rules.settings["zeta_a"] * seas.Hs, tip.T_w)
+    zeta = plan.rules.settings["zeta_a"] * plan.environment.H_m0(seas.Hs)
+    moved = Motions(left * eta, left * v, left * a, tip.omega, V, zeta, tip.T_w)
     values: Values = {
         "F_top_static": np.full(len(seas), static_tension(plan, phase)),
         "v_tip_max": v,
@@ -130,6 +133,8 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     if phase.compensated:
         values["e_c_pp"] = 2.0 * left * eta
     values |= _OF_KIND.get(phase.kind, _under_water)(plan, phase, moved)
+    level = quantiles(plan)
+    values |= leads(plan, phase, seas, T, {name: level(name) for name in LEADS})
     return {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
 
 
@@ -137,8 +142,9 @@ def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
     """Whether the simplified method holds in each sea, (n,): T_z from 8.9 sqrt(Hs/g) to 13 s by default. A calm is
     valid."""
     T_w, settings = wave_periods(plan, seas), plan.rules.settings
-    inside = (sm.shortest_period(seas.Hs, settings["T_z_factor"]) <= T_w) & (settings["T_z_most"] >= T_w)
-    return np.asarray((seas.Hs == 0.0) | inside)
+    H_m0 = plan.environment.H_m0(seas.Hs)
+    inside = (sm.shortest_period(H_m0, settings["T_z_factor"]) <= T_w) & (settings["T_z_most"] >= T_w)
+    return np.asarray((H_m0 == 0.0) | inside)
 
 
 def remarks(plan: LiftPlan, seas: Seas) -> tuple[str, ...]:
@@ -186,14 +192,17 @@ def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
 
 
 def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
-    """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as the plan
-    lives."""
+    """Zero-crossing period of the waves T_m02 [s], (n,), of wind sea and swell together from the moments of their sum;
+    that of a small sea for a calm; remembered as long as the plan lives."""
     pairs = zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True)
     return np.array([plan.once(_wave_period, H, T) for H, T in pairs])
 
 
 def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
-    return plan.environment.spectrum(Hs, Tp).T_m02
+    if plan.environment.swell is None:
+        return plan.environment.spectrum(Hs, Tp).T_m02
+    sea = plan.environment.sea(Hs, Tp, 0.0)
+    return 2.0 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2))
 
 
 def way(plan: LiftPlan, phase: Phase) -> Way:

@@ -8,6 +8,7 @@ in addition that depend on beta need a heading that is held.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,6 +18,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.plan.result import Credit, PlanResult
 from stillhook.plan.table import LimitTable
+from stillhook.plan.weather.two_systems import systems
 from stillhook.plan.weather.value import KeptHeadings, free_to_turn
 from stillhook.units import show
 from stillhook.weather.forecast import Bound, bounds, reason_against, rows_of, started, starts_of
@@ -46,7 +48,10 @@ def plan_forecast(
     operation = result.facts["operation"]
     T_R = float(operation["T_R"])
     rows = rows_of(weather, start, horizon)
+    of_both = systems(weather, result.facts.get("settings", {}).get("swell"))
+    weather = of_both.weather
     Hs, Tp, come_from, notes = _seas(weather, ship)
+    swell_most = float(operation.get("swell_wf") or math.nan)
     more, covered = inside(limits, weather, ship)
     other_bounds = bounds(weather, limits, ship)
     entries = []
@@ -54,7 +59,7 @@ def plan_forecast(
         table = _table(result, alternative.value, credit)
         limit = KeptHeadings.of(table, len(weather), come_from, ship).limits(table, (Tp,))
         valid = covered & np.isfinite(Hs)
-        workable = valid & more & (Hs <= limit) & (limit > 0.0)
+        workable = valid & more & (Hs <= limit) & (limit > 0.0) & of_both.within(ship, len(limit), swell_most)
         starts = starts_of(weather, workable, valid, (Bound(OP_WF, Hs, limit), *other_bounds), rows, T_R)
         restricted = bool(operation["weather_restricted"])
         go = restricted and bool(starts[0].go)
@@ -82,7 +87,7 @@ def plan_forecast(
         "weather_restricted": operation["weather_restricted"],
         "ship": "free" if ship is None else ship,
         "alternatives": entries,
-        "notes": [*notes, *weather.notes],
+        "notes": [*of_both.notes, *notes, *of_both.outside(swell_most), *weather.notes],
     }
 
 

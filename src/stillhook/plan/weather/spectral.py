@@ -14,12 +14,14 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import PlanError
 from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Seas
-from stillhook.plan.limits import limited, limits_in, utilisation
+from stillhook.plan.limits import Limits, limited, limits_in, utilisation
 from stillhook.plan.result import labelled
 from stillhook.plan.table import SAME, Axes, LimitTable, chosen, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import Looks, demands, looked_at, thinned, winches_of
+from stillhook.plan.tiers.wire_lead import LEADS
 from stillhook.response.lift import Waves, forcing_of_waves
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
@@ -56,6 +58,7 @@ def spectral_weather(
     """
     if isinstance(waves.of, Sea):
         raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
+    plan, _ = _without_swell(plan)
     every = looked_at(plan)
     phases = [(phase, thinned(parts)) for phase, parts in every]
     places = sorted({(s.x, s.y) for _, parts in phases for s in parts})
@@ -70,7 +73,7 @@ def spectral_weather(
         for demand in demands(plan, alternatives, seas, [look], forcing, winch):
             rules = limited(plan, look[0], demand.alternative)
             values = [
-                utilisation(each, demand.values[each.rule.quantity])
+                utilisation(each, demand.values[each.rule.quantity], H)
                 for each in rules
                 if each.rule.quantity in demand.values
             ]
@@ -146,6 +149,7 @@ def spectral_persistence(
     """
     if isinstance(waves.of, Sea):
         raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
+    plan, swell = _without_swell(plan)
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     if not restricted:
         times = f"T_POP {plan.T_POP / 3600.0:g} h, T_R {T_R / 3600.0:g} h"
@@ -163,9 +167,11 @@ def spectral_persistence(
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
     surface = [f"{omitted}: by the plan's table in closed form"] if omitted else []
     notes = [
+        *swell,
         *surface,
         *headed,
         "limits as simulated for each alternative, not as credited; alpha is in them",
+        f"below Hs {table.Hs[0]:g} m the table has no alpha (case by case): no record is taken for less than that",
         *waves.of.notes,
     ]
     return {
@@ -183,6 +189,14 @@ def spectral_persistence(
         "alternatives": rows,
         "notes": notes,
     }
+
+
+def _without_swell(plan: LiftPlan) -> tuple[LiftPlan, list[str]]:
+    """The plan without the swell of its table, and a note: records hold wind sea and swell as they were."""
+    if plan.environment.swell is None:
+        return plan, []
+    environment = plan.environment.model_copy(update={"swell": None})
+    return replace(plan, environment=environment), ["the plan's swell is left out: records hold their own"]
 
 
 def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:
@@ -220,15 +234,17 @@ def _raised(of: SpectrumSeries | SeaStates, H: FloatArray) -> SpectrumSeries | S
 def _in_the_surface(
     plan: LiftPlan, waves: Waves, alternatives: Sequence[Alternative]
 ) -> tuple[dict[Alternative, FloatArray], str]:
-    """Limiting heights (n,) of the phases that the method does not cover, record by record, and which phases these
-    are."""
+    """Limiting heights (n,) of what the method does not cover, record by record, and what that is: phases in the
+    surface, and of the others what a load chart limits and the method does not determine."""
     assert not isinstance(waves.of, Sea)
     names = {phase.name for phase, _ in looked_at(plan)}
     phases = [phase for phase in plan.phases if phase.name not in names]
-    if not phases:
+    charted = [] if plan.load_chart is None else [phase for phase in plan.phases if phase.name in names]
+    if not phases and not charted:
         return {}, ""
     axes, seas = Axes.of(plan), plan.environment.table()
     limits = [limits_in(plan, closed_form(plan, phase, seas, a)) for phase in phases for a in alternatives]
+    limits += [_by_chart(plan, phase, a, seas) for phase in charted for a in alternatives]
     table = governed(chosen(gathered(axes, limits)))
     beta = _beta(waves)
     highest, tolerance = max(plan.environment.Hs), plan.environment.heading_tolerance
@@ -236,9 +252,19 @@ def _in_the_surface(
     read = {
         a: LimitTable(Hs, np.array(axes.headings), np.array(axes.periods), tolerance, highest) for a, Hs in of.items()
     }
-    return {a: each.at(np.asarray(waves.of.T_p), beta) for a, each in read.items()}, ", ".join(
-        phase.name for phase in phases
-    )
+    covered = [*(phase.name for phase in phases), *(["static load and leads of the load chart"] if charted else [])]
+    return {a: each.at(np.asarray(waves.of.T_p), beta) for a, each in read.items()}, ", ".join(covered)
+
+
+OF_CHART = ("F_top_static", *LEADS)
+"""What a load chart limits and the frequency-domain method does not determine."""
+
+
+def _by_chart(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -> Limits:
+    """Limits of a phase by the rules on `OF_CHART` alone."""
+    limits = limits_in(plan, closed_form(plan, phase, seas, alternative))
+    keys = {rule.key for rule in plan.rules.rules if rule.quantity in OF_CHART}
+    return replace(limits, Hs={key: Hs for key, Hs in limits.Hs.items() if key in keys}, low={}, high={})
 
 
 def _beta(waves: Waves) -> FloatArray:

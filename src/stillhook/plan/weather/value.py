@@ -46,6 +46,7 @@ from stillhook.plan.table import (
     holdable_headings,
     worst,
 )
+from stillhook.plan.weather.two_systems import Systems, swell_forecast, systems
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
 from stillhook.units import quote, show
@@ -129,6 +130,13 @@ class Forecast:
     restricted: bool
     reason: str
     table: AlphaTable = field(repr=False)
+    swell: float = math.nan  # height that a forecast of the plan's swell may show [m]; NaN without one
+
+    @property
+    def case_by_case(self) -> BoolArray:
+        """Cells (credit, alternative, heading, period) whose limit is below the lowest height of the table, which
+        leaves their factor open."""
+        return np.asarray(np.isnan(self.alpha) & (self.used > 0.0))
 
 
 def forecast_limits(
@@ -142,7 +150,9 @@ def forecast_limits(
     reason = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C, option="--alpha").reason if len(open_) else ""
     used = Hs * alphas(table, np.maximum(Hs, table.Hs[0]), plan.T_POP)
     op_wf = np.where(Hs == 0.0, 0.0, alpha * Hs)
-    return Forecast(alpha, op_wf, used, T_R, restricted, reason, table)
+    swell = plan.environment.swell
+    most = math.nan if swell is None else swell_forecast(table, swell.Hs, plan.T_POP)
+    return Forecast(alpha, op_wf, used, T_R, restricted, reason, table, most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +177,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     fixed.
     """
     seas, notes = seas_of(plan, weather)
+    notes = (*notes, *seas.systems.outside(forecast.swell))
     headings: KeptHeadings | None = None  # the same for every table of a plan
     persistence_of: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
@@ -178,7 +189,9 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
             )
             headings = headings or KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
             limit = headings.limits(table, seas.periods)
-            good = np.asarray((seas.Hs <= limit) & (limit > 0.0))
+            good = np.asarray((seas.Hs <= limit) & (limit > 0.0)) & seas.systems.within(
+                seas.ship, len(limit), forecast.swell
+            )
             persistence_of[credit, alternative] = persistence(
                 good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs)
             )
@@ -192,13 +205,15 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
 class Records:
     """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], come_from (n,)
     [rad from north] or None where the weather gives no direction; ship: where the bow points [rad from north], None
-    where it is free to turn.
+    where it is free to turn; systems: of a plan with a swell, of which Hs, periods and come_from are those of the wind
+    sea where the weather has it apart.
     """
 
     Hs: FloatArray
     periods: tuple[FloatArray, ...]
     come_from: FloatArray | None
     ship: float | None
+    systems: Systems
 
 
 def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]:
@@ -206,6 +221,9 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
 
     Errors: WeatherError for weather without heights, or without directions for a vessel whose heading is fixed.
     """
+    swell = plan.environment.swell
+    of_both = systems(weather, None if swell is None else swell.facts())
+    weather = of_both.weather
     if "H_m0" not in weather.columns:
         raise WeatherError(f"{weather.source}: no wave height. Give weather with a column of significant wave height.")
     Hs, ship = weather.columns["H_m0"], None if plan.weather is None else plan.weather.ship
@@ -219,13 +237,17 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
             f" {show(ship, 'angle', 4)}. Say what the file's directions mean by weather.sense, or leave weather.ship"
             " out."
         )
-    seas = Records(Hs, periods, come_from, ship)
+    seas = Records(Hs, periods, come_from, ship, of_both)
     heading = (
-        free_to_turn(come_from is not None)
+        f"{free_to_turn(come_from is not None)}; {PER_RECORD}"
         if ship is None
         else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
     )
-    return seas, (*([note] if note else []), heading, *_outside(plan, seas))
+    return seas, (*of_both.notes, *([note] if note else []), heading, *_outside(plan, seas))
+
+
+PER_RECORD = "operability and workable hours count each record by itself, at its best heading, which flatters"
+"""What no heading is kept for: both know no operation."""
 
 
 def free_to_turn(directions: bool) -> str:
@@ -357,11 +379,32 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
         "T_R": forecast.T_R,
         "T_POP": plan.T_POP,
         "alpha_table": forecast.table.source,
-        "limit": "wave height at most OP_WF of its period and direction",
+        "limit": _limit_words(plan, seas),
+        "case_by_case": _case_by_case(forecast),
         "free": int(ship is None),
         "ship": math.nan if ship is None else ship,
         **outside(plan, seas),
     }
+
+
+def _case_by_case(forecast: Forecast) -> str:
+    """What the weather takes for limits below the table of forecast factors; empty where there are none."""
+    n, lowest = int(forecast.case_by_case.sum()), f"{forecast.table.Hs[0]:g} m"
+    if not n:
+        return ""
+    return (
+        f"{n} of {forecast.case_by_case.size} limits are below Hs {lowest}, outside the table of alpha (case by case):"
+        f" the factor of {lowest} is taken for them, which is optimistic"
+    )
+
+
+def _limit_words(plan: LiftPlan, seas: Records) -> str:
+    """What a record is held against."""
+    words = "wave height at most OP_WF of its period and direction"
+    if plan.environment.swell is None:
+        return words
+    beside = f"beside a {plan.environment.swell.describe()}"
+    return f"wind sea: {words}; swell within the plan's" if seas.systems.apart else f"{words}, {beside}"
 
 
 def _gained(axes: Axes, value: WeatherValue, operability: FloatArray) -> tuple[FloatArray, FloatArray]:

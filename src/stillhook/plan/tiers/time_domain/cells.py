@@ -32,6 +32,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
 )
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.frequency_domain import sigmas
+from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane
 from stillhook.variables import WINDOW
 
@@ -107,7 +108,9 @@ SEEDS = 1000
 
 def seed_of(spot: SeaState, k: int) -> int:
     """Seed of run number k of a sea: the same waves for every alternative, and others in every other sea, so that the
-    runs of neighbours add to each other."""
+    runs of neighbours add to each other. A swell alone is one sea in all columns."""
+    if spot.Hs <= 0.0:
+        return k
     return SEEDS * (1 + zlib.crc32(repr(tuple(round(float(x), 6) for x in spot)).encode()) % SEEDS**2) + k
 
 
@@ -153,7 +156,7 @@ class Cells:
     n_failed: int = 0
     seconds: float = 0.0
     _heights: dict[tuple[str, Winch, float, float], set[float]] = field(default_factory=dict)
-    _still: dict[tuple[Winch, Course], dict[str, FloatArray]] = field(default_factory=dict)
+    _still: dict[tuple[Winch, Course, TipPoint], dict[str, FloatArray]] = field(default_factory=dict)
 
     def course(self, phase: Phase, winch: Winch, spot: SeaState) -> Course:
         """What is run of a phase in the seas of a column: about its worst height where it is a long way."""
@@ -164,7 +167,7 @@ class Cells:
         """Run what is wanted and not there yet, all of it together."""
         missing = {request.cell: request for request in wanted if request.seeds > len(self._durations(request))}
         calms = {
-            request.cell: (request.winch, self._course_of(request))
+            request.cell: (request.winch, self._course_of(request), self.plan.tip_of(self.plan.phase(request.phase)))
             for request in missing.values()
             if request.spot.Hs <= 0.0
         }
@@ -248,7 +251,7 @@ class Cells:
 
     def _intervals(self, request: CellRequest) -> int:
         """Whole intervals of a run that count, whenever the part that counts begins; 0 where its peaks do not."""
-        if self.plan.phase(request.phase).kind not in STATIONARY or request.spot.Hs <= 0.0:
+        if self.plan.phase(request.phase).kind not in STATIONARY or self.plan.environment.calm(request.spot.Hs):
             return 0
         return max(int(self._course_of(request).counted / INTERVAL + 1e-6) - 1, 0)
 
@@ -267,7 +270,7 @@ class Cells:
         first = len(self._durations(request)) + 1
         self.n_runs += request.seeds - first + 1
         self.seconds += course.duration * (request.seeds - first + 1)
-        if request.spot.Hs <= 0.0:
+        if self.plan.environment.calm(request.spot.Hs):
             return crane, [calm]
         one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, seed_of(request.spot, first))
         return crane, [replace(one, seed=seed_of(request.spot, k)) for k in range(first, request.seeds + 1)]

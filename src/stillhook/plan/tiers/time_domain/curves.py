@@ -40,20 +40,16 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ColumnRuns:
-    """What was run of a phase in one column: cells of heights above 0, with their runs; calm those of the calm; measure
-    of the quantity there; about: height of which its limit is thought to be [m]; period [s], angle [rad]."""
+    """What was run of a phase in one column: cells of heights above 0, with their runs; still: x of the measure in
+    still water; about: height of which its limit is thought to be [m]; period [s], angle [rad]. Heights are those of
+    all waves, swell included."""
 
     period: float
     angle: float
     measure: Measure
     about: float
-    calm: Runs = field(repr=False)
+    still: float
     cells: tuple[tuple[float, Runs], ...] = field(repr=False)
-
-    @property
-    def still(self) -> float:
-        """x in a calm."""
-        return float(self.measure.values(self.calm)[0])
 
     @property
     def sound_up_to(self) -> float:
@@ -202,6 +198,51 @@ def limits_of_curve(
     Hs[limited] = np.fmin(Hs, sound)[limited]
     low[limited] = np.fmin(low, sound)[limited]
     return CurveLimits(Hs, low, high, half, direct, np.minimum(draws, sound))
+
+
+def limits_in_bands(
+    curve: Curve, bands: Sequence[tuple[float, FloatArray]], highest: float, expected: FloatArray | None = None
+) -> CurveLimits:
+    """As `limits_of_curve` for a limit that depends on the height: bands of a height up to which [m], rising, and the
+    limit x (c,) there. The limit is that of a band within it, or the height of a band where the next one is beyond at
+    once."""
+    found = [limits_of_curve(curve, x_limit, highest, expected) for _, x_limit in bands]
+    if len(found) == 1:
+        return found[0]
+    tops = [top for top, _ in bands]
+
+    def first(tables: Sequence[FloatArray]) -> FloatArray:
+        result, bottom = np.full_like(tables[0], np.inf), 0.0
+        for table, top in zip(tables, tops, strict=True):
+            height = np.maximum(np.nan_to_num(table, nan=np.inf), bottom)
+            result = np.where(np.isposinf(result) & (height <= top), height, result)
+            bottom = top
+        return result
+
+    Hs = first([each.Hs for each in found])
+    top = np.array([max((h for h, _ in column.cells), default=0.0) for column in curve.columns])
+    open_ = np.isposinf(Hs) & (top < highest * (1.0 - ROUNDING))
+    draws = [each.draws for each in found]
+    same = len({len(each) for each in draws}) == 1
+    return CurveLimits(
+        np.where(open_, np.nan, Hs),
+        np.where(open_, top, first([np.where(np.isnan(each.low), each.Hs, each.low) for each in found])),
+        np.where(open_, np.nan, first([np.where(np.isnan(each.high), each.Hs, each.high) for each in found])),
+        found[0].half,
+        first([each.direct for each in found]),
+        np.where(open_, np.nan, first(draws)) if same and len(draws[0]) else np.full((0, len(Hs)), np.nan),
+    )
+
+
+def beside_swell(limits: CurveLimits, swell: float) -> CurveLimits:
+    """Limits of all waves as those of the wind sea beside a swell of this height [m]; 0 where the swell alone is
+    beyond."""
+
+    def wind_sea(H: FloatArray) -> FloatArray:
+        return np.sqrt(np.maximum(H**2 - swell**2, 0.0))
+
+    tables = {name: wind_sea(getattr(limits, name)) for name in ("Hs", "low", "high", "direct", "draws")}
+    return replace(limits, **tables)
 
 
 def _direct(curve: Curve, x_limit: FloatArray) -> tuple[FloatArray, FloatArray]:

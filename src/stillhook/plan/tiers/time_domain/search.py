@@ -16,12 +16,20 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
+from stillhook.plan.definition.capacities import calm as _calm
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Limited, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
-from stillhook.plan.tiers.time_domain.curves import ColumnRuns, Curve, CurveLimits, curve_of, limits_of_curve
+from stillhook.plan.tiers.time_domain.curves import (
+    ColumnRuns,
+    Curve,
+    CurveLimits,
+    beside_swell,
+    curve_of,
+    limits_in_bands,
+)
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 
@@ -157,6 +165,7 @@ class Work:
         self.others: dict[tuple[Alternative, Column], float] = {}
         self.predicted: dict[tuple[str, Alternative, str], dict[Column, float]] = {}
         self.judged: dict[tuple[str, Winch, tuple[Limited, ...]], tuple[Any, Judged]] = {}
+        self.swell = float(plan.environment.H_m0(np.zeros(1))[0])
         self.share = 0.0
 
     def prepare(self, predicted: Sequence[Limits]) -> None:
@@ -221,7 +230,8 @@ class Work:
     def _next_cells(self, line: LimitSearch, provisional: float = math.inf) -> list[CellRequest]:
         """The next cell of a line, or more runs about its limit; none where the limit is found, or where the line waits
         for other phases: it is inside up to what their limits seem to be, `provisional` [m], and may not matter."""
-        calm = CellRequest(line.phase.name, line.winch, line.spot(0.0), 1)
+        still = self.plan.environment.calm(0.0)
+        calm = CellRequest(line.phase.name, line.winch, line.spot(0.0), 1 if still else self.search.seeds)
         if calm.cell not in self.cells.runs:
             return [calm]
         Hs = self.heights(line)
@@ -248,15 +258,15 @@ class Work:
 
     def _of_calm(self, line: LimitSearch) -> tuple[float, float]:
         """0 where a rule is beyond in a calm, else no limit."""
-        calm, found = self.runs(line, 0.0), self.measures(line)
-        for each in self.rules(line):
-            measure = found.get(each.rule.quantity)
-            if measure is None or measure.x not in calm or measure.statistic is Statistic.CHANCE:
-                continue
-            x, limit = float(measure.values(calm)[0]), measure.to_x(each.limit)
-            if x > limit * (1.0 + 1e-9):
-                return 0.0, 0.0
-        return math.inf, math.nan
+        beyond = any(self.beyond_in_calm(line, each) for each in self.rules(line))
+        return (0.0, 0.0) if beyond else (math.inf, math.nan)
+
+    def beyond_in_calm(self, line: LimitSearch, rule: Limited) -> bool:
+        """Whether still water is beyond a rule; of a swell the curve says so."""
+        calm, measure = self.runs(line, 0.0), self.measures(line).get(rule.rule.quantity)
+        if self.swell > 0.0 or measure is None or measure.x not in calm or measure.statistic is Statistic.CHANCE:
+            return False
+        return float(measure.values(calm)[0]) > measure.to_x(rule.limit) * (1.0 + 1e-9)
 
     def _more_runs(self, line: LimitSearch, Hs: Sequence[float], limit: float) -> CellRequest | None:
         """More runs for the cell next to the limit while the column may have more."""
@@ -317,28 +327,49 @@ class Work:
         if not lines:
             return Judged(columns, curves, limits)
         about = [self._about(line, before) for line in lines]
-        highest = max(self.plan.environment.Hs)
+        highest = self.height(max(self.plan.environment.Hs))
         for each in self.rules(lines[0]):
-            found = [self.measures(line).get(each.rule.quantity) for line in lines]
-            if any(m is None or m.x not in self.runs(line, 0.0) for m, line in zip(found, lines, strict=True)):
+            quantity = each.rule.quantity
+            if any(not self.has(line, quantity) for line in lines):
                 continue
-            of = [self._runs_of(line, m, a) for line, m, a in zip(lines, found, about, strict=True) if m is not None]
+            of = [self.runs_of(line, quantity, a) for line, a in zip(lines, about, strict=True)]
             expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
             curves[each.rule.key] = curve = curve_of(of, _chance(of, each.limit))
-            x_limit = np.array([_x_limit(column.measure, each.limit) for column in of])
-            guess = np.array([expected.get(column, math.nan) for column in columns])
-            limits[each.rule.key] = limits_of_curve(curve, x_limit, highest, guess)
+            guess = np.array([self.height(expected.get(column, math.nan)) for column in columns])
+            bands = [
+                (self.height(top), np.array([_x_limit(column.measure, limit) for column in of]))
+                for top, limit in each.bands
+            ]
+            found = limits_in_bands(curve, bands, highest, guess)
+            limits[each.rule.key] = found if self.swell == 0.0 else beside_swell(found, self.swell)
         return Judged(columns, curves, limits)
+
+    def height(self, Hs: float) -> float:
+        """Height of all waves of a wind sea [m], swell included."""
+        return math.hypot(Hs, self.swell)
+
+    def has(self, line: LimitSearch, quantity: str) -> bool:
+        """Whether runs of a line determine a quantity."""
+        measure = self.measures(line).get(quantity)
+        return measure is not None and measure.x in self.runs(line, 0.0)
 
     def _about(self, line: LimitSearch, before: Judged | None) -> float:
         """Height about which a column's curve is looked at [m]: that of the limit, as far as it is known."""
         Hs = self.heights(line)
         limit = before.least(line.column)[0] if before is not None and line.column in before.columns else math.inf
-        return float(min(max(limit, Hs[0]), Hs[-1]))
+        return self.height(min(max(limit, Hs[0]), Hs[-1]))
 
-    def _runs_of(self, line: LimitSearch, measure: Measure, about: float) -> ColumnRuns:
-        cells = tuple((h, self.runs(line, h)) for h in self.heights(line))
-        return ColumnRuns(*line.column, measure, about, self.runs(line, 0.0), cells)
+    def runs_of(self, line: LimitSearch, quantity: str, about: float) -> ColumnRuns:
+        """What was run in a line's column of a quantity; about [m] as in `ColumnRuns`."""
+        measure, calm = self.measures(line)[quantity], self.runs(line, 0.0)
+        seas = self.heights(line) if self.swell == 0.0 else [0.0, *self.heights(line)]
+        cells = tuple((self.height(h), self.runs(line, h)) for h in seas)
+        if self.swell == 0.0:
+            still = float(measure.values(calm)[0])
+        else:
+            known = self.plan.once(_calm, line.phase).get(quantity, math.nan)
+            still = measure.to_x(known) if math.isfinite(known) else LEAST_PART * float(measure.values(calm).min())
+        return ColumnRuns(*line.column, measure, about, still, cells)
 
     def least(self, alternative: Alternative, column: Column) -> float:
         """Lowest limit that is known of an alternative in a column, by runs or of a phase that is not run [m]."""

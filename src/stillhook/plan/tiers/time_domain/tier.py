@@ -20,7 +20,7 @@ from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
-from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, beside_swell, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.search import (
@@ -105,13 +105,11 @@ def convergence(work: Work) -> xarray.Dataset | None:
         names.append(_named(line, key))
         curve = judged.curves[key]
         rule = next(each for each in work.rules(line) if each.rule.key == key)
-        for j, count in enumerate(n):
+        for j, count in enumerate(n if curve.columns[0].measure.statistic is not Statistic.CHANCE else ()):
             first = [_first(of, int(count)) for of in curve.columns]
             x_limit = np.array([of.measure.to_x(rule.limit) for of in first])
-            chance = curve.columns[0].measure.statistic is Statistic.CHANCE
-            if chance:
-                continue
-            limits = limits_of_curve(curve_of(first), x_limit, max(work.plan.environment.Hs))
+            limits = limits_of_curve(curve_of(first), x_limit, work.height(max(work.plan.environment.Hs)))
+            limits = limits if work.swell == 0.0 else beside_swell(limits, work.swell)
             table[:, i, j] = limits.Hs[at], limits.low[at], limits.high[at]
     parts = dict(zip(("Hs_limit", "low", "high"), table, strict=True))
     return xarray.Dataset(
@@ -232,18 +230,9 @@ def _limits(work: Work, phase: Phase, alternative: Alternative) -> Limits:
         if line.column in judged.columns:
             continue
         for each in work.rules(line):
-            beyond = _beyond_in_calm(work, line, each.rule.quantity, each.limit)
             for table in (Hs, low, high):
-                table[each.rule.key][i] = 0.0 if beyond else math.nan
+                table[each.rule.key][i] = 0.0 if work.beyond_in_calm(line, each) else math.nan
     return Limits(phase.name, alternative, Tier.TIME, Tp, beta, Hs, low, high, draws)
-
-
-def _beyond_in_calm(work: Work, line: LimitSearch, quantity: str, limit: float) -> bool:
-    measure = work.measures(line).get(quantity)
-    runs = work.runs(line, 0.0)
-    if measure is None or measure.x not in runs or measure.statistic is Statistic.CHANCE:
-        return False
-    return bool(measure.values(runs)[0] > measure.to_x(limit) * (1.0 + 1e-9))
 
 
 def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
@@ -254,32 +243,28 @@ def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
     seas = Seas(*(np.array([getattr(line.spot(h), name) for line, h in rows]) for name in ("Hs", "Tp", "beta")))
     columns = {column: i for i, column in enumerate(judged.columns)}
     rules = {each.rule.quantity: each.rule.key for each in reversed(work.rules(lines[0]))}
-    names = sorted({name for line in lines for name, m in work.measures(line).items() if m.x in work.runs(line, 0.0)})
+    names = sorted({name for line in lines for name in work.measures(line) if work.has(line, name)})
     value, low, high = ({q: np.full(len(rows), np.nan) for q in names} for _ in range(3))
+    every = {line.column: line for line in work.phases[phase.name, alternative]}
     for q in names:
         curve = judged.curves.get(rules.get(q, ""))
         if curve is None and columns:
-            every = {line.column: line for line in work.phases[phase.name, alternative]}
-            curve = curve_of([_of(work, every[column], q) for column in judged.columns])
+            middle_of = {column: work.heights(line) for column, line in every.items() if column in columns}
+            curve = curve_of(
+                [work.runs_of(every[c], q, work.height(middle_of[c][len(middle_of[c]) // 2])) for c in judged.columns]
+            )
         for k, (line, h) in enumerate(rows):
             measure = work.measures(line)[q]
             if measure.statistic is Statistic.CHANCE:
                 estimate = chance(measure, work.runs(line, h))
-            elif h == 0.0 or curve is None:
-                x = float(measure.values(work.runs(line, 0.0))[0])
+            elif work.plan.environment.calm(h) or curve is None:
+                x = float(measure.values(work.runs(line, 0.0)).max())
                 estimate = _estimate(measure, x, x, x)
             else:
-                estimate = _estimate(measure, *curve.level(columns[line.column], h))
+                estimate = _estimate(measure, *curve.level(columns[line.column], work.height(h)))
             value[q][k], low[q][k], high[q][k] = estimate.value, estimate.low, estimate.high
     seeds = np.array([len(work.runs(line, h)["duration"]) for line, h in rows], dtype=np.int64)
     return Demand(phase.name, alternative, Tier.TIME, seas, value, low, high, seeds)
-
-
-def _of(work: Work, line: LimitSearch, quantity: str) -> ColumnRuns:
-    Hs = work.heights(line)
-    cells = tuple((h, work.runs(line, h)) for h in Hs)
-    measure, calm = work.measures(line)[quantity], work.runs(line, 0.0)
-    return ColumnRuns(*line.column, measure, Hs[len(Hs) // 2], calm, cells)
 
 
 def _estimate(measure: Measure, *x: float) -> Estimate:
@@ -296,7 +281,8 @@ def chance(measure: Measure, runs: Mapping[str, FloatArray]) -> Estimate:
 
 
 def _runs(cells: Cells) -> dict[str, Any]:
-    sizes = [len(runs["duration"]) for (_, _, spot), runs in cells.runs.items() if spot.Hs > 0.0]
+    calm = cells.plan.environment.calm
+    sizes = [len(runs["duration"]) for (_, _, spot), runs in cells.runs.items() if not calm(spot.Hs)]
     return {
         "n": cells.n_runs,
         "n_failed": cells.n_failed,
@@ -310,7 +296,7 @@ def _notes(work: Work) -> tuple[str, ...]:
     """Landings by runs are braked by the water under the payload: by how much in a calm."""
     line = next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING and x.alternative.twin), None)
     line = line or next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING), None)
-    if line is None or line.phase.speed is None:
+    if line is None or line.phase.speed is None or not work.plan.environment.calm(0.0):
         return ()
     v = float(work.runs(line, 0.0)["v_landed"][0])
     return (

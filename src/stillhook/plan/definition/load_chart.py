@@ -1,0 +1,290 @@
+"""A crane's load chart: SWL and dynamic factor over radius and wave height, limits of side-lead and off-lead, from a
+table that users bring; and where the crane stands, so that a crane tip has a radius.
+
+One row a point, with units in the headings (CSV or XLSX, `stillhook.formats.table`): `radius [m]` and `SWL [t]`;
+where the chart has them `Hs [m]`, `DAF [1]`, `side_lead [deg]` and `off_lead [deg]`. Between radii numbers are
+interpolated along straight lines. A row of a wave height holds up to and including that height: in a sea between two
+rows the next higher one applies, above the last the crane has no capacity.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from stillhook import units as u
+from stillhook.errors import PlanError
+from stillhook.formats.table import Columns, ColumnSpec, read_columns
+from stillhook.plan.definition.phases import IN_AIR, Phase
+from stillhook.sea.vessel.boom import Boom
+from stillhook.sea.vessel.tip import TipPoint, parse_point
+from stillhook.spec.crane import Crane
+from stillhook.tables.table import Number, Spec, Text
+from stillhook.units import quote, show
+
+COLUMNS = (
+    ColumnSpec("radius", "length", ("r", "working_radius", "outreach"), "radius [m]"),
+    ColumnSpec("SWL", "mass", ("capacity", "safe_working_load", "rated_capacity"), "SWL [t]"),
+    ColumnSpec("Hs", "length", ("h_s", "hm0", "significant_wave_height"), "Hs [m]"),
+    ColumnSpec("DAF", "", ("dynamic_factor", "design_daf"), "DAF [1]"),
+    ColumnSpec("side_lead", "angle", ("side-lead", "sidelead"), "side_lead [deg]"),
+    ColumnSpec("off_lead", "angle", ("off-lead", "offlead"), "off_lead [deg]"),
+)
+"""Columns of a load chart; the first two are required."""
+KINDS = {spec.name: spec.kind for spec in COLUMNS}
+LARGEST = {"radius": 200.0, "SWL": 2e7, "Hs": 20.0, "DAF": 10.0, "side_lead": math.pi / 4.0, "off_lead": math.pi / 4.0}
+"""Largest numbers of a chart [SI]; beyond is a unit that was mistaken."""
+LEAST = {"radius": 1.0, "DAF": 1.0}
+"""Least numbers; 0 of the others."""
+SWING_DAMPING = 0.05
+"""Damping of a load that swings in air, part of critical: tugger lines are slack (assumed)."""
+
+
+class ChartPoint(NamedTuple):
+    """What a chart says at one radius in seas up to Hs [m] (inf: of a chart without heights). SWL [kg]; DAF [1],
+    side_lead, off_lead [rad]: None where the chart has no such column."""
+
+    Hs: float
+    SWL: float
+    DAF: float | None = None
+    side_lead: float | None = None
+    off_lead: float | None = None
+
+
+@dataclass(frozen=True)
+class LoadChart:
+    """A load chart: for each wave height [m], rising, its points as (radius [m], point), radii rising. name: that of
+    its file; digest: SHA-256 of its numbers."""
+
+    name: str
+    rows: tuple[tuple[tuple[float, ChartPoint], ...], ...] = field(repr=False)
+    digest: str = field(default="", repr=False)
+
+    def at(self, radius: float) -> tuple[ChartPoint, ...]:
+        """The chart at a radius [m], a point for each height, rising. It ends below the first height whose rows do not
+        reach the radius; empty where none does."""
+        points = []
+        for row in self.rows:
+            radii = np.array([r for r, _ in row])
+            if not radii[0] - SAME <= radius <= radii[-1] + SAME:
+                break
+            values = {
+                name: None if column[0] is None else float(np.interp(radius, radii, np.array(column)))
+                for name, column in zip(ChartPoint._fields, zip(*(p for _, p in row), strict=True), strict=True)
+            }
+            points.append(ChartPoint(**values))  # type: ignore[arg-type]
+        return tuple(points)
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Least and largest radius of its lowest height [m]."""
+        return self.rows[0][0][0], self.rows[0][-1][0]
+
+    @property
+    def points(self) -> Iterator[tuple[float, ChartPoint]]:
+        """All points with their radius [m]."""
+        return (each for row in self.rows for each in row)
+
+
+SAME = 1e-6
+"""Radii that differ by less are one [m]."""
+
+
+class LoadChartTable(Spec):
+    """The table [load_chart]."""
+
+    file: Text = Field(description="table of the chart, CSV or XLSX")
+    pedestal: Text | None = Field(
+        default=None, description="axis of slewing from the vessel's reference point, as text"
+    )
+    radius: u.Length | None = Field(default=None, gt=0, description="radius of the crane tip, in place of pedestal")
+    heel: u.Angle = Field(default=0.0, ge=0.0, le=math.radians(15.0), description="static heel with the load over side")
+    trim: u.Angle = Field(default=0.0, ge=0.0, le=math.radians(15.0), description="static trim")
+    swing_damping: Number = Field(default=SWING_DAMPING, gt=0.0, le=1.0, description="damping of the swinging load")
+
+
+@dataclass(frozen=True)
+class CraneChart:
+    """A load chart in use: where the crane stands. pedestal: its axis of slewing (x, y) from the vessel's reference
+    point [m], or radius of the tip [m] in its place; heel, trim: static angles of the vessel, magnitudes [rad];
+    swing_damping: of the load in air, part of critical."""
+
+    chart: LoadChart
+    pedestal: tuple[float, float] | None = None
+    radius: float | None = None
+    heel: float = 0.0
+    trim: float = 0.0
+    swing_damping: float = SWING_DAMPING
+
+    def radius_of(self, tip: TipPoint) -> float:
+        """Horizontal distance of a crane tip from the axis of slewing [m]."""
+        if self.pedestal is None:
+            assert self.radius is not None
+            return self.radius
+        return math.hypot(tip.x - self.pedestal[0], tip.y - self.pedestal[1])
+
+    def direction_of(self, tip: TipPoint) -> float | None:
+        """Direction in which the boom points, counter-clockwise from the bow [rad]; None where only its radius is
+        known."""
+        if self.pedestal is None:
+            return None
+        return math.atan2(tip.y - self.pedestal[1], tip.x - self.pedestal[0])
+
+    def at(self, tip: TipPoint) -> tuple[ChartPoint, ...]:
+        """The chart at the radius of a crane tip."""
+        return self.chart.at(self.radius_of(tip))
+
+    def inputs(self) -> dict[str, Any]:
+        """What results follow from, as plain data."""
+        place = {name: getattr(self, name) for name in ("pedestal", "radius", "heel", "trim", "swing_damping")}
+        return {"chart": self.chart.digest, **place}
+
+    def static_leads(self, tip: TipPoint) -> dict[str, float]:
+        """off_lead and side_lead of a wire that hangs still under a crane that heels and trims with the vessel [rad];
+        empty where the direction of the boom is not known."""
+        psi = self.direction_of(tip)
+        if psi is None:
+            return {}
+        c, s = abs(math.cos(psi)), abs(math.sin(psi))
+        return {"off_lead": self.trim * c + self.heel * s, "side_lead": self.trim * s + self.heel * c}
+
+    def judges_leads(self, phase: Phase) -> bool:
+        """Whether side-lead and off-lead of a phase can be determined: in air, where the direction of the boom is
+        known."""
+        return self.pedestal is not None and phase.kind in IN_AIR
+
+    def notes(self, phases: Sequence[Phase]) -> tuple[str, ...]:
+        """What a reader should know of side-lead and off-lead: where they are judged, and where not."""
+        point = self.chart.rows[0][0][1]
+        if point.side_lead is None and point.off_lead is None:
+            return (f"side-lead and off-lead NOT JUDGED: {self.chart.name} has no limits of them",)
+        if self.pedestal is None:
+            return (
+                "side-lead and off-lead NOT JUDGED: load_chart.radius does not say where the boom points. Give"
+                " load_chart.pedestal",
+            )
+        judged, left = (", ".join(p.name for p in phases if self.judges_leads(p) is yes) for yes in (True, False))
+        vessel = f"heel {show(self.heel, 'angle')}, trim {show(self.trim, 'angle')}"
+        how = (
+            f"side-lead and off-lead in {judged}: a load that swings freely in air with {self.swing_damping:.2g} of"
+            f" critical damping, {vessel}; wind, tug lines and slewing are left out"
+        )
+        why = f"side-lead and off-lead NOT JUDGED in {left}: waves and current move the load sideways"
+        return tuple(line for line, names in ((how, judged), (why, left)) if names)
+
+
+def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | None) -> CraneChart:
+    """The chart of a plan file's table [load_chart]; file: its path; boom: of the plan, whose pedestal is then the
+    axis of slewing.
+
+    Errors: PlanError, LogError, UnitError of one line: a chart that cannot be read, one that carries more than the
+    crane, and an axis of slewing that is missing or given twice.
+    """
+    chart = read_load_chart(file)
+    _within(chart, crane)
+    ways = [name for name in ("pedestal", "radius") if getattr(table, name) is not None]
+    if boom is not None and ways:
+        raise PlanError(f"load_chart.{ways[0]}: [boom] has the pedestal. Leave {ways[0]} out.")
+    if boom is None and len(ways) != 1:
+        came = "both are given" if ways else "the axis of slewing is missing"
+        raise PlanError(
+            f'load_chart: {came}. Give pedestal, such as pedestal = "x=-10 m, y=-6 m", or radius, or a table [boom].'
+        )
+    pedestal = None if boom is None else (boom.x, boom.y)
+    if table.pedestal is not None:
+        at = parse_point(table.pedestal, "load_chart.pedestal")
+        pedestal = (at.x, at.y)
+    return CraneChart(chart, pedestal, table.radius, table.heel, table.trim, table.swing_damping)
+
+
+def _within(chart: LoadChart, crane: Crane) -> None:
+    """Refuse a chart that carries more than the crane."""
+    for radius, point in chart.points:
+        if point.SWL > crane.SWL * (1.0 + SAME):
+            raise PlanError(
+                f"{chart.name}: SWL {show(point.SWL, 'mass')} at {show(radius, 'length')} is above the SWL"
+                f" {show(crane.SWL, 'mass')} of {crane.name}. Correct the chart, or name its crane."
+            )
+
+
+def read_load_chart(path: str | Path) -> LoadChart:
+    """A load chart from a CSV or XLSX file.
+
+    Errors: LogError, UnitError, PlanError of one line that names file and row: a column that is missing or has no
+    unit, an empty cell, numbers that no crane has, radii of a height that do not rise, more SWL in a higher sea.
+    """
+    columns = read_columns(path, COLUMNS)
+    for spec in COLUMNS[:2]:
+        if spec.name not in columns.values:
+            have = ", ".join(quote(h) for h in (*columns.headings.values(), *columns.unused)) or "none"
+            raise PlanError(f"{columns.source}: no column {quote(spec.example)}; it has {have}. Add it.")
+    for name in columns.values:
+        _check_column(columns, name)
+    chart = LoadChart(columns.source, _rows(columns), _digest(columns))
+    _check_heights(chart)
+    return chart
+
+
+def _check_column(columns: Columns, name: str) -> None:
+    values, unit = columns.values[name], KINDS[name]
+    for number, value in zip(columns.numbers, values, strict=True):
+        where = f"{columns.source}: row {number}: {columns.headings[name]}"
+        if math.isnan(value):
+            raise PlanError(f"{where}: empty. Write a number; where the crane may not lift, SWL 0 or no row.")
+        low, high = LEAST.get(name, 0.0), LARGEST[name]
+        if not low <= value <= high:
+            ends = [show(x, unit) if unit else f"{x:g}" for x in (value, low, high)]
+            raise PlanError(f"{where} = {ends[0]}: not between {ends[1]} and {ends[2]}. Check number and unit.")
+
+
+def _rows(columns: Columns) -> tuple[tuple[tuple[float, ChartPoint], ...], ...]:
+    """Points by height, rising, in the order of the file within each."""
+    values = columns.values
+    heights = values["Hs"] if "Hs" in values else np.full(len(columns.numbers), math.inf)
+    rows = []
+    for Hs in np.unique(heights):
+        places = np.flatnonzero(heights == Hs)
+        points = []
+        for i in places:
+            others = {name: float(values[name][i]) for name in ChartPoint._fields if name in values}
+            points.append((float(values["radius"][i]), ChartPoint(**{**others, "Hs": float(Hs)})))
+        for (i, j), (a, b) in zip(pairwise(places), pairwise(radius for radius, _ in points), strict=True):
+            if b - a <= SAME:
+                of = "" if math.isinf(Hs) else f" at Hs {show(float(Hs), 'length')}"
+                raise PlanError(
+                    f"{columns.source}: row {columns.numbers[j]}: radius {show(b, 'length')} after {show(a, 'length')}"
+                    f" in row {columns.numbers[i]}: radii{of} must rise, each once. Put the rows in order."
+                )
+        rows.append(tuple(points))
+    return tuple(rows)
+
+
+def _check_heights(chart: LoadChart) -> None:
+    """Refuse more SWL in a higher sea at one radius."""
+    for lower, higher in pairwise(chart.rows):
+        below = dict(lower)
+        for radius, point in higher:
+            if radius in below and point.SWL > below[radius].SWL * (1.0 + SAME):
+                raise PlanError(
+                    f"{chart.name}: at {show(radius, 'length')} the SWL rises from {show(below[radius].SWL, 'mass')} at"
+                    f" Hs {show(below[radius].Hs, 'length')} to {show(point.SWL, 'mass')} at Hs"
+                    f" {show(point.Hs, 'length')}: a crane carries no more in a higher sea. Correct the chart."
+                )
+
+
+def _digest(columns: Columns) -> str:
+    parts = [part for name in sorted(columns.values) for part in (name.encode(), columns.values[name].tobytes())]
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+
+
+def in_heights(points: Sequence[ChartPoint]) -> bool:
+    """Whether a chart depends on the wave height."""
+    return bool(points) and math.isfinite(points[-1].Hs)
