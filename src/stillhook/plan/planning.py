@@ -19,6 +19,7 @@ from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
 from stillhook.plan.answer.metadata import RunInputs, by_height, described, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks
+from stillhook.plan.answer.spread import with_intervals
 from stillhook.plan.definition.capacities import static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.phases import Phase
@@ -96,7 +97,10 @@ def plan(
     value = None
     if records is not None and forecast.restricted:
         value = weather_value(lift_plan, axes, forecast, records, max(lift_plan.environment.Hs))
-        blocks["weather"] = weather_block(lift_plan, value, axes, records, forecast)
+        block = weather_block(lift_plan, value, axes, records, forecast)
+        blocks["weather"] = with_intervals(
+            block, lift_plan, of, limits, demands, table, records, value, threads=threads
+        )
     if last is not Tier.CLOSED_FORM:
         blocks |= reference_blocks(lift_plan, of, parts(0.92, 1.0), residuals=last is Tier.TIME)
     blocks |= {} if twin is None else twin.blocks

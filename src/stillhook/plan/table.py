@@ -408,8 +408,32 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
     )
 
 
+def caps_of(
+    plan: LiftPlan, axes: Axes, demands: Sequence[Demand], certified: BoolArray
+) -> Mapping[Alternative, Chosen]:
+    """Limits of the flat cap where it has to meet the rules of a twin that the certificate does not cover everywhere;
+    certified (alternative, phase, heading, period, height)."""
+    caps = {}
+    for alternative in axes.alternatives:
+        phases = _uncovered(plan, axes, alternative, certified)
+        if phases:
+            caps[alternative] = _cap(plan, axes, alternative, phases, demands)
+    return caps
+
+
+def _uncovered(plan: LiftPlan, axes: Axes, alternative: Alternative, certified: BoolArray) -> list[Phase]:
+    """Compensated phases in which a certificate does not cover an alternative everywhere; none for what is no twin."""
+    of = certified[axes.alternatives.index(alternative)]
+    return [p for p in plan.phases if alternative.twin and p.compensated and not of[axes.phases.index(p.name)].all()]
+
+
 def credited_of(
-    plan: LiftPlan, modelled: Chosen, demands: Sequence[Demand], heights: FloatArray, certified: BoolArray
+    plan: LiftPlan,
+    modelled: Chosen,
+    demands: Sequence[Demand],
+    heights: FloatArray,
+    certified: BoolArray,
+    caps: Mapping[Alternative, Chosen] | None = None,
 ) -> Chosen:
     """Limits that may be credited, of limits by the model of each alternative.
 
@@ -417,14 +441,13 @@ def credited_of(
     certified (alternative, phase, heading, period, height) as `Certified.covers` for heights [m] rising. Where a sea is
     not covered, a rule is met only where the cap meets it as well: the limit falls to the highest covered sea below it,
     or to the cap's where that is more. Rules that the cap does not determine (pressures of a winch) stay with the twin.
+    caps: as `caps_of` has them, calculated here where it is None.
     """
     axes, Hs, tier = modelled.axes, modelled.Hs.copy(), modelled.tier.copy()
     low, high = modelled.low.copy(), modelled.high.copy()
-    for i, alternative in enumerate(axes.alternatives):
-        phases = [p for p in plan.phases if p.compensated and not certified[i, axes.phases.index(p.name)].all()]
-        if not alternative.twin or not phases:
-            continue
-        cap = _cap(plan, axes, alternative, phases, demands)
+    for alternative, cap in (caps_of(plan, axes, demands, certified) if caps is None else caps).items():
+        i = axes.alternatives.index(alternative)
+        phases = _uncovered(plan, axes, alternative, certified)
         for phase in phases:
             at = (i, axes.phases.index(phase.name))
             reach = np.fmax(cap.Hs[at], _covered_up_to(cap.Hs[at], heights, certified[at]))

@@ -114,7 +114,11 @@ def windows_of(workable: BoolArray, time: NDArray[np.datetime64], step: float) -
     t, unbroken = seconds(time), ~gaps(time, step)
     rows = np.atleast_2d(workable)
     reach, heading = _reach(rows[0], t, unbroken, step), np.zeros(len(t), dtype=np.intp)
+    seen = {rows[0].tobytes()}
     for k, row in enumerate(rows[1:], start=1):
+        if (content := row.tobytes()) in seen:
+            continue
+        seen.add(content)
         each = _reach(row, t, unbroken, step)
         heading[each > reach] = k
         reach = np.maximum(reach, each)

@@ -19,6 +19,7 @@ from stillhook.plan.report.words import (
     TWIN,
     beside,
     few,
+    gain,
     governs,
     height,
     highest,
@@ -193,7 +194,7 @@ def weather(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     for name in names(block):
         for label, credit in lines_of(result, name):
             cells = year.sel(credit=credit, alternative=name)
-            gains = [_gains(cells.sel(over=o)) for o in over]
+            gains = [_gains(cells, o) for o in over]
             vessel, censored = fmt(float(cells["vessel_days"]), digits=3), fixed(float(cells["n_censored"]), 0)
             rows.append([label, *workable(cells), vessel, *gains, censored])
     heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
@@ -210,9 +211,10 @@ def weather(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     ]
 
 
-def _gains(cells: Any) -> str:
-    """Days of waiting an operation and workable hours a year that are gained, of a row of the weather block."""
-    return f"{_more(float(cells['days_gained']), 1)} d, {_more(float(cells['hours_gained']), 0)} h"
+def _gains(cells: Any, over: str) -> str:
+    """Days of waiting an operation, with their interval, and workable hours a year that are gained, of a row of the
+    weather block."""
+    return f"{gain(cells, over)} d, {_more(float(cells['hours_gained'].sel(over=over)), 0)} h"
 
 
 def _more(x: float, digits: int) -> str:

@@ -19,7 +19,7 @@ from stillhook.errors import PlanError
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
-from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, beside, height, names, workable
+from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, beside, gain, height, names, workable
 from stillhook.plan.result import (
     PlanResult,
     columns,
@@ -221,7 +221,7 @@ def _weather_row(year: Any, over: Sequence[str]) -> list[str]:
     """Workable share and hours of a year, waits, vessel days, and days gained over each of these alternatives."""
     operability, *waits = workable(year)
     worked, vessel = fixed(float(year["operability"]) * YEAR, 0), fixed(float(year["vessel_days"]), 1)
-    gains = [fixed(float(year["days_gained"].sel(over=name)), 1) for name in over]
+    gains = [gain(year, name) for name in over]
     return [operability, worked, *waits, vessel, *gains]
 
 

@@ -17,6 +17,7 @@ from stillhook.plan.report.words import (
     between,
     differs,
     few,
+    gain,
     governs,
     height,
     highest,
@@ -35,7 +36,6 @@ from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Part, Table, Text, Verdict, facts
 from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours, percent
 from stillhook.spec.validity import UNSIGNED
-from stillhook.units import number
 
 if TYPE_CHECKING:
     pass
@@ -166,7 +166,7 @@ def _waiting(result: PlanResult, name: str) -> str:
     mark = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
     against = [o for o in references(block, result.facts["tiers"]) if o != name]
     won = [(o, float(cells["days_gained"].sel(over=o))) for o in against]
-    gains = [f"{number(x, 2)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
+    gains = [f"{gain(cells, o)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
     operability, mean, median, high = workable(cells)
     waited = f"mean {mean}, P50 {median}, P90 {high}; operability {operability}"
     tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""

@@ -16,7 +16,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
 from stillhook.plan.result import CREDITS, Credit, PlanResult
 from stillhook.plan.table import LimitTable
-from stillhook.report.formatting import EMPTY, days, direction, fmt, kind_of, percent
+from stillhook.report.formatting import EMPTY, days, direction, fixed, fmt, kind_of, percent
 from stillhook.report.plots.run import COLOURS
 from stillhook.units import number, show
 
@@ -174,6 +174,17 @@ def workable(cells: xarray.Dataset) -> list[str]:
     """Operability, and mean, median and 90 % fractile of the waiting, of a row of the weather block."""
     waits = [days(float(cells[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
     return [percent(float(cells["operability"])), *waits]
+
+
+def gain(cells: xarray.Dataset, over: str, digits: int = 1) -> str:
+    """Days gained over another alternative with their 95 % interval, where there is one, of a row of the weather
+    block."""
+    value, *ends = (
+        fixed(float(cells[key].sel(over=over)), digits) if key in cells else ""
+        for key in ("days_gained", "days_gained_low", "days_gained_high")
+    )
+    known = "days_gained_low" in cells and math.isfinite(float(cells["days_gained_low"].sel(over=over)))
+    return f"{value} ({ends[0]} to {ends[1]})" if known and len({value, *ends}) > 1 else value
 
 
 def differs(result: PlanResult, alternative: str) -> bool:

@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,12 +94,35 @@ class KeptHeadings:
     def limits(self, table: LimitTable, periods: Sequence[FloatArray]) -> FloatArray:
         """Limiting significant wave height [m] of each record at each heading (kept, n), the worst over readings of its
         period (n,) [s]."""
-        by_heading = np.min([table.by_heading(T_p) for T_p in periods], axis=0)
+        kinds = self.kinds(table, periods)
+        return np.asarray(self.of_kinds(table, periods, kinds)[:, kinds.inverse])
+
+    def kinds(self, table: LimitTable, periods: Sequence[FloatArray]) -> Kinds:
+        """Records between the same periods of the table and of one direction: they have one limit."""
+        rows = [
+            np.searchsorted(table.periods + sign * SAME * table.periods, T) for T in periods for sign in (1.0, -1.0)
+        ]
+        keys = np.stack([self.direction, *rows, *(np.isnan(T).astype(np.int64) for T in periods)])
+        _, first, inverse = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+        return Kinds(first, inverse.reshape(keys.shape[1]))
+
+    def of_kinds(self, table: LimitTable, periods: Sequence[FloatArray], kinds: Kinds) -> FloatArray:
+        """Limits (kept, k) of the kinds of records [m]."""
+        at = kinds.first
+        by_heading = np.min([table.by_heading(T_p[at]) for T_p in periods], axis=0)
+        direction = self.direction[at]
         pairs = zip(self.counts, self.known, strict=True)
-        limits = np.stack(
-            [worst(by_heading, counts[:, self.direction], known[self.direction]) for counts, known in pairs]
+        limits = np.stack([worst(by_heading, counts[:, direction], known[direction]) for counts, known in pairs])
+        return (
+            limits if self.best is None else np.minimum(limits, self.best.of_kinds(table, periods, kinds).max(axis=0))
         )
-        return limits if self.best is None else np.minimum(limits, self.best.limits(table, periods).max(axis=0))
+
+
+class Kinds(NamedTuple):
+    """Kinds of records: first (k,) record of each, and the kind of every record (n,)."""
+
+    first: IntArray
+    inverse: IntArray
 
 
 YEAR = 365.25 * 24.0
@@ -176,29 +199,61 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     Errors: WeatherError where the weather does not give the height, or no direction though the vessel's heading is
     fixed.
     """
-    seas, notes = seas_of(plan, weather)
-    notes = (*notes, *seas.systems.outside(forecast.swell))
-    headings: KeptHeadings | None = None  # the same for every table of a plan
+    fair = Fair.of(plan, axes, weather, forecast)
     persistence_of: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
-            op_wf = np.nan_to_num(forecast.used[c, a], nan=0.0)
-            table = LimitTable(
-                op_wf, np.array(axes.headings), np.array(axes.periods), plan.environment.heading_tolerance, Hs_highest
-            )
-            headings = headings or KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
-            limit = headings.limits(table, seas.periods)
-            good = np.asarray((seas.Hs <= limit) & (limit > 0.0)) & seas.systems.within(
-                seas.ship, len(limit), forecast.swell
-            )
+            good = fair.workable(np.nan_to_num(forecast.used[c, a], nan=0.0), Hs_highest)
             persistence_of[credit, alternative] = persistence(
-                good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs)
+                good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(fair.seas.Hs)
             )
-            can_start = windows_of(good, weather.time, weather.step).starts(forecast.T_R)
-            waited[credit, alternative] = waits(can_start, weather.time)
+            waited[credit, alternative] = fair.waits(good, forecast.T_R)
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
-    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, notes)
+    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, fair.notes)
+
+
+@dataclass(frozen=True, eq=False)
+class Fair:
+    """How weather is judged by tables of limits on the axes of a plan: what does not depend on the limits."""
+
+    plan: LiftPlan
+    axes: Axes
+    weather: Weather
+    seas: Records
+    headings: KeptHeadings
+    kinds: Kinds
+    beside: BoolArray
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, plan: LiftPlan, axes: Axes, weather: Weather, forecast: Forecast) -> Fair:
+        """Errors: as `weather_value`."""
+        seas, notes = seas_of(plan, weather)
+        table = _table(plan, axes, np.zeros(axes.columns), max(plan.environment.Hs))
+        headings = KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
+        kinds = headings.kinds(table, seas.periods)
+        kept = len(headings.counts)
+        beside = seas.systems.within(seas.ship, kept, forecast.swell)
+        notes = (*notes, *seas.systems.outside(forecast.swell))
+        return cls(plan, axes, weather, seas, headings, kinds, beside, notes)
+
+    def workable(self, op_wf: FloatArray, Hs_highest: float) -> BoolArray:
+        """Whether each record is within limits (heading, period) [m] at each heading that may be kept (kept, n)."""
+        table = _table(self.plan, self.axes, op_wf, Hs_highest)
+        limit = self.headings.of_kinds(table, self.seas.periods, self.kinds)
+        limit = np.where(limit > 0.0, limit, -np.inf)[:, self.kinds.inverse]
+        return np.asarray((self.seas.Hs <= limit) & self.beside)
+
+    def waits(self, good: BoolArray, T_R: float) -> FloatArray:
+        """Time from each record to the first start of a window (n,) [s]; NaN where none follows."""
+        time = self.weather.time
+        return waits(windows_of(good, time, self.weather.step).starts(T_R), time)
+
+
+def _table(plan: LiftPlan, axes: Axes, op_wf: FloatArray, Hs_highest: float) -> LimitTable:
+    headings, periods = np.array(axes.headings), np.array(axes.periods)
+    return LimitTable(op_wf, headings, periods, plan.environment.heading_tolerance, Hs_highest)
 
 
 @dataclass(frozen=True, eq=False)

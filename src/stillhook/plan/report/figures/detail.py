@@ -251,6 +251,10 @@ def gained(block: xarray.Dataset, result: PlanResult) -> Figure:
             x - 0.2, np.nan_to_num(days.sel(credit=TWIN).values), 0.38, color=[COLOUR[n] for n in labels], alpha=0.35
         )
         ax.bar(x + 0.2, np.nan_to_num(days.sel(credit=CREDITED).values), 0.38, color=[COLOUR[n] for n in labels])
+        if "days_gained_low" in block:
+            low, high = (block[f"days_gained_{end}"].sel(over=against, alternative=labels) for end in ("low", "high"))
+            for at, credit in ((x - 0.2, TWIN), (x + 0.2, CREDITED)):
+                ax.vlines(at, low.sel(credit=credit).values, high.sel(credit=credit).values, color="black", lw=0.9)
         ax.axhline(0.0, color=GREY, lw=0.8)
         ax.set_xticks(
             x, [", ".join(named(n) for n in group) for group in groups], rotation=40, ha="right", fontsize="x-small"

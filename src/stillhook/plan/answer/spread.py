@@ -1,0 +1,153 @@
+"""What the intervals of limits make of operability, waiting and the days that an alternative gains."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.plan.answer.dataset import Answered
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.rules import Alternative, Demand, Tier
+from stillhook.plan.limits import Limits
+from stillhook.plan.result import CREDITS, Credit
+from stillhook.plan.table import TIERS, Axes, Chosen, Governed, caps_of, chosen, credited_of, governed
+from stillhook.plan.weather.value import DAY, OVER, Fair, WeatherValue, forecast_limits
+from stillhook.statistics.estimate import t_factor
+from stillhook.weather.alpha import AlphaTable
+from stillhook.weather.series import Weather
+
+if TYPE_CHECKING:
+    import xarray
+
+DRAWS = 24
+"""Draws of all limits of which the weather is evaluated: the standard deviation of a number is right to some 15 %."""
+TIME = TIERS.index(Tier.TIME)
+
+
+def with_intervals(
+    block: xarray.Dataset,
+    plan: LiftPlan,
+    of: Answered,
+    found: Sequence[Limits],
+    demands: Sequence[Demand],
+    table: AlphaTable,
+    weather: Weather,
+    value: WeatherValue,
+    *,
+    threads: int = 2,
+) -> xarray.Dataset:
+    """The weather of a result with the 95 % intervals of operability, mean waiting and days gained over the year, as
+    <name>_low and <name>_high: those that errors of the limits make. How the weather itself differs from year to year
+    is not in them.
+
+    found: limits of all tiers with their draws; demands: those of all tiers. Limits without draws, of other tiers than
+    the twin, are taken as exact.
+    """
+    axes, highest = of.axes, max(plan.environment.Hs)
+    draws = drawn(axes, found, of.limits.Hs.shape[1:])
+    if draws is None:
+        return block
+    forecast = forecast_limits(plan, table, of.governs, highest)
+    fair = Fair.of(plan, axes, weather, forecast)
+
+    def numbers(governs: Mapping[Credit, Governed]) -> dict[str, FloatArray]:
+        return _numbers(fair, axes, forecast_limits(plan, table, governs, highest).used, forecast.T_R, highest, value)
+
+    with ThreadPoolExecutor(threads) as pool:
+        rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, draws)))
+    half = t_factor(len(rows) - 1)
+    for name in rows[0]:
+        dims = ("credit", "alternative", *(("over",) if name == "days_gained" else ()))
+        sd = np.std([row[name] for row in rows], axis=0, ddof=1)
+        middle = block[name].sel(month=0).transpose(*dims).values
+        most = 1.0 if name == "operability" else np.inf
+        least = -np.inf if name == "days_gained" else 0.0
+        for end, sign in (("low", -1.0), ("high", 1.0)):
+            block[f"{name}_{end}"] = dims, np.clip(middle + sign * half * sd, least, most)
+    return block
+
+
+def drawn(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) -> FloatArray | None:
+    """Draws of the twin's limits over those themselves (m, alternative, phase, rule, heading, period), 1 where there
+    are none; None where no limit has any."""
+    of_twin = [each for each in found if each.tier is Tier.TIME and each.draws]
+    if not of_twin:
+        return None
+    factors = np.ones((DRAWS, *shape))
+    for each in of_twin:
+        heading, period = axes.place(each.Tp, each.beta)
+        at = axes.alternatives.index(each.alternative), axes.phases.index(each.phase)
+        for rule, draws in each.draws.items():
+            Hs = each.Hs[rule]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = draws[:DRAWS] / Hs
+            sound = np.isfinite(ratio) & np.isfinite(Hs) & (Hs > 0.0)
+            k = axes.rules.index(rule)
+            for i, (b, T) in enumerate(zip(heading, period, strict=True)):
+                factors[(slice(None), *at, k, b, T)] = np.where(sound[:, i], ratio[:, i], 1.0)
+    return factors
+
+
+def governs_of_draws(
+    plan: LiftPlan, of: Answered, demands: Sequence[Demand], factors: FloatArray
+) -> Iterator[Mapping[Credit, Governed]]:
+    """The limits that govern, as modelled and as credited, of every draw (m, ...) of factors on the twin's limits."""
+    axes, heights = of.axes, np.unique(plan.environment.table().Hs)
+    covers = of.certified.covers
+    caps = caps_of(plan, axes, demands, covers)
+    cap = axes.alternatives.index(Alternative.CAP) if Alternative.CAP in axes.alternatives else None
+    for factor in factors:
+        Hs = of.limits.Hs.copy()
+        Hs[TIME] = Hs[TIME] * factor
+        modelled = chosen(replace(of.limits, Hs=Hs))
+        moved = caps if cap is None else {a: _moved(axes, a, each, factor[cap]) for a, each in caps.items()}
+        credited = credited_of(plan, modelled, demands, heights, covers, moved)
+        yield dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
+
+
+def _moved(axes: Axes, alternative: Alternative, cap: Chosen, factor: FloatArray) -> Chosen:
+    """The cap's limits in the places of an alternative, moved as the cap's own (phase, rule, heading, period)."""
+    Hs = cap.Hs.copy()
+    i = axes.alternatives.index(alternative)
+    Hs[i] = np.where(cap.tier[i] == TIME, Hs[i] * factor, Hs[i])
+    return replace(cap, Hs=Hs)
+
+
+def _numbers(
+    fair: Fair, axes: Axes, used: FloatArray, T_R: float, highest: float, value: WeatherValue
+) -> dict[str, FloatArray]:
+    """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits used
+    (credit, alternative, heading, period) [m]."""
+    shape = len(CREDITS), len(axes.alternatives)
+    operability, wait = np.full(shape, np.nan), np.full(shape, np.nan)
+    waited: dict[bytes, tuple[float, FloatArray]] = {}
+    of: dict[tuple[int, int], FloatArray] = {}
+    valid = np.isfinite(fair.seas.Hs)
+    for c, a in np.ndindex(shape):
+        op_wf = np.nan_to_num(used[c, a], nan=0.0)
+        key = op_wf.tobytes()
+        if key not in waited:
+            good: BoolArray = fair.workable(op_wf, highest)
+            some = np.asarray(good.any(axis=0))[valid]
+            waited[key] = float(some.mean()), fair.waits(good & valid, T_R)
+        operability[c, a], of[c, a] = waited[key]
+        wait[c, a] = _mean(of[c, a])
+    days = np.full((*shape, len(OVER)), np.nan)
+    for o, name in enumerate(OVER):
+        for c, credit in enumerate(CREDITS):
+            other = value.best_classic[credit] if name == OVER[-1] else Alternative(name)
+            if other in axes.alternatives:
+                k = axes.alternatives.index(other)
+                for a in range(shape[1]):
+                    days[c, a, o] = _mean(of[c, k] - of[c, a]) / DAY
+    return {"operability": operability, "wait_mean": wait, "days_gained": days}
+
+
+def _mean(x: FloatArray) -> float:
+    known = x[np.isfinite(x)]
+    return float(known.mean()) if len(known) else float("nan")
