@@ -14,17 +14,22 @@ import numpy as np
 import pytest
 from tests.scripts import script
 
+from stillhook import Scenario, load_crane
+from stillhook.engine.scenario.problem import run_cases
 from stillhook.errors import SimulationError
 from stillhook.kernels import build
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99 import shipped
 from stillhook.kernels.c99.library import Entry, Library
 from stillhook.kernels.c99.shipped import INDEX, SYSTEMS, Index, code_hash, level, shipped_library
-from stillhook.kernels.lanes import Array
+from stillhook.kernels.lanes import VL, Array
 
 ROOT = Path(__file__).resolve().parents[2]
 needs_zig = pytest.mark.skipif(native.compiler() is None, reason="Zig is not installed (extra native), or left out")
 PLATFORM = f"{SYSTEMS.get(sys.platform)}-{level()}"
+LEVELS_AGREE = 1e-10
+"""Of the largest value of a signal: the exponential fuses multiplications and additions where the processor can, and
+minutes of feedback carry that on; 1.2e-11 was found."""
 CODE = "void twice(double *A) {}"
 
 
@@ -121,6 +126,30 @@ def test_every_kernel_is_in_the_index(tmp_path):
 
 @needs_zig
 @pytest.mark.thorough
+@pytest.mark.skipif(level() != "x86_64_v3", reason="this processor runs no two of the levels")
+@pytest.mark.parametrize("crane", ["nov-250t", "nov-100t-pure-active"])
+def test_levels_of_a_processor_agree(crane, tmp_path, monkeypatch):
+    made, platforms = recipe(), (PLATFORM, PLATFORM.replace("v3", "v2"))
+    made.compile_all(tmp_path, {name: made.TARGETS[name] for name in platforms})
+    index, winch = shipped.index(tmp_path), load_crane(crane)
+    assert index is not None
+    cases = [Scenario(load=f"{10 + 3 * i} t", s_w="80 m", tip="sine 2 m 9 s", mode="hs") for i in range(VL)]
+    d = build.driver(winch.plant.value, VL)
+    series = []
+    for platform in platforms:
+        library = Library(d.run.library.entries, tmp_path, tmp_path)
+        library.loaded = ctypes.CDLL(str(tmp_path / index.libraries[platform]))
+        with monkeypatch.context() as here:
+            for name in ("run", "at_rest"):
+                here.setattr(d, name, Entry(library, getattr(d, name).name, dict))
+            runs = run_cases([winch] * VL, cases, n_sub=2, lanes=VL, every=10, threads=1, progress=None)
+        series.append(np.array([run.series for run in runs]))
+    largest = np.maximum(np.abs(series[0]).max(axis=(0, 1)), 1e-9)
+    assert np.max(np.abs(series[1] - series[0]) / largest) < LEVELS_AGREE
+
+
+@needs_zig
+@pytest.mark.thorough
 def test_a_library_for_windows_exports_its_kernels_and_needs_no_other(tmp_path):
     made = recipe()
     name = "windows-x86_64_v3"
@@ -169,7 +198,7 @@ for name, modes in (("nov-250t", ("ns", "hs", "ssc")), ("nov-100t-pure-active", 
     crane = stillhook.load_crane(name)
     cases = [stillhook.Scenario(load="40 t", s_w="100 m", tip="sine 2 m 9 s", mode=m, duration="60 s") for m in modes]
     series += [stillhook.simulate(crane, cases[0]), stillhook.simulate(crane, cases)]
-file = stillhook.load_lift("template-through-the-surface", duration="20 s")
+file = stillhook.load_lift("template-through-the-surface", duration="60 s")
 series += [stillhook.simulate(file.crane, file.lift), stillhook.simulate(file.crane, [file.lift] * 2)]
 np.savez(sys.argv[1], *[v.values for run in series for v in run.data_vars.values() if v.dtype == float])
 print(Path(stillhook.__file__).parent)
@@ -180,7 +209,7 @@ def python(site: Path, cache: Path, *arguments: str) -> str:
     environment = {name: value for name, value in os.environ.items() if not name.startswith("STILLHOOK_")}
     environment |= {"PYTHONPATH": str(site), "STILLHOOK_CACHE": str(cache)}
     run = subprocess.run([sys.executable, *arguments], env=environment, cwd=cache, capture_output=True, text=True)
-    assert run.returncode in (0, 1), run.stderr
+    assert run.returncode == 0, run.stderr
     return run.stdout
 
 
