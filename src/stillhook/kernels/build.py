@@ -15,7 +15,7 @@ import os
 import re
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -46,9 +46,14 @@ def kernel_hash() -> str:
     move where a user's own one is listed before them."""
     codes = [f"{law.name} {law.code}" for law in CONTROLLERS.values() if law.in_every_kernel]
     digest = hashlib.sha256(" ".join(codes).encode())
-    for path in (p for folder in KERNEL_FOLDERS for p in sorted((PACKAGE / folder).rglob("*.py"))):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    _add(digest, (path for folder in KERNEL_FOLDERS for path in (PACKAGE / folder).rglob("*.py")))
     return digest.hexdigest()[:16]
+
+
+def _add(digest: Any, paths: Iterable[Path]) -> None:
+    """Sources of the package to a hash, in the same order on every system."""
+    for name, path in sorted((path.relative_to(PACKAGE).as_posix(), path) for path in paths):
+        digest.update(name.encode() + b"\0" + path.read_bytes())
 
 
 RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "spec", "tables", "library")
@@ -68,8 +73,7 @@ def model_hash() -> str:
     """Hash of every source that a result follows from: kernels, motions, tables of the library."""
     digest = hashlib.sha256(kernel_hash().encode())
     inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
-    for path in sorted(inside) + [PACKAGE / name for name in RESULT_FILES]:
-        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    _add(digest, [*inside, *(PACKAGE / name for name in RESULT_FILES)])
     for path in extension_sources():
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

@@ -186,7 +186,7 @@ SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; complete waves over which the answer is taken."""
 SINE_SPACING = 0.05
 """Spacing of the series that the answer is taken from [s], or the next shorter one that the PLC cycle allows."""
-FOLDER = Path(__file__).resolve().parents[0]
+FOLDER = Path(__file__).resolve().parent
 """Folder of the files that a table depends on, in addition to crane, duty and `model_hash`."""
 DIGITS = 9
 """Digits of a number that count in the key of a table: machines round the last ones differently."""
@@ -353,7 +353,7 @@ def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
 
 def _key(crane: Crane, duty: Duty, mode: Mode, excitation: ExcitationGrid) -> str:
     """Key of everything that a table depends on."""
-    source = b"".join(path.read_bytes() for path in sorted(FOLDER.rglob("*.py")))
+    source = b"".join(path.read_bytes() for path in sorted(FOLDER.rglob("*.py"), key=lambda path: path.name))
     dependencies = {
         "code": model_hash(),
         "response": hashlib.sha256(source).hexdigest(),
