@@ -130,11 +130,15 @@ def zig(arguments: Sequence[str]) -> None:
 
 
 def identify_all(folder: Path) -> None:
-    """Residuals of the winches in the library's plans and lifts, as their commands need them."""
+    """Residuals of the winches in the library's plans and lifts, as their commands need them; for a plan also those of
+    its sensitivity to friction and delay."""
     from stillhook.formats.lift_file import load_lift
     from stillhook.library.catalogue import shelf
-    from stillhook.plan.file import plans
+    from stillhook.plan.answer.reference_cell import sensitivity
+    from stillhook.plan.file import load_plan, plans
+    from stillhook.plan.limits import limits_in
     from stillhook.plan.planning import plan
+    from stillhook.plan.table import Axes
     from stillhook.response.lift import compensated_depth
     from stillhook.response.suspended_load import suspended_load
     from stillhook.response.winch.identify import KEPT, identify_residual
@@ -142,7 +146,11 @@ def identify_all(folder: Path) -> None:
     with tempfile.TemporaryDirectory() as cache:
         os.environ["STILLHOOK_CACHE"] = cache
         for name in plans():
-            plan(name, tier="frequency")
+            lift_plan = load_plan(name)
+            plan(lift_plan, tier="frequency")
+            axes = Axes.of(lift_plan)
+            cell = axes.periods[0], axes.headings[0], next(p.name for p in lift_plan.phases if p.compensated)
+            sensitivity(lift_plan, axes.alternatives, *cell, lambda d, of=lift_plan: [limits_in(of, x) for x in d])
         for name in shelf("lifts"):
             file = load_lift(name, duration="60 s", moving=False)
             duty = suspended_load(file.crane, file.lift, -compensated_depth(file.lift)).duty
