@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-thorough test-all check bench docs validation lock clean
+.PHONY: help demo test test-fast test-thorough test-all check bench docs validation wheel lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
@@ -19,6 +19,7 @@ help:
 	@echo "make bench       set up, then measure speed against the references; with AGAINST=commit also against that version"
 	@echo "make docs        set up, then write the generated pages and check the links"
 	@echo "make validation  set up, then compute the validation pages anew"
+	@echo "make wheel       set up, then build a wheel with compiled kernels for Linux, Windows and macOS in dist (minutes)"
 	@echo "make lock        write requirements.lock anew from pyproject.toml"
 	@echo "make clean       remove the environment and everything that tools leave behind"
 
@@ -55,6 +56,9 @@ docs: $(STAMP)
 validation: $(STAMP)
 	@$(BIN)/python docs/validation/make.py
 
+wheel: $(STAMP)
+	@$(BIN)/python -m hatchling build -t wheel
+
 # The set-up is done again only when the lock or pyproject.toml has changed.
 $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -71,7 +75,7 @@ UV ?= uv
 lock:
 	@cp requirements.lock lock.tmp
 	@$(UV) pip compile pyproject.toml --quiet --universal --generate-hashes --python-version 3.11 \
-		--extra dev --extra native --extra gas --extra logs --extra mcmc --extra dask --extra sea --extra hulls --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
+		--extra dev --extra compiler --extra native --extra gas --extra logs --extra mcmc --extra dask --extra sea --extra hulls --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
 	@printf '%s\n' '# Every package that Stillhook needs, for every platform, with hashes. Written by: make lock' > requirements.lock
 	@cat lock.tmp >> requirements.lock
 	@rm lock.tmp

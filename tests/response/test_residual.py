@@ -140,6 +140,9 @@ def test_the_same_table_is_found_again_and_a_damaged_one_made_anew(crane, duty, 
     assert np.array_equal(found.remnant.S, made.remnant.S)
     assert np.array_equal(found.compliance.Y, made.compliance.Y)
     assert found.about == made.about
+    monkeypatch.setattr(module, "cache_root", lambda: tmp_path / "of another user")
+    monkeypatch.setattr(module, "SHIPPED", tmp_path)  # as a wheel holds it
+    assert np.array_equal(identify_residual(crane, duty, "hs", **few).C, made.C)
     monkeypatch.undo()
     monkeypatch.setattr(module, "cache_root", lambda: tmp_path)
     file.write_bytes(file.read_bytes()[:200])

@@ -2,7 +2,8 @@
 
 A cache that is keyed on one file serves stale physics after an edit in another: hence the hash over all of them.
 
-Zig compiles them where it is installed, else Numba, which is loaded for that alone.
+A wheel holds them compiled; what it does not hold is compiled by Zig where it is installed, else by Numba, which is
+loaded for that alone.
 """
 
 from __future__ import annotations
@@ -11,17 +12,20 @@ import functools
 import hashlib
 import importlib.util
 import os
+import re
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from stillhook.base.extensions import extension_sources
+from stillhook.control.registry import CONTROLLERS
+from stillhook.errors import SimulationError
 from stillhook.kernels import control_laws
-from stillhook.kernels.c99.library import Entry, Library, compiler
+from stillhook.kernels.c99.library import Entry, Library, native
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.cache import kernel_folder
 from stillhook.physics.records import fields
@@ -38,11 +42,18 @@ LOCK = threading.RLock()
 
 @functools.cache
 def kernel_hash() -> str:
-    """Hash of every source that a kernel can inline, of Numba and of Python."""
-    digest = hashlib.sha256(f"numba {version('numba')} python {sys.version_info[:2]}".encode())
-    for path in (p for folder in KERNEL_FOLDERS for p in sorted((PACKAGE / folder).rglob("*.py"))):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    """Hash of every source that a kernel can inline, and of the codes of the controllers that every kernel holds: they
+    move where a user's own one is listed before them."""
+    codes = [f"{law.name} {law.code}" for law in CONTROLLERS.values() if law.in_every_kernel]
+    digest = hashlib.sha256(" ".join(codes).encode())
+    _add(digest, (path for folder in KERNEL_FOLDERS for path in (PACKAGE / folder).rglob("*.py")))
     return digest.hexdigest()[:16]
+
+
+def _add(digest: Any, paths: Iterable[Path]) -> None:
+    """Sources of the package to a hash, in the same order on every system."""
+    for name, path in sorted((path.relative_to(PACKAGE).as_posix(), path) for path in paths):
+        digest.update(name.encode() + b"\0" + path.read_bytes())
 
 
 RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "spec", "tables", "library")
@@ -51,12 +62,18 @@ RESULT_FILES = ("metrics.py", "variables.csv", "variables.py")
 
 @functools.cache
 def results_hash() -> str:
-    """Hash of everything but crane and scenario that a result follows from: kernels, motions, tables of the library,
-    and the libraries that make sines and splines."""
-    digest = hashlib.sha256(f"{kernel_hash()} numpy {version('numpy')} scipy {version('scipy')}".encode())
+    """Hash of everything but crane and scenario that a result follows from: `model_hash`, and the libraries that make
+    sines and splines."""
+    digest = hashlib.sha256(f"{model_hash()} numpy {version('numpy')} scipy {version('scipy')}".encode())
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def model_hash() -> str:
+    """Hash of every source that a result follows from: kernels, motions, tables of the library."""
+    digest = hashlib.sha256(kernel_hash().encode())
     inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
-    for path in sorted(inside) + [PACKAGE / name for name in RESULT_FILES]:
-        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    _add(digest, [*inside, *(PACKAGE / name for name in RESULT_FILES)])
     for path in extension_sources():
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
@@ -112,9 +129,8 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
             module.laws = control_laws.control_laws(extra_controllers)  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
             spec.loader.exec_module(module)
-            folder = cache_folder(_folder(plant, kind, extra_controllers), lanes)
             kernels = {each: f for each, f in vars(module).items() if each in ("run", "at_rest")}
-            vars(module).update(_machine_code(kernels, folder))
+            vars(module).update(_machine_code(kernels, _folder(plant, kind, extra_controllers), lanes))
             sys.modules[name] = module
     return sys.modules[name]
 
@@ -122,21 +138,30 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
 def compiled(function: Any, name: str) -> Any:
     """A kernel of its own besides the drivers, compiled on first call and cached on disk under this name; see
     `driver`."""
-    return _machine_code({function.__name__: function}, cache_folder(name, 1))[function.__name__]
+    return _machine_code({function.__name__: function}, name, 1)[function.__name__]
 
 
-def _machine_code(kernels: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Kernels as Zig compiles them, else Numba; compiled on first call, cached in this folder."""
+def _machine_code(kernels: Mapping[str, Any], name: str, lanes: int) -> dict[str, Any]:
+    """Kernels as a wheel holds them, or as Zig compiles them, else Numba; compiled on first call, cached under this
+    name."""
     if interpreted() or not kernels:
         return dict(kernels)
-    by_numba = {name: functools.partial(_by_numba, function, folder) for name, function in kernels.items()}
-    if compiler() is None:
-        return {name: make() for name, make in by_numba.items()}
-    library = Library(kernels, folder, kernel_folder("native"))
-    return {name: Entry(library, name, make) for name, make in by_numba.items()}
+    folder = cache_folder(name, lanes)
+    by_numba = {each: functools.partial(_by_numba, function, folder) for each, function in kernels.items()}
+    if not native():
+        return {each: make() for each, make in by_numba.items()}
+    symbols = {each: re.sub(r"\W", "_", f"{each}_{name}_{lanes}") for each in kernels}
+    entries = {symbol: kernels[each] for each, symbol in symbols.items()}
+    library = Library(entries, folder, kernel_folder("native"), sources=kernel_hash())
+    return {each: Entry(library, symbol, by_numba[each]) for each, symbol in symbols.items()}
 
 
 def _by_numba(function: Any, folder: Path) -> Any:
+    if importlib.util.find_spec("numba") is None:
+        raise SimulationError(
+            "No compiler is installed. A winch or controller of your own, changed sources and processors that the"
+            ' package holds no compiled model for need one: pip install "stillhook[compiler]".'
+        )
     from stillhook.kernels.by_numba import machine_code  # heavy
 
     with LOCK:

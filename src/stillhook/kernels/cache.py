@@ -24,6 +24,8 @@ import platformdirs
 from stillhook.errors import SimulationError
 
 VARIABLE = "STILLHOOK_CACHE"
+SHIPPED = Path(__file__).resolve().parents[1] / "shipped"
+"""What a wheel is made with: compiled kernels and residuals. A checkout has none."""
 PRIVATE = 0o700
 LOG = logging.getLogger("stillhook")
 

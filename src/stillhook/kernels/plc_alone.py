@@ -80,12 +80,12 @@ def plc_alone(
     columns = PlcInputs(*(np.asarray(x, dtype=np.float64) for x in seen))
     commands = np.empty((len(p_hp), len(Commands._fields)))
     used = extra_controllers(mode_of_code(code) for code in np.unique(columns.mode))
-    kernel = _kernel(used)
-    laws = kernel.laws.blank({name: settings[name] for name in used if CONTROLLERS[name].settings})
-    lane = np.array(flatten(kernel.Lane(memory, laws, plc, control)))
+    bound = kernel(used)
+    laws = bound.laws.blank({name: settings[name] for name in used if CONTROLLERS[name].settings})
+    lane = np.array(flatten(bound.Lane(memory, laws, plc, control)))
     rows = np.column_stack([*columns, p_hp])
-    kernel.run(lane, rows.reshape(-1), commands.reshape(-1), len(rows))
-    return Commands(*commands.T), unflatten(kernel.Lane, iter(lane.tolist())).m
+    bound.run(lane, rows.reshape(-1), commands.reshape(-1), len(rows))
+    return Commands(*commands.T), unflatten(bound.Lane, iter(lane.tolist())).m
 
 
 Row: Any = NamedTuple("Row", [(f, float) for f in (*PlcInputs._fields, "p_hp")])  # type: ignore[misc]
@@ -103,7 +103,7 @@ class Kernel(NamedTuple):
 
 
 @functools.cache
-def _kernel(names: tuple[str, ...]) -> Kernel:
+def kernel(names: tuple[str, ...]) -> Kernel:
     """`_cycles` with these controllers in addition to those of every kernel."""
     laws = control_laws(names)
     parts = [("m", Memory), ("laws", laws.Record), ("plc", Plc), ("control", MotorControl)]

@@ -46,7 +46,7 @@ def _rows(
 
 
 @functools.cache
-def _compiled() -> Any:
+def kernel() -> Any:
     return compiled(_rows, "tip")
 
 
@@ -58,7 +58,7 @@ def sampled(motion: Motion, k: int, n: int, t_cycle: float, out: FloatArray, lan
         return False
     h, s, v, a = tip.nodes
     lanes = out.shape[2]
-    _compiled()(s, v, a, len(s), h, h**2, k, n, t_cycle, out.reshape(-1), lane, lanes)
+    kernel()(s, v, a, len(s), h, h**2, k, n, t_cycle, out.reshape(-1), lane, lanes)
     growing = min(n, math.ceil(ramp / t_cycle) + 1 - k)
     if growing > 0:
         out[:growing, :, lane] = np.column_stack(motion.sample(np.arange(k, k + growing) * t_cycle))

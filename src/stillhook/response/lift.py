@@ -369,8 +369,9 @@ def _doubts(file: LiftFile) -> tuple[str, ...]:
 
 def notes_of(response: LiftResponse, file: LiftFile) -> list[str]:
     """Notes on the origin and validity of the numbers."""
-    origin = "identified now from runs of the twin" if response.made else "read from disk"
-    notes = [*_doubts(file), f"winch: {response.residual.about}; {origin}, kept in {residuals_folder()}"]
+    now = f"identified now from runs of the twin, kept in {residuals_folder()}"
+    origin = now if response.made else "identified before from runs of the twin"
+    notes = [*_doubts(file), f"winch: {response.residual.about}; {origin}"]
     clear, load = file.lift.depth + response.z, file.lift.payload
     if response.z < 0.0 and clear < load.height:
         notes.append(f"{show(clear, 'length')} above the seabed: added mass and drag grow there, which is left out")

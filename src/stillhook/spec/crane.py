@@ -286,13 +286,22 @@ class Crane(Spec):
         return self
 
 
-def content(crane: Crane) -> dict[str, str]:
+def rounded(data: Any, digits: int) -> Any:
+    """Plain data with so many digits of every float."""
+    if isinstance(data, dict):
+        return {name: rounded(value, digits) for name, value in data.items()}
+    if isinstance(data, list):
+        return [rounded(value, digits) for value in data]
+    return float(f"{data:.{digits}g}") if isinstance(data, float) else data
+
+
+def content(crane: Crane, *, digits: int = 17) -> dict[str, str]:
     """Hash of every part of a crane that results follow from, by its field; names, titles, sources and the certificate
-    are none."""
+    are none. digits: how many of a number count; 17 are all."""
     named: Any = {"motor": {"type"}}
     bare: Any = dict.fromkeys(("name", "title", "sources", "certified"), True)
     bare |= {"active": named, "passive": named, "friction": {"library"}}
-    data = crane.model_dump(mode="json", exclude=bare, exclude_none=True)
+    data = rounded(crane.model_dump(mode="json", exclude=bare, exclude_none=True), digits)
     return {
         name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in data.items()
     }

@@ -1,9 +1,10 @@
-"""Kernels as native libraries: their C99 (`stillhook.kernels.c99`), compiled by Zig where the extra `native` is
-installed, in a quarter of the time that Numba takes and with the same bits.
+"""Kernels as native libraries: their C99 (`stillhook.kernels.c99`), compiled by Zig when a wheel is made, or on this
+machine where the extra `native` is installed: in a quarter of the time that Numba takes and with the same bits.
 
 A library is kept under the hash of its C source, so that an edit of one kernel leaves the others as they are; one
 process compiles it and the others wait. Where Zig is missing or fails, or a winch or controller of the user is outside
-the subset of Python that is translated, Numba compiles the kernel. `STILLHOOK_KERNELS=numba` leaves Zig out.
+the subset of Python that is translated, Numba compiles the kernel. `STILLHOOK_KERNELS=numba` leaves native libraries
+out.
 """
 
 from __future__ import annotations
@@ -11,16 +12,14 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import importlib
 import importlib.util
 import logging
 import os
-import platform
 import subprocess
 import sys
 import sysconfig
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -30,6 +29,7 @@ import numpy as np
 from stillhook.base.atomic import atomic_file
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.c99.expressions import SubsetError
+from stillhook.kernels.c99.shipped import V2, V3, code_hash, level, shipped_library
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import Array
 
@@ -42,36 +42,42 @@ LOG = logging.getLogger("stillhook")
 CTYPES = {Array: ctypes.c_void_p, int: ctypes.c_int64, float: ctypes.c_double}
 
 
-@functools.cache
-def compiler() -> tuple[str, ...] | None:
-    """Command of the C compiler; None where Numba compiles the kernels. Errors: SimulationError for another word than
-    these two in STILLHOOK_KERNELS."""
+class NoCompilerError(StillhookError):
+    """Zig is not installed."""
+
+
+def native() -> bool:
+    """Whether native libraries are used. Errors: SimulationError for another word than these two in
+    STILLHOOK_KERNELS."""
     chosen = os.environ.get(VARIABLE, NATIVE)
     if chosen not in (NATIVE, NUMBA):
         raise SimulationError(f'{VARIABLE} = "{chosen}": choose {NATIVE} or {NUMBA}.')
+    return chosen == NATIVE
+
+
+def compiler() -> tuple[str, ...] | None:
+    """Command of the C compiler; None where it is not installed or left out."""
     installed = all(importlib.util.find_spec(name) for name in ("ziglang", "filelock"))
-    return (sys.executable, "-m", "ziglang", "cc") if chosen == NATIVE and installed else None
+    return (sys.executable, "-m", "ziglang", "cc") if native() and installed else None
 
 
-@functools.cache
 def target() -> str:
-    """Processor that code is made for: x86-64 with AVX2 where this one has it, else what it is."""
-    if platform.machine().lower() not in ("amd64", "x86_64"):
-        return "-mcpu=native"
-    core = "numpy._core" if importlib.util.find_spec("numpy._core") else "numpy.core"
-    features = importlib.import_module(f"{core}._multiarray_umath").__cpu_features__
-    return "-mcpu=x86_64_v3" if features["AVX2"] and features["FMA3"] else "-mcpu=x86_64_v2"
+    """Option for the processor that code is made for."""
+    return f"-mcpu={level() if level() in (V2, V3) else 'native'}"
 
 
 class Library:
-    """A shared library of some kernels, translated and compiled when the first of them is called.
+    """A shared library of some kernels: that of the wheel, else translated and compiled when the first of them is
+    called.
 
     entries: kernels by the name of their symbol; folder: of the cache, for this state of the sources; kept: folder of
-    libraries under the hash of their source.
+    libraries under the hash of their source; sources: hash of what the kernels are translated from.
     """
 
-    def __init__(self, entries: Mapping[str, Callable[..., Any]], folder: Path, kept: Path) -> None:
-        self.entries, self.folder, self.kept = entries, folder, kept
+    def __init__(
+        self, entries: Mapping[str, Callable[..., Any]], folder: Path, kept: Path, *, sources: str = ""
+    ) -> None:
+        self.entries, self.folder, self.kept, self.sources = entries, folder, kept, sources
         self.lock = threading.Lock()
         self.loaded: ctypes.CDLL | None = None
         self.failed = False
@@ -81,8 +87,8 @@ class Library:
         with self.lock:
             if self.loaded is None and not self.failed:
                 try:
-                    self.loaded = ctypes.CDLL(str(self.file()))
-                except SubsetError:
+                    self.loaded = self._load()
+                except (SubsetError, NoCompilerError):
                     self.failed = True
                 except (OSError, StillhookError, subprocess.SubprocessError) as problem:
                     self.failed = True
@@ -93,19 +99,46 @@ class Library:
         function.argtypes, function.restype = [CTYPES[t] for t in entry_types(self.entries[name])], None
         return function
 
+    def _load(self) -> ctypes.CDLL:
+        """The first of its files that this system can load."""
+        problem = OSError("no library")
+        for file in self.files():
+            try:
+                return ctypes.CDLL(str(file))
+            except OSError as error:
+                problem = error
+        raise problem
+
     def is_compiled(self) -> bool:
+        """Whether it is there, without a compilation."""
+        if shipped_library(self.entries, sources=self.sources) is not None:
+            return True
         return (known := self._known()) is not None and known.exists()
 
-    def file(self) -> Path:
-        """The library's file, compiled where there is none yet. Errors: SubsetError, OSError, SubprocessError."""
-        known = self._known()
-        if known is not None and known.exists():
-            return known
+    def files(self) -> Iterator[Path]:
+        """Where the library is, in the order of preference; compiled where there is none yet. Errors: SubsetError,
+        NoCompilerError, OSError, SubprocessError."""
+        if (shipped := shipped_library(self.entries, sources=self.sources)) is not None:
+            yield shipped
+        if (known := self._known()) is not None and known.exists():
+            yield known
+        source = self.source()
+        if shipped is None and (same := shipped_library(self.entries, code=code_hash(source))) is not None:
+            yield same
+        yield self._made(source)
+
+    def source(self) -> str:
+        """Its C99. Errors: SubsetError."""
         translator = Translator()
         for name, function in self.entries.items():
             if translator.function(function, entry_types(function), export=name).result is not None:
                 raise SubsetError(f"{name}: a kernel gives its results in arrays.")
-        source = translator.source()
+        return translator.source()
+
+    def _made(self, source: str) -> Path:
+        """The library as Zig compiles it, kept."""
+        if compiler() is None:
+            raise NoCompilerError("Zig is not installed.")
         parts = (source, *FLAGS, target(), version("ziglang"), sysconfig.get_platform())
         file = self.kept / f"{hashlib.sha256(chr(0).join(parts).encode()).hexdigest()[:24]}{SUFFIX}"
         self._compile(source, file)

@@ -137,6 +137,7 @@ class Translator:
         scalar, fn = scalar_of(fn), plain(fn)
         key = (fn, types, export)
         if key not in self.functions:
+            self.taken.add(export)
             code = fn.__code__
             d = definitions(code.co_filename).get(code.co_firstlineno)
             if d is None:

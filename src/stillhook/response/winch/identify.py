@@ -23,8 +23,8 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import Result
 from stillhook.errors import LiftError, ScenarioError, StillhookError
-from stillhook.kernels.build import results_hash
-from stillhook.kernels.cache import cache_root
+from stillhook.kernels.build import model_hash
+from stillhook.kernels.cache import SHIPPED, cache_root
 from stillhook.response.winch.duty import (
     FINE,
     QUICK,
@@ -39,7 +39,7 @@ from stillhook.response.winch.duty import (
 )
 from stillhook.response.winch.linear_form import HARMONICS, Remnant, Residual, WinchCompliance, neighbours
 from stillhook.sea.motion.motion import Sine
-from stillhook.spec.crane import Crane, content
+from stillhook.spec.crane import Crane, content, rounded
 from stillhook.spec.scenario import Mode, Sensors, mode_of
 from stillhook.units import show
 
@@ -186,8 +186,12 @@ SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; complete waves over which the answer is taken."""
 SINE_SPACING = 0.05
 """Spacing of the series that the answer is taken from [s], or the next shorter one that the PLC cycle allows."""
-FOLDER = Path(__file__).resolve().parents[0]
-"""Folder of the files that a table depends on, in addition to crane, duty and `results_hash`."""
+FOLDER = Path(__file__).resolve().parent
+"""Folder of the files that a table depends on, in addition to crane, duty and `model_hash`."""
+DIGITS = 9
+"""Digits of a number that count in the key of a table: machines round the last ones differently."""
+KEPT = "residuals"
+"""Folder of tables, in the cache and in what a wheel is made with."""
 
 TABLES = ("omega", "v", "C", "harmonics", "saturated")
 OF_CIRCUIT = ("relieved", "p_a")
@@ -216,8 +220,9 @@ def identify_residual(
     on.
 
     excitation: motions of the tip; motions: `excitation.motions()` where they exist already. cache: look for the same
-    table identified before, and keep this one; it is reused only for the same crane (names and sources aside), duty,
-    mode, motions and code. Identification takes 1 to 3 s once the kernels are compiled.
+    table identified before, here or when the wheel was made, and keep this one; it is reused only for the same crane
+    (names and sources aside), duty, mode, motions and code. Identification takes 1 to 3 s once the kernels are
+    compiled.
     Valid for the steady answer to sines: transients at a change of mode are not in it. Where a sine makes the twin
     diverge, it and all faster ones of that period are taken from the last valid one, with the wire's end moving by all
     that the tip moves more.
@@ -230,8 +235,9 @@ def identify_residual(
             'residual: mode "manual" does not compensate. Use Residual.constant(1.0), or a mode that compensates.'
         )
     duty.check(crane)
-    file = cache_root() / "residuals" / f"{_key(crane, duty, mode, excitation)}.npz"
-    if cache and (stored := _read(file)) is not None:
+    name = f"{_key(crane, duty, mode, excitation)}.npz"
+    file = cache_root() / KEPT / name
+    if cache and (stored := _read(SHIPPED / KEPT / name) or _read(file)) is not None:
         return stored
     pairs = [(T, v) for T in excitation.periods for v in excitation.speeds]
     cases = [
@@ -347,15 +353,13 @@ def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
 
 def _key(crane: Crane, duty: Duty, mode: Mode, excitation: ExcitationGrid) -> str:
     """Key of everything that a table depends on."""
-    source = b"".join(path.read_bytes() for path in sorted(FOLDER.rglob("*.py")))
+    source = b"".join(path.read_bytes() for path in sorted(FOLDER.rglob("*.py"), key=lambda path: path.name))
     dependencies = {
-        "code": results_hash(),
+        "code": model_hash(),
         "response": hashlib.sha256(source).hexdigest(),
-        "crane": content(crane),
+        "crane": content(crane, digits=DIGITS),
         "mode": mode.value,
-        "F": duty.F,
-        "s_w": duty.s_w,
-        "sensors": duty.sensors.model_dump(mode="json"),
+        "duty": rounded([duty.F, duty.s_w, duty.sensors.model_dump(mode="json")], DIGITS),
         "excitation": excitation.to_dict(),
     }
     return hashlib.sha256(json.dumps(dependencies, sort_keys=True).encode()).hexdigest()[:32]
