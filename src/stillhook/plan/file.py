@@ -18,12 +18,14 @@ from typing import Any
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from stillhook import units as u
+from stillhook._version import __version__
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
 from stillhook.errors import PlanError, ScenarioError, WeatherError
 from stillhook.formats.lift_file import PlaceTables, depth_notes, payload_of, still_place
 from stillhook.formats.weather.file import SENSES
 from stillhook.formats.weather.times import ORDERS
+from stillhook.kernels.build import results_hash
 from stillhook.library import load_crane
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -47,6 +49,7 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
+from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.table import Part, Spec, Text, with_place
 from stillhook.units import number, quote
@@ -97,6 +100,9 @@ class PlanFile(PlaceTables):
     operation: OperationTable = Field(default_factory=OperationTable)
     weather: WeatherTable | None = None
     load_chart: LoadChartTable | None = None
+    synthetic_certificate: Part[Envelope] | None = Field(
+        default=None, description="conditions for which the twin is credited as if it had been validated"
+    )
     phase: tuple[Mapping[str, Any], ...] = Field(
         min_length=1, description="at least one [[phase]] table with name, kind, start, end"
     )
@@ -179,7 +185,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, notes = _operation(file.operation, table.at("operation"), phases)
     weather = None if file.weather is None else _weather(file.weather, table.path.parent)
-    crane = load_crane(table.relative_toml(file.crane))
+    crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
     at, vessel = _place(file, table)
     plan = LiftPlan(
         name=_label(file.name or table.path.stem, table),
@@ -203,6 +209,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         alternatives=file.alternatives or usual_alternatives(crane),
         weather=weather,
         load_chart=_chart(file, table, crane),
+        credits_synthetic=file.synthetic_certificate is not None,
         source=table.path.name,
     )
     notes = (
@@ -236,6 +243,28 @@ def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, Rao]:
             'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
         )
     return TipPoint(place.at.x, place.at.y, place.h_tip), place.vessel
+
+
+def _certified(crane: Crane, envelope: Envelope | None, table: TomlTable) -> Crane:
+    """The crane with a certificate that nobody issued, for the conditions that a plan assumes to be validated."""
+    if envelope is None:
+        return crane
+    if crane.certified is not None:
+        raise table.wrong("the crane has a certificate of its own. Remove this table.", "synthetic_certificate")
+    record = Certified.of(
+        digest=hashlib.sha256(envelope.model_dump_json().encode()).hexdigest(),
+        date="no day",
+        criteria="nobody",
+        passed=True,
+        synthetic=True,
+        level=3,
+        variant=1,
+        version=__version__,
+        code=results_hash(),
+        content=content(crane),
+        envelope=envelope,
+    )
+    return crane.model_copy(update={"certified": record})
 
 
 def _chart(file: PlanFile, table: TomlTable, crane: Crane) -> CraneChart | None:

@@ -343,7 +343,7 @@ def _against(plan: LiftPlan, alternative: Alternative) -> tuple[str, ...]:
     reasons = objections(crane)
     if reasons:
         return tuple(f"certificate does not hold: {reason}" for reason in reasons)
-    if crane.certified.synthetic:
+    if crane.certified.synthetic and not plan.credits_synthetic:
         return (f"certificate {crane.certified.short} is SYNTHETIC: no crane was validated",)
     if controlled(crane, alternative, plan.sensors)[0] != crane:
         return (f"{alternative} runs with other settings of the controller than those that were validated",)

@@ -86,7 +86,7 @@ def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
             "headings": list(env.headings),
             **({} if env.swell is None else {"swell": env.swell.facts()}),
         },
-        "crane": _crane(plan.crane),
+        "crane": _crane(plan.crane, plan.credits_synthetic),
         "vessel": {"name": plan.vessel.name, "title": plan.vessel.source, "notes": list(plan.vessel.notes)},
         "payload": _payload(plan),
         "place": {"h_tip": plan.h_tip, "depth": plan.depth, "rho": plan.rho, "text": _place(plan)},
@@ -117,7 +117,7 @@ def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
     }
 
 
-def _crane(crane: Crane) -> dict[str, Any]:
+def _crane(crane: Crane, assumed: bool) -> dict[str, Any]:
     c, held = crane.certified, envelope_line(crane)
     certificate: dict[str, Any] | None = None
     if c is not None:
@@ -125,6 +125,7 @@ def _crane(crane: Crane) -> dict[str, Any]:
             "number": c.short,
             "statement": held or twin_line(crane),
             "synthetic": c.synthetic,
+            "assumed": assumed,
             "unsigned": UNSIGNED,
         }
     return {
@@ -284,12 +285,14 @@ def credit_note(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
         return "no phase is compensated: there is no compensation to credit"
     share = float(np.nanmean(of.certified.share[i]))
     if share == 1.0:
-        return "the certificate covers every sea of the compensated phases: credited as simulated"
+        label = "SYNTHETIC certificate" if plan.credits_synthetic else "certificate"
+        return f"the {label} covers every sea of the compensated phases: credited as simulated"
     where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the analysed seas and phases"
     reason = "; ".join(of.certified.reasons[alternative])
     if not where and f"{CAP:.0%}" in reason:
         return reason
-    return f"credited with no more than {CAP:.0%} of compensation{where}: {reason}"
+    rest = ", elsewhere as simulated, by a SYNTHETIC certificate" if where and plan.credits_synthetic else ""
+    return f"credited with no more than {CAP:.0%} of compensation{where}{rest}: {reason}"
 
 
 def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any]:

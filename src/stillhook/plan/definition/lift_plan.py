@@ -218,7 +218,8 @@ class LiftPlan:
 
     at: crane tip from the vessel's reference point, h_tip its height above still water [m]; depth of the water [m];
     T_POP planned time of the operation [s] (T_POP_given: not the sum of the phases), T_C
-    contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; load_chart in place of
+    contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; credits_synthetic: whether
+    the crane's certificate is one that the plan assumes, to show what a validation is worth; load_chart in place of
     the crane's one SWL; digest of every input.
     """
 
@@ -243,6 +244,7 @@ class LiftPlan:
     alternatives: tuple[Alternative, ...] = ALTERNATIVES
     weather: WeatherUse | None = None
     load_chart: CraneChart | None = None
+    credits_synthetic: bool = False
     source: str = ""
     digest: str = ""
     notes: tuple[str, ...] = ()

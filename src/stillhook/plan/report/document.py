@@ -85,7 +85,7 @@ def marks(result: PlanResult) -> list[str]:
         lines.append(TEXTS["synthetic"])
     certificate = result.facts["crane"]["certificate"]
     if certificate and certificate.get("synthetic"):
-        lines.append(TEXTS["synthetic_certificate"])
+        lines.append(TEXTS["assumed_certificate" if certificate.get("assumed") else "synthetic_certificate"])
     if not certificate and any(a.twin for a in result.alternatives):
         lines.append(TEXTS["unvalidated"].rstrip("."))
     return lines + [line.rstrip(".") for line in result.facts["remarks"] if line.startswith(MISSING)]
@@ -147,7 +147,7 @@ def brief(result: PlanResult) -> Document:
     notes = grouped((each["credit_note"], each["name"]) for each in facts["alternatives"])
     parts += [Text(f"{', '.join(labels)}: {note}") for note, labels in notes.items()]
     if certificate := facts["crane"]["certificate"]:
-        parts.append(Text(certificate["unsigned"]))
+        parts.append(Text(TEXTS["assumed_certificate"] if certificate.get("assumed") else certificate["unsigned"]))
     if "weather" in result:
         parts.append(_weather(result))
     rules = facts["rules"]

@@ -12,6 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.plan.report.figures.detail import OVER
 from stillhook.plan.report.words import (
     CREDITED,
+    TEXTS,
     TWIN,
     beside,
     between,
@@ -60,7 +61,8 @@ def verdict(result: PlanResult) -> Verdict:
     credited = limits(result, CREDITED, name)
     workable = bool((np.nan_to_num(credited) > 0.0).any())
     word = f"OP_LIM Hs {between(credited, highest(result))}" if workable else "NO WORKABLE SEA STATE"
-    unsigned = [UNSIGNED] if result.facts["crane"]["certificate"] else []
+    certificate = result.facts["crane"]["certificate"] or {}
+    unsigned = [TEXTS["assumed_certificate"]] if certificate.get("assumed") else [UNSIGNED] if certificate else []
     waiting = [_waiting(result, name)] if "weather" in result else []
     sentences = [_credited(result, name), _twin(result, name), *unsigned, _operation(result, name), *waiting]
     return Verdict(word, workable, sentences)
@@ -108,7 +110,8 @@ def _twin(result: PlanResult, name: str) -> str:
     if not differs(result, name):
         return f"Simulated limits: the same ({_nothing_taken(result, name)})."
     certified = result.facts["crane"]["certificate"]
-    reason = "the crane's certificate does not cover it" if certified else "the crane has no certificate of validation"
+    label = "SYNTHETIC certificate" if (certified or {}).get("assumed") else "certificate"
+    reason = f"the crane's {label} does not cover it" if certified else "the crane has no certificate of validation"
     return (
         f"Simulated limit (not creditable): Hs {between(limits(result, TWIN, name), highest(result))}."
         f" {_mostly(result, name, TWIN)} The difference is not credited: {reason}."
