@@ -71,7 +71,7 @@ _LINES = (
     *("J = N m", "kJ = 1e3 J", "MJ = 1e6 J", "W = J/s", "kW = 1e3 W", "MW = 1e6 W", "kWh = 3.6e6 J"),
     "degC = K",
 )
-_DEFINITIONS = {name: text for name, text in (line.split(" = ") for line in _LINES)}
+_DEFINITIONS = {line.partition(" = ")[0]: line.partition(" = ")[2] for line in _LINES}
 _ZERO = {"degC": 273.15}
 """Zero of a scale, in its SI unit."""
 _WORD = re.compile(r"[A-Za-z]+|[0-9.]+(?:e-?[0-9]+)?|\^[0-9]+|[/()]")

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Meter, Progress
@@ -144,7 +144,7 @@ def _spikes(x: FloatArray, every: float, name: str) -> BoolArray:
         return np.zeros(len(x), np.bool_)
     finite = np.isfinite(x)
     line = filled(x)
-    distance = np.abs(line - median_filter(line, 5, mode="nearest"))
+    distance = np.abs(line - scipy.ndimage.median_filter(line, 5, mode="nearest"))
     bent = FASTEST * (2.0 * every) ** 2 if PHYSICAL[name].kind == "length" else FASTEST * 2.0 * every
     return np.asarray(finite & (distance > max(SPIKES[name] + bent, BEYOND * float(np.median(distance)))), np.bool_)
 
