@@ -20,7 +20,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
-from pydantic import BaseModel, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from stillhook.units import Quantity, number, parse, show
@@ -68,6 +68,8 @@ class Range(NamedTuple):
 
 class Ranged(BaseModel):
     """A model whose numbers are refused, as they are read, outside of what is possible."""
+
+    model_config = ConfigDict(defer_build=True)  # a command uses a third of the models that it imports
 
     @field_validator("*")
     @classmethod
