@@ -205,9 +205,15 @@ class Station:
         pressure, reserve or power hold the displacement up, they are reported as what binds, though the pumps are full
         as well.
         """
-        best = self._without_power()
-        return self._least_power(best)._replace(binds=Limit.POWER) if best.binds is Limit.POWER else best
+        best = self._without_power
+        return self._least_power(best)._replace(binds=Limit.POWER) if self.power_binds else best
 
+    @property
+    def power_binds(self) -> bool:
+        """Whether power stops the machine, so that the displacement that takes least is searched for."""
+        return self._without_power.binds is Limit.POWER
+
+    @cached_property
     def _without_power(self) -> Top:
         """The best displacement where power is no limit; power binds if it allows less speed there."""
         alpha_min = self.crane.active.motor.alpha_min
