@@ -84,7 +84,7 @@ def envelope(
 
 
 SEARCHED = 100.0
-"""Time of a machine that power stops, for which the displacement that takes least is searched, over that of other cells."""
+"""Time of a machine that power stops, whose best displacement is searched for, over that of other cells."""
 
 
 def envelope_at(
