@@ -211,7 +211,7 @@ def _slowest(plan: LiftPlan, phase: Phase, name: str) -> CapacityValue:
 
 def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
     """`_top_speed`, kept on disk: it takes a tenth of a second."""
-    return CapacityValue(*kept(plan.crane, ("v_top", F, s_w, name), lambda: _top_speed(plan, F, s_w, name)))
+    return CapacityValue(*kept(plan.crane, ("v_top", F, s_w, name), lambda: _top_speed(plan, F, s_w, name)[:2]))
 
 
 def _controlled(plan: LiftPlan, name: str) -> tuple[Mode, Crane]:
