@@ -46,7 +46,7 @@ UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i
 """Tiers that are run up to the highest one requested."""
 
 
-EXPECTED = {"preparation": 5.0, "frequency": 40.0, "time": 450.0, "weather": 5.0, "reference cell": 6.0}
+EXPECTED = {"preparation": 1.5, "frequency": 18.5, "time": 180.0, "weather": 2.5, "reference cell": 2.2}
 """Parts of a plan and what each took of the embedded plan with nothing kept from before [s]: for progress, in ratio to
 each other."""
 PARTS = {
