@@ -13,13 +13,17 @@ coarser step.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray
 
 from stillhook.errors import StillhookError
 from stillhook.sea.motion.recorded import trailing_spans
 from stillhook.units import parse
 from stillhook.variables import WINDOW
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["counted", "e_c_pp", "eta_c", "s_tip_pp", "settling_time", "time_step"]
 

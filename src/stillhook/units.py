@@ -5,10 +5,7 @@ A quantity enters Stillhook as text, ``"215 cm^3/rev"``, and is a float in SI fr
 1. The number is strict: optional sign, digits, point, exponent. No comma, no expression, no nan.
 2. The unit is one of the few listed for its kind in ``KINDS``. Nothing is guessed: ``cm^3`` never passes for
    ``cm^3/rev``.
-3. Factors come from a pint registry built from empty, in which angle is a dimension and ``rev = 2*pi rad``. None of
-   pint's stock units exist there (in the stock registry ``12 ton`` is US short tons and ``1 Nm`` is 1000 m/kg).
-
-The registry is built on first use, so that importing this module stays cheap.
+3. Factors come from a table of definitions, in which angle is a dimension and ``rev = 2*pi rad``.
 """
 
 from __future__ import annotations
@@ -17,7 +14,7 @@ import functools
 import math
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -63,36 +60,68 @@ def _kinds() -> dict[str, Kind]:
 
 KINDS: Mapping[str, Kind] = MappingProxyType(_kinds())
 
-_DEFINITIONS = (
-    *("m = [length]", "kg = [mass]", "s = [time]", "K = [temperature]; offset: 0", "rad = [angle]"),
+BASE = ("m", "kg", "s", "K", "rad")
+"""Units of the dimensions. Angle is one of them."""
+_LINES = (
     *("mm = 1e-3 m", "cm = 1e-2 m", "km = 1e3 m", "L = 1e-3 m^3", "cc = 1e-6 m^3", "t = 1e3 kg", "te = 1e3 kg"),
     *("ms = 1e-3 s", "min = 60 s", "h = 3600 s", "d = 86400 s", "kn = 1852 m/h"),
     *(f"rev = {2 * math.pi!r} rad", f"deg = {math.pi / 180!r} rad", "Hz = rev/s", "rpm = rev/min"),
     *("N = kg m/s^2", "kN = 1e3 N", "MN = 1e6 N"),
     *("Pa = N/m^2", "kPa = 1e3 Pa", "MPa = 1e6 Pa", "GPa = 1e9 Pa", "bar = 1e5 Pa"),
     *("J = N m", "kJ = 1e3 J", "MJ = 1e6 J", "W = J/s", "kW = 1e3 W", "MW = 1e6 W", "kWh = 3.6e6 J"),
-    "degC = K; offset: 273.15",
+    "degC = K",
 )
+_DEFINITIONS = {line.partition(" = ")[0]: line.partition(" = ")[2] for line in _LINES}
+_ZERO = {"degC": 273.15}
+"""Zero of a scale, in its SI unit."""
+_WORD = re.compile(r"[A-Za-z]+|[0-9.]+(?:e-?[0-9]+)?|\^[0-9]+|[/()]")
 
 
-@functools.cache
-def _registry() -> Any:
-    import pint  # here, not above: building the registry costs more than the rest of the package's import
+def _product(words: list[str]) -> tuple[float, dict[str, int]]:
+    """Number, and exponents of the units, of a product such as ``m^3/s/Pa/(rad/s)``: words are taken from the front up
+    to a closing bracket. A stroke divides by the one factor that follows it."""
+    value, exponents, sign = 1.0, dict[str, int](), 1
+    while words and (word := words.pop(0)) != ")":
+        if word == "/":
+            sign = -1
+            continue
+        if word == "(":
+            number, factors = _product(words)
+        else:
+            number, factors = (1.0, {word: 1}) if word[0].isalpha() else (float(word), {})
+        power = sign * (int(words.pop(0)[1:]) if words and words[0][0] == "^" else 1)
+        value *= number**power
+        for unit, exponent in factors.items():
+            exponents[unit] = exponents.get(unit, 0) + power * exponent
+        sign = 1
+    return value, {unit: exponent for unit, exponent in exponents.items() if exponent}
 
-    registry: Any = pint.UnitRegistry(None, autoconvert_offset_to_baseunit=False)
-    for line in _DEFINITIONS:
-        registry.define(line)
-    return registry
+
+def _factors(exponents: Mapping[str, int]) -> Iterator[tuple[float, int, str]]:
+    """Factors of a product of units, down to the base units: number, exponent, base unit. Errors: UnitError for a unit
+    without a definition."""
+    for unit, power in exponents.items():
+        if unit in BASE:
+            yield 1.0, power, unit
+        elif unit in _DEFINITIONS:
+            number, units = _product(_WORD.findall(_DEFINITIONS[unit]))
+            yield number, power, ""
+            yield from _factors({name: power * exponent for name, exponent in units.items()})
+        else:
+            raise UnitError(f'Unknown unit "{unit}": it is not one of {", ".join((*BASE, *_DEFINITIONS))}.')
 
 
 @functools.cache
 def _scale(unit: str, si: str) -> tuple[float, float]:
-    """Factor and offset with value_si = factor*value + offset. The offset is 0 for all but temperatures."""
-    registry = _registry()
-    offset = float(registry.Quantity(0.0, unit).m_as(si))
-    if offset:
-        return 1.0, offset
-    return float(registry.Quantity(1.0, unit).m_as(si)), 0.0
+    """Factor and offset with value_si = factor*value + offset. The offset is 0 for all but temperatures. Errors:
+    UnitError where the two do not measure the same."""
+    factor, dimension = 1.0, dict.fromkeys(("", *BASE), 0)
+    for number, power, base in _factors(_product(_WORD.findall(f"({unit})/({si})"))[1]):
+        factor *= number**power
+        dimension[base] += power if base else 0
+    if any(dimension.values()):
+        raise UnitError(f'"{unit}" does not measure what "{si}" does.')
+    return factor, _ZERO.get(unit, 0.0)
 
 
 def _kind_entry(name: str) -> Kind:

@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from stillhook.cli import app, run
-from stillhook.cli.parser import Command
+from stillhook.cli.groups import Command
 
 PROGRAM = typer.main.get_command(app)
 

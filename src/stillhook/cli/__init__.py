@@ -13,29 +13,77 @@ import functools
 import io
 import os
 import sys
-from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
 import typer.main
 
 from stillhook._version import __version__
-from stillhook.base.extensions import place_in_extension
-from stillhook.cli import crane, demo, identify, plan, simulation, validate
-from stillhook.cli.analysis import envelope, maps, stability, tune, uncertainty
-from stillhook.cli.identify import friction_sets as friction
-from stillhook.cli.parser import adopt
-from stillhook.cli.sea import payload, response, tip, vessel
-from stillhook.cli.sea import waves as sea
-from stillhook.cli.weather import commands as weather
+from stillhook.cli.groups import Entry, Program
 from stillhook.errors import StillhookError
-from stillhook.units import quote
 
 REFUSED, INTERNAL, INTERRUPTED, UNREAD = 2, 3, 130, 141
 DEBUG = "STILLHOOK_DEBUG"
 """Environment variable that shows the traceback of an internal error."""
 
+COMMANDS = {
+    "cranes": Entry("crane", "list_cranes"),
+    "crane": Entry("crane", "show_crane"),
+    "run": Entry("simulation", "run"),
+    "compare": Entry("simulation", "compare"),
+    "envelope": Entry("analysis.envelope", "envelope"),
+    "sea": Entry("sea.waves", "sea"),
+    "stability": Entry("analysis.stability", "stability"),
+    "map": Entry("analysis.maps", "show_map"),
+    "tune": Entry("analysis.tune", "tune"),
+    "uncertainty": Entry("analysis.uncertainty", "uncertainty"),
+    "validate": Entry("validate", "validate"),
+    "tip": Entry("sea.tip", "tip"),
+    "lower": Entry("simulation", "lower"),
+    "response": Entry("sea.response", "response"),
+    "plan": Entry("plan", "plan"),
+    "demo": Entry("demo", "demo"),
+    "report": Entry("plan", "report"),
+    "calc": Entry(
+        "crane",
+        "app",
+        "Single numbers: motor loss, friction, drum, inertia, speed, eigenfrequency, steady operation, gain limit.",
+    ),
+    "certificate": Entry("validate", "app", "Certificates of validated twins: read one, check whether it still holds."),
+    "identify": Entry(
+        "identify",
+        "app",
+        "Friction from tests: motor loss models from supplier maps, system friction from"
+        " crane logs, synthetic examples of both.",
+    ),
+    "friction": Entry(
+        "identify.friction_sets",
+        "app",
+        "Friction sets: what the library has, sets side by side, their uncertainty in a lift.",
+    ),
+    "vessel": Entry("sea.vessel", "app", "Vessels: list, show and check motion transfer functions (RAO)."),
+    "payload": Entry(
+        "sea.payload",
+        "app",
+        "Payloads: list them, and show their weight, added mass, drag and slamming in water.",
+    ),
+    "weather": Entry(
+        "weather.commands",
+        "app",
+        "Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.",
+    ),
+}
+"""Commands and groups of commands, in the order of the help."""
+
+
+class Stillhook(Program):
+    """The program."""
+
+    entries = COMMANDS
+
+
 app = typer.Typer(
+    cls=Stillhook,
     name="stillhook",
     help="Digital twin of hydraulic active-heave-compensated crane winches: keeps the hook still, and quantifies it.",
     no_args_is_help=True,
@@ -59,41 +107,9 @@ def _root(
     """Options that belong to no command."""
 
 
-COMMANDS: dict[str, Callable[..., None]] = {
-    "cranes": crane.list_cranes,
-    "crane": crane.show_crane,
-    "run": simulation.run,
-    "compare": simulation.compare,
-    "envelope": envelope.envelope,
-    "sea": sea.sea,
-    "stability": stability.stability,
-    "map": maps.show_map,
-    "tune": tune.tune,
-    "uncertainty": uncertainty.uncertainty,
-    "validate": validate.validate,
-    "tip": tip.tip,
-    "lower": simulation.lower,
-    "response": response.response,
-    "plan": plan.plan,
-    "demo": demo.demo,
-    "report": plan.report,
-}
-"""Commands in the order of the help."""
-for _name, _function in COMMANDS.items():
-    app.command(_name)(_function)
-app.add_typer(crane.app, name="calc")
-app.add_typer(validate.app, name="certificate")
-app.add_typer(identify.app, name="identify")
-app.add_typer(friction.app, name="friction")
-app.add_typer(vessel.app, name="vessel")
-app.add_typer(payload.app, name="payload")
-app.add_typer(weather.app, name="weather")
-adopt(app)
-
-
 @functools.cache
 def _command() -> Any:
-    """All commands, built once in a process."""
+    """The program, built once in a process."""
     return typer.main.get_command(app)
 
 
@@ -155,11 +171,15 @@ def _failed(problem: Exception) -> int:
 
     if os.environ.get(DEBUG):
         traceback.print_exception(problem)
+    from stillhook.base.extensions import place_in_extension
+
     if blamed := place_in_extension(problem):
         reason = next((line for line in str(problem).splitlines() if line and not line.startswith("Failed in ")), "")
         return _refuse(f"{blamed}: {type(problem).__name__}: {reason.rstrip('.')}. {DEBUG}=1 shows the traceback.")
     last = traceback.extract_tb(problem.__traceback__)[-1]
     place = f"{os.path.basename(last.filename)}, line {last.lineno}"
+    from stillhook.units import quote
+
     message = f" {quote(str(problem))}" if str(problem) else ""
     return _refuse(
         f"Internal error of Stillhook {__version__}: {type(problem).__name__}{message} in {place}. "

@@ -68,10 +68,7 @@ def print_sheet(rows: list[tuple[str, str, str, str, str]]) -> None:
     (console if console.is_terminal else Console(width=200)).print(table)
 
 
-app = typer.Typer(
-    help="Single numbers: motor loss, friction, drum, inertia, speed, eigenfrequency, steady operation, gain limit.",
-    no_args_is_help=True,
-)
+app = typer.Typer(no_args_is_help=True)
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 AlphaM = Annotated[float, typer.Option("--alpha-m", help="Motor displacement over its maximum, above 0 up to 1.")]
 VALID_SPEED = (400.0 * math.tau / 60.0, 2500.0 * math.tau / 60.0)

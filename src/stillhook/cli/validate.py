@@ -111,7 +111,7 @@ def _print_missing(validation: Validation, out: Path | None, criteria: str | Non
         )
 
 
-app = typer.Typer(help="Certificates of validated twins: read one, check whether it still holds.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 File = Annotated[Path, typer.Argument(metavar="FILE", help="certificate.json that stillhook validate wrote.")]
 
 

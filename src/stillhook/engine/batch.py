@@ -264,12 +264,20 @@ def run_batch(
     missing = [i for i in range(len(cases)) if i not in results]
     if stored_runs is not None and missing:
         stored_runs.check_room()
-    meter = Meter(len(cases), progress, done=len(results))
+    seconds = _seconds(problem, cranes, cases) if progress is not None else [1.0] * len(cases)
+    meter = Meter(sum(seconds), progress, done=sum(seconds[i] for i in results))
     meter.tell()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
     places = _cut(problem, cranes, cases, missing, workers)
     tasks = [
-        Task(problem=problem, indices=i, cranes=[cranes[k] for k in i], cases=[cases[k] for k in i], n_sub=n_sub)
+        Task(
+            problem=problem,
+            indices=i,
+            cranes=[cranes[k] for k in i],
+            cases=[cases[k] for k in i],
+            n_sub=n_sub,
+            seconds=sum(seconds[k] for k in i),
+        )
         for i in places
     ]
     landed = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
@@ -280,6 +288,11 @@ def run_batch(
             for i, row in zip(task.indices, rows, strict=True):
                 results[i] = summary_of(row, problem.columns(cranes[i], cases[i]))
     return [results[i] for i in range(len(cases))]
+
+
+def _seconds(problem: Problem, cranes: Sequence[Crane], cases: Sequence[Any]) -> list[float]:
+    """Simulated time of every case [s]."""
+    return [problem.seconds(crane, case) for crane, case in zip(cranes, cases, strict=True)]
 
 
 def summary_of(row: Row, names: Sequence[str]) -> dict[str, Any]:
@@ -295,6 +308,7 @@ class Task(NamedTuple):
     cranes: list[Crane]
     cases: list[Any]
     n_sub: int
+    seconds: float = 0.0  # simulated, of all cases
 
     def part(self, start: int, end: int) -> Task:
         """Some of its cases."""
@@ -356,12 +370,12 @@ def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[t
     """Tasks with the summaries of their cases, as they finish."""
     if threads == 1 or len(tasks) < 2:
         for task in tasks:
-            yield task, work(task, meter.part(len(task.indices)))
+            yield task, work(task, meter.part(task.seconds))
         return
     driver(tasks[0].cranes[0].plant.value, VL, tasks[0].problem.kind)
     with ThreadPoolExecutor(threads) as pool:
         waiting: dict[Future[list[Row]], Task] = {
-            pool.submit(work, task, meter.part(len(task.indices))): task for task in tasks
+            pool.submit(work, task, meter.part(task.seconds)): task for task in tasks
         }
         try:
             for done in as_done(list(waiting)):
@@ -376,7 +390,7 @@ def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Generator[tu
     """Tasks with the summaries of their cases, as they finish."""
     with closing(spread(tasks, Task.light, work, client)) as answered:
         for task, rows in answered:
-            meter.part(len(task.indices))(1.0)
+            meter.part(task.seconds)(1.0)
             yield task, rows
 
 

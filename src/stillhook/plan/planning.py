@@ -46,6 +46,16 @@ UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i
 """Tiers that are run up to the highest one requested."""
 
 
+EXPECTED = {"preparation": 1.5, "frequency": 18.5, "time": 180.0, "weather": 2.5, "reference cell": 2.2}
+"""Parts of a plan and what each took of the embedded plan with nothing kept from before [s]: for progress, in ratio to
+each other."""
+PARTS = {
+    Tier.CLOSED_FORM: ("preparation", "weather"),
+    Tier.FREQUENCY: ("preparation", "frequency", "weather", "reference cell"),
+    Tier.TIME: ("preparation", "frequency", "time", "weather", "reference cell"),
+}
+
+
 def plan(
     lift: LiftPlan | str | Path,
     *,
@@ -66,7 +76,8 @@ def plan(
     Errors: StillhookError, one line.
     """
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
-    begun, parts = time.perf_counter(), Parts(progress)
+    begun, parts = time.perf_counter(), Parts(progress, {name: EXPECTED[name] for name in PARTS[last]})
+    parts("preparation")
     table, records = read_alpha_table(alpha, "--alpha"), weather
     if records is None and lift_plan.weather is not None:
         records = weather_used(lift_plan.weather)
@@ -75,9 +86,7 @@ def plan(
     axes, seas = Axes.of(lift_plan), lift_plan.environment.table()
     demands = [closed_form(lift_plan, phase, seas, a) for phase in lift_plan.phases for a in axes.alternatives]
     if last is not Tier.CLOSED_FORM:
-        demands += frequency(
-            lift_plan, axes.alternatives, seas, parts(0.01, 0.9 if last is Tier.FREQUENCY else 0.06), threads=threads
-        )
+        demands += frequency(lift_plan, axes.alternatives, seas, parts("frequency"), threads=threads)
     limits = [limits_in(lift_plan, demand) for demand in demands]
     twin = None
     if last is Tier.TIME:
@@ -88,9 +97,10 @@ def plan(
             store=store,
             client=client,
             threads=threads,
-            progress=parts(0.06, 0.92),
+            progress=parts("time"),
         )
         demands, limits = [*demands, *twin.demands], [*limits, *twin.limits]
+    parts("weather")
     of = answered(lift_plan, axes, seas, demands, limits)
     forecast = forecast_limits(lift_plan, table, of.governs, max(lift_plan.environment.Hs))
     blocks: dict[str, xarray.Dataset] = {"demand": demand_block(lift_plan, axes, demands)}
@@ -102,7 +112,7 @@ def plan(
             block, lift_plan, of, limits, demands, table, records, value, threads=threads
         )
     if last is not Tier.CLOSED_FORM:
-        blocks |= reference_blocks(lift_plan, of, parts(0.92, 1.0), residuals=last is Tier.TIME)
+        blocks |= reference_blocks(lift_plan, of, parts("reference cell"), residuals=last is Tier.TIME)
     blocks |= {} if twin is None else twin.blocks
     facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= result_facts(lift_plan, of, forecast, value, twin)

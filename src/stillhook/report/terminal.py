@@ -244,10 +244,20 @@ def progress_bar(title: str) -> Iterator[Progress | None]:
     if not console.is_terminal:
         yield None
         return
-    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn
     from rich.progress import Progress as Bar
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Bar(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(_escaped(title), total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+    from stillhook.base.progress import TimeLeft
+
+    left = TimeLeft()
+    time_left = TextColumn("{task.fields[left]}", style="progress.remaining")
+    with Bar(
+        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), time_left, console=console, transient=True
+    ) as bar:
+        task = bar.add_task(_escaped(title), total=1.0, left=left)
+
+        def report(share: float) -> None:
+            left.report(share)
+            bar.update(task, completed=share)
+
+        yield report

@@ -20,9 +20,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
-from pydantic import BaseModel, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stillhook.base.identity import remembered
 from stillhook.units import Quantity, number, parse, show
 
 IMPLAUSIBLE = "implausible"
@@ -69,6 +70,8 @@ class Range(NamedTuple):
 class Ranged(BaseModel):
     """A model whose numbers are refused, as they are read, outside of what is possible."""
 
+    model_config = ConfigDict(defer_build=True)  # a command uses a third of the models that it imports
+
     @field_validator("*")
     @classmethod
     def _possible(cls, value: Any, info: ValidationInfo) -> Any:
@@ -82,27 +85,10 @@ class Ranged(BaseModel):
         return value
 
 
+@remembered
 def implausible_values(model: BaseModel, path: str = "") -> tuple[str, ...]:
     """A note for every number outside of what was ever built, with its place under `path`."""
-    return _notes(_Identity(model), path)
-
-
-class _Identity:
-    """A frozen model, equal to nothing but itself: what is remembered of it is found without comparing its fields."""
-
-    def __init__(self, model: BaseModel) -> None:
-        self.model = model
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Identity) and self.model is other.model
-
-    def __hash__(self) -> int:
-        return id(self.model)
-
-
-@functools.lru_cache(maxsize=256)
-def _notes(one: _Identity, path: str) -> tuple[str, ...]:
-    return tuple(_implausible(one.model, path))
+    return tuple(_implausible(model, path))
 
 
 def marked(status: str, notes: Sequence[str]) -> str:

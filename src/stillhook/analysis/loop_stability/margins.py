@@ -19,7 +19,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, Loop, SampledLoop, position_loop, sampled
 from stillhook.base.arrays import ComplexArray, FloatArray
@@ -253,7 +253,7 @@ def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[compl
         return float(f(_at(loop, w)))
 
     return [
-        float(brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
+        float(scipy.optimize.brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
         for i in at
         if math.isfinite(values[i] + values[i + 1])
     ]
@@ -282,7 +282,9 @@ def _farthest(loop: Loop, omega: FloatArray, L: ComplexArray, turn: complex) -> 
         if NEIGHBOURS * reach[k] < best:
             break
         i = brackets[k]
-        w = float(brentq(lambda w: (_at(loop, w) * turn).imag, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
+        w = float(
+            scipy.optimize.brentq(lambda w: (_at(loop, w) * turn).imag, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14)
+        )
         size = (_at(loop, w) * turn).real
         if size > best:
             best, at = size, w
@@ -326,7 +328,9 @@ def _least(loop: Loop, omega: FloatArray, L: ComplexArray, f: Callable[[ComplexA
 def _nearest_least(omega: FloatArray, i: int, f: Callable[[float], float]) -> float:
     """The least of f between the neighbours of the grid's least."""
     bounds = (omega[max(i - 1, 0)], omega[min(i + 1, len(omega) - 1)])
-    minimum = minimize_scalar(f, bounds=bounds, method="bounded", options={"xatol": 1e-12 * float(omega[i])})
+    minimum = scipy.optimize.minimize_scalar(
+        f, bounds=bounds, method="bounded", options={"xatol": 1e-12 * float(omega[i])}
+    )
     return float(minimum.x) if minimum.fun <= f(float(omega[i])) else float(omega[i])
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
+import scipy
 
 from stillhook.analysis.loop_stability.linearisation import Linear, linearise
 from stillhook.analysis.loop_stability.transfer import effective_radius
@@ -90,7 +90,7 @@ def simulate_reduced(
     scale = np.array([1.0, 1.0, 1.0, 1.0, 1e3, 1e8, 1.0])  # of alpha_m, alpha_p and their rates, omega_m, dp, e_c
     start = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     end = float(times[-1])
-    run = solve_ivp(
+    run = scipy.integrate.solve_ivp(
         rates, (0.0, end), start, method="DOP853", t_eval=times, rtol=RTOL, atol=1e-10 * scale, max_step=LONGEST_STEP
     )
     if not run.success:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from stillhook.analysis.loop_stability.governing import (
     SHORTEST,
@@ -330,7 +330,7 @@ def least_limit(crane: Crane) -> tuple[float, float]:
     There the winch oscillates so slowly that the decay of the circuit alone, which does not depend on the displacement,
     holds it.
     """
-    minimum = minimize_scalar(
+    minimum = scipy.optimize.minimize_scalar(
         lambda a: gain_limit(crane, a).K_p_ms, bounds=(1e-3, 1.0), method="bounded", options={"xatol": 1e-9}
     )
     return float(minimum.x), float(minimum.fun)

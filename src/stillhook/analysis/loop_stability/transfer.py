@@ -20,8 +20,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import expm, matrix_balance
 
 from stillhook.analysis.steady.steady_state import check_displacement, layer_row, motor_law, steady
 from stillhook.base.arrays import ComplexArray, FloatArray
@@ -357,7 +357,7 @@ def position_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) ->
 
 def balanced(A: FloatArray, B: FloatArray, C: FloatArray, delay: float = 0.0) -> ContinuousLoop:
     """The loop in states of like size (pascals and radians side by side cost digits)."""
-    scaled, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    scaled, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
     return ContinuousLoop(scaled, B / scale, C * scale, delay)
 
 
@@ -389,7 +389,7 @@ def hold_matrices(A: FloatArray, B: FloatArray, t: float) -> tuple[FloatArray, F
     size, inputs = B.shape
     both = np.zeros((size + inputs, size + inputs))
     both[:size, :size], both[:size, size:] = A, B
-    E = expm(both * t)
+    E = scipy.linalg.expm(both * t)
     return E[:size, :size], E[:size, size:]
 
 

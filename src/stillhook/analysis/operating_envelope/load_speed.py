@@ -14,7 +14,7 @@ from stillhook.analysis.axes import Texts, quantities
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top
 from stillhook.analysis.steady.steady_state import steady, wire_out_on
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Meter, Progress
 from stillhook.control.commands import displacement_calc_min
 from stillhook.control.registry import CLASSIC, Mode
 from stillhook.engine.pack.winch import plc_record, wire_speed_max
@@ -83,6 +83,10 @@ def envelope(
     return envelope_at(crane, kg, layers=layers, modes=modes, reserve=reserve, progress=progress)
 
 
+SEARCHED = 100.0
+"""Time of a machine that power stops, whose best displacement is searched for, over that of other cells."""
+
+
 def envelope_at(
     crane: Crane,
     loads: Sequence[float],
@@ -102,13 +106,19 @@ def envelope_at(
     shape = (len(cranes), len(numbers), len(kg), len(Direction))
     columns = _columns(shape)
     columns["load_most"] = np.array([*(c.mode.law.swl_share * crane.SWL for c in chosen), crane.SWL])
-    for done, at in enumerate(np.ndindex(*shape)):
-        i, j, k, n = at
-        station = Station(cranes[i], kg[k], wire[j], tuple(Direction)[n], reserve)
-        top = station.top_of_mode(chosen[i].mode) if i < len(chosen) else station.top_of_machine()
+
+    def station_at(i: int, j: int, k: int, n: int) -> Station:
+        return Station(cranes[i], kg[k], wire[j], tuple(Direction)[n], reserve)
+
+    of_machine = {at: station_at(*at) for at in np.ndindex(*shape) if at[0] == len(chosen)}
+    weights = {at: SEARCHED if station.power_binds else 1.0 for at, station in of_machine.items()}
+    meter = Meter(math.prod(shape) - len(weights) + sum(weights.values()), progress)
+    meter.tell()
+    for at in np.ndindex(*shape):
+        station = of_machine[at] if at in of_machine else station_at(*at)
+        top = station.top_of_machine() if at in of_machine else station.top_of_mode(chosen[at[0]].mode)
         _store(columns, at, station, top)
-        if progress is not None:
-            progress((done + 1) / math.prod(shape))
+        meter.part(weights.get(at, 1.0))(1.0)
     attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve}
     attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, numbers, kg)))
     return _dataset(columns, [*(c.name for c in chosen), PHYSICAL], numbers, kg, attrs)

@@ -13,7 +13,7 @@ from enum import StrEnum
 from functools import cache, cached_property
 from typing import NamedTuple
 
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint, operate, winch_at
 from stillhook.analysis.steady.steady_state import settled
@@ -205,9 +205,15 @@ class Station:
         pressure, reserve or power hold the displacement up, they are reported as what binds, though the pumps are full
         as well.
         """
-        best = self._without_power()
-        return self._least_power(best)._replace(binds=Limit.POWER) if best.binds is Limit.POWER else best
+        best = self._without_power
+        return self._least_power(best)._replace(binds=Limit.POWER) if self.power_binds else best
 
+    @property
+    def power_binds(self) -> bool:
+        """Whether power stops the machine, so that the displacement that takes least is searched for."""
+        return self._without_power.binds is Limit.POWER
+
+    @cached_property
     def _without_power(self) -> Top:
         """The best displacement where power is no limit; power binds if it allows less speed there."""
         alpha_min = self.crane.active.motor.alpha_min
@@ -222,7 +228,7 @@ class Station:
 
         if gap(1.0) <= 0.0:
             return self._fixed(1.0)
-        alpha = float(brentq(gap, self._least, 1.0, xtol=ALPHA_EXACT))
+        alpha = float(scipy.optimize.brentq(gap, self._least, 1.0, xtol=ALPHA_EXACT))
         best = max((self._fixed(alpha), self._fixed(min(alpha + ALPHA_EXACT, 1.0))), key=_speed)
         return best if best.binds is Limit.POWER else best._replace(binds=Limit.PRESSURE)
 
@@ -238,7 +244,7 @@ class Station:
         about = (alphas[max(i - 1, 0)], alphas[min(i + 1, POWER_GRID - 1)])
         if about[0] < about[1]:
             exact = {"xatol": ALPHA_EXACT}
-            nearest = minimize_scalar(
+            nearest = scipy.optimize.minimize_scalar(
                 lambda a: -_speed(self._fixed(float(a))), bounds=about, method="bounded", options=exact
             )
             tops.append(self._fixed(float(nearest.x)))
@@ -268,7 +274,7 @@ class Station:
             return math.nan
         if margin(self.v_beyond) >= 0.0:
             return math.inf
-        return float(brentq(margin, BREAK_AWAY, self.v_beyond, xtol=V_EXACT))
+        return float(scipy.optimize.brentq(margin, BREAK_AWAY, self.v_beyond, xtol=V_EXACT))
 
 
 def _speed(top: Top) -> float:

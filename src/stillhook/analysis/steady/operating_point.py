@@ -13,7 +13,7 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from scipy.optimize import brentq
+import scipy
 
 from stillhook.analysis.steady.steady_state import check_displacement
 from stillhook.control.registry import MANUAL_MODE
@@ -274,7 +274,7 @@ def _root(f: Callable[[float], float], near: float, width: float, most: float) -
     none."""
     while width <= 2.0 * most:
         if f(near - width) <= 0.0 <= f(near + width):
-            return float(brentq(f, near - width, near + width, xtol=P_EXACT, rtol=1e-15))
+            return float(scipy.optimize.brentq(f, near - width, near + width, xtol=P_EXACT, rtol=1e-15))
         width *= 10.0
     return None
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from scipy.optimize import brentq
+import scipy
 
 from stillhook.engine.pack.winch import drum_record, gains, inertia_record, plc_record, wire_speed_max
 from stillhook.engine.pack.winch import motor_law as law_of_plc
@@ -136,7 +136,7 @@ def settled(law: Callable[[float], float], x: float) -> float:
     def gap(alpha_m: float) -> float:
         return alpha_m - law(x * alpha_m)
 
-    return 1.0 if gap(1.0) <= 0.0 else float(brentq(gap, 0.0, 1.0, xtol=1e-14, rtol=1e-14))
+    return 1.0 if gap(1.0) <= 0.0 else float(scipy.optimize.brentq(gap, 0.0, 1.0, xtol=1e-14, rtol=1e-14))
 
 
 def layer_row(crane: Crane, layer: int) -> dict[str, Any]:

@@ -9,8 +9,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import differential_evolution, minimize
-from scipy.stats import qmc
+import scipy
 
 from stillhook.analysis.controllers import lateness
 from stillhook.analysis.tuning.objective import (
@@ -175,13 +174,13 @@ class Search:
         n = len(self.settings)
         members = min(max(LEAST_MEMBERS, POPULATION * n), self.budget // 4)
         rng = np.random.default_rng(seed)
-        spread = qmc.LatinHypercube(n, rng=rng).random(members)
+        spread = scipy.stats.qmc.LatinHypercube(n, rng=rng).random(members)
         for k, centre in enumerate((self.x_0, self._strong())):
             near = np.arange(members) % 3 == k
             spread[near] = np.clip(centre + NEAR_START * (2.0 * spread[near] - 1.0), 0.0, 1.0)
             spread[k] = centre
         rounds = max(int((1.0 - POLISH) * self.budget) // members - 1, 1)
-        differential_evolution(
+        scipy.optimize.differential_evolution(
             self.ranks,
             [(0.0, 1.0)] * n,
             init=spread,
@@ -214,7 +213,7 @@ class Search:
         x = np.array(to_vector(self.settings, best))
         corners = np.vstack([x, x + np.diag(np.where(x < 0.5, SIMPLEX, -SIMPLEX))])
         options = {"initial_simplex": corners, "maxfev": self.budget, "xatol": 1e-4, "fatol": 1e-5}
-        minimize(
+        scipy.optimize.minimize(
             lambda y: float(self.ranks(y)[0]), x, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(x), options=options
         )
 

@@ -8,13 +8,7 @@ from stillhook.cli.identify.curve import curve
 from stillhook.cli.identify.friction import example_campaign, friction
 from stillhook.cli.identify.motor import example_map, motor
 
-app = typer.Typer(
-    help=(
-        "Friction from tests: motor loss models from supplier maps, system friction from crane logs, synthetic examples"
-        " of both."
-    ),
-    no_args_is_help=True,
-)
+app = typer.Typer(no_args_is_help=True)
 app.command("motor")(motor)
 app.command("friction")(friction)
 app.command("curve")(curve)

@@ -21,10 +21,7 @@ NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max")
 """What the bands are of."""
 FILES = ("friction-sets.png", "friction-sets.json")
 
-app = typer.Typer(
-    help="Friction sets: what the library has, sets side by side, their uncertainty in a lift.",
-    no_args_is_help=True,
-)
+app = typer.Typer(no_args_is_help=True)
 
 
 @app.command("sets")

@@ -14,9 +14,7 @@ from stillhook.report.terminal import print_json, print_table, print_values
 from stillhook.units import parse, quote
 from stillhook.units import show as text
 
-app = typer.Typer(
-    no_args_is_help=True, help="Payloads: list them, and show their weight, added mass, drag and slamming in water."
-)
+app = typer.Typer(no_args_is_help=True)
 
 RHO = "1025 kg/m^3"
 LIGHT, DENSE = 900.0, 1300.0  # kg/m^3: fresh water to brine, and some room

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stillhook.sea.vessel.floating_body import LongWave
     from stillhook.sea.vessel.rao import Rao
 
-app = typer.Typer(no_args_is_help=True, help="Vessels: list, show and check motion transfer functions (RAO).")
+app = typer.Typer(no_args_is_help=True)
 
 PERIODS = (4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0)  # s: rows of the table that is printed
 SIDES = (0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)  # deg: its columns

@@ -33,9 +33,7 @@ if TYPE_CHECKING:
     from stillhook.weather.limit_text import Limit
     from stillhook.weather.series import Weather
 
-app = typer.Typer(
-    no_args_is_help=True, help="Weather: workable windows and waiting, alpha factors, go or no-go from a forecast."
-)
+app = typer.Typer(no_args_is_help=True)
 
 OUT_FILES = ("weather.png", "weather.json")
 FILE_HELP = (

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from stillhook.base.identity import remembered
 from stillhook.control.commands import AhcGains, BrakeSettings, Loop, MotorSettings, PassiveSettings, PowerLimit
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
@@ -256,11 +257,15 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
 
 def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
     """The PLC's settings, with the displacement that the operator holds in manual mode."""
+    return _plc(crane, (operator.alpha_m or 0.0) if operator is not None else 0.0)
+
+
+@remembered
+def _plc(crane: Crane, alpha_hold: float) -> Plc:
     c = crane.control
     drum = drum_record(crane)
     K_outer = K_wire(layer_diameter(drum.layers, drum), drum)
     F_swl = (crane.SWL + crane.hook_mass) * G
-    alpha_hold = (operator.alpha_m or 0.0) if operator is not None else 0.0
     alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
     settings = MotorSettings(
         alpha_min=crane.plant.type.least_displacement(crane),

@@ -308,6 +308,10 @@ def reference_of(plan: LiftPlan, of: Answered) -> Reference:
     return Reference(heading, period, axes.headings[heading], axes.periods[period], height, phase, z)
 
 
+EXPECTED = {"depth": 0.9, "efficiency": 1.2, "sensitivity": 1.5}
+"""What each block took of the embedded plan [s]: for progress, in ratio to each other."""
+
+
 def reference_blocks(
     plan: LiftPlan,
     of: Answered,
@@ -317,11 +321,11 @@ def reference_blocks(
 ) -> Mapping[str, xarray.Dataset]:
     """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated.
     residuals: identify the winch again with other friction and with a late signal, some seconds."""
-    at, parts, alternatives = reference_of(plan, of), Parts(progress), tuple(of.axes.alternatives)
+    at, parts, alternatives = reference_of(plan, of), Parts(progress, EXPECTED), tuple(of.axes.alternatives)
     if at.phase is None:
         return {}
-    datasets = {"depth": depth_profile(plan, alternatives, at.Hs, at.Tp, at.beta, parts(0.0, 0.3))}
-    datasets["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, parts(0.3, 0.5))
+    datasets = {"depth": depth_profile(plan, alternatives, at.Hs, at.Tp, at.beta, parts("depth"))}
+    datasets["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, parts("efficiency"))
     where = sensitive_at(of)
     if where is not None:
         ask = (of.shown(),) if residuals else ()
@@ -329,7 +333,7 @@ def reference_blocks(
         def limits(demands: Sequence[Demand]) -> list[Limits]:
             return [limits_in(plan, demand) for demand in demands]
 
-        datasets["sensitivity"] = sensitivity(plan, alternatives, *where, limits, parts(0.5, 1.0), ask=ask)
+        datasets["sensitivity"] = sensitivity(plan, alternatives, *where, limits, parts("sensitivity"), ask=ask)
     return datasets
 
 

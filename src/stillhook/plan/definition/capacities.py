@@ -8,15 +8,17 @@ from typing import NamedTuple
 
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.steady.limits import Direction, Station
-from stillhook.control.registry import CLASSIC, MANUAL_MODE
+from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
+from stillhook.plan.definition.kept import kept
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.load_chart import ChartPoint, in_heights
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import QUANTITIES, Alternative
+from stillhook.spec.crane import Crane
 from stillhook.spec.lift.simplified import taken_up
 from stillhook.units import show
 
@@ -208,6 +210,18 @@ def _slowest(plan: LiftPlan, phase: Phase, name: str) -> CapacityValue:
 
 
 def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
+    """`_top_speed`, kept on disk: it takes a tenth of a second."""
+    return CapacityValue(*kept(plan.crane, ("v_top", F, s_w, name), lambda: _top_speed(plan, F, s_w, name)[:2]))
+
+
+def _controlled(plan: LiftPlan, name: str) -> tuple[Mode, Crane]:
+    """Mode and crane under a controller of this name."""
+    return (
+        (MANUAL_MODE, plan.crane) if name == MANUAL_MODE else (controller(name).mode, controller(name).on(plan.crane))
+    )
+
+
+def _top_speed(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
     """Highest steady wire speed with a tension F [N] at the tip and s_w of wire out [m], hoisting or lowering, and what
     stops it; 0 where the mode may not be used. Of a winch type without steady operating points: that at full
     command."""
@@ -216,9 +230,7 @@ def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
     where = f"{name} at {show(F, 'force')} at the tip and {show(s_w, 'length')} of wire out"
     if load > crane.SWL:
         return CapacityValue(0.0, f"{where}: more than the SWL")
-    mode, crane_of_mode = (
-        (MANUAL_MODE, crane) if name == MANUAL_MODE else (controller(name).mode, controller(name).on(crane))
-    )
+    mode, crane_of_mode = plan.once(_controlled, name)
     if not crane.plant.type.steady_operation:
         v = wire_speed_max(crane_of_mode, 1.0, layer_diameter_at(crane, s_w))
         return CapacityValue(v, f"{where}: {show(v, 'speed')}, the speed at full command")

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Parts, Progress
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, jerk
 from stillhook.plan.definition.lift_plan import LiftPlan
@@ -161,6 +161,10 @@ QUANTILES = {Level.MPM: MPM, Level.P90: P90}
 """Probability that a largest value stays below its level."""
 
 
+EXPECTED = {"residuals": 13.0, "seas": 5.5}
+"""Parts of the method and what each took of the embedded plan [s]: for progress, in ratio to each other."""
+
+
 def frequency(
     plan: LiftPlan,
     alternatives: Sequence[Alternative],
@@ -178,8 +182,9 @@ def frequency(
     where they are not on disk (`stillhook.plan.tiers.winch_residual`). Errors: StillhookError, one line: a lift that
     cannot hang, or that the twin cannot carry.
     """
-    phases = looked_at(plan)
-    winch = winches_of(plan, phases, alternatives, progress, threads=threads)
+    phases, parts = looked_at(plan), Parts(progress, EXPECTED)
+    winch = winches_of(plan, phases, alternatives, parts("residuals"), threads=threads)
+    parts("seas")
     return demands(plan, alternatives, seas, phases, forcings(plan, seas, phases), winch)
 
 

@@ -208,12 +208,12 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     runs = []
     for i, record in enumerate(records):
         runs += [Run(s, s.simulated_commands(crane)) for s in plc_segments(crane, record)]
-        progress(0.3 * (i + 1) / len(records))
+        progress(0.03 * (i + 1) / len(records))
     ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.segment.parts)]
     if not ahc:
         return _not_shown(records)
     rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False))
-    progress(0.5)
+    progress(0.1)
     names, noisy = dict.fromkeys(r.test for r in ahc), rows.evidence != "fine"
     laws = {n: law([r for r in ahc if r.test == n], rows.aligned, input_noise=noisy) for n in names}
     estimates = ControllerEstimates(
@@ -226,7 +226,7 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
         threshold(crane, runs, rows.cycles),
         tuple(motor_laws(crane, runs, rows.cycles)),
     )
-    progress(0.9)
+    progress(0.98)
     explanations = causes(crane, estimates)
     return ControllerStep(
         StepNumber.CONTROLLER,

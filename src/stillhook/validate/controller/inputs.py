@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import median_filter
-from scipy.signal import savgol_filter
+import scipy
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.commands import SMALL, BrakeSettings
@@ -88,7 +87,7 @@ def derivative(x: FloatArray, step: float, order: int = 1) -> FloatArray:
     and out."""
     degree, half = DERIVATIVE[order]
     n = max(2 * round(half / step) + 1, degree + 2)
-    return np.asarray(savgol_filter(x, n, degree, deriv=order, delta=step), dtype=np.float64)
+    return np.asarray(scipy.signal.savgol_filter(x, n, degree, deriv=order, delta=step), dtype=np.float64)
 
 
 def lacking(record: Record) -> str:
@@ -273,7 +272,7 @@ def _datum(
     reference = e_c + bare
     datum = float(np.median(reference[ahc]))
     every, n = max(1, round(1.0 / step)), round(STANDS)
-    slow = median_filter(np.where(ahc, reference - datum, 0.0)[::every], n, mode="nearest")
+    slow = scipy.ndimage.median_filter(np.where(ahc, reference - datum, 0.0)[::every], n, mode="nearest")
     if np.ptp(slow) < MOVED:
         return datum, None
     notes.append("the reference moves by more than the joystick requests: its set-point is taken from the logged error")

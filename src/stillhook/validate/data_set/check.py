@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+import scipy
 
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
@@ -75,7 +75,7 @@ def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
     if segment.duration < window - 1e-9:
         return np.zeros(0)
     every = max(1, round(EVERY / record.step))
-    smooth = uniform_filter1d(tip, max(1, round(SMOOTH / record.step)))[::every]
+    smooth = scipy.ndimage.uniform_filter1d(tip, max(1, round(SMOOTH / record.step)))[::every]
     return window_spans(smooth, round(window / (every * record.step)) + 1)
 
 

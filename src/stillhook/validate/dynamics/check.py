@@ -107,12 +107,12 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Ca
             else notes[0]
         )
         return _nothing(reason, tuple(notes))
-    progress(0.05)
+    progress(0.0)
     try:
         clusters = [clusters_of(s, turns) for s in time_segments]
         flow = leakage_elsewhere(campaign, records)
         leakage = expected_leakage(campaign, tests, flow)
-        tuning = tune(campaign.crane, time_segments, clusters, leakage, lambda x: progress(0.05 + 0.9 * x))
+        tuning = tune(campaign.crane, time_segments, clusters, leakage, lambda x: progress(x))
     except StillhookError as e:
         return _nothing(f"The twin cannot be simulated on it: {e}", tuple(notes))
     swings = compare_swings(time_segments, turns, tuning)

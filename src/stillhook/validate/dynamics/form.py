@@ -192,9 +192,9 @@ def tune(
     """
     twin = Twin(crane, time_segments, clusters)
     start, model = twin.best_start(), twin.model(known)
-    progress(0.3)
+    progress(0.34)
     result = fit(model, start)
-    progress(0.9)
+    progress(0.95)
     return Tuning(result, model.low, model.high, twin.outputs(np.zeros(len(NAMES))), twin.outputs(result.theta))
 
 

@@ -66,11 +66,11 @@ def parameter_estimates(
     clock = signals.clock_of(ratios)
     jump = signals.largest_jump(parts, ratios)
     radii = hoisting.effective_radii(parts, clock.error.value if clock.error is not None else 0.0)
-    progress(1.0 / 6.0)
+    progress(0.25)
     motor, pump = settings.motor_offset(parts), settings.pump_setting(parts)
-    progress(4.0 / 6.0)
+    progress(0.84)
     balance, cells, frictions = flow.balance(parts), hoisting.cells(parts), hoisting.frictions(parts)
-    progress(5.0 / 6.0)
+    progress(0.9)
     return ParameterEstimates(
         parts=tuple(parts),
         ratios=ratios,

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Meter, Progress
@@ -144,7 +144,7 @@ def _spikes(x: FloatArray, every: float, name: str) -> BoolArray:
         return np.zeros(len(x), np.bool_)
     finite = np.isfinite(x)
     line = filled(x)
-    distance = np.abs(line - median_filter(line, 5, mode="nearest"))
+    distance = np.abs(line - scipy.ndimage.median_filter(line, 5, mode="nearest"))
     bent = FASTEST * (2.0 * every) ** 2 if PHYSICAL[name].kind == "length" else FASTEST * 2.0 * every
     return np.asarray(finite & (distance > max(SPIKES[name] + bent, BEYOND * float(np.median(distance)))), np.bool_)
 
@@ -168,6 +168,9 @@ QUIET = ("constant",)
 MOST_FINDINGS = 12
 """Findings of a log that are reported individually."""
 
+READING = 0.3
+"""Part of a log's time that goes into reading it; the rest into checking it. Both follow the size of its file."""
+
 
 def read_records(campaign: Campaign, progress: Progress) -> tuple[Record, ...]:
     """Every test of a campaign, read.
@@ -175,11 +178,12 @@ def read_records(campaign: Campaign, progress: Progress) -> tuple[Record, ...]:
     Errors: StillhookError (LogError, UnitError, ValidateError) of one line that names the test, for a log that cannot
     be read, is inconsistent or lacks signals that its kind of test needs.
     """
-    meter = Meter(float(len(campaign.tests)), progress)
+    sizes = [max(test.log.stat().st_size, 1) if test.log.is_file() else 1 for test in campaign.tests]
+    meter = Meter(float(sum(sizes)), progress)
     logs: dict[tuple[Path, int], Log] = {}
     records = []
-    for test in campaign.tests:
-        reached = meter.part(1.0)
+    for test, size in zip(campaign.tests, sizes, strict=True):
+        reached, checked = meter.part(READING * size), meter.part((1.0 - READING) * size)
         try:
             key = (test.log.resolve(), id(test.mapping))
             if key not in logs:
@@ -190,6 +194,7 @@ def read_records(campaign: Campaign, progress: Progress) -> tuple[Record, ...]:
             place = f'test "{test.name}": '
             raise type(e)(str(e) if str(e).startswith(place) else f"{place}{e}") from None
         reached(1.0)
+        checked(1.0)
     return tuple(records)
 
 

@@ -11,8 +11,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.sea.motion.recorded import wave_periods, window_spans
@@ -177,7 +177,7 @@ def _tip(tip: FloatArray, step: float, window: float) -> tuple[float, float]:
     tip = tip[np.isfinite(tip)]
     if len(tip) < 3:
         return 0.0, np.nan
-    smooth = uniform_filter1d(tip, max(1, round(SMOOTH / step)))
+    smooth = scipy.ndimage.uniform_filter1d(tip, max(1, round(SMOOTH / step)))
     pp = float(np.max(window_spans(smooth, round(window / step) + 1)))
     if pp < MOVES:
         return 0.0, np.nan

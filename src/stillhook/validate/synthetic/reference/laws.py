@@ -16,8 +16,7 @@ from importlib.resources import files
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
-from scipy.special import erfinv
+import scipy
 
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.gas import gas_record
@@ -171,7 +170,7 @@ class Law(NamedTuple):
 
 def usual_speeds() -> FloatArray:
     """Wire speeds as they come up in heave compensation, each as often as the others, both ways [m/s]."""
-    half = SPEED * np.sqrt(2.0) * erfinv((np.arange(SPEEDS) + 0.5) / SPEEDS)
+    half = SPEED * np.sqrt(2.0) * scipy.special.erfinv((np.arange(SPEEDS) + 0.5) / SPEEDS)
     return np.concatenate([-half, half])
 
 
@@ -249,7 +248,7 @@ def _fitted(crane: Crane, omega_s: float, uneven: float) -> FloatArray:
     parts = _parts(wide, omega_s, uneven)
     # a fit at steady speed cannot distinguish the motors' own load-dependent friction from the wire's
     share = crane.active.motor.loss.X_3
-    rest, _ = nnls(np.delete(parts, 2, 1) / wide.T_f[:, None], 1.0 - share * parts[:, 2] / wide.T_f)
+    rest, _ = scipy.optimize.nnls(np.delete(parts, 2, 1) / wide.T_f[:, None], 1.0 - share * parts[:, 2] / wide.T_f)
     return np.insert(rest, 2, share)
 
 

@@ -1,0 +1,194 @@
+"""The program as a tree of commands, each loaded when it is called: help of the program imports none of them."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import re
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import typer
+import typer.main
+from typer.core import TyperCommand, TyperGroup
+
+from stillhook.errors import CommandError
+
+FOLDER = Path(__file__).parent
+
+
+class Entry(NamedTuple):
+    """Where a command is, or a group of commands with its help."""
+
+    module: str  # within this package
+    member: str  # a function, or of a group its Typer
+    help: str = ""  # of a group; a command has that of its function
+
+
+class Commands(Mapping[str, Any]):
+    """Commands and groups by name, each built when it is asked for."""
+
+    def __init__(self, entries: Mapping[str, Entry]) -> None:
+        self.entries = entries
+        self.built: dict[str, Any] = {}
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.entries
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.built:
+            self.built[name] = self.build(name, self.entries[name])
+        return self.built[name]
+
+    @staticmethod
+    def build(name: str, entry: Entry) -> Any:
+        """Import a command."""
+        member = getattr(import_module(f"{__package__}.{entry.module}"), entry.member)
+        program = typer.Typer(add_completion=False)
+        if isinstance(member, typer.Typer):
+            program.add_typer(member, name=name, help=entry.help)
+        else:
+            program.command(name)(member)
+        adopt(program)
+        return typer.main.get_group(program).commands[name]
+
+    def outline(self, name: str) -> TyperCommand:
+        """A command that has a name and the first paragraph of its help, and can do nothing."""
+        entry = self.entries[name]
+        return Command(name, help=entry.help or first_paragraph(entry))
+
+
+def first_paragraph(entry: Entry) -> str:
+    """Begin of a function's docstring, read from the file without importing it."""
+    source = FOLDER.joinpath(*entry.module.split(".")).with_suffix(".py").read_text(encoding="utf-8")
+    found = re.search(rf'^def {entry.member}\(.*?^    """(.*?)(?:\n\n|""")', source, re.MULTILINE | re.DOTALL)
+    return inspect.cleandoc(found[1]) if found else ""
+
+
+def adopt(app: typer.Typer) -> None:
+    """Give a program, and the groups within it, these commands."""
+    app.info.cls = Group
+    for command in app.registered_commands:
+        command.cls = Command
+    for group in app.registered_groups:
+        if group.typer_instance is not None:
+            adopt(group.typer_instance)
+
+
+class Command(TyperCommand):
+    """A command whose help keeps its brackets, and that refuses an option of one value given several times."""
+
+    def __init__(self, *names: Any, **settings: Any) -> None:
+        super().__init__(*names, **settings)
+        _literal(self)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Errors: CommandError for an option of one value that appears several times."""
+        _, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        refuse_repeated(order)
+        return list(super().parse_args(ctx, args))
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        load_pages()
+        super().format_help(ctx, formatter)
+
+
+class Group(TyperGroup):
+    """A group of commands whose help keeps its brackets."""
+
+    def __init__(self, *names: Any, **settings: Any) -> None:
+        super().__init__(*names, **settings)
+        _literal(self)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        load_pages()
+        super().format_help(ctx, formatter)
+
+
+class Program(Group):
+    """The group at the top: `commands` of its `entries` are built when they are called."""
+
+    entries: Mapping[str, Entry] = {}
+
+    def __init__(self, *names: Any, **settings: Any) -> None:
+        super().__init__(*names, **settings)
+        self.commands: Any = Commands(self.entries)
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(self.commands)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """What help and completion show of a command."""
+        return self.commands.outline(cmd_name) if cmd_name in self.commands else None
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name, command, rest = super().resolve_command(ctx, args)
+        return name, None if command is None else self.commands[command.name], rest
+
+
+def refuse_repeated(order: Iterable[Any]) -> None:
+    """Parameters in the order in which a command line names them: those of one value at most once. Errors:
+    CommandError."""
+    seen: list[Any] = []
+    for parameter in order:
+        one_value = parameter.param_type_name == "option" and not (
+            parameter.multiple or parameter.is_flag or parameter.count
+        )
+        if one_value and parameter in seen:
+            raise CommandError(
+                f"{parameter.opts[0]} appears {sum(p is parameter for p in order)} times and takes one value. "
+                "Give it once; where it takes a list, with commas between the values."
+            )
+        seen.append(parameter)
+
+
+def _literal(command: Any) -> None:
+    """Escape what rich would take for markup in the help of a command and of its parameters."""
+    from rich.markup import escape
+
+    for part in (command, *command.params):
+        for name in ("help", "short_help", "epilog"):
+            if text := getattr(part, name, None):
+                setattr(part, name, escape(text))
+
+
+class Later(type):
+    """A class that stands for another of the same module and name, which is imported when it is used."""
+
+    def __call__(cls, *args: Any, **settings: Any) -> Any:
+        return cls.meant()(*args, **settings)
+
+    def __getattr__(cls, name: str) -> Any:
+        return getattr(cls.meant(), name)
+
+    def meant(cls) -> Any:
+        return getattr(import_module(cls.__module__), cls.__name__)
+
+
+UNUSED = {"rich.markdown": "Markdown", "rich.traceback": "Traceback"}
+"""Parts of rich that typer imports with its help pages, at a third of the time of `stillhook --help`, for pages in
+Markdown and for coloured tracebacks. Stillhook has neither."""
+
+
+@functools.cache
+def load_pages() -> None:
+    """Import typer's help pages without those parts."""
+    absent = [module for module in UNUSED if module not in sys.modules]
+    for module in absent:
+        sys.modules[module] = ModuleType(module)
+        setattr(sys.modules[module], UNUSED[module], Later(UNUSED[module], (), {"__module__": module}))
+    try:
+        import_module("typer.rich_utils")
+    finally:
+        for module in absent:
+            del sys.modules[module]

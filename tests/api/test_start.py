@@ -1,0 +1,75 @@
+"""What a command imports: libraries that take a tenth of a second and more come only with what uses them."""
+
+import inspect
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+
+import pytest
+import typer
+
+from stillhook.cli import COMMANDS, app
+from stillhook.kernels.c99.library import compiler
+
+ALWAYS_HEAVY = (
+    "dask",
+    "distributed",
+    "pandas",
+    "pint",
+    "matplotlib",
+    "numba",
+    "control",
+    "typst",
+    "CoolProp",
+    "openpyxl",
+)
+"""Libraries that none of these commands needs."""
+PARTS_OF_SCIPY = ("scipy.optimize", "scipy.integrate", "scipy.linalg", "scipy.signal", "scipy.stats", "scipy.special")
+SHORT = ["--duration", "10 s", "--warm-up", "2 s"]
+SMALL_MAP = ["--loads", "50 t", "--speeds", "20 m/min", *SHORT]
+
+
+def imported(*arguments: str, environment: Mapping[str, str] | None = None) -> set[str]:
+    """Modules that are loaded after a command has run in a process of its own."""
+    code = "import sys; from stillhook.cli import run; run(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
+    paths = {"PYTHONPATH": os.pathsep.join(sys.path), **(environment or {})}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True, env=os.environ | paths
+    )
+    return set(done.stderr.splitlines()[-1].split())
+
+
+@pytest.mark.slow
+def test_help_of_the_program_needs_no_numbers_and_no_command() -> None:
+    modules = imported("--help")
+    heavy = {*ALWAYS_HEAVY, "numpy", "scipy", "xarray", "polars", "pydantic", "rich.markdown", "rich.traceback"}
+    assert heavy & modules == set()
+    assert {name for name in modules if name.startswith("stillhook.cli.")} == {"stillhook.cli.groups"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [["compare", *SHORT], ["map", *SMALL_MAP]], ids=lambda words: words[0])
+def test_runs_need_no_tables_and_no_search(command: list[str]) -> None:
+    """Kernels that are compiled already do not ask for their compiler."""
+    imported(*command)
+    heavy = {*ALWAYS_HEAVY, *PARTS_OF_SCIPY, "xarray", "polars"}
+    if compiler() is None:
+        heavy.remove("numba")
+    assert heavy & imported(*command) == set()
+
+
+@pytest.mark.slow
+def test_the_check_of_a_plan_needs_no_search_the_second_time() -> None:
+    command = ["plan", "template-to-1500m", "--check"]
+    imported(*command)
+    assert {*ALWAYS_HEAVY, *PARTS_OF_SCIPY, "xarray"} & imported(*command) == set()
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_program_shows_the_help_that_the_command_has(name: str) -> None:
+    program = typer.main.get_command(app)
+    outline, command = program.get_command(None, name), program.commands[name]
+    assert outline.name == command.name == name
+    assert outline.help
+    assert outline.help == inspect.cleandoc(command.help).split("\n\n")[0]

@@ -1,0 +1,59 @@
+"""What takes seconds to work out about a crane is kept on disk, and only as long as nothing has changed."""
+
+from pathlib import Path
+
+import pytest
+
+from stillhook.library import changed, load_crane
+from stillhook.plan.definition import kept as module
+from stillhook.plan.definition.kept import kept
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(module, "cache_root", lambda: tmp_path)
+    return tmp_path
+
+
+class Asked:
+    """Counts how often an answer is worked out."""
+
+    def __init__(self) -> None:
+        self.times = 0
+
+    def __call__(self) -> tuple[float, str]:
+        self.times += 1
+        return 0.1 + 0.2 * self.times, f"time {self.times}"
+
+
+def test_the_same_question_is_worked_out_once(folder: Path) -> None:
+    crane, asked = load_crane("nov-250t"), Asked()
+    answers = [kept(crane, ("v_top", 1.0, 100.0, "ns"), asked) for _ in range(3)]
+    assert answers == [answers[0]] * 3
+    assert asked.times == 1
+
+
+def test_another_question_or_another_crane_is_worked_out_anew(folder: Path) -> None:
+    crane, asked = load_crane("nov-250t"), Asked()
+    stiffer = changed(crane, {"control": {"K_p": "0.2 1/m"}})
+    for machine, question in ((crane, 1.0), (crane, 1.0 + 1e-12), (stiffer, 1.0)):
+        kept(machine, ("v_top", question), asked)
+    assert asked.times == 3
+
+
+def test_other_code_is_worked_out_anew(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    crane, asked = load_crane("nov-250t"), Asked()
+    kept(crane, ("v_top", 1.0), asked)
+    monkeypatch.setattr(module, "code", lambda: "other")
+    kept(crane, ("v_top", 1.0), asked)
+    assert asked.times == 2
+
+
+@pytest.mark.parametrize("damage", ["", "[1.0", "[1.0]", "null", '{"a": 1}', '["x", "y"]'])
+def test_a_damaged_file_costs_time_only(folder: Path, damage: str) -> None:
+    crane, asked = load_crane("nov-250t"), Asked()
+    kept(crane, ("v_top", 1.0), asked)
+    (file,) = (folder / "capacities").iterdir()
+    file.write_text(damage)
+    assert kept(crane, ("v_top", 1.0), asked) == (0.1 + 0.4, "time 2")
+    assert kept(crane, ("v_top", 1.0), asked) == (0.1 + 0.4, "time 2")
