@@ -33,7 +33,9 @@ SEAS = Seas(HEIGHTS, np.full(6, 9.0), np.full(6, HEAD))
 
 @pytest.fixture(scope="module")
 def plan():
-    return load_plan("template-to-1500m")
+    """The example, of a crane without any certificate."""
+    found = load_plan("template-to-1500m")
+    return replace(found, crane=found.crane.model_copy(update={"certified": None}), credits_synthetic=False)
 
 
 def of_kind(plan, kind):

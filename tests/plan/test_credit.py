@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
 
+from stillhook.errors import StillhookError
 from stillhook.kernels.build import results_hash
 from stillhook.plan.answer.metadata import _crane as facts_of_crane
 from stillhook.plan.definition.capacities import at_rest
@@ -27,14 +29,20 @@ ENVELOPE = {
 
 
 @pytest.fixture(scope="module")
-def plan():
+def example():
     return load_plan("template-to-1500m")
+
+
+@pytest.fixture(scope="module")
+def plan(example):
+    """The example, of a crane without any certificate."""
+    return replace(example, crane=example.crane.model_copy(update={"certified": None}), credits_synthetic=False)
 
 
 def test_a_plan_tells_of_every_certificate_that_it_is_unsigned(plan):
     """An envelope that was widened by hand, its digest made anew, is credited: whoever reads the credit must know that it can be."""
-    assert facts_of_crane(plan.crane)["certificate"] is None
-    told = facts_of_crane(certified(plan, load=("1 t", "250 t")).crane)["certificate"]
+    assert facts_of_crane(plan.crane, False)["certificate"] is None
+    told = facts_of_crane(certified(plan, load=("1 t", "250 t")).crane, False)["certificate"]
     assert told["unsigned"] == UNSIGNED
     for word in ("checksum, not a signature", "stillhook certificate check"):
         assert word in UNSIGNED
@@ -94,6 +102,29 @@ def test_a_certificate_of_simulated_logs_covers_nothing(plan):
     found = asked(certified(plan, synthetic=True))
     assert not found.covered.any()
     assert "SYNTHETIC" in found.reasons[0]
+
+
+def test_a_certificate_that_the_plan_assumes_is_credited_in_its_envelope_and_said_to_be_synthetic(example):
+    assert asked(example).covered.all()
+    swell, deep = Seas(np.array([1.0]), np.array([14.0]), np.array([math.pi])), PhaseKind.DEEP
+    phase = next(p for p in example.phases if p.kind is deep)
+    assert "period of the tip" in inside(example, phase, Alternative.SSC, swell).reasons[0]
+    assert not asked(replace(example, credits_synthetic=False)).covered.any()
+    told = facts_of_crane(example.crane, example.credits_synthetic)["certificate"]
+    assert told["synthetic"]
+    assert told["assumed"]
+
+
+def test_a_crane_with_a_certificate_of_its_own_is_given_no_other(example, tmp_path, monkeypatch):
+    file = tmp_path / "lift.toml"
+    text = (files("stillhook.library") / "data" / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
+    file.write_text(text.replace('load = ["80 t", "180 t"]', 'load = ["180 t", "80 t"]'), encoding="utf-8")
+    with pytest.raises(StillhookError, match=r"synthetic_certificate.*load: from 180000 to 80000"):
+        load_plan(file)
+    file.write_text(text, encoding="utf-8")
+    monkeypatch.setattr("stillhook.plan.file.load_crane", lambda name: example.crane)
+    with pytest.raises(StillhookError, match="the crane has a certificate of its own"):
+        load_plan(file)
 
 
 def test_a_certificate_of_other_code_or_of_another_crane_does_not_hold(plan):

@@ -166,7 +166,11 @@ def test_the_profile_tells_longer_periods_deeper_down_and_where_they_meet_the_se
 
 @pytest.mark.slow
 def test_more_added_mass_lowers_the_limit_of_a_load_on_the_brake_and_friction_does_not_touch_it(plan):
-    high = replace(plan, environment=plan.environment.model_copy(update={"Hs": tuple(np.arange(0.5, 8.1, 0.5))}))
+    high = replace(
+        plan,
+        environment=plan.environment.model_copy(update={"Hs": tuple(np.arange(0.5, 8.1, 0.5))}),
+        phases=tuple(phase.model_copy(update={"limits": {}}) for phase in plan.phases),
+    )
 
     def limits(demands):
         return [limits_of(d, limited(high, high.phase(d.phase), d.alternative)) for d in demands]

@@ -34,7 +34,9 @@ WINCH = WINCH_TYPES["active-passive"]
 def plan():
     found = load_plan("template-to-1500m")
     environment = found.environment.model_copy(update={"Tp": PERIODS, "headings": (BETA,)})
-    return replace(found, environment=environment, alternatives=(Alternative.NONE, Alternative.CAP, Alternative.SSC))
+    phases = tuple(phase.model_copy(update={"limits": {}}) for phase in found.phases)
+    alternatives = (Alternative.NONE, Alternative.CAP, Alternative.SSC)
+    return replace(found, environment=environment, phases=phases, alternatives=alternatives)
 
 
 @pytest.fixture
@@ -147,8 +149,10 @@ def test_runs_go_where_the_weather_is(plan, asked):
     one = replace(plan, alternatives=(Alternative.NONE,))
     landing = next(p for p in plan.phases if p.kind is PhaseKind.LANDING)
     guesses = {(p.name, Alternative.NONE): math.inf for p in plan.phases} | {(landing.name, Alternative.NONE): 1.7}
-    often = {(PERIODS[0], BETA): 2.5, (PERIODS[1], BETA): 0.25, (PERIODS[2], BETA): 0.25}
-    tier = refine(one, predicted(one, guesses), search=Search(width=0.04), frequency=often)
+    often = {PERIODS[0]: 2.5, PERIODS[1]: 0.25, PERIODS[2]: 0.25}
+    tier = refine(
+        one, predicted(one, guesses), search=Search(width=0.06), occurrence=lambda column, _: often[column[0]]
+    )
     demand = next(d for d in tier.demands if d.phase == landing.name)
     runs = {T: int(demand.seeds[(demand.seas.Tp == T) & (demand.seas.Hs > 0.0)].sum()) for T in PERIODS}
     assert runs[PERIODS[0]] >= 1.5 * max(runs[PERIODS[1]], runs[PERIODS[2]])

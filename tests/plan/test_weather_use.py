@@ -6,7 +6,7 @@ import pytest
 from stillhook.errors import StillhookError
 from stillhook.library.toml.tree import shelf
 from stillhook.plan.file import copy_plan, load_plan
-from stillhook.plan.weather.value import weather_used
+from stillhook.plan.weather.records import weather_used
 
 OWN = 'file = "site.csv"\nsense = "going-to"\ntime = "when"\ndate_order = "dmy"\ncolumns = { Hs = "height (cm)", come_from = "heading of waves" }\n'
 TABLE = "when;height (cm);heading of waves;Tp\n1/2/2013 0:00;150;90;8\n1/2/2013 1:00;160;90;8\n"

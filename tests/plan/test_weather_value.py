@@ -11,7 +11,8 @@ from stillhook.plan.definition.lift_plan import Environment, WeatherUse
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.table import Axes, Governed
-from stillhook.plan.weather.value import PER_RECORD, forecast_limits, seas_of, weather_block, weather_value
+from stillhook.plan.weather.records import PER_RECORD, seas_of
+from stillhook.plan.weather.value import forecast_limits, weather_block, weather_value
 from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.series import Weather
 

@@ -44,7 +44,7 @@ from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, cra
 from stillhook.plan.definition.phases import Phase, Water, joined
 from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
-from stillhook.plan.weather.value import check_headings
+from stillhook.plan.weather.records import check_headings
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint

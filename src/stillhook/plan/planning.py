@@ -32,7 +32,8 @@ from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency, resonance_depth, situations
 from stillhook.plan.tiers.time_domain.tier import refine
 from stillhook.plan.weather.occurrence import occurrence
-from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block, weather_used, weather_value
+from stillhook.plan.weather.records import seas_of, weather_used
+from stillhook.plan.weather.value import forecast_limits, weather_block, weather_value
 from stillhook.sea.spectra.spectrum import steepest, steepness
 from stillhook.units import quote
 from stillhook.weather.alpha import DEFAULT, load_alpha_table, reference_period
@@ -93,7 +94,7 @@ def plan(
         twin = refine(
             lift_plan,
             limits,
-            frequency=None if records is None else occurrence(lift_plan, records),
+            occurrence=None if records is None else occurrence(lift_plan, records),
             store=store,
             client=client,
             threads=threads,

@@ -34,7 +34,7 @@ from stillhook.plan.report.words import (
     workable,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
-from stillhook.plan.weather.value import PER_RECORD
+from stillhook.plan.weather.records import PER_RECORD
 from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number

@@ -8,7 +8,7 @@ much weather is about it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -43,10 +43,10 @@ class Search:
     from the limit, over it, at which it is found; cells a column may have.
     """
 
-    seeds: int = 16
-    more: int = 16
-    most_seeds: int = 96
-    width: float = 0.08
+    seeds: int = 8
+    more: int = 8
+    most_seeds: int = 64
+    width: float = 0.1
     near: float = 0.12
     cells: int = 6
 
@@ -57,7 +57,7 @@ LEAST_PART = 0.5
 """Least part of the lowest height at which a limit below it is looked for next."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
 """Heights are whole multiples of 2.5 cm below 1 m and of 5 cm above, so that alternatives meet in the same seas [m]."""
-WIDTHS = (0.6, 1.8)
+WIDTHS = (0.7, 2.0)
 """Factors on `Search.width` in the weather that is most and least frequent."""
 
 
@@ -154,11 +154,11 @@ class Work:
         search: Search,
         cells: Cells,
         progress: Progress | None,
-        frequency: Mapping[Column, float] | None = None,
+        occurrence: Callable[[Column, float], float] | None = None,
     ) -> None:
-        """frequency: share of the weather's records about a column, over the mean of columns; None: all alike."""
+        """occurrence: weather about a limit of a column, over the usual; None: all alike."""
         self.plan, self.search, self.cells, self.progress = plan, search, cells, progress
-        self.frequency = frequency or {}
+        self.occurrence = occurrence or (lambda column, limit: 1.0)
         self.lines: list[LimitSearch] = []
         self.groups: dict[tuple[Alternative, Column], list[LimitSearch]] = {}
         self.phases: dict[tuple[str, Alternative], list[LimitSearch]] = {}
@@ -249,7 +249,7 @@ class Work:
         wanted = next_height(Hs, seen, line.first_guess, highest, self.search)
         if wanted is not None:
             return [CellRequest(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
-        if 0.0 < limit <= bound and limit < math.inf and half > self.width(line.column):
+        if 0.0 < limit <= bound and limit < math.inf and half > self.width(line.column, limit):
             more = self._more_runs(line, Hs, limit)
             if more is not None:
                 return [more]
@@ -276,10 +276,10 @@ class Work:
         h = min(Hs, key=lambda h: abs(h - limit))
         return CellRequest(line.phase.name, line.winch, line.spot(h), sizes[h] + self.search.more)
 
-    def width(self, column: Column) -> float:
-        """Half of the 95 % interval that is narrow enough in a column: an error of a limit costs as many days as there
+    def width(self, column: Column, limit: float) -> float:
+        """Half of the 95 % interval that is narrow enough about a limit [m]: an error of it costs as many days as there
         is weather about it."""
-        often = max(self.frequency.get(column, 1.0), 1e-6)
+        often = max(self.occurrence(column, limit), 1e-6)
         return self.search.width * min(max(1.0 / math.sqrt(often), WIDTHS[0]), WIDTHS[1])
 
     def heights(self, line: LimitSearch) -> list[float]:

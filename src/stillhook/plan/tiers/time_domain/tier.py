@@ -6,7 +6,7 @@ Blocks of a result that only runs give: how landing speeds scatter, and how limi
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -164,7 +164,7 @@ def refine(
     predicted: Sequence[Limits],
     *,
     search: Search | None = None,
-    frequency: Mapping[Column, float] | None = None,
+    occurrence: Callable[[Column, float], float] | None = None,
     store: Any = None,
     client: Any = None,
     threads: int = 2,
@@ -178,11 +178,11 @@ def refine(
     numbers), and what is one run under several of them is run once. Heights are placed by
     `stillhook.plan.tiers.time_domain.search`; a column gets more runs until the interval of its limit is narrow enough.
 
-    frequency: share of the weather's records about a column, over the mean of columns; store: folder in which runs are
-    kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share done, 0..1.
+    occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`); store: folder
+    in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share done, 0..1.
     Errors: StillhookError, one line: a lift beyond any crane, a store that cannot be written.
     """
-    work = Work(plan, search or Search(), Cells(plan, Execution(store, client, threads)), progress, frequency)
+    work = Work(plan, search or Search(), Cells(plan, Execution(store, client, threads)), progress, occurrence)
     work.prepare(predicted)
     for _ in range(MOST_ROUNDS):
         if not work.round():

@@ -1,0 +1,172 @@
+"""Weather as a plan's tables want it: read as the plan says, with the heights, periods and directions of its records,
+and what of it the tables do not reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.choice import nearest
+from stillhook.errors import PlanError, WeatherError
+from stillhook.formats.weather.file import SENSES, read_weather
+from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
+from stillhook.plan.table import SAME, bracketed, holdable_headings
+from stillhook.plan.weather.two_systems import Systems, systems
+from stillhook.sea.spectra.directions import FULL, relative
+from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
+from stillhook.units import quote, show
+from stillhook.weather.limit_text import FREE_STEP
+from stillhook.weather.series import Weather
+
+PEAKED = 3.3
+"""Peak enhancement between which and 1 the peak period of a sea is taken to lie where only its zero-crossing period is
+known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Records:
+    """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], come_from (n,)
+    [rad from north] or None where the weather gives no direction; ship: where the bow points [rad from north], None
+    where it is free to turn; systems: of a plan with a swell, of which Hs, periods and come_from are those of the wind
+    sea where the weather has it apart.
+    """
+
+    Hs: FloatArray
+    periods: tuple[FloatArray, ...]
+    come_from: FloatArray | None
+    ship: float | None
+    systems: Systems
+
+
+def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]:
+    """Records of the weather as a plan's tables want them, and how they were read.
+
+    Errors: WeatherError for weather without heights, or without directions for a vessel whose heading is fixed.
+    """
+    swell = plan.environment.swell
+    of_both = systems(weather, None if swell is None else swell.facts())
+    weather = of_both.weather
+    if "H_m0" not in weather.columns:
+        raise WeatherError(f"{weather.source}: no wave height. Give weather with a column of significant wave height.")
+    Hs, ship = weather.columns["H_m0"], None if plan.weather is None else plan.weather.ship
+    come_from = weather.columns.get("come_from")
+    periods, note = _periods(weather, len(Hs))
+    check_headings(plan, ship, come_from is not None)
+    if ship is not None and come_from is None:
+        hint = next((f" ({note})" for note in weather.notes if "direction" in note), "")
+        raise WeatherError(
+            f"{weather.source}: gives no direction of waves{hint}, and weather.ship holds the vessel's heading at"
+            f" {show(ship, 'angle', 4)}. Say what the file's directions mean by weather.sense, or leave weather.ship"
+            " out."
+        )
+    seas = Records(Hs, periods, come_from, ship, of_both)
+    heading = (
+        f"{free_to_turn(come_from is not None)}; {PER_RECORD}"
+        if ship is None
+        else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
+    )
+    return seas, (*of_both.notes, *([note] if note else []), heading, *_outside(plan, seas))
+
+
+PER_RECORD = "operability and workable hours count each record by itself, at its best heading, which flatters"
+"""What no heading is kept for: both know no operation."""
+
+
+def free_to_turn(directions: bool) -> str:
+    """What a vessel free to turn does, in words; directions: whether the weather gives those of waves."""
+    if directions:
+        return (
+            f"vessel free to turn: one heading through each operation, the best of every {show(FREE_STEP, 'angle', 4)}"
+        )
+    return (
+        "vessel free to turn, and no direction of waves: they are taken to stay on one side of it through each"
+        " operation, which flatters"
+    )
+
+
+def _outside(plan: LiftPlan, seas: Records) -> list[str]:
+    """How many of the records the plan's table does not reach, where its limit is 0 m: that is the table's and not the
+    weather's."""
+    words = {
+        "above_period": f"lie above {max(plan.environment.Tp):g} s, the highest period of the table",
+        "outside_headings": "have waves outside the table's headings",
+        "no_direction": "give no direction",
+    }
+    shares = outside(plan, seas)
+    shares_text = [
+        f"{100.0 * shares[key]:.3g} % of the records {text}" for key, text in words.items() if shares[key] > 0.0
+    ]
+    return [f"{', '.join(shares_text)}: counted as not workable"] if shares_text else []
+
+
+def outside(plan: LiftPlan, seas: Records) -> dict[str, float]:
+    """Shares of records that the plan's table does not reach: above its highest period (of which one reading is
+    enough), between or outside its headings where the ship holds one, or without a direction; outside: any of these."""
+    env = plan.environment
+    high = np.any([period > max(env.Tp) for period in seas.periods], axis=0)
+    blind = np.zeros_like(high) if seas.come_from is None else np.isnan(seas.come_from)
+    aside = np.zeros_like(high)
+    if seas.come_from is not None and seas.ship is not None:
+        beta = np.asarray(relative(seas.come_from, seas.ship))
+        aside = ~blind & ~bracketed(np.array(env.headings), env.heading_tolerance, beta)[1]
+    parts = {"above_period": high, "outside_headings": aside, "no_direction": blind, "outside": high | aside | blind}
+    return {key: float(part.mean()) for key, part in parts.items()}
+
+
+def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None:
+    """Refuse headings without neighbours in the table; directions: whether the weather gives those of waves.
+    Errors: PlanError; ship as in `WeatherUse`."""
+    env = plan.environment
+    headings, tolerance = np.array(env.headings), env.heading_tolerance
+    listed = ", ".join(show(beta, "angle", 4) for beta in env.headings)
+    if ship is None and not holdable_headings(headings, tolerance).any():
+        raise PlanError(
+            f"environment.headings {listed}: none can be kept within {show(tolerance, 'angle', 4)} (heading_tolerance),"
+            " for no neighbours span that on both sides of it. For weather, give headings on both sides such as 165,"
+            " 180 and 195 deg, a smaller heading_tolerance, or weather.ship."
+        )
+    apart = np.diff(np.sort(np.append(headings, headings.min() + FULL)))
+    if directions and not (apart <= 2.0 * tolerance * (1.0 + SAME)).any():
+        raise PlanError(
+            f"environment.headings {listed}: no two are within {show(2.0 * tolerance, 'angle', 4)} (twice"
+            " heading_tolerance), and the table has no result between them. For weather with directions of waves, give"
+            " neighbours."
+        )
+
+
+def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
+    """Readings of the peak period, of which the worse counts, and their origin where the weather does not give
+    it."""
+    if "T_p" in weather.columns:
+        return (weather.columns["T_p"],), ""
+    if "T_m02" not in weather.columns:
+        return (np.full(n, np.nan),), "no period in the weather: the worst period of the table counts in every record"
+    ratios = [spectrum.T_m02 / spectrum.T_p for spectrum in (pierson_moskowitz(2.0, 9.0), Jonswap(2.0, 9.0, PEAKED))]
+    note = (
+        f"no peak period in the weather: T_z over {ratios[0]:.3f} and over {ratios[1]:.3f} (gamma 1 and {PEAKED:g}),"
+        " the worse of both"
+    )
+    return tuple(weather.columns["T_m02"] / r for r in ratios), note
+
+
+def weather_used(use: WeatherUse) -> Weather:
+    """The weather, read as the plan says; columns without any number are left out.
+
+    Errors: WeatherError of one line for the file and where no height is known, PlanError for a sense that is none.
+    """
+    if use.sense is not None and use.sense not in SENSES:
+        raise PlanError(
+            f"weather.sense = {quote(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}"
+        )
+    sense = None if use.sense is None else SENSES[use.sense]
+    weather = read_weather(
+        use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order
+    )
+    columns = {name: x for name, x in weather.columns.items() if np.isfinite(x).any()}
+    if "H_m0" in weather.columns and "H_m0" not in columns:
+        raise WeatherError(
+            f"{weather.source}: no record of wave height: all {len(weather)} are missing. Give weather that has them."
+        )
+    return replace(weather, columns=columns)
