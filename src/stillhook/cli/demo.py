@@ -1,17 +1,22 @@
-"""`stillhook demo`: the example plan to its report, or four motions under three controllers."""
+"""`stillhook demo`: a ship in waves and the example plan to its report, or four motions under three controllers."""
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stillhook.cli.parser import check_out
 from stillhook.cli.simulation import OUT_FILES, headers, print_notes, row, write_comparison
 from stillhook.errors import PlanError
+from stillhook.report.formatting import fixed
 from stillhook.report.terminal import print_table, progress_bar, started
 from stillhook.units import quote, show
+
+if TYPE_CHECKING:
+    from stillhook.plan.result import PlanResult
 
 SHOWN = 40.0
 """Last part of each run that its picture shows [s]."""
@@ -19,9 +24,16 @@ EXAMPLE = "template-to-1500m"
 PLAN, MOTIONS = "plan", "motions"
 THREADS = 2
 EXAMPLE_HELP = (
-    '"plan": a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS and SSC on four'
-    " motions."
+    '"plan": a ship in waves, then a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS'
+    " and SSC on four motions."
 )
+SHIP, SEA, HEADING = "construction-vessel-130m", "jonswap Hs=2 m Tp=9 s", "165 deg"
+TIP = (-15.0, -24.0)
+"""Crane tip from the vessel's reference point, forward and to port [m]."""
+LOAD, S_W, DURATION = "100 t", "500 m", "300 s"
+PERIODS = (6.0, 8.0, 10.0, 12.0)
+"""Periods whose limits the demo prints [s]."""
+WIDTH = 98
 
 
 def demo(
@@ -29,8 +41,8 @@ def demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for report and pictures.")] = Path("stillhook-demo"),
     quick: Annotated[bool, typer.Option("--quick", help="Plan: frequency-domain method only, in seconds.")] = False,
 ) -> None:
-    """Limiting weather for lowering a template of 120 t to 1,500 m, and the benefit of a better controller: the example
-    plan, to its report.
+    """A ship in waves under three controllers, then the limiting weather for lowering a template of 120 t to 1,500 m
+    and the days that a better controller gains: the example plan, to its report.
 
     An interrupted run continues where it stopped when it is started again. Exit codes are those of stillhook plan.
 
@@ -43,12 +55,77 @@ def demo(
         return
     if example != PLAN:
         raise PlanError(f"Unknown example {quote(example)}. Choose {PLAN} or {MOTIONS}.")
-    from stillhook.cli.plan import run, show
+    from stillhook.cli.plan import run
     from stillhook.plan.file import load_plan
 
-    result = run(load_plan(EXAMPLE), "frequency" if quick else "time", None, out, None, None, THREADS)
-    show(result, out, json=False)
+    check_out(out, OUT_FILES)
+    _in_waves(out / "ship-in-waves")
+    result = run(load_plan(EXAMPLE), "frequency" if quick else "time", None, out / "lift-plan", None, None, THREADS)
+    _lift(result, out / "lift-plan")
     raise typer.Exit(0 if result.workable else 1)
+
+
+def _in_waves(out: Path) -> None:
+    """A ship motion under three controllers: five lines and a picture."""
+    from stillhook.analysis.controllers import compare as side_by_side
+    from stillhook.formats.vessel.open import read_vessel
+    from stillhook.library import load_crane
+    from stillhook.sea.spectra.text import parse_sea
+    from stillhook.sea.vessel.realisation import realise, tip_motion
+    from stillhook.spec.scenario import Scenario
+
+    sea = parse_sea(SEA, heading=HEADING, spread=4.0)
+    motion = tip_motion(realise(sea, repeat=3600.0, seed=1), read_vessel(SHIP), *TIP)
+    crane = load_crane("nov-250t")
+    case = Scenario(name="ship in waves", load=LOAD, s_w=S_W, tip=motion, duration=DURATION, warm_up="60 s")
+    with progress_bar("A ship in waves") as bar:
+        result = side_by_side(crane, case, progress=started(crane, bar, series=True))
+    runs = {r.mode.value: r.summary for r in result.runs}
+    first = next(iter(runs.values()))
+    tip = show(first["s_tip_pp"], "length")
+    print(f"A crane tip moves {tip} in 30 s (ship in SIMULATED waves, {SEA}), {LOAD} on the hook:")
+    for mode, summary in runs.items():
+        kept = f"{show(summary['e_c_pp'], 'length'):>8} of it, {summary['eta_c']:6.1%} compensated"
+        print(f"  {mode.upper():4} the hook keeps {kept}; {summary['status']}")
+    write_comparison(result, out, quiet=True, start=result.runs[0].case.duration - 2.0 * SHOWN)
+    print(f"  picture: {(out / OUT_FILES[0]).resolve()}\n")
+
+
+def _lift(result: PlanResult, out: Path) -> None:
+    """The lift: limiting sea states, what governs, days gained, and where the report is."""
+    from stillhook.plan.report.document import marks
+    from stillhook.plan.report.summary_page import verdict
+    from stillhook.plan.report.words import CREDITED, TWIN, gain, named
+    from stillhook.report.formatting import percent
+
+    data, tolerance = result.data, "0.15 m"
+    answer = verdict(result)
+    print(f"{result.name}, landed within {tolerance} over guide posts. {answer.word}, credited.")
+    for line in (answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):
+        print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
+    periods = [float(T) for T in data["period"].values if float(T) in PERIODS]
+    weather = result.blocks.get("weather")
+    rows = []
+    for credit, label in ((TWIN, "simulated"), (CREDITED, "credited")):
+        for name in (str(a) for a in data["alternative"].values):
+            Hs = data["Hs_limit"].sel(credit=credit, alternative=name)
+            if credit == CREDITED and bool((Hs == data["Hs_limit"].sel(credit=TWIN, alternative=name)).all()):
+                continue
+            cells = [fixed(float(Hs.sel(period=T).min()), 2) for T in periods]
+            if weather is not None:
+                year = weather.sel(credit=credit, alternative=name, month=0)
+                cells += [percent(float(year["operability"])), gain(year, "cap-80")]
+            rows.append([named(name), label, *cells])
+    head = ["winch", "limit", *(f"{T:g} s" for T in periods)]
+    head += [] if weather is None else ["workable", "days gained over the 80 % cap (95 %)"]
+    for cells in (head, *rows):
+        widths = [10, 10, *[6] * len(periods), 9, 36]
+        padded = zip(cells, widths, strict=False)
+        print("  " + " ".join(f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(padded)))
+    print("  Limiting Hs [m] by peak period, most unfavourable heading.")
+    for mark in marks(result):
+        print(textwrap.fill(mark + ".", WIDTH, initial_indent="  ", subsequent_indent="  "))
+    print(f"report: {(out / 'report.pdf').resolve()}")
 
 
 def _motions(out: Path) -> None:

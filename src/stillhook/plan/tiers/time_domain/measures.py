@@ -53,7 +53,8 @@ class Measure:
 
     def of_part(self, length: float = math.inf) -> float:
         """Quantile of a part of a run [s] that is the phase's: parts are independent."""
-        return float(self.q ** (min(length, self.length) / self.length / max(self.times, 1.0)))
+        share = 1.0 if length >= self.length else length / self.length
+        return float(self.q ** (share / max(self.times, 1.0)))
 
     def values(self, runs: Runs) -> FloatArray:
         """x of every run (n,); inf of one that failed."""
