@@ -91,7 +91,7 @@ def test_limits_of_known_motions_are_found_at_every_tolerance_payload_and_depth(
         level = swing * (1.0 + SCATTER * math.log(times))
         of = block.sel(alternative=name)
         size = (of["mass"] / plan.payload.mass * of["depth"] / plan.depth).values[:, None]
-        exact = (of["tolerance"].values / (level * size)) ** (1.0 / power)
+        exact = (of["landing_tolerance"].values / (level * size)) ** (1.0 / power)
         found, low, high = (of[f"Hs_landing{end}"].values for end in ("", "_low", "_high"))
         rungs = rungs_of(plan)
         between = (exact > rungs[0] * (1.0 + RIGHT)) & (exact < rungs[-1] * (1.0 - RIGHT))
@@ -110,7 +110,7 @@ def test_a_controller_that_moves_less_lands_in_higher_seas_at_every_tolerance(bl
     answer = answer_of(block)
     planned = [row for row in answer["pays"] if row["mass"] == block["mass"][0] and row["depth"] == block["depth"][0]]
     assert {row["new"] for row in planned} == {"ssc"}
-    assert [row["better"] for row in planned] == [1] * len(block["tolerance"])
+    assert [row["better"] for row in planned] == [1] * len(block["landing_tolerance"])
     assert answer["answer"][0].startswith(
         "120 t, 1500 m (as planned): a new controller lands in higher seas from a tolerance of 0.5 m down to 0.05 m; "
     )
@@ -122,6 +122,14 @@ def test_controllers_that_move_alike_are_said_to_be_alike(plan, runs, monkeypatc
     answer = answer_of(landing_sweep(plan, TP, BETA, THREADS))
     assert not any(row["better"] for row in answer["pays"])
     assert all("at no tolerance does a new controller land in higher seas" in line for line in answer["answer"])
+
+
+@pytest.mark.slow
+def test_without_a_classic_controller_nothing_is_compared(plan, runs):
+    one = replace(plan, alternatives=(Alternative.NONE, Alternative("ssc")))
+    answer = answer_of(landing_sweep(one, TP, BETA, THREADS))
+    assert answer["pays"] == []
+    assert answer["answer"] == ["the plan does not have a new and a classic controller side by side"]
 
 
 @pytest.mark.slow
@@ -239,7 +247,7 @@ def test_the_report_shows_the_sweep_or_says_why_there_is_none(block):
     (section,) = (s for s in document(result, {}).sections if "Landing tolerance" in s.title)
     assert answer_of(block)["answer"][0] in next(p for p in section.parts if isinstance(p, Bullets)).lines[0]
     table = next(p for p in section.parts if isinstance(p, Table))
-    assert len(table.rows) == block.sizes["variant"] * block.sizes["tolerance"]
+    assert len(table.rows) == block.sizes["variant"] * block.sizes["landing_tolerance"]
 
 
 @pytest.mark.thorough
@@ -252,7 +260,7 @@ def test_the_twin_lands_more_closely_with_a_new_controller_and_less_so_with_more
     assert bool((np.diff(np.nan_to_num(Hs.values, posinf=1e3), axis=2) >= 0.0).all())
     planned, deep = Hs.isel(variant=0), Hs.isel(variant=-1)
     assert bool((deep.sel(alternative="cap-80") <= planned.sel(alternative="cap-80")).all())
-    at = found.sel(tolerance=0.1).isel(variant=0)
+    at = found.sel(landing_tolerance=0.1).isel(variant=0)
     assert float(at["Hs_landing_low"].sel(alternative="strong-ssc")) > float(
         at["Hs_landing_high"].sel(alternative="ns")
     )
@@ -261,6 +269,6 @@ def test_the_twin_lands_more_closely_with_a_new_controller_and_less_so_with_more
     environment = template.environment.model_copy(update={"Tp": (TP,), "headings": (BETA,)})
     one = replace(template, environment=environment, alternatives=(Alternative.CAP,), phases=(landing,))
     (limits,) = refine(one, []).limits
-    cap = found.isel(variant=0).sel(alternative="cap-80", tolerance=found.attrs["own"])
+    cap = found.isel(variant=0).sel(alternative="cap-80", landing_tolerance=found.attrs["own"])
     assert float(cap["Hs_landing_low"]) <= float(limits.high["load-motion"][0])
     assert float(limits.low["load-motion"][0]) <= float(cap["Hs_landing_high"])

@@ -53,9 +53,9 @@ class PlanResult:
     not_covered, remarks). blocks: name of `BLOCKS` -> Dataset, each only where it was made:
         depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta,
         z_resonance; efficiency (alternative, period): eta_wire, eta_load; landing (alternative, run): v_landed;
-        sensitivity (factor, alternative); sweep (variant, alternative, tolerance): Hs_landing; convergence (cell, n):
-        Hs_limit, low, high; weather (credit, alternative, month; 0 the whole year); demand (tier, alternative, phase,
-        heading, period, height): quantities of the rules.
+        sensitivity (factor, alternative); sweep (variant, alternative, landing_tolerance): Hs_landing;
+        convergence (cell, n): Hs_limit, low, high; weather (credit, alternative, month; 0 the whole year); demand
+        (tier, alternative, phase, heading, period, height): quantities of the rules.
     """
 
     data: xarray.Dataset = field(repr=False)

@@ -192,11 +192,11 @@ def landing_sweep(
 ) -> xarray.Dataset | None:
     """Limiting heights of the landing over tolerance, payload and depth, by runs at one period [s] and direction [rad].
 
-    Returns Hs_landing, Hs_landing_low, Hs_landing_high [m] over variant, alternative and tolerance [m]: 0 below the
-    lowest height that is run, inf above the highest; load_pp [m] over variant, alternative and height [m]: level of the
-    payload's motion (inf: too many runs fail). Coords mass [kg], depth [m] and varied
-    ("payload", "depth", "" as planned) of every variant. attrs: phase, Tp, beta, own (the plan's tolerance [m], NaN
-    without one), quantities, left_out (a line each), n_seeds, n_runs. None where no landing is compensated.
+    Returns Hs_landing, Hs_landing_low, Hs_landing_high [m] over variant, alternative and landing_tolerance [m]: 0 below
+    the lowest height that is run, inf above the highest; load_pp [m] over variant, alternative and height [m]: level of
+    the payload's motion (inf: too many runs fail). Coords mass [kg], depth [m] and varied ("payload", "depth", "" as
+    planned) of every variant. attrs: phase, Tp, beta, own (the plan's tolerance [m], NaN without one), quantities,
+    left_out (a line each), n_seeds (of a controller), n_runs. None where no landing is compensated.
     Errors: as `stillhook.plan.tiers.time_domain.tier.refine`.
     """
     phase = landing_of(plan)
@@ -216,13 +216,13 @@ def landing_sweep(
         limits.append([row[0] for row in rows])
         motion.append([row[1] for row in rows])
         n_runs += work.cells.n_runs
-    over = ("variant", "alternative", "tolerance")
+    over = ("variant", "alternative", "landing_tolerance")
     columns = {f"Hs_landing{end}": (over, np.array(limits)[:, :, k]) for k, end in enumerate(("", "_low", "_high"))}
     columns["load_pp"] = (*over[:2], "height"), np.array(motion)
     coords = {
         "variant": [v.name for v in variants],
         "alternative": [a.value for a in plan.alternatives],
-        "tolerance": tolerance,
+        "landing_tolerance": tolerance,
         "height": rungs,
         "mass": ("variant", [v.plan.payload.mass for v in variants]),
         "depth": ("variant", [v.plan.depth for v in variants]),
@@ -297,7 +297,7 @@ def pays_at(block: xarray.Dataset, variant: int) -> list[Pays]:
         return []
     table = np.stack([block[f"Hs_landing{end}"].values[variant] for end in ("", "_low", "_high")])
     rows = []
-    for k, tolerance in enumerate(block["tolerance"].values):
+    for k, tolerance in enumerate(block["landing_tolerance"].values):
 
         def best(of: Sequence[int], k: int = k) -> int:
             return max(of, key=lambda i: (table[0, i, k], table[1, i, k]))
@@ -315,7 +315,7 @@ def answer_of(block: xarray.Dataset) -> dict[str, Any]:
     for v, name in enumerate(block["variant"].values):
         of = pays_at(block, v)
         place = "as planned" if not str(block["varied"].values[v]) else f"other {block['varied'].values[v]}"
-        lines.append(f"{name} ({place}): {in_words(of, heights)}")
+        lines += [f"{name} ({place}): {in_words(of, heights)}"] if of else []
         rows += [
             {
                 "mass": float(block["mass"].values[v]),
@@ -331,14 +331,13 @@ def answer_of(block: xarray.Dataset) -> dict[str, Any]:
         ]
     keys = ("phase", "Tp", "beta", "own", "quantities", "n_seeds", "n_runs")
     left_out = [line for line in str(attrs["left_out"]).split("\n") if line]
-    return {key: attrs[key] for key in keys} | {"answer": lines, "left_out": left_out, "pays": rows}
+    none = ["the plan does not have a new and a classic controller side by side"]
+    return {key: attrs[key] for key in keys} | {"answer": lines or none, "left_out": left_out, "pays": rows}
 
 
 def in_words(of: Sequence[Pays], heights: tuple[float, float]) -> str:
-    """From which tolerance down the best new controller lands in higher seas, from comparisons over rising tolerances;
-    heights: ends of the ladder [m]."""
-    if not of:
-        return "the plan does not have a new and a classic controller side by side"
+    """From which tolerance down the best new controller lands in higher seas, from comparisons over rising tolerances,
+    one at least; heights: ends of the ladder [m]."""
     better = list(_ranges(of, np.array([each.verdict == 1 for each in of])))
     worse = list(_ranges(of, np.array([each.verdict == -1 for each in of])))
     if better:

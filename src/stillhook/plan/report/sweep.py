@@ -27,7 +27,7 @@ def tolerance_sweep(result: PlanResult, figures: Mapping[str, bytes]) -> list[Pa
     left_out = [Text(f"Left out: {'; '.join(answer['left_out'])}.")] if answer["left_out"] else []
     return [
         Text(text + (control if "e_c_pp" in answer["quantities"] else "")),
-        Bullets([f"{line}." for line in answer["answer"]]),
+        Bullets([f"{line[0].upper()}{line[1:]}." for line in answer["answer"]]),
         *left_out,
         *picture(figures, "sweep", sea_words(block.attrs)),
         *_table(result),

@@ -55,7 +55,7 @@ def sweep(block: xarray.Dataset) -> Figure:
 
 def _panel(ax: Axes, of: xarray.Dataset) -> None:
     """One payload at one depth. Lines end where the limit leaves the ladder of heights."""
-    x, top = of["tolerance"].values, float(of["height"].values[-1])
+    x, top = of["landing_tolerance"].values, float(of["height"].values[-1])
     for name in names(of):
         value, low, high = (
             np.asarray(of[f"Hs_landing{end}"].sel(alternative=name).values, dtype=float)
