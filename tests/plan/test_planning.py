@@ -194,7 +194,7 @@ def test_every_input_stands_with_its_hash(found):
 
 
 def test_what_a_plan_did_not_compute_has_its_reason_and_its_facts_have_the_shape_that_a_report_asks(found):
-    assert set(found.facts["not_computed"]) == {"landing", "convergence"}
+    assert set(found.facts["not_computed"]) == {"landing", "sweep", "convergence"}
     assert found.facts["not_computed"]["landing"] == "no runs in the time domain were requested: --tier time"
     check(found)
 

@@ -18,8 +18,9 @@ from stillhook.errors import PlanError
 from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
 from stillhook.plan.answer.metadata import RunInputs, by_height, described, facts_of, not_computed, result_facts
-from stillhook.plan.answer.reference_cell import reference_blocks
+from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
+from stillhook.plan.answer.sweep import answer_of, sweep_blocks
 from stillhook.plan.definition.capacities import static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.phases import Phase
@@ -30,6 +31,7 @@ from stillhook.plan.result import CREDITS, PlanResult, not_compared
 from stillhook.plan.table import Axes, certified_in, chosen, credited_of, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency, resonance_depth, situations
+from stillhook.plan.tiers.time_domain.cells import Execution
 from stillhook.plan.tiers.time_domain.tier import refine
 from stillhook.plan.weather.occurrence import occurrence
 from stillhook.plan.weather.records import seas_of, weather_used
@@ -47,13 +49,13 @@ UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i
 """Tiers that are run up to the highest one requested."""
 
 
-EXPECTED = {"preparation": 1.5, "frequency": 18.5, "time": 180.0, "weather": 2.5, "reference cell": 2.2}
+EXPECTED = {"preparation": 1.5, "frequency": 18.5, "time": 180.0, "weather": 2.5, "reference cell": 2.2, "sweep": 20.0}
 """Parts of a plan and what each took of the embedded plan with nothing kept from before [s]: for progress, in ratio to
 each other."""
 PARTS = {
     Tier.CLOSED_FORM: ("preparation", "weather"),
     Tier.FREQUENCY: ("preparation", "frequency", "weather", "reference cell"),
-    Tier.TIME: ("preparation", "frequency", "time", "weather", "reference cell"),
+    Tier.TIME: ("preparation", "frequency", "time", "weather", "reference cell", "sweep"),
 }
 
 
@@ -113,11 +115,14 @@ def plan(
             block, lift_plan, of, limits, demands, table, records, value, threads=threads
         )
     if last is not Tier.CLOSED_FORM:
-        blocks |= reference_blocks(lift_plan, of, parts("reference cell"), residuals=last is Tier.TIME)
-    blocks |= {} if twin is None else twin.blocks
+        blocks |= reference_blocks(lift_plan, of, parts("reference cell"), residuals=twin is not None)
+    if twin is not None:
+        at, execution = reference_of(lift_plan, of), Execution(store, client, threads)
+        blocks |= {**twin.blocks, **sweep_blocks(lift_plan, at.Tp, at.beta, execution, parts("sweep"))}
     facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= result_facts(lift_plan, of, forecast, value, twin)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)
+    facts |= {"sweep": answer_of(blocks["sweep"])} if "sweep" in blocks else {}
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
     facts["limits"] = rows_of(of, forecast, max(lift_plan.environment.Hs))
     facts["runs"] |= {"wall": time.perf_counter() - begun}

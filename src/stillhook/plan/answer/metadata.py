@@ -331,6 +331,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
         "efficiency": reason,
         "sensitivity": reason or "no rule governs any cell",
         "landing": ran or ("no limit was found at the middle period" if lands else "the plan has no landing"),
+        "sweep": ran or "no landing is compensated",
         "convergence": ran or "no limit was found by runs at the middle period",
     }
     return {name: text for name, text in reasons.items() if name not in blocks}

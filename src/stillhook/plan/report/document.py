@@ -19,6 +19,7 @@ from stillhook.errors import PlanError
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
+from stillhook.plan.report.sweep import tolerance_sweep
 from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, beside, gain, height, names, workable
 from stillhook.plan.result import (
     PlanResult,
@@ -55,6 +56,7 @@ def document(result: PlanResult, figures: Mapping[str, bytes]) -> Document:
         "Limits, phase by phase": [*detail.by_phase(result), *detail.closed_form_comparison(result)],
         "Weather and waiting": detail.weather(result, figures),
         "Behind the limits": detail.behind(result, figures),
+        "Landing tolerance, payload and depth": tolerance_sweep(result, figures),
         "Inputs, versions, seeds": basis.inputs(result),
         "What is not covered": basis.not_covered(result),
     }

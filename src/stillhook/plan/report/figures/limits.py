@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.report.figures.detail import detail_figures, weather_figures
+from stillhook.plan.report.figures.sweep import sweep
 from stillhook.plan.report.words import (
     COLOUR,
     CREDITED,
@@ -136,7 +137,8 @@ def figures(result: PlanResult) -> dict[str, Figure]:
     result_figures |= limit_tables(result, CREDITED)
     result_figures |= limit_tables(result, TWIN)
     result_figures["rosette"] = rosette(result)
-    return result_figures | weather_figures(result) | detail_figures(result)
+    swept = {"sweep": sweep(result["sweep"])} if "sweep" in result else {}
+    return result_figures | weather_figures(result) | detail_figures(result) | swept
 
 
 def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:

@@ -1,0 +1,74 @@
+"""Figure of the landing's limits over tolerance, payload and depth."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stillhook.plan.report.words import COLOUR, MARKER, canvas, key_below, named, names, sea_words
+from stillhook.report.plots.run import GREY
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+TICKS = (0.05, 0.1, 0.2, 0.5)
+"""Tolerances that are labelled [m]."""
+ROWS = {"payload": "mass", "depth": "depth"}
+"""What a row of panels varies, and the coordinate by which its panels are in order."""
+
+
+def sweep(block: xarray.Dataset) -> Figure:
+    """Limit over tolerance: a row of panels for payloads, one for depths, each with the plan as it is; a line with its
+    95 % interval for every alternative."""
+    varied = [str(x) for x in block["varied"].values]
+    rows: list[list[int]] = []
+    for name, coordinate in ROWS.items():
+        places = [i for i, what in enumerate(varied) if what in ("", name)]
+        if name in varied or not rows:
+            order = np.argsort(block[coordinate].values[places], kind="stable")
+            rows.append([places[i] for i in order])
+    across = max(map(len, rows))
+    figure, axes = canvas(len(rows), across, 0.7 + 2.5 * len(rows), sharex=True, sharey=True)
+    for line, places in zip(axes, rows, strict=True):
+        for ax, i in zip(line, places, strict=False):
+            _panel(ax, block.isel(variant=i))
+        for ax in line[len(places) :]:
+            ax.set_visible(False)
+    first = axes[0, 0]
+    first.set_xscale("log")
+    first.set_xticks(TICKS, [f"{x:g}" for x in TICKS])
+    first.minorticks_off()
+    first.set_ylim(0.0, 1.04 * float(block["height"].values[-1]))
+    for ax in axes[:, 0]:
+        ax.set_ylabel("limiting Hs [m]", fontsize="small")
+    for ax in axes[-1]:
+        ax.set_xlabel("tolerance [m]", fontsize="small")
+    figure.suptitle(f"Landing: limit over tolerance, {sea_words(block.attrs)}", fontsize="medium")
+    key_below(figure, [first])
+    return figure
+
+
+def _panel(ax: Axes, of: xarray.Dataset) -> None:
+    """One payload at one depth. Lines end where the limit leaves the ladder of heights."""
+    x, top = of["landing_tolerance"].values, float(of["height"].values[-1])
+    for name in names(of):
+        value, low, high = (
+            np.asarray(of[f"Hs_landing{end}"].sel(alternative=name).values, dtype=float)
+            for end in ("", "_low", "_high")
+        )
+        inside = (value > 0.0) & (low < math.inf)
+        ax.fill_between(
+            x, np.minimum(low, top), np.minimum(high, top), where=inside, color=COLOUR[name], alpha=0.1, lw=0
+        )
+        drawn = np.where(value > 0.0, np.minimum(value, top), np.nan)
+        ax.plot(x, drawn, color=COLOUR[name], marker=MARKER[name], ms=3, lw=1.2, label=named(name))
+    own = float(of.attrs["own"])
+    if math.isfinite(own):
+        ax.axvline(own, color=GREY, lw=0.9, ls=":")
+    planned = "" if str(of["varied"].values) else " (as planned)"
+    ax.set_title(f"{of['variant'].values}{planned}", fontsize="small")

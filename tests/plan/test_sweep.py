@@ -1,0 +1,274 @@
+"""Limits of a landing over tolerance, payload and depth: made-up runs whose limits are known in closed form, and the
+twin."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray
+from tests.plan.made_up import made_up
+
+from stillhook.engine.lowering.run import PEAKS
+from stillhook.engine.lowering.summary import run_numbers_of, stage_numbers_of
+from stillhook.plan.answer.sweep import (
+    Ladder,
+    Pays,
+    answer_of,
+    in_words,
+    landing_of,
+    landing_sweep,
+    rungs_of,
+    variants_of,
+)
+from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.file import load_plan
+from stillhook.plan.report.document import document
+from stillhook.plan.report.figures.limits import figures
+from stillhook.plan.tiers.time_domain import cells as twin_cells
+from stillhook.plan.tiers.time_domain.cells import Execution
+from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
+from stillhook.plan.tiers.time_domain.tier import refine
+from stillhook.report.document import Bullets, Table
+from stillhook.winches.registry import WINCH_TYPES
+
+TP, BETA = 9.0, math.radians(165.0)
+SCATTER = 0.1
+"""Scale of the Gumbel distribution of the largest motion in a run, over its most probable value."""
+MOTION = {"ns": (0.20, 1.0), "hs": (0.15, 1.0), "ssc": (0.05, 0.6), "none": (0.7, 1.0)}
+"""Most probable motion in a run in a sea of 1 m [m], and the power of the height by which it grows."""
+RIGHT = 0.15
+"""Share by which a limit may be off: 12 seeds leave 3 % of the level, by a power of 0.6 some 10 % of the height."""
+WINCH = WINCH_TYPES["active-passive"]
+THREADS = Execution(None, None, 1)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    names = (Alternative.NONE, Alternative("ns"), Alternative("hs"), Alternative("ssc"))
+    return replace(load_plan("template-to-1500m"), alternatives=names)
+
+
+@pytest.fixture
+def runs(monkeypatch, plan):
+    """Runs are made up: motion grows with payload and depth in proportion."""
+    log = []
+
+    def simulated(cranes, cases, **_):
+        numbers = {name: np.zeros((len(cases), 6)) for name in stage_numbers_of(WINCH)}
+        run = {name: np.zeros(len(cases)) for name in run_numbers_of(WINCH)}
+        for i, case in enumerate(cases):
+            Hs = case.sea.trains[0].spectrum.H_m0 if hasattr(case, "sea") else 0.0
+            lift = getattr(case, "lift", case)
+            manual = all(stage.mode.value == "manual" for stage in lift.programme)
+            name = "none" if manual else str(lift.controller)
+            log.append((name, Hs, lift.payload.mass, lift.depth))
+            swing, power = MOTION[name]
+            drawn = np.random.default_rng(case.seed).gumbel(1.0, SCATTER) if Hs else 0.0
+            size = lift.payload.mass / plan.payload.mass * lift.depth / plan.depth
+            numbers["load_pp"][i] = swing * size * Hs**power * drawn
+            numbers["duration"][i] = 90.0
+        columns = {f"stage_{name}": (("case", "stage"), values) for name, values in numbers.items()}
+        columns |= {f"peak_{name}": (("case", "interval"), np.zeros((len(cases), 40))) for name in PEAKS}
+        columns["peak_interval"] = (("case",), np.full(len(cases), 10.0))
+        return xarray.Dataset(columns | {name: (("case",), values) for name, values in run.items()})
+
+    monkeypatch.setattr(twin_cells, "simulate", simulated)
+    return log
+
+
+@pytest.fixture
+def block(plan, runs):
+    return landing_sweep(plan, TP, BETA, THREADS)
+
+
+@pytest.mark.slow
+def test_limits_of_known_motions_are_found_at_every_tolerance_payload_and_depth(plan, block):
+    landing = landing_of(plan)
+    inside = 0
+    for name, (swing, power) in MOTION.items():
+        times = course_of(plan, landing, Winch() if name == "none" else Winch(1.0, Alternative(name))).times
+        level = swing * (1.0 + SCATTER * math.log(times))
+        of = block.sel(alternative=name)
+        size = (of["mass"] / plan.payload.mass * of["depth"] / plan.depth).values[:, None]
+        exact = (of["landing_tolerance"].values / (level * size)) ** (1.0 / power)
+        found, low, high = (of[f"Hs_landing{end}"].values for end in ("", "_low", "_high"))
+        rungs = rungs_of(plan)
+        between = (exact > rungs[0] * (1.0 + RIGHT)) & (exact < rungs[-1] * (1.0 - RIGHT))
+        np.testing.assert_allclose(found[between], exact[between], rtol=RIGHT)
+        assert np.all(low <= found)
+        assert np.all(found <= high)
+        assert np.all(found[exact < rungs[0] * (1.0 - RIGHT)] == 0.0)
+        assert np.all(np.isinf(found[exact > rungs[-1] * (1.0 + RIGHT)]))
+        inside += int(between.sum())
+    assert inside > 40
+
+
+@pytest.mark.slow
+def test_a_controller_that_moves_less_lands_in_higher_seas_at_every_tolerance(block):
+    """SSC moves less than HS in every sea of the ladder by more than the scatter."""
+    answer = answer_of(block)
+    planned = [row for row in answer["pays"] if row["mass"] == block["mass"][0] and row["depth"] == block["depth"][0]]
+    assert {row["new"] for row in planned} == {"ssc"}
+    assert [row["better"] for row in planned] == [1] * len(block["landing_tolerance"])
+    assert answer["answer"][0].startswith(
+        "120 t, 1500 m (as planned): a new controller lands in higher seas from a tolerance of 0.5 m down to 0.05 m; "
+    )
+
+
+@pytest.mark.slow
+def test_controllers_that_move_alike_are_said_to_be_alike(plan, runs, monkeypatch):
+    monkeypatch.setitem(MOTION, "ssc", MOTION["hs"])
+    answer = answer_of(landing_sweep(plan, TP, BETA, THREADS))
+    assert not any(row["better"] for row in answer["pays"])
+    assert all("at no tolerance does a new controller land in higher seas" in line for line in answer["answer"])
+
+
+@pytest.mark.slow
+def test_without_a_classic_controller_nothing_is_compared(plan, runs):
+    one = replace(plan, alternatives=(Alternative.NONE, Alternative("ssc")))
+    answer = answer_of(landing_sweep(one, TP, BETA, THREADS))
+    assert answer["pays"] == []
+    assert answer["answer"] == ["the plan does not have a new and a classic controller side by side"]
+
+
+@pytest.mark.slow
+def test_runs_stay_within_their_budget(plan, block, runs):
+    in_waves = [run for run in runs if run[1] > 0.0]
+    assert block.attrs["n_runs"] == len(runs)
+    assert len(in_waves) <= 1200  # four alternatives of six
+    assert len({run[2:] for run in in_waves}) == block.sizes["variant"]
+
+
+def test_without_a_compensated_landing_there_is_no_sweep(plan):
+    landing = landing_of(plan)
+    manual = replace(plan, phases=(landing.model_copy(update={"mode": "manual"}),))
+    others = replace(plan, phases=tuple(p for p in plan.phases if p is not landing))
+    assert landing_sweep(manual, TP, BETA, THREADS) is None
+    assert landing_sweep(others, TP, BETA, THREADS) is None
+
+
+def test_a_landing_moves_with_the_seabed(plan):
+    landing = landing_of(plan)
+    found, left_out = variants_of(plan, landing)
+    assert not left_out
+    assert [each.varied for each in found] == ["", "payload", "payload", "depth", "depth"]
+    for each in found:
+        (phase,) = each.plan.phases
+        assert phase.end + each.plan.depth == pytest.approx(landing.end + plan.depth)
+        assert phase.start + each.plan.depth == pytest.approx(landing.start + plan.depth)
+    assert plan.depth < found[-1].plan.depth < 2.0 * plan.depth  # where the drum's wire ends
+
+
+def test_another_payload_keeps_its_outside(plan):
+    """Mass alone changes: volume, added mass and drag area are those of the plan's payload."""
+    base, *others = variants_of(plan, landing_of(plan))[0]
+    for each in others[:2]:
+        payload = each.plan.payload
+        assert payload.mass != base.plan.payload.mass
+        assert payload.covered(plan.rho) == base.plan.payload.covered(plan.rho)
+
+
+def test_what_the_crane_cannot_carry_or_reach_is_left_out_with_its_reason(plan):
+    heavy = plan.payload.model_copy(update={"mass": 200e3})
+    found, left_out = variants_of(replace(plan, payload=heavy), landing_of(plan))
+    assert "300 t" not in " ".join(each.name for each in found)
+    assert "Payload 300 t exceeds the SWL 250 t" in left_out[0]
+    deep = variants_of(plan, landing_of(plan))[0][-1].plan
+    again, reasons = variants_of(deep, landing_of(deep))
+    assert all(each.plan.depth <= deep.depth for each in again)
+    assert any("the drum's wire ends at" in line for line in reasons)
+
+
+def test_a_wire_beyond_the_swl_is_left_out(plan):
+    """240 t hang at 500 m, and the wire to the deepest place weighs more than what is left of the SWL."""
+    found, left_out = variants_of(
+        replace(plan, payload=plan.payload.model_copy(update={"mass": 240e3})), landing_of(plan)
+    )
+    assert "500 m" in " ".join(each.name for each in found)
+    assert any("beyond the SWL and hook" in line for line in left_out)
+
+
+def test_in_shallow_water_a_landing_that_would_begin_in_the_waves_is_left_out(plan):
+    landing = landing_of(plan)
+    shallow = landing.model_copy(update={"start": -40.0, "end": -60.0})
+    found, left_out = variants_of(replace(plan, depth=60.0, phases=(shallow,)), shallow)
+    assert all(each.plan.depth >= 60.0 for each in found)
+    assert any("before the payload is covered" in line for line in left_out)
+
+
+H = np.array([0.5, 1.0, 2.0, 4.0])
+
+
+def ladder(level: list[float]) -> Ladder:
+    return Ladder(H, np.maximum.accumulate(np.tile(level, (3, 1)), axis=1), 0.0)
+
+
+def test_a_level_that_falls_again_does_not_open_higher_seas():
+    found = ladder([0.1, 0.3, 0.2, 0.4]).heights_at(np.array([0.25]))
+    assert 0.5 < found[0, 0] < 1.0
+
+
+def test_seas_in_which_runs_fail_are_beyond_every_tolerance():
+    found = ladder([0.1, 0.2, math.inf, math.inf]).heights_at(np.array([0.05, 0.5]))
+    assert found[0].tolist() == [0.0, pytest.approx(1.0)]
+
+
+def test_a_tolerance_below_the_motion_in_still_water_leaves_no_sea():
+    calm = replace(ladder([0.2, 0.3, 0.4, 0.5]), still=0.1)
+    assert calm.heights_at(np.array([0.08, 0.1]))[0].tolist() == [0.0, 0.0]
+
+
+def pays(tolerance: float, new: tuple[float, float, float], classic: tuple[float, float, float]) -> Pays:
+    return Pays(tolerance, "ssc", "hs", np.array(new), np.array(classic))
+
+
+def test_words_say_where_a_new_controller_pays_and_where_the_classic_one_is_better():
+    rows = [
+        pays(0.05, (0.5, 0.4, 0.6), (0.8, 0.7, 0.9)),
+        pays(0.1, (2.0, 1.5, 2.5), (1.0, 0.9, 1.1)),
+        pays(0.2, (math.inf, 3.0, math.inf), (1.5, 1.2, 1.8)),
+        pays(0.5, (math.inf, math.inf, math.inf), (math.inf, math.inf, math.inf)),
+    ]
+    text = in_words(rows, (0.4, 5.0))
+    assert "a new controller lands in higher seas from a tolerance of 0.2 m down to 0.1 m" in text
+    assert "at 0.2 m: SSC > 5 m (3.00 to > 5) against HS 1.50 m (1.20 to 1.80)" in text
+    assert text.endswith("The classic controller lands in higher seas at a tolerance of 0.05 m")
+
+
+@pytest.mark.slow
+def test_the_report_shows_the_sweep_or_says_why_there_is_none(block):
+    base = made_up()
+    without = document(replace(base, facts={**base.facts, "not_computed": {"sweep": "no landing is compensated"}}), {})
+    (section,) = (s for s in without.sections if "Landing tolerance" in s.title)
+    assert "no landing is compensated" in section.parts[0].text
+    result = replace(base, blocks={**base.blocks, "sweep": block})
+    assert "sweep" in figures(result)
+    (section,) = (s for s in document(result, {}).sections if "Landing tolerance" in s.title)
+    assert answer_of(block)["answer"][0] in next(p for p in section.parts if isinstance(p, Bullets)).lines[0]
+    table = next(p for p in section.parts if isinstance(p, Table))
+    assert len(table.rows) == block.sizes["variant"] * block.sizes["landing_tolerance"]
+
+
+@pytest.mark.thorough
+def test_the_twin_lands_more_closely_with_a_new_controller_and_less_so_with_more_wire():
+    """Its sweep agrees with the search of the plan's own tier where both give a limit."""
+    names = (Alternative.CAP, Alternative("ns"), Alternative.STRONG_SSC)
+    template = replace(load_plan("template-to-1500m"), alternatives=names)
+    found = landing_sweep(template, TP, BETA, Execution(None, None, 2))
+    Hs = found["Hs_landing"]
+    assert bool((np.diff(np.nan_to_num(Hs.values, posinf=1e3), axis=2) >= 0.0).all())
+    planned, deep = Hs.isel(variant=0), Hs.isel(variant=-1)
+    assert bool((deep.sel(alternative="cap-80") <= planned.sel(alternative="cap-80")).all())
+    at = found.sel(landing_tolerance=0.1).isel(variant=0)
+    assert float(at["Hs_landing_low"].sel(alternative="strong-ssc")) > float(
+        at["Hs_landing_high"].sel(alternative="ns")
+    )
+
+    landing = landing_of(template)
+    environment = template.environment.model_copy(update={"Tp": (TP,), "headings": (BETA,)})
+    one = replace(template, environment=environment, alternatives=(Alternative.CAP,), phases=(landing,))
+    (limits,) = refine(one, []).limits
+    cap = found.isel(variant=0).sel(alternative="cap-80", landing_tolerance=found.attrs["own"])
+    assert float(cap["Hs_landing_low"]) <= float(limits.high["load-motion"][0])
+    assert float(limits.low["load-motion"][0]) <= float(cap["Hs_landing_high"])
