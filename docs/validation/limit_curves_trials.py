@@ -242,7 +242,9 @@ def extremes(pool: Mapping[tuple[str, float, float], tuple[Runs, Runs]]) -> list
                 still, full = float(measure.values(calm)[0]), measure.values(runs)
                 exact = float(np.quantile(full, q ** (1.0 / TIMES), method="weibull")) - still
 
-                def of_runs(i: np.ndarray) -> tuple[float, float, float]:
+                def of_runs(
+                    i: np.ndarray, runs=runs, Tp=Tp, measure=measure, Hs=Hs, still=still, exact=exact
+                ) -> tuple[float, float, float]:
                     part = {key: values[i] for key, values in runs.items()}
                     column = ColumnRuns(Tp, 0.0, measure, Hs, still, ((Hs, part),))
                     value, low, high = curve_of([column]).level(0, Hs)

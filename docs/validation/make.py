@@ -26,6 +26,7 @@ CASES = (
     "friction_coverage",
     "hull_convergence",
     "independent_crane_results",
+    "limit_curves",
     "offshore_100t",
     "offshore_200t",
     "paper_a_motor_models",

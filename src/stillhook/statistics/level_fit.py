@@ -127,9 +127,10 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
     of_runs = near @ np.bincount(samples.column, samples.weight, minlength=columns)
     few = np.array([(t_factor(max(n - 1.0, 1.0)) / NORMAL_95) ** 2 for n in of_runs])
     usual = float(np.average(s.value**2, weights=parts)) * few
-    var = usual * (1.0 / parts + Q * skewness / parts + Q**2 * of_scale)
+    shared = np.minimum(of_runs / float(np.bincount(samples.column, samples.weight, minlength=columns).sum()), 1.0)
+    var = usual * (1.0 / parts + Q * skewness / parts + Q**2 * of_scale + var_Q * (1.0 - shared))
     least = 0.1 * usual / parts
-    common = float(np.mean(usual * var_Q))
+    common = float(np.mean(usual * var_Q * shared))
     return LevelFit(a + Q * s.value, p.value, center, np.maximum(var, least), p.var, common)
 
 
