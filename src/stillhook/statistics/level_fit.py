@@ -27,10 +27,10 @@ from stillhook.statistics.estimate import NORMAL_95, t_factor
 STEPS = 25
 """Steps of the iteration between expected values of censored numbers and the parameters."""
 LEAST_SCALE = 1e-6
-SLOPES = (0.5, 6.0)
+SLOPES = (0.05, 6.0)
 """Exponents of growth that are possible: motions grow with the height, drag with its square, shares of time beyond a
-threshold faster."""
-SLOPE, SLOPE_SD = 1.5, 0.6
+threshold faster; the error of a winch that reverses its friction hardly grows."""
+SLOPE, SLOPE_SD = 1.3, 0.8
 """Mean and standard deviation of the exponent of a largest value before any run is known."""
 OF_SHARE, OF_SHARE_SD = 3.0, 1.5
 """The same of a share of time."""

@@ -21,7 +21,7 @@ from stillhook.statistics.level_fit import LevelFit, Samples, fit_levels, fit_me
 from stillhook.statistics.smooth_field import Field, smooth_field
 from stillhook.variables import WINDOW
 
-NEAR = 0.35
+NEAR = 0.25
 """Standard deviation of the weight of a run, in ln of its height over that of the limit: growth is a power of the
 height about the limit, not everywhere."""
 ALIKE = 0.15
@@ -30,8 +30,9 @@ PART = 20.0
 """Part of a run of which the largest value counts [s]: some waves."""
 FEWEST = 8
 """Runs in which waves must add something for a curve."""
-BEYOND_CELLS = 1.15
-"""A limit is read up to this factor above the highest cell."""
+BEYOND_CELLS = 1.02
+"""A limit is read up to this factor above the highest cell: growth may end there, as that of an error which friction
+makes."""
 FAILED_MOST = 0.1
 """Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
 leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""

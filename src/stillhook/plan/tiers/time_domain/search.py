@@ -51,8 +51,11 @@ class Search:
     cells: int = 6
 
 
-LEAST_STEP, MOST_STEP = 1.08, 2.0
+LEAST_STEP, MOST_STEP = 1.12, 2.0
 """Factors between which the height grows where no limit is seen yet."""
+BEHIND = 1.05
+"""Where the next height is placed behind a limit that is seen from below, over it: a cell beyond shows that the number
+grows so far."""
 LEAST_PART = 0.5
 """Least part of the lowest height at which a limit below it is looked for next."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
@@ -79,8 +82,8 @@ def next_height(Hs: Sequence[float], limit: float, guess: float, highest: float,
     top = Hs[-1]
     if len(Hs) >= search.cells or (limit > top and top >= highest * (1.0 - 1e-9)):
         return None
-    if limit > (1.0 + search.near) * top:
-        wanted = top * min(max(limit / top, LEAST_STEP), MOST_STEP)
+    if limit > top:
+        wanted = top * min(max(BEHIND * limit / top, LEAST_STEP), MOST_STEP)
     elif min(abs(limit - h) for h in Hs) <= search.near * limit:
         return None
     else:
