@@ -68,8 +68,9 @@ run, the speed of the first touch: it may come before its stage is over."""
 
 
 STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
-"""Phases of which every interval is like the others, as of a payload that is held: all of their peaks count, not the
-largest of a run alone."""
+"""Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone. Of a
+payload that is held the runs' own largest values count: waves that slam are rare, and most peaks know nothing of them
+(docs/explanation/limits-by-runs.md)."""
 PEAKS = "peaks "
 """Begins the name of the largest values of all intervals of a run (n, k)."""
 OF_INTERVAL = ("F_w_max", "DAF", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp")
@@ -255,8 +256,7 @@ class Cells:
 
     def _intervals(self, request: CellRequest) -> int:
         """Whole intervals of a run that count, whenever the part that counts begins; 0 where its peaks do not."""
-        phase = self.plan.phase(request.phase)
-        if not (phase.held or phase.kind in STATIONARY) or self.plan.environment.calm(request.spot.Hs):
+        if self.plan.phase(request.phase).kind not in STATIONARY or self.plan.environment.calm(request.spot.Hs):
             return 0
         return max(int(self._course_of(request).counted / INTERVAL + 1e-6) - 1, 0)
 
