@@ -10,6 +10,7 @@ from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
 from stillhook.plan.answer.reference_cell import depth_profile, efficiency, sensitivity
 from stillhook.plan.definition.capacities import calm
+from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_of
@@ -76,7 +77,7 @@ def test_a_load_lands_at_its_drift_in_a_calm_and_faster_the_more_it_swings():
 
 @pytest.mark.slow
 def test_every_phase_but_the_splash_zone_is_told_for_every_alternative(plan, found):
-    names = [p.name for p in plan.phases if p.name != "splash zone"]
+    names = [p.name for p in plan.phases if p.kind is not PhaseKind.SPLASH]
     assert list(found) == [(name, a) for name in names for a in (NONE, CAP)]
     assert all(d.tier is Tier.FREQUENCY and len(v) == 6 for d in found.values() for v in d.values.values())
 
@@ -197,7 +198,7 @@ def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_workable
     assert used[0] < used[1] < used[3]
     assert np.isnan(used[2])
     assert told["workable_record"].sel(alternative="cap-80").values[2] == 0
-    assert told.attrs["left_out"] == "splash zone"
+    assert told.attrs["left_out"] == "splash zone, splash zone, held"
     closed = spectral_weather(
         plan, (CAP,), Waves(states, beta="180 deg"), elsewhere={CAP: np.array([1.0, 1.0, 1.0, 0.0])}
     )

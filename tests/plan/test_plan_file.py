@@ -13,6 +13,7 @@ import pytest
 from stillhook.errors import StillhookError
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, usual_alternatives
 from stillhook.plan.file import copy_plan, load_plan, plans
+from stillhook.plan.limits import limited
 
 pytestmark = pytest.mark.slow
 
@@ -94,7 +95,7 @@ def test_strong_ssc_is_no_alternative_by_default_where_there_is_no_closed_circui
 
 
 def test_phases_join_and_reach_the_seabed_without_a_height_given_but_the_deck(tmp_path: Path) -> None:
-    phases = load_plan(written(tmp_path)).phases
+    phases = [phase for phase in load_plan(written(tmp_path)).phases if not phase.held]
     assert all(a.end == b.start for a, b in pairwise(phases))
     assert phases[0].start == 4.0
     assert phases[-1].end == -300.0
@@ -141,10 +142,64 @@ def test_a_recovery_joins_upwards_to_the_deck(tmp_path: Path) -> None:
         True,
         True,
         True,
+        True,  # out of the water, held
         True,
         False,
     ]
     assert (plan.phases[0].start, plan.phases[-1].end) == (-300.0, 4.0)
+
+
+def test_a_payload_is_also_held_half_an_hour_on_its_way_through_the_surface(tmp_path: Path) -> None:
+    plan = load_plan(written(tmp_path))
+    passage, held = plan.phase("splash"), plan.phase("splash, held")
+    assert plan.phases.index(held) == plan.phases.index(passage) + 1
+    assert (held.start, held.end, held.winch, held.kind) == (passage.start, passage.end, passage.winch, passage.kind)
+    assert (held.duration, held.speed, held.held) == (1800.0, None, True)
+    assert [phase.name for phase in plan.phases if phase.held] == ["splash, held"]
+
+
+def test_rules_and_limits_of_a_passage_are_those_of_its_hold(tmp_path: Path) -> None:
+    own = 'kind = "splash-zone"\nlimits = { slack-sling = "0.2", snap-load = "off" }'
+    plan = load_plan(written(tmp_path, ('kind = "splash-zone"', own)))
+    passage, held = (
+        {each.rule.key: each.limit for each in limited(plan, plan.phase(name), Alternative.NONE)}
+        for name in ("splash", "splash, held")
+    )
+    assert passage == held
+    assert held["slack-sling"] == 0.2
+    assert "snap-load" not in held
+
+
+@pytest.mark.parametrize(("text", "time"), [("off", None), ("0 min", None), ("12 min", 720.0)])
+def test_a_plan_says_how_long_the_payload_is_held(tmp_path: Path, text: str, time: float | None) -> None:
+    plan = load_plan(written(tmp_path, ('kind = "splash-zone"', f'kind = "splash-zone"\nhold = "{text}"')))
+    assert [phase.duration for phase in plan.phases if phase.held] == ([] if time is None else [time])
+
+
+def test_a_set_of_rules_says_how_long_the_payload_is_held(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('base = "offshore-lift"\nversion = "1"\n[simplified]\nhold = "10 min"\n')
+    plan = load_plan(written(tmp_path, ('payload = "', 'rules = "mine.toml"\npayload = "')))
+    assert plan.phase("splash, held").duration == 600.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "refused"),
+    [
+        (
+            'kind = "deep"',
+            'kind = "deep"\nhold = "30 min"',
+            "deep is not held at its worst height; only splash-zone is",
+        ),
+        ('kind = "splash-zone"', 'kind = "splash-zone"\nhold = "30 m"', "hold"),
+        ('kind = "splash-zone"', 'kind = "splash-zone"\nhold = "-30 min"', "hold"),
+        ('name = "deep"', 'name = "splash, held"', "is the name of the hold of"),
+    ],
+)
+def test_a_hold_that_cannot_be_is_refused(tmp_path: Path, old: str, new: str, refused: str) -> None:
+    with pytest.raises(StillhookError) as e:
+        load_plan(written(tmp_path, (old, new)))
+    assert refused in str(e.value)
+    assert "\n" not in str(e.value)
 
 
 def test_a_range_holds_both_ends_and_equals_its_list(tmp_path: Path) -> None:
@@ -158,7 +213,7 @@ def test_a_range_holds_both_ends_and_equals_its_list(tmp_path: Path) -> None:
 
 def test_the_time_of_the_operation_is_that_of_the_phases_where_none_is_given(tmp_path: Path) -> None:
     plan = load_plan(written(tmp_path, ('[operation]\nT_POP = "4 h"\n', "")))
-    assert plan.T_POP == pytest.approx(sum(phase.duration or 0.0 for phase in plan.phases))
+    assert plan.T_POP == pytest.approx(sum(phase.duration or 0.0 for phase in plan.phases if not phase.held))
     assert "T_POP" in plan.notes[0]
 
 

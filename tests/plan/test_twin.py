@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stillhook.engine.simulate import simulate
+from stillhook.library import load_crane
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, seed_of, worst_heights
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, run_numbers, seed_of, worst_heights
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.lowering import (
     BLOCK,
@@ -21,10 +23,11 @@ from stillhook.plan.tiers.time_domain.lowering import (
     in_sea,
     lowering_of,
     machine_of,
+    step_of,
     winch_of,
 )
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
-from stillhook.plan.tiers.time_domain.search import Search
+from stillhook.plan.tiers.time_domain.search import Search, prediction_factors
 from stillhook.plan.tiers.time_domain.tier import chance, expected, refine
 from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.scenario import Mode
@@ -92,6 +95,41 @@ def test_a_piece_of_a_long_way_lies_on_the_way_and_about_its_worst_place(plan):
         assert top + 1e-6 >= z >= bottom - 1e-6
         assert course.swings == pytest.approx(600.0 / BLOCK)
         assert course.times == pytest.approx(phase.duration / BLOCK)
+
+
+def test_a_held_payload_stands_at_its_worst_submergence_as_often_as_blocks_go_into_half_an_hour(plan):
+    held = next(p for p in plan.phases if p.held)
+    cells, covered = Cells(plan, Execution()), -plan.payload.reach(plan.rho)
+    for Tp in (5.0, 14.0):
+        course = cells.course(held, Winch(), SeaState(0.0, Tp, BETA))
+        assert all(stage.lower == 0.0 for stage in course.programme)
+        assert covered <= course.z_0 <= 0.0  # neither dry nor deep: where the surface cuts it
+        assert course.times == course.swings == pytest.approx(1800.0 / BLOCK)
+
+
+def test_waves_reach_a_payload_that_is_held_above_still_water(plan):
+    held = next(p for p in plan.phases if p.held)
+    course = course_of(plan, held, Winch(), 0.3)
+    calm = lowering_of(plan, held, course, machine_of(plan, Winch())[1])
+    assert in_sea(plan, held, Winch(), course, calm, SeaState(2.0, 8.0, BETA), 1).water
+
+
+def test_a_search_for_a_held_payload_begins_below_the_closed_form(plan):
+    """One wave of the simplified method is not the largest of half an hour: a hold may be limited below it."""
+    passage, held = (
+        next(p for p in plan.phases if p.kind is PhaseKind.SPLASH and p.held is on) for on in (False, True)
+    )
+    of_passage, of_held = (prediction_factors(phase, Tier.CLOSED_FORM) for phase in (passage, held))
+    assert of_held[0] > of_passage[0] == 1.0
+    assert of_held[1] < 1.0 < of_passage[1]
+
+
+def test_a_plan_steps_as_its_plc_does_where_crane_and_soil_allow_it(plan):
+    hard = plan.payload.model_copy(update={"seabed": plan.payload.seabed.model_copy(update={"settlement": 1e-4})})
+    stiff = replace(plan, crane=load_crane("nov-150t"), payload=load_plan("manifold-recovery").payload)
+    assert step_of(plan) == plan.crane.control.t_cycle == 10e-3
+    assert step_of(replace(plan, payload=hard)) == 5e-3
+    assert step_of(stiff) == 5e-3  # its boost valve asks for 7.4 ms
 
 
 def test_a_payload_comes_up_where_its_phase_goes_up(plan):
@@ -281,6 +319,55 @@ def _told(plan, cells, phase, alternative, ask):
     runs = cells.runs[ask.cell]
     found = measures(plan, phase, alternative, ask.winch, course)
     return {name: float(m.of_x(m.values(runs).max(keepdims=True))[0]) for name, m in found.items() if m.x in runs}
+
+
+STEPPED = 0.01
+"""Part by which the mean of largest values may differ from those of a fine step: a fifth of what 16 seeds scatter."""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["splash zone", "splash zone, held", "deep", "landing"])
+def test_the_step_of_a_plan_does_not_show_in_its_numbers(narrow, name):
+    phase, spot = narrow.phase(name), SeaState(1.5, 8.0, BETA)
+    winch = winch_of(phase, Alternative.SSC)
+    course = Cells(narrow, Execution()).course(phase, winch, spot)
+    crane, mode = machine_of(narrow, winch)
+    calm = lowering_of(narrow, phase, course, mode)
+    runs = [in_sea(narrow, phase, winch, course, calm, spot, seed) for seed in range(1, 17)]
+    coarse, fine = (
+        run_numbers(simulate([crane] * 16, runs, on_failure="mark", step=step), [course.counts] * 16)
+        for step in (f"{step_of(narrow)!r} s", "1 ms")
+    )
+    for number in ("F_w_max", "DAF", "load_pp", "v_landed"):
+        np.testing.assert_allclose(np.mean(coarse[number]), np.mean(fine[number]), rtol=STEPPED, err_msg=number)
+
+
+@pytest.mark.thorough
+def test_slings_have_least_tension_at_the_worst_submergence(narrow):
+    """Least tension of 16 runs, beside the payload above the waves, cut by the surface elsewhere, and well covered."""
+    held = next(p for p in narrow.phases if p.held)
+    cells, spot = Cells(narrow, Execution()), SeaState(1.8, 8.0, BETA)
+    worst = cells.course(held, Winch(), spot).z_0
+    least = {}
+    for z in (worst, 3.0, worst + 2.0, worst - 2.5, -15.0):
+        course = course_of(narrow, held, Winch(), z)
+        calm = lowering_of(narrow, held, course, machine_of(narrow, Winch())[1])
+        runs = [in_sea(narrow, held, Winch(), course, calm, spot, seed) for seed in range(1, 17)]
+        data = simulate([narrow.crane] * 16, runs, on_failure="mark")
+        least[z] = float(np.median(run_numbers(data, [course.counts] * 16)["F_sling_min"]))
+    assert min(least, key=least.get) == worst
+    assert least[worst] < 0.7 * min(F for z, F in least.items() if z != worst)
+
+
+@pytest.mark.thorough
+def test_half_an_hour_at_the_worst_submergence_limits_lower_than_the_passage(narrow):
+    plan = replace(narrow, alternatives=(Alternative.NONE,))
+    plan = replace(plan, phases=tuple(p for p in plan.phases if p.kind is PhaseKind.SPLASH))
+    passage, held = plan.phases
+    found = refine(plan, predicted(plan, {passage.name: 1.5, held.name: 1.5}), search=FEW)
+    of = {each.phase: each for each in found.limits}
+    assert 0.5 < of[held.name].Hs["slack-sling"][0] < 0.9 * of[passage.name].Hs["slack-sling"][0]
+    assert of[held.name].low["slack-sling"][0] < of[held.name].high["slack-sling"][0]
 
 
 def predicted(plan, heights):

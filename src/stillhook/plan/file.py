@@ -41,7 +41,7 @@ from stillhook.plan.definition.lift_plan import (
     check_wire,
 )
 from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, crane_chart
-from stillhook.plan.definition.phases import Phase, Water, joined
+from stillhook.plan.definition.phases import Phase, Water, joined, with_holds
 from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.weather.records import check_headings
@@ -177,10 +177,8 @@ def _plan(table: TomlTable) -> LiftPlan:
     payload = payload_of(file, table)
     check_sinks(payload, rho)
     rules = load_rules(table.relative_toml(file.rules))
-    phases = joined(
-        tuple(_phase(row, table.at("phase", i), rules) for i, row in enumerate(file.phase)),
-        Water(depth, payload.reach(rho)),
-    )
+    rows = tuple(_phase(row, table.at("phase", i), rules) for i, row in enumerate(file.phase))
+    phases = with_holds(joined(rows, Water(depth, payload.reach(rho))), rules.settings["hold"])
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, notes = _operation(file.operation, table.at("operation"), phases)
@@ -305,7 +303,7 @@ def _label(name: str, table: TomlTable) -> str:
 
 def _operation(operation: OperationTable, table: TomlTable, phases: tuple[Phase, ...]) -> tuple[float, tuple[str, ...]]:
     """T_POP [s], and what was assumed."""
-    phases_take = sum(phase.duration or 0.0 for phase in phases)
+    phases_take = sum(phase.planned for phase in phases)
     hours = f"{number(phases_take / 3600.0, 3)} h"
     if operation.T_POP is None:
         return phases_take, (f"operation.T_POP is not given: the sum of the phases stands for it, {hours}",)
@@ -351,7 +349,7 @@ def _digest(plan: LiftPlan) -> str:
         "at": [plan.at.x, plan.at.y, plan.h_tip],
         "payload": plan.payload.to_dict(),
         "water": [plan.depth, plan.rho],
-        "phases": [phase.model_dump(mode="json") for phase in plan.phases],
+        "phases": [phase.model_dump(mode="json", exclude=None if phase.held else {"hold"}) for phase in plan.phases],
         "environment": plan.environment.model_dump(mode="json"),
         "rules": plan.rules.digest,
         "operation": [plan.T_POP, plan.T_C],

@@ -169,7 +169,7 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
         "tip": {"x": plan.at.x, "y": plan.at.y, "h_tip": plan.h_tip},
         "depth": plan.depth,
         "phases": [_phase(plan, phase) for phase in plan.phases],
-        "T_phases": sum(phase.duration or 0.0 for phase in plan.phases),
+        "T_phases": sum(phase.planned for phase in plan.phases),
         "T_POP": plan.T_POP,
         "T_C": plan.T_C,
         "T_R": T_R,

@@ -145,9 +145,8 @@ def _check_waves(waves: WaveField, duration: float) -> None:
         )
 
 
-def check_lift_step(packed: PackedLift, step: float) -> None:
-    """Refuse a step that winch, coupling or seabed cannot follow. Errors: SpecError naming the fastest mode and the
-    step to take.
+def fastest_of_lift(packed: PackedLift) -> tuple[str, float]:
+    """What winch, coupling or seabed ask of the step: name of the fastest mode, and 1 over the longest step [1/s].
 
     The wire itself is stepped implicitly: however short and stiff, it asks for no shorter step.
     """
@@ -165,7 +164,13 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
     m = load.m + covered.A33
     rates["payload on the spring of the seabed"] = math.sqrt(load.k_soil / m) / SOIL_LIMIT
     rates["payload in the damper of the seabed"] = load.c_soil / m / SOIL_LIMIT
-    name, rate = max(rates.items(), key=lambda i: i[1])
+    return max(rates.items(), key=lambda i: i[1])
+
+
+def check_lift_step(packed: PackedLift, step: float) -> None:
+    """Refuse a step that winch, coupling or seabed cannot follow. Errors: SpecError naming the fastest mode and the
+    step to take."""
+    name, rate = fastest_of_lift(packed)
     if rate * step <= 1.0:
         return
     raise SpecError(

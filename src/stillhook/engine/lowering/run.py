@@ -12,7 +12,7 @@ from stillhook.base.progress import Progress
 from stillhook.control.plc import Memory
 from stillhook.control.supervisor import Stage
 from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea
+from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea, fastest_of_lift
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.runner import Block, Ending, each_case, nothing, run_blocks
@@ -117,6 +117,12 @@ def prepare(
         return Ready(case, packed, drive)
 
     return each_case([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, make, places)
+
+
+def longest_step(crane: Crane, case: Lowering) -> float:
+    """Longest step that a lift can be run with [s]; its sea does not count. Errors: LiftError, SpecError, one line."""
+    check_lift(crane, case)
+    return 1.0 / fastest_of_lift(pack_lift(crane, case, CycleInputs(crane, stand_in(crane, case, 0.0)).s_tip_0))[1]
 
 
 def _packed(crane: Crane, case: Lowering, drive: CycleInputs, n_sub: int) -> PackedLift:

@@ -180,6 +180,7 @@ def described(phase: Phase) -> dict[str, Any]:
         "end": phase.end,
         "speed": phase.speed,
         "duration": phase.duration,
+        "held": phase.held,
         "compensated": phase.compensated,
         "limits": dict(phase.limits),
     }

@@ -255,7 +255,7 @@ def _water_phase(plan: LiftPlan) -> Phase:
     """The phase whose crane tip counts under water: the longest that compensates, else the deepest one."""
     wet = [p for p in plan.phases if p.kind not in IN_AIR]
     follows = [p for p in wet if p.compensated]
-    return max(follows or wet or list(plan.phases), key=lambda p: p.duration or 0.0)
+    return max(follows or wet or list(plan.phases), key=lambda p: p.planned)
 
 
 def _winch(plan: LiftPlan, alternatives: Sequence[Alternative], progress: Progress | None) -> Mapping[Alternative, Way]:

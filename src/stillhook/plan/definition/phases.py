@@ -48,6 +48,12 @@ MODES: Mapping[PhaseKind, tuple[StageMode, ...]] = MappingProxyType(
 """Winch modes that a phase may have, the usual one first."""
 IN_AIR = (PhaseKind.LIFT_OFF, PhaseKind.IN_AIR, PhaseKind.SET_DOWN)
 """Phases in which the payload is wholly above the water."""
+MOST_HOLD = 24.0 * 3600.0
+"""Longest hold [s]: a time of a wrong unit is longer."""
+
+
+OFF = "off"
+"""What a file writes for a limit, or a hold, that a phase does not have."""
 
 
 class Phase(Record):
@@ -57,7 +63,8 @@ class Phase(Record):
     mode None takes the first of `MODES`. duration is what the phase is planned to take, for T_POP and for largest
     values; in motion it is the way over the speed where it is not given. tip: place of the crane tip in this phase, as
     text ("x=-15 m, y=0 m, z=36 m"), None for that of the plan. limits: rule -> limit of this phase in place of the
-    rule's own, as text, or "off".
+    rule's own, as text, or "off". hold: how long the payload is also held at its worst height of a splash zone [s], 0
+    ("off" in a file) for a passage alone, None for the rule set's time; `with_holds` makes a phase of its own of it.
     Errors: ScenarioError, one line, for a phase that cannot be.
     """
 
@@ -70,6 +77,7 @@ class Phase(Record):
     duration: u.Time | None = Field(default=None, gt=0)
     tip: str | None = None
     limits: Mapping[str, str] = Field(default_factory=dict)
+    hold: u.Time | None = Field(default=None, ge=0, le=MOST_HOLD)
 
     def __hash__(self) -> int:
         return hash(self.name)
@@ -83,6 +91,24 @@ class Phase(Record):
     def compensated(self) -> bool:
         """Whether the winch follows the tip."""
         return self.winch in (StageMode.AHC, StageMode.LANDING)
+
+    @property
+    def held(self) -> bool:
+        """Whether the payload is held in the wave zone, at whichever height between start and end is the worst."""
+        return bool(self.hold)
+
+    @property
+    def planned(self) -> float:
+        """Time that the operation is planned to spend in the phase [s]: a hold is assessed, not planned."""
+        return 0.0 if self.held else self.duration or 0.0
+
+    @field_validator("hold", mode="before")
+    @classmethod
+    def _hold_fits(cls, hold: object, info: ValidationInfo) -> object:
+        kind = info.data.get("kind")
+        if hold is not None and kind not in (None, PhaseKind.SPLASH):
+            raise ValueError(f"{kind} is not held at its worst height; only {PhaseKind.SPLASH} is. Leave hold out.")
+        return "0 s" if hold == OFF else hold
 
     @field_validator("mode", mode="before")
     @classmethod
@@ -150,6 +176,30 @@ def joined(phases: Sequence[Phase], water: Water) -> tuple[Phase, ...]:
         _check_heights(phase, start, end, water)
         done.append(_timed(phase, start, end))
     return tuple(done)
+
+
+def with_holds(phases: Sequence[Phase], usual: float) -> tuple[Phase, ...]:
+    """Joined phases, each passage of the splash zone followed by a phase in which the payload is held on its way for
+    `hold`, or for the usual time [s].
+
+    The held phase has heights, mode, tip and limits of the passage, and no speed. The passage is left without a hold.
+    Errors: PlanError where its name is taken.
+    """
+    names = {phase.name for phase in phases}
+    result: list[Phase] = []
+    for phase in phases:
+        time = 0.0 if phase.kind is not K.SPLASH else usual if phase.hold is None else phase.hold
+        result.append(phase.model_copy(update={"hold": None}))
+        if time <= 0.0:
+            continue
+        name = f"{phase.name}, held"
+        if name in names:
+            raise PlanError(
+                f"phase {quote(name)}: is the name of the hold of {called(phase)}. Give it another name, or"
+                f' write hold = "{OFF}" there.'
+            )
+        result.append(phase.model_copy(update={"name": name, "speed": None, "duration": time, "hold": time}))
+    return tuple(result)
 
 
 def called(phase: Phase) -> str:

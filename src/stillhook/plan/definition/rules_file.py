@@ -29,7 +29,7 @@ from stillhook.library.toml.file import (
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed
 from stillhook.plan.definition.capacities import CAPACITIES
-from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.definition.phases import OFF, Phase, PhaseKind
 from stillhook.plan.definition.rules import QUANTITIES, Level, Rule, RuleSet, Sense
 from stillhook.tables.table import Text
 from stillhook.units import KINDS, quote
@@ -41,11 +41,10 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "T_z_most": ("time", "largest T_z of the method"),
     "C_D_least": ("", "least drag coefficient of the method"),
     "duration_least": ("time", "shortest duration for largest motions of the tip"),
+    "hold": ("time", "time for which a payload is held at the worst height of a splash zone"),
 }
-"""Numbers of the simplified method (closed form): kind and meaning."""
+"""Numbers of the simplified method (closed form), and of what is assessed: kind and meaning."""
 WORDS = ("standard", "edition", "clause", "note")
-OFF = "off"
-"""What a phase writes in place of a limit that does not hold in it."""
 _SENSES = {"at_most": Sense.AT_MOST, "at_least": Sense.AT_LEAST}
 _FACTOR = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?)\s*[x*]\s*(\w+)\s*")
 

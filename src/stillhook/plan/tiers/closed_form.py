@@ -120,10 +120,9 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
 
 def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     """Quantities of a phase with what the winch leaves of the tip's motion, from 1 (all)."""
-    tip, T = tip_motion(plan, phase, seas), max(phase.duration or 0.0, plan.rules.settings["duration_least"])
-    (eta, v, a), V = tip.largest(T), phase.speed or 0.0
-    zeta = plan.rules.settings["zeta_a"] * plan.environment.H_m0(seas.Hs)
-    moved = Motions(left * eta, left * v, left * a, tip.omega, V, zeta, tip.T_w)
+    tip, T, V = tip_motion(plan, phase, seas), _duration(plan, phase), phase.speed or 0.0
+    eta, v, _ = tip.largest(T)
+    moved = _motions(plan, phase, seas, left)
     values: Values = {
         "F_top_static": np.full(len(seas), static_tension(plan, phase)),
         "v_tip_max": v,
@@ -136,6 +135,19 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     level = quantiles(plan)
     values |= leads(plan, phase, seas, T, {name: level(name) for name in LEADS})
     return {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
+
+
+def _duration(plan: LiftPlan, phase: Phase) -> float:
+    """Time of which the tip's largest motions are [s]."""
+    return max(phase.duration or 0.0, plan.rules.settings["duration_least"])
+
+
+def _motions(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Motions:
+    """What moves payload and water, with what the winch leaves of the tip's motion, from 1 (all)."""
+    tip = tip_motion(plan, phase, seas)
+    eta, v, a = tip.largest(_duration(plan, phase))
+    zeta = plan.rules.settings["zeta_a"] * plan.environment.H_m0(seas.Hs)
+    return Motions(left * eta, left * v, left * a, tip.omega, phase.speed or 0.0, zeta, tip.T_w)
 
 
 def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
@@ -268,13 +280,26 @@ def _in_air(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
 
 
 def _wave_zone(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
-    w, M = way(plan, phase), plan.payload.mass
+    w = way(plan, phase)
+    F, v_r = _hydrodynamic(plan, w, m)
+    return _tensions(w, plan.payload.mass, F + w.above * m.a, F) | _snap(plan, w, F, v_r)
+
+
+def _hydrodynamic(plan: LiftPlan, w: Way, m: Motions) -> tuple[FloatArray, FloatArray]:
+    """Characteristic hydrodynamic force on a payload in the wave zone [N], and the water's speed against it [m/s], both
+    (k, n)."""
     v_w, a_w = (f(m.zeta, m.T_w, w.d) for f in (sm.water_speed, sm.water_acceleration))
     v_r = sm.relative_speed(m.V, m.v, v_w)
-    F_M = sm.mass_force(M, w.A33, w.rho_V, m.a, a_w)
+    F_M = sm.mass_force(plan.payload.mass, w.A33, w.rho_V, m.a, a_w)
     F_rho = sm.buoyancy_force(plan.rho, w.A_w, m.zeta, m.eta)
-    F = sm.hydrodynamic(sm.drag(w.B, v_r), sm.slamming(w.dA33, v_r), F_M, F_rho)
-    return _tensions(w, M, F + w.above * m.a, F) | _snap(plan, w, F, v_r)
+    return sm.hydrodynamic(sm.drag(w.B, v_r), sm.slamming(w.dA33, v_r), F_M, F_rho), v_r
+
+
+def slings_held(plan: LiftPlan, phase: Phase, seas: Seas) -> tuple[FloatArray, FloatArray]:
+    """Heights of a phase's way in the wave zone (k,) [m], and the least sling tension of a payload that is held there
+    for its duration, (k, n) [N]; negative where the slings fall slack."""
+    w, m = way(plan, phase), _motions(plan, phase, seas, 1.0)
+    return w.z[:, 0], w.W - _hydrodynamic(plan, w, m)[0]
 
 
 def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:

@@ -20,6 +20,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Seas
 from stillhook.plan.result import grouped
+from stillhook.plan.tiers.closed_form import slings_held
 from stillhook.plan.tiers.frequency import forcing_at, situations
 from stillhook.plan.tiers.time_domain.lowering import (
     Course,
@@ -29,6 +30,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
     in_sea,
     lowering_of,
     machine_of,
+    step_of,
 )
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.frequency_domain import sigmas
@@ -66,7 +68,9 @@ run, the speed of the first touch: it may come before its stage is over."""
 
 
 STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
-"""Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone."""
+"""Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone. Of a
+payload that is held the runs' own largest values count: waves that slam are rare, and most peaks know nothing of them
+(docs/explanation/limits-by-runs.md)."""
 PEAKS = "peaks "
 """Begins the name of the largest values of all intervals of a run (n, k)."""
 OF_INTERVAL = ("F_w_max", "DAF", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp")
@@ -160,7 +164,7 @@ class Cells:
 
     def course(self, phase: Phase, winch: Winch, spot: SeaState) -> Course:
         """What is run of a phase in the seas of a column: about its worst height where it is a long way."""
-        worst = self.plan.once(worst_heights, phase) if phase.kind is PhaseKind.LOWERING else {}
+        worst = self.plan.once(worst_places, phase)
         return self.plan.once(course_of, phase, winch, *worst.get((spot.Tp, spot.beta), (None, None)))
 
     def request(self, wanted: Sequence[CellRequest], progress: Progress | None = None) -> None:
@@ -217,6 +221,7 @@ class Cells:
         data = simulate(
             cranes,
             cases,
+            step=f"{self.plan.once(step_of)!r} s",
             on_failure="mark",
             store=self.execution.store,
             client=self.execution.client,
@@ -274,6 +279,30 @@ class Cells:
             return crane, [calm]
         one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, seed_of(request.spot, first))
         return crane, [replace(one, seed=seed_of(request.spot, k)) for k in range(first, request.seeds + 1)]
+
+
+def worst_places(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
+    """(Tp, beta) -> height of a phase's way about which it is run [m], and time there [s]; empty where all of it is."""
+    if phase.kind is PhaseKind.LOWERING:
+        return worst_heights(plan, phase)
+    return worst_submergences(plan, phase) if phase.held else {}
+
+
+def worst_submergences(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
+    """(Tp, beta) -> height in the wave zone at which a held payload leaves its slings the least tension [m], and the
+    time that it is held [s].
+
+    By the simplified method, in the lowest sea of the column in which it finds them slack: about the limit. In higher
+    seas slamming takes over, in lower ones drag and inertia of a payload that is covered.
+    """
+    seas = plan.environment.table()
+    z, slings = slings_held(plan, phase, seas)
+    worst: dict[tuple[float, float], tuple[float, float]] = {}
+    for Tp, beta, rows in seas.columns():
+        least = slings[:, rows].min(axis=0)
+        row = int(np.argmax(least <= 0.0)) if (least <= 0.0).any() else len(least) - 1
+        worst[float(Tp), float(beta)] = float(z[np.argmin(slings[:, rows][:, row])]), phase.duration or 0.0
+    return worst
 
 
 def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:

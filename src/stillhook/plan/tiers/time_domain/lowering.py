@@ -10,11 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.control.registry import DEFAULT_MODE
+from stillhook.engine.arguments import substeps
+from stillhook.engine.lowering.problem import LIFT_STEP
+from stillhook.engine.lowering.run import longest_step
 from stillhook.engine.pack.programme import payload_weight
 from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.definition.phases import CLOSE, Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.tiers.frequency import natural_period
 from stillhook.plan.tiers.winch_residual import controlled
@@ -48,6 +51,8 @@ HANGS, THROUGH = 3.0, 1.0
 """Without compensation a landing hangs at this height above the seabed at the most [m] while its tensions and motion
 count, and is then lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the
 joystick before its leakage is made up for: a load that is lowered would seem to move by that.)"""
+STEP = 10e-3
+"""Step that is enough for the numbers of a phase [s] (docs/validation/step-size.md)."""
 HELD = 0.5
 """Tension that landing mode keeps after touch-down, in addition to the hook's weight, as part of the payload's weight
 in water (assumed)."""
@@ -99,9 +104,9 @@ def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None
     """What is run of a phase. Of a long way it is the piece about z [m] (its worst place), where the payload is for the
     time `about` [s]; None for its end, and for all of its time.
 
-    A phase at one height, or a part of a long way, is run for up to `BLOCK` and counts as often as it goes into the
-    phase's duration; a passage of the splash zone is run whole, a landing from some metres above the seabed. Errors:
-    PlanError for a phase that is not run.
+    A phase at one height, one that is held at z, or a part of a long way, is run for up to `BLOCK` and counts as often
+    as it goes into the phase's duration; a passage of the splash zone is run whole, a landing from some metres above
+    the seabed. Errors: PlanError for a phase that is not run.
     """
     if phase.kind not in KINDS:
         raise PlanError(f'phase "{phase.name}": {phase.kind} is not run in time. Runs are made of {", ".join(KINDS)}.')
@@ -114,10 +119,10 @@ def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None
     mode = _mode(phase, winch)
     if phase.kind is PhaseKind.LANDING:
         return _landing(plan, phase, mode, start)
+    if phase.held or start == end:
+        return _standing(phase, mode, start if z is None else z)
     if phase.kind is PhaseKind.SPLASH:
         return _passage(phase, mode, start, end)
-    if start == end:
-        return _standing(phase, mode, start)
     return _part(plan, phase, mode, (start, end), end if z is None else z, about)
 
 
@@ -231,6 +236,21 @@ def _speed(phase: Phase) -> float:
     return phase.speed
 
 
+def step_of(plan: LiftPlan) -> float:
+    """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end or the seabed ask for a shorter
+    one at an end of any phase."""
+    phases = [phase for phase in plan.phases if phase.kind in KINDS]
+    out = {(plan.tip_of(p).z or 0.0) - z: (p, z) for p in phases for z in (p.start, p.end) if z is not None}
+    cranes = [plan.crane, *(machine_of(plan, Winch(controller=a))[0] for a in plan.alternatives if a.twin)]
+    longest = math.inf
+    for phase, z in {out[s] for s in (min(out), max(out))}:
+        lift = plan.hanging(max(z, -plan.depth + CLOSE), plan.tip_of(phase).z)
+        longest = min(longest, *(longest_step(crane, lift) for crane in cranes))
+    t_cycle = plan.crane.control.t_cycle
+    step = t_cycle / substeps(t_cycle, STEP)
+    return step if step <= longest else t_cycle / substeps(t_cycle, LIFT_STEP)
+
+
 def lowering_of(plan: LiftPlan, phase: Phase, course: Course, mode: Mode) -> Lowering:
     """The run of a course on a calm sea; mode of the controller."""
     return plan.hanging(course.z_0, plan.tip_of(phase).z).model_copy(
@@ -261,7 +281,7 @@ def in_sea(
     """
     at = plan.tip_of(phase)
     sea = plan.environment.sea(*spot)
-    water = in_waves(plan, sea, course)
+    water = phase.held or in_waves(plan, sea, course)
     return InSea(calm, sea, seed, plan.vessel, at.x, at.y, water, winch.left, Amplitudes.RAYLEIGH)
 
 

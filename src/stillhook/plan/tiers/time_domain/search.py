@@ -101,6 +101,9 @@ much; the closed form of the splash zone is conservative."""
 FIRST_GUESS_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.0, Tier.CLOSED_FORM: 1.7}
 """First height of a search over the predicted limit; the closed form of the splash zone is conservative by about so
 much (docs/explanation/limits-by-runs.md)."""
+HELD_UNDERESTIMATE_FACTOR, HELD_FIRST_GUESS_FACTOR = 1.5, 0.9
+"""The same of a payload that is held in the wave zone: the closed form looks at one wave, and half an hour has more.
+Limits by runs were 0.69 to 1.2 times the closed form's (docs/explanation/limits-by-runs.md)."""
 GOVERNING_MARGIN = 1.1
 """A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
 searched any higher."""
@@ -185,8 +188,8 @@ class Work:
                         old = self.others.get((alternative, column), math.inf)
                         self.others[alternative, column] = old if math.isnan(guess) else min(old, guess)
                         continue
-                    floor = 0.0 if tier is None else guess / UNDERESTIMATE_FACTOR[tier]
-                    first_guess = guess if tier is None else guess * FIRST_GUESS_FACTOR[tier]
+                    under, factor = prediction_factors(phase, tier)
+                    floor, first_guess = (0.0 if tier is None else guess / under), guess * factor
                     line = LimitSearch(
                         phase,
                         alternative,
@@ -393,6 +396,16 @@ class Work:
             tell(self.share)
 
         return report
+
+
+def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:
+    """Predicted limit of a phase over the least that it may be, and first height of a search over the predicted
+    limit."""
+    if tier is None:
+        return 1.0, 1.0
+    if phase.held:
+        return HELD_UNDERESTIMATE_FACTOR, HELD_FIRST_GUESS_FACTOR
+    return UNDERESTIMATE_FACTOR[tier], FIRST_GUESS_FACTOR[tier]
 
 
 def _chance(columns: Sequence[ColumnRuns], limit: float) -> float | None:

@@ -24,11 +24,11 @@ from stillhook.plan.tiers.time_domain.curves import ColumnRuns, beside_swell, cu
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.search import (
-    UNDERESTIMATE_FACTOR,
     Column,
     LimitSearch,
     Search,
     Work,
+    prediction_factors,
     snapped,
 )
 from stillhook.statistics.estimate import Estimate
@@ -174,8 +174,8 @@ def refine(
 
     predicted: limits of the other tiers. In every column (Tp, direction) and under every alternative the phase that may
     limit the lowest height is run first; a phase is not run where another known limit is below the least that
-    it may limit (its predicted height over `UNDERESTIMATE_FACTOR`). Alternatives see the same waves (common random
-    numbers), and what is one run under several of them is run once. Heights are placed by
+    it may limit (its predicted height over the factor of `prediction_factors`). Alternatives see the same waves
+    (common random numbers), and what is one run under several of them is run once. Heights are placed by
     `stillhook.plan.tiers.time_domain.search`; a column gets more runs until the interval of its limit is narrow enough.
 
     occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`); store: folder
@@ -317,7 +317,8 @@ def _reason(work: Work, phase: Phase) -> str:
     run = [line for line in lines if line.started]
     if len(run) == len(lines):
         return "run everywhere"
-    factor = f"{UNDERESTIMATE_FACTOR[Tier.FREQUENCY]:g}"
+    tier = Tier.CLOSED_FORM if phase.kind is PhaseKind.SPLASH else Tier.FREQUENCY
+    factor = f"{prediction_factors(phase, tier)[0]:g}"
     rest = (
         f"another phase has a known limit below its predicted limit over {factor}, or it is predicted to limit nowhere"
     )
