@@ -38,7 +38,12 @@ def test_a_cell_about_the_limit_is_run_whatever_the_guess_within_half_of_it(limi
 
 
 def test_a_good_guess_costs_one_cell():
-    assert searched(lambda Hs: 2.0, 1.95) == [1.95]
+    assert searched(lambda Hs: 2.0, 2.05) == [2.05]
+
+
+def test_a_limit_that_is_seen_from_below_asks_for_a_cell_at_it_or_above():
+    """What grows up to there may stop growing."""
+    assert searched(lambda Hs: 2.0, 1.95)[-1] >= 2.0
 
 
 def test_a_column_that_stays_inside_ends_at_the_highest_sea():

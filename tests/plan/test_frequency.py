@@ -198,7 +198,7 @@ def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_workable
     assert used[0] < used[1] < used[3]
     assert np.isnan(used[2])
     assert told["workable_record"].sel(alternative="cap-80").values[2] == 0
-    assert told.attrs["left_out"] == "splash zone, splash zone, held"
+    assert told.attrs["left_out"] == "splash zone"
     closed = spectral_weather(
         plan, (CAP,), Waves(states, beta="180 deg"), elsewhere={CAP: np.array([1.0, 1.0, 1.0, 0.0])}
     )

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -43,8 +44,26 @@ def plan():
 
 
 @pytest.fixture(scope="module")
+def holding(tmp_path_factory):
+    """The example with the payload held in the splash zone, as the rules ask for it."""
+    text = (files("stillhook.library") / "data" / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
+    file = tmp_path_factory.mktemp("plan") / "holding.toml"
+    file.write_text(text.replace('hold = "off"', "#"), encoding="utf-8")
+    return load_plan(file)
+
+
+@pytest.fixture(scope="module")
 def narrow(plan):
     """The example in one column of its table."""
+    return in_one_column(plan)
+
+
+@pytest.fixture(scope="module")
+def narrow_holding(holding):
+    return in_one_column(holding)
+
+
+def in_one_column(plan):
     environment = plan.environment.model_copy(update={"Tp": (8.0,), "headings": (BETA,)})
     return replace(plan, environment=environment, alternatives=(Alternative.NONE, Alternative.CAP, Alternative.SSC))
 
@@ -97,9 +116,9 @@ def test_a_piece_of_a_long_way_lies_on_the_way_and_about_its_worst_place(plan):
         assert course.times == pytest.approx(phase.duration / BLOCK)
 
 
-def test_a_held_payload_stands_at_its_worst_submergence_as_often_as_blocks_go_into_half_an_hour(plan):
-    held = next(p for p in plan.phases if p.held)
-    cells, covered = Cells(plan, Execution()), -plan.payload.reach(plan.rho)
+def test_a_held_payload_stands_at_its_worst_submergence_as_often_as_blocks_go_into_half_an_hour(holding):
+    held = next(p for p in holding.phases if p.held)
+    cells, covered = Cells(holding, Execution()), -holding.payload.reach(holding.rho)
     for Tp in (5.0, 14.0):
         course = cells.course(held, Winch(), SeaState(0.0, Tp, BETA))
         assert all(stage.lower == 0.0 for stage in course.programme)
@@ -107,17 +126,17 @@ def test_a_held_payload_stands_at_its_worst_submergence_as_often_as_blocks_go_in
         assert course.times == course.swings == pytest.approx(1800.0 / BLOCK)
 
 
-def test_waves_reach_a_payload_that_is_held_above_still_water(plan):
-    held = next(p for p in plan.phases if p.held)
-    course = course_of(plan, held, Winch(), 0.3)
-    calm = lowering_of(plan, held, course, machine_of(plan, Winch())[1])
-    assert in_sea(plan, held, Winch(), course, calm, SeaState(2.0, 8.0, BETA), 1).water
+def test_waves_reach_a_payload_that_is_held_above_still_water(holding):
+    held = next(p for p in holding.phases if p.held)
+    course = course_of(holding, held, Winch(), 0.3)
+    calm = lowering_of(holding, held, course, machine_of(holding, Winch())[1])
+    assert in_sea(holding, held, Winch(), course, calm, SeaState(2.0, 8.0, BETA), 1).water
 
 
-def test_a_search_for_a_held_payload_begins_below_the_closed_form(plan):
+def test_a_search_for_a_held_payload_begins_below_the_closed_form(holding):
     """One wave of the simplified method is not the largest of half an hour: a hold may be limited below it."""
     passage, held = (
-        next(p for p in plan.phases if p.kind is PhaseKind.SPLASH and p.held is on) for on in (False, True)
+        next(p for p in holding.phases if p.kind is PhaseKind.SPLASH and p.held is on) for on in (False, True)
     )
     of_passage, of_held = (prediction_factors(phase, Tier.CLOSED_FORM) for phase in (passage, held))
     assert of_held[0] > of_passage[0] == 1.0
@@ -265,7 +284,7 @@ def test_a_sea_is_beyond_by_failed_runs_that_a_tenth_of_its_phases_would_meet(pl
         values[:failed] = np.nan
     measure = measures(plan, phase, Alternative.SSC, winch, course_of(plan, phase, winch))["DAF"]
     column = ColumnRuns(8.0, BETA, measure, 1.5, STILL["DAF"], ((1.0, numbers()), (2.0, higher)))
-    limits = limits_of_curve(curve_of([column]), np.array([1.15]), 6.0)
+    limits = limits_of_curve(curve_of([column]), np.array([1.06]), 6.0)
     assert (limits.Hs[0] > 1.0) == sound
 
 
@@ -327,45 +346,47 @@ STEPPED = 0.01
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["splash zone", "splash zone, held", "deep", "landing"])
-def test_the_step_of_a_plan_does_not_show_in_its_numbers(narrow, name):
-    phase, spot = narrow.phase(name), SeaState(1.5, 8.0, BETA)
+def test_the_step_of_a_plan_does_not_show_in_its_numbers(narrow_holding, name):
+    phase, spot = narrow_holding.phase(name), SeaState(1.5, 8.0, BETA)
     winch = winch_of(phase, Alternative.SSC)
-    course = Cells(narrow, Execution()).course(phase, winch, spot)
-    crane, mode = machine_of(narrow, winch)
-    calm = lowering_of(narrow, phase, course, mode)
-    runs = [in_sea(narrow, phase, winch, course, calm, spot, seed) for seed in range(1, 17)]
+    course = Cells(narrow_holding, Execution()).course(phase, winch, spot)
+    crane, mode = machine_of(narrow_holding, winch)
+    calm = lowering_of(narrow_holding, phase, course, mode)
+    runs = [in_sea(narrow_holding, phase, winch, course, calm, spot, seed) for seed in range(1, 17)]
     coarse, fine = (
         run_numbers(simulate([crane] * 16, runs, on_failure="mark", step=step), [course.counts] * 16)
-        for step in (f"{step_of(narrow)!r} s", "1 ms")
+        for step in (f"{step_of(narrow_holding)!r} s", "1 ms")
     )
     for number in ("F_w_max", "DAF", "load_pp", "v_landed"):
         np.testing.assert_allclose(np.mean(coarse[number]), np.mean(fine[number]), rtol=STEPPED, err_msg=number)
 
 
 @pytest.mark.thorough
-def test_slings_have_least_tension_at_the_worst_submergence(narrow):
+def test_slings_have_least_tension_at_the_worst_submergence(narrow_holding):
     """Least tension of 16 runs, beside the payload above the waves, cut by the surface elsewhere, and well covered."""
-    held = next(p for p in narrow.phases if p.held)
-    cells, spot = Cells(narrow, Execution()), SeaState(1.8, 8.0, BETA)
+    held = next(p for p in narrow_holding.phases if p.held)
+    cells, spot = Cells(narrow_holding, Execution()), SeaState(1.8, 8.0, BETA)
     worst = cells.course(held, Winch(), spot).z_0
     least = {}
     for z in (worst, 3.0, worst + 2.0, worst - 2.5, -15.0):
-        course = course_of(narrow, held, Winch(), z)
-        calm = lowering_of(narrow, held, course, machine_of(narrow, Winch())[1])
-        runs = [in_sea(narrow, held, Winch(), course, calm, spot, seed) for seed in range(1, 17)]
-        data = simulate([narrow.crane] * 16, runs, on_failure="mark")
+        course = course_of(narrow_holding, held, Winch(), z)
+        calm = lowering_of(narrow_holding, held, course, machine_of(narrow_holding, Winch())[1])
+        runs = [in_sea(narrow_holding, held, Winch(), course, calm, spot, seed) for seed in range(1, 17)]
+        data = simulate([narrow_holding.crane] * 16, runs, on_failure="mark")
         least[z] = float(np.median(run_numbers(data, [course.counts] * 16)["F_sling_min"]))
     assert min(least, key=least.get) == worst
     assert least[worst] < 0.7 * min(F for z, F in least.items() if z != worst)
 
 
 @pytest.mark.thorough
-def test_half_an_hour_at_the_worst_submergence_limits_lower_than_the_passage(narrow):
-    plan = replace(narrow, alternatives=(Alternative.NONE,))
+def test_half_an_hour_at_the_worst_submergence_limits_lower_than_the_passage(narrow_holding):
+    plan = replace(narrow_holding, alternatives=(Alternative.NONE,))
     plan = replace(plan, phases=tuple(p for p in plan.phases if p.kind is PhaseKind.SPLASH))
     passage, held = plan.phases
-    found = refine(plan, predicted(plan, {passage.name: 1.5, held.name: 1.5}), search=FEW)
-    of = {each.phase: each for each in found.limits}
+    of = {}
+    for phase in (passage, held):  # each alone: one that another one hides is not looked for any higher
+        found = refine(replace(plan, phases=(phase,)), predicted(plan, {phase.name: 1.5}), search=FEW)
+        of[phase.name] = found.limits[0]
     assert 0.5 < of[held.name].Hs["slack-sling"][0] < 0.9 * of[passage.name].Hs["slack-sling"][0]
     assert of[held.name].low["slack-sling"][0] < of[held.name].high["slack-sling"][0]
 
@@ -394,7 +415,7 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     none = next(x for x in first.limits if x.phase == landing and x.alternative is Alternative.NONE)
-    assert 0.2 < np.nanmin([float(v[0]) for v in none.Hs.values()]) < 3.0
+    assert 0.1 < np.nanmin([float(v[0]) for v in none.Hs.values()]) < 3.0
     assert all(d.tier is Tier.TIME and d.seeds is not None and d.seeds.max() >= FEW.seeds for d in first.demands)
     again = refine(plan, predicted(plan, heights), search=FEW, store=tmp_path)
     for a, b in zip(first.demands, again.demands, strict=True):
