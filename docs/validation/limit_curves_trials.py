@@ -64,7 +64,7 @@ def made_up_plan(rng: np.random.Generator, truth: Mapping[str, Any], runs: int, 
         centre = H * math.exp(rng.normal(0.0, 0.06))
         each = []
         for k in range(cells):
-            h = centre * math.exp(0.1 * k * rng.choice((-1.0, 1.0)))
+            h = centre * (1.1 if k else 0.95)  # one about the limit and one beyond, as the search ends
             z = rng.gumbel(size=runs) + math.log(-math.log(P90))
             x = (h / H) ** truth["growth"][i] * np.exp(truth["scatter"][i] / 1.2826 * z)
             each.append((h, {"duration": np.ones(runs), "x": np.minimum(x, 1.11)}))
@@ -135,7 +135,8 @@ def splash_plan(
     columns = []
     for ((Tp, beta), every), H in zip(pool.items(), exact, strict=True):
         guess = H * math.exp(rng.normal(0.0, 0.06))
-        near = sorted(sorted(every, key=lambda cell: abs(math.log(cell[0] / guess)))[:cells], key=_height)
+        above = min(len([h for h, _ in every if h < guess]), len(every) - 1)
+        near = sorted(every, key=_height)[max(above + 1 - cells, 0) : above + 1]  # about the limit and beyond
         drawn = []
         for h, of in near:
             i = rng.choice(len(of["duration"]), runs, replace=False)

@@ -30,9 +30,9 @@ PART = 20.0
 """Part of a run of which the largest value counts [s]: some waves."""
 FEWEST = 8
 """Runs in which waves must add something for a curve."""
-BEYOND_CELLS = 1.02
-"""A limit is read up to this factor above the highest cell: growth may end there, as that of an error which friction
-makes."""
+BEYOND_CELLS = 1.15
+"""A limit is read up to this factor above the highest cell, where a search does not go on: it asks for a cell beyond,
+for growth may end there, as that of an error which friction makes."""
 FAILED_MOST = 0.1
 """Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
 leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
