@@ -83,7 +83,8 @@ def _in_waves(out: Path) -> None:
     runs = {r.mode.value: r.summary for r in result.runs}
     first = next(iter(runs.values()))
     tip = show(first["s_tip_pp"], "length")
-    print(f"A crane tip moves {tip} in 30 s (ship in SIMULATED waves, {SEA}), {LOAD} on the hook:")
+    waves = SEA.removeprefix("jonswap ")
+    print(f"A crane tip moves {tip} in 30 s (ship in SIMULATED waves, {waves}), {LOAD} on the hook:")
     for mode, summary in runs.items():
         kept = f"{show(summary['e_c_pp'], 'length'):>8} of it, {summary['eta_c']:6.1%} compensated"
         print(f"  {mode.upper():4} the hook keeps {kept}; {summary['status']}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -139,7 +140,7 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
         resume_note = (
             f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )
-        say(f"{expected(lift_plan)}{resume_note}")
+        say(textwrap.fill(f"{expected(lift_plan)}{resume_note}", WIDTH, break_on_hyphens=False, break_long_words=False))
 
 
 def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
@@ -156,6 +157,8 @@ def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
         announce(out, [name for name in OUT_FILES if (out / name).is_file()])
 
 
+WIDTH = 98
+"""Width of lines that are wrapped."""
 Results = Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder that stillhook plan --out wrote.")]
 Out = Annotated[Path | None, typer.Option(help="Folder for the report, in place of that of the results.")]
 Figures = Annotated[bool, typer.Option("--figures", help="Also write every figure as a separate PNG.")]
