@@ -5,26 +5,17 @@ import math
 
 import numpy as np
 import pytest
+from tests.plan.manifold import loaded, manifold
 
 from stillhook.cli import run
-from stillhook.plan.file import load_plan
 from stillhook.plan.planning import plan as planned
 from stillhook.plan.report.document import brief, document
 from stillhook.plan.report.summary_page import OUTSIDE_ALPHA, tables
 from stillhook.report.document import Table
 
-PLAN = """\
-crane = "nov-250t"
-vessel = "construction-vessel-130m"
-payload = "manifold-60t"
-alternatives = ["none"]
-
-[tip]
-at = "x=-15 m, y=-24 m, z=36 m"
-
-[water]
-depth = "300 m"
-
+PLAN = (
+    manifold("none")
+    + """\
 [environment]
 Hs = "0.25 m to 4 m by 0.25 m"
 Tp = ["6 s", "12 s"]
@@ -41,14 +32,13 @@ name = "splash"
 kind = "splash-zone"
 start = "5 m"
 """
+)
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
 def lift(tmp_path_factory):
-    path = tmp_path_factory.mktemp("plan") / "plan.toml"
-    path.write_text(PLAN, encoding="utf-8")
-    return load_plan(path)
+    return loaded(tmp_path_factory.mktemp("plan"), PLAN)
 
 
 @pytest.fixture(scope="module")

@@ -3,23 +3,16 @@
 import json
 
 import pytest
+from tests.plan.manifold import manifold
 
 from stillhook.cli import run
 from stillhook.plan.answer import dataset as plan_files
 
-PLAN = """\
-name = "Manifold to 300 m"
-crane = "nov-250t"
-vessel = "construction-vessel-130m"
-payload = "manifold-60t"
-alternatives = ["none", "cap-80"]
-
-[tip]
-at = "x=-15 m, y=-24 m, z=36 m"
-
-[water]
-depth = "300 m"
-
+HEAD = 'name = "Manifold to 300 m"\n'
+PLAN = (
+    HEAD
+    + manifold("none", "cap-80")
+    + """\
 [environment]
 Hs = ["HIGHS"]
 Tp = ["6 s", "9 s"]
@@ -38,6 +31,7 @@ name = "deep"
 kind = "deep"
 start = "-25 m"
 """
+)
 
 
 def a_plan(folder, *, Hs='1 m", "2 m", "4 m', more=""):

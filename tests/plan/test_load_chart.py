@@ -11,6 +11,7 @@ import numpy as np
 import openpyxl
 import pytest
 from scipy.integrate import solve_ivp
+from tests.plan.manifold import manifold
 
 from stillhook.cli import run
 from stillhook.errors import StillhookError
@@ -40,18 +41,9 @@ ROWS = """\
 10,3,160,1.5,3,6
 20,3,90,1.5,3,6
 """
-PLAN = """\
-crane = "nov-250t"
-vessel = "construction-vessel-130m"
-payload = "manifold-60t"
-alternatives = ["none"]
-
-[tip]
-at = "x=-15 m, y=-24 m, z=36 m"
-
-[water]
-depth = "300 m"
-
+PLAN = (
+    manifold("none")
+    + """\
 [environment]
 Hs = "0.5 m to 4 m by 0.5 m"
 Tp = ["6 s", "10 s"]
@@ -70,6 +62,7 @@ start = "7 m"
 name = "splash"
 kind = "splash-zone"
 """
+)
 SPECTRA = 0.02  # of an amplitude by integration in time, its last swings
 H = np.array([0.5, 1.0, 1.5, 2.5, 4.0])
 STEPS = ((1.0, 2.0), (2.0, 1.5), (3.0, 1.0))

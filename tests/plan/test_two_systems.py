@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.plan.manifold import loaded, manifold
 
 from stillhook.cli import run
 from stillhook.errors import StillhookError
@@ -34,18 +35,9 @@ from stillhook.sea.spectra.measured import SeaStates
 from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.series import Weather
 
-PLAN = """\
-crane = "nov-250t"
-vessel = "construction-vessel-130m"
-payload = "manifold-60t"
-alternatives = ["none", "cap-80"]
-
-[tip]
-at = "x=-15 m, y=-24 m, z=36 m"
-
-[water]
-depth = "300 m"
-
+PLAN = (
+    manifold("none", "cap-80")
+    + """\
 [environment]
 Hs = "0.5 m to 4 m by 0.5 m"
 Tp = ["6 s", "9 s"]
@@ -74,6 +66,7 @@ kind = "splash-zone"
 name = "deep"
 kind = "deep"
 """
+)
 SUM = 1e-9  # sums of spectra of one shape, but for rounding
 BETWEEN = 0.02  # limits between heights 0.5 m apart
 H = 3600.0
@@ -83,9 +76,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def lift(tmp_path_factory):
-    path = tmp_path_factory.mktemp("plan") / "plan.toml"
-    path.write_text(PLAN, encoding="utf-8")
-    return load_plan(path)
+    return loaded(tmp_path_factory.mktemp("plan"), PLAN)
 
 
 def alone(lift):

@@ -99,7 +99,9 @@ def _lift(result: PlanResult, out: Path) -> None:
     from stillhook.plan.report.words import CREDITED, TWIN, gain, named
     from stillhook.report.formatting import percent
 
-    data, tolerance = result.data, "0.15 m"
+    data = result.data
+    limits = {row["rule"]: row["limit"] for row in result.facts["limited"] if row["rule"] == "load-motion"}
+    tolerance = show(limits["load-motion"], "length")
     answer = verdict(result)
     print(f"{result.name}, landed within {tolerance} over guide posts. {answer.word}, credited.")
     for line in (answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):

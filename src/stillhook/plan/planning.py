@@ -111,9 +111,7 @@ def plan(
     if records is not None and forecast.restricted:
         value = weather_value(lift_plan, axes, forecast, records, max(lift_plan.environment.Hs))
         block = weather_block(lift_plan, value, axes, records, forecast)
-        blocks["weather"] = with_intervals(
-            block, lift_plan, of, limits, demands, table, records, value, threads=threads
-        )
+        blocks["weather"] = with_intervals(block, lift_plan, of, limits, demands, forecast, value, threads=threads)
     if last is not Tier.CLOSED_FORM:
         blocks |= reference_blocks(lift_plan, of, parts("reference cell"), residuals=twin is not None)
     if twin is not None:

@@ -121,13 +121,13 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
         shape, theta, error = shapes[key]
         Q[i], var_Q[i] = shape.quantile(float(q[i] ** (1.0 / theta)), error)
         skewness[i], kurtosis[i] = shape.skewness, shape.kurtosis
-    parts = np.maximum(np.bincount(samples.column, samples.weight, minlength=columns) * k, 1e-9)
-    parts = np.maximum(parts / _alike(z, k), 1e-9)
+    runs = np.bincount(samples.column, samples.weight, minlength=columns)
+    parts = np.maximum(runs * k / _alike(z, k), 1e-9)
     of_scale = np.minimum(s.var / s.value**2, (kurtosis - 1.0) / (4.0 * parts))
-    of_runs = near @ np.bincount(samples.column, samples.weight, minlength=columns)
-    few = np.array([(t_factor(max(n - 1.0, 1.0)) / NORMAL_95) ** 2 for n in of_runs])
+    pooled = near @ runs
+    few = np.array([(t_factor(max(n - 1.0, 1.0)) / NORMAL_95) ** 2 for n in pooled])
     usual = float(np.average(s.value**2, weights=parts)) * few
-    shared = np.minimum(of_runs / float(np.bincount(samples.column, samples.weight, minlength=columns).sum()), 1.0)
+    shared = np.minimum(pooled / float(runs.sum()), 1.0)
     var = usual * (1.0 / parts + Q * skewness / parts + Q**2 * of_scale + var_Q * (1.0 - shared))
     least = 0.1 * usual / parts
     common = float(np.mean(usual * var_Q * shared))
@@ -147,7 +147,7 @@ def fit_means(column: IntArray, h: FloatArray, mean: FloatArray, var: FloatArray
         np.bincount(column, w * off * y, minlength=columns), spread, out=np.full(columns, np.nan), where=spread > 1e-6
     )
     var_slope = np.divide(1.0, spread, out=np.full(columns, np.inf), where=spread > 1e-6)
-    p = _drawn_together(slope, var_slope, (OF_SHARE, OF_SHARE_SD))
+    p = _shrunk_to_mean(slope, var_slope, (OF_SHARE, OF_SHARE_SD))
     known = np.bincount(column, minlength=columns) > 0
     level = np.where(known, level, np.nan)
     return LevelFit(level, np.clip(p.value, *SLOPES), center, np.where(known, 1.0 / total, np.nan), p.var)
@@ -161,7 +161,7 @@ class _Effects:
     var: FloatArray
 
 
-def _drawn_together(value: FloatArray, var: FloatArray, prior: tuple[float, float] | None = None) -> _Effects:
+def _shrunk_to_mean(value: FloatArray, var: FloatArray, prior: tuple[float, float] | None = None) -> _Effects:
     """Values of columns drawn towards their mean, by random effects; one that is not known is that mean. prior: mean
     and standard deviation before any value is known."""
     known = np.isfinite(var) & np.isfinite(value)
@@ -220,7 +220,7 @@ def _location_scale(
         )
         usual = math.sqrt(float(np.average(s**2, weights=total)))
         var_slope = np.divide(usual**2, spread, out=np.full(columns, np.inf), where=spread > 1e-9)
-        p = _drawn_together(slope, var_slope, (SLOPE, SLOPE_SD))
+        p = _shrunk_to_mean(slope, var_slope, (SLOPE, SLOPE_SD))
         p = _Effects(np.clip(p.value, *SLOPES), p.var)
         s = np.sqrt(mean((filled - a[c] - p.value[c] * off) ** 2 + extra) / lost)
         ln_s = _scales(s, total, near)

@@ -340,7 +340,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Remarks on the result."""
-    lines = [*_beside(plan), *plan.notes, *winch_remarks(plan)]
+    lines = [*_swell_remark(plan), *plan.notes, *winch_remarks(plan)]
     untold_phases = untold(of.modelled)
     for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
         lines.append(
@@ -371,7 +371,7 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     return [*lines, *closed_form.remarks(plan, env.table())]
 
 
-def _beside(plan: LiftPlan) -> list[str]:
+def _swell_remark(plan: LiftPlan) -> list[str]:
     """That every limit is one of the wind sea beside a swell."""
     swell = plan.environment.swell
     return [] if swell is None else [f"every limiting Hs is that of the wind sea, beside a {swell.describe()}"]

@@ -16,10 +16,8 @@ from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.limits import Limits
 from stillhook.plan.result import CREDITS, Credit
 from stillhook.plan.table import TIERS, Axes, Chosen, Governed, caps_of, chosen, credited_of, governed
-from stillhook.plan.weather.value import DAY, OVER, Fair, WeatherValue, forecast_limits
+from stillhook.plan.weather.value import DAY, OVER, Forecast, WeatherValue, forecast_limits
 from stillhook.statistics.estimate import t_factor
-from stillhook.weather.alpha import AlphaTable
-from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
     import xarray
@@ -35,8 +33,7 @@ def with_intervals(
     of: Answered,
     found: Sequence[Limits],
     demands: Sequence[Demand],
-    table: AlphaTable,
-    weather: Weather,
+    forecast: Forecast,
     value: WeatherValue,
     *,
     threads: int = 2,
@@ -45,21 +42,20 @@ def with_intervals(
     <name>_low and <name>_high: those that errors of the limits make. How the weather itself differs from year to year
     is not in them.
 
-    found: limits of all tiers with their draws; demands: those of all tiers. Limits without draws, of other tiers than
-    the twin, are taken as exact.
+    found: limits of all tiers with their draws; demands: those of all tiers; forecast, value: what the block was made
+    of. Limits without draws, of other tiers than the twin, are taken as exact.
     """
     axes, highest = of.axes, max(plan.environment.Hs)
-    draws = drawn(axes, found, of.limits.Hs.shape[1:])
-    if draws is None:
+    factors = draw_factors(axes, found, of.limits.Hs.shape[1:])
+    if factors is None:
         return block
-    forecast = forecast_limits(plan, table, of.governs, highest)
-    fair = Fair.of(plan, axes, weather, forecast)
 
     def numbers(governs: Mapping[Credit, Governed]) -> dict[str, FloatArray]:
-        return _numbers(fair, axes, forecast_limits(plan, table, governs, highest).used, forecast.T_R, highest, value)
+        used = forecast_limits(plan, forecast.table, governs, highest).used
+        return _numbers(value, axes, used, highest)
 
     with ThreadPoolExecutor(threads) as pool:
-        rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, draws)))
+        rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, factors)))
     half = t_factor(len(rows) - 1)
     for name in rows[0]:
         dims = ("credit", "alternative", *(("over",) if name == "days_gained" else ()))
@@ -72,7 +68,7 @@ def with_intervals(
     return block
 
 
-def drawn(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) -> FloatArray | None:
+def draw_factors(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) -> FloatArray | None:
     """Draws of the twin's limits over those themselves (m, alternative, phase, rule, heading, period), 1 where there
     are none; None where no limit has any."""
     of_twin = [each for each in found if each.tier is Tier.TIME and each.draws]
@@ -118,30 +114,28 @@ def _moved(axes: Axes, alternative: Alternative, cap: Chosen, factor: FloatArray
     return replace(cap, Hs=Hs)
 
 
-def _numbers(
-    fair: Fair, axes: Axes, used: FloatArray, T_R: float, highest: float, value: WeatherValue
-) -> dict[str, FloatArray]:
+def _numbers(value: WeatherValue, axes: Axes, used: FloatArray, highest: float) -> dict[str, FloatArray]:
     """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits used
     (credit, alternative, heading, period) [m]."""
-    shape = len(CREDITS), len(axes.alternatives)
+    judge, shape = value.workability, (len(CREDITS), len(axes.alternatives))
     operability, wait = np.full(shape, np.nan), np.full(shape, np.nan)
     waited: dict[bytes, tuple[float, FloatArray]] = {}
     of: dict[tuple[int, int], FloatArray] = {}
-    valid = np.isfinite(fair.seas.Hs)
+    valid = np.isfinite(judge.seas.Hs)
     for c, a in np.ndindex(shape):
         op_wf = np.nan_to_num(used[c, a], nan=0.0)
         key = op_wf.tobytes()
         if key not in waited:
-            good: BoolArray = fair.workable(op_wf, highest)
+            good: BoolArray = judge.workable(op_wf, highest)
             some = np.asarray(good.any(axis=0))[valid]
-            waited[key] = float(some.mean()), fair.waits(good & valid, T_R)
+            waited[key] = float(some.mean()), judge.waits(good & valid, value.T_R)
         operability[c, a], of[c, a] = waited[key]
         wait[c, a] = _mean(of[c, a])
     days = np.full((*shape, len(OVER)), np.nan)
     for o, name in enumerate(OVER):
         for c, credit in enumerate(CREDITS):
-            other = value.best_classic[credit] if name == OVER[-1] else Alternative(name)
-            if other in axes.alternatives:
+            other = value.reference(name, credit)
+            if other is not None:
                 k = axes.alternatives.index(other)
                 for a in range(shape[1]):
                     days[c, a, o] = _mean(of[c, k] - of[c, a]) / DAY

@@ -20,7 +20,7 @@ from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
 from stillhook.plan.report.sweep import tolerance_sweep
-from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, beside, gain, height, names, workable
+from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, gain, height, names, of_wind_sea, workable
 from stillhook.plan.result import (
     PlanResult,
     columns,
@@ -195,7 +195,7 @@ def _heading(result: PlanResult, beta: float) -> Table:
         rows.append([f"{float(period):g} s", *limits, *governs])
     labels = [",\n".join(group) for group in groups]
     header = ["Tp", *labels, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "tier"]
-    title = f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow{beside(result)}"
+    title = f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow{of_wind_sea(result)}"
     return Table(header, rows, title)
 
 

@@ -14,7 +14,6 @@ from stillhook.plan.report.words import (
     CREDITED,
     TEXTS,
     TWIN,
-    beside,
     between,
     differs,
     few,
@@ -28,6 +27,7 @@ from stillhook.plan.report.words import (
     lines_of,
     named,
     names,
+    of_wind_sea,
     over,
     reading,
     workable,
@@ -76,7 +76,7 @@ def tables(result: PlanResult) -> list[Part]:
 def _credited(result: PlanResult, name: str) -> str:
     Hs, data = limits(result, CREDITED, name), result.data
     seas = f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
-    sentence = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {seas}{beside(result)}."
+    sentence = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {seas}{of_wind_sea(result)}."
     return f"{sentence}{_ends(result, name)} {_mostly(result, name, CREDITED)}"
 
 
@@ -223,7 +223,7 @@ def _limits(result: PlanResult, name: str) -> Table:
         columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
         columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
     title = (
-        f"OP_LIM with {named(name)}, credited: limiting Hs [m]{beside(result)} by peak period and direction of the"
+        f"OP_LIM with {named(name)}, credited: limiting Hs [m]{of_wind_sea(result)} by peak period and direction of the"
         " waves; OP_WF [m] at the worst heading"
     )
     return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
@@ -282,7 +282,7 @@ def _side_by_side(result: PlanResult) -> Table:
                 cells = result["weather"].sel(credit=credit, alternative=name, month=0)
                 body[-1] += workable(cells)[:2]
     title = (
-        f"All alternatives, worst heading: OP_LIM [m]{beside(result)}, credited; a second line where the twin says"
+        f"All alternatives, worst heading: OP_LIM [m]{of_wind_sea(result)}, credited; a second line where the twin says"
         " otherwise"
     )
     tail = "; operability and mean waiting over the year" if waiting else ""
@@ -301,7 +301,7 @@ def _conditions(result: PlanResult) -> list[Part]:
         ("lift", f"{payload['name']}, {mass} in air, to {place['depth']:g} m of water"),
         ("crane, vessel", f"{crane['name']}; {place['text']}"),
         ("seas", f"{waves}{peak}, {spread}"),
-        *([("limits", beside(result).removeprefix(", "))] if beside(result) else []),
+        *([("limits", of_wind_sea(result).removeprefix(", "))] if of_wind_sea(result) else []),
         ("reading", reading(result)),
         ("credit", crane["twin"]),
         *(("note", note) for note in result.facts["notes"]),

@@ -163,7 +163,7 @@ def reading(result: PlanResult) -> str:
     return LimitTable(cells, data["heading"].values, data["period"].values, tolerance, highest(result)).described()
 
 
-def beside(result: PlanResult) -> str:
+def of_wind_sea(result: PlanResult) -> str:
     """What limits are of where a swell is beside the wind sea of the table, for titles: ", of the wind sea beside a
     swell of ..."; empty without one."""
     swell = result.facts["settings"].get("swell")

@@ -171,8 +171,8 @@ def forecast_limits(
 @dataclass(frozen=True, eq=False)
 class WeatherValue:
     """Persistence of each alternative's workable weather by credit, each with its months; waits from every record (n,)
-    [s], NaN where no start follows, and month (n,) of the record; best_classic by credit, None without one; notes on
-    how the weather was read.
+    [s], NaN where no start follows, and month (n,) of the record; best_classic by credit, None without one;
+    workability: how the weather was judged.
     """
 
     persistence_of: Mapping[tuple[Credit, Alternative], Persistence] = field(repr=False)
@@ -180,7 +180,18 @@ class WeatherValue:
     month: NDArray[np.int64] = field(repr=False)
     best_classic: Mapping[Credit, Alternative | None]
     T_R: float
-    notes: tuple[str, ...]
+    workability: Workability = field(repr=False)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes on how the weather was read."""
+        return self.workability.notes
+
+    def reference(self, over: str, credit: Credit) -> Alternative | None:
+        """The alternative that a name of `OVER` stands for; None where the plan has none."""
+        if over == OVER[-1]:
+            return self.best_classic[credit]
+        return Alternative(over) if (credit, Alternative(over)) in self.waits else None
 
 
 def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weather, Hs_highest: float) -> WeatherValue:
@@ -189,23 +200,25 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     Errors: WeatherError where the weather does not give the height, or no direction though the vessel's heading is
     fixed.
     """
-    fair = Fair.of(plan, axes, weather, forecast)
+    judge = Workability.of(plan, axes, weather, forecast)
     persistence_of: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
-            good = fair.workable(np.nan_to_num(forecast.used[c, a], nan=0.0), Hs_highest)
+            good = judge.workable(np.nan_to_num(forecast.used[c, a], nan=0.0), Hs_highest)
             persistence_of[credit, alternative] = persistence(
-                good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(fair.seas.Hs)
+                good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(judge.seas.Hs)
             )
-            waited[credit, alternative] = fair.waits(good, forecast.T_R)
+            waited[credit, alternative] = judge.waits(good, forecast.T_R)
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
-    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, fair.notes)
+    return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, judge)
 
 
 @dataclass(frozen=True, eq=False)
-class Fair:
-    """How weather is judged by tables of limits on the axes of a plan: what does not depend on the limits."""
+class Workability:
+    """How weather is judged by tables of limits on the axes of a plan: what does not depend on the limits. swell
+    (kept, n): whether the swell of each record is within the plan's, at each heading that may be kept; notes on how
+    the weather was read."""
 
     plan: LiftPlan
     axes: Axes
@@ -213,27 +226,27 @@ class Fair:
     seas: Records
     headings: KeptHeadings
     kinds: Kinds
-    beside: BoolArray
+    swell: BoolArray
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, plan: LiftPlan, axes: Axes, weather: Weather, forecast: Forecast) -> Fair:
+    def of(cls, plan: LiftPlan, axes: Axes, weather: Weather, forecast: Forecast) -> Workability:
         """Errors: as `weather_value`."""
         seas, notes = seas_of(plan, weather)
         table = _table(plan, axes, np.zeros(axes.columns), max(plan.environment.Hs))
         headings = KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
         kinds = headings.kinds(table, seas.periods)
         kept = len(headings.counts)
-        beside = seas.systems.within(seas.ship, kept, forecast.swell)
+        swell = seas.systems.within(seas.ship, kept, forecast.swell)
         notes = (*notes, *seas.systems.outside(forecast.swell))
-        return cls(plan, axes, weather, seas, headings, kinds, beside, notes)
+        return cls(plan, axes, weather, seas, headings, kinds, swell, notes)
 
     def workable(self, op_wf: FloatArray, Hs_highest: float) -> BoolArray:
         """Whether each record is within limits (heading, period) [m] at each heading that may be kept (kept, n)."""
         table = _table(self.plan, self.axes, op_wf, Hs_highest)
         limit = self.headings.of_kinds(table, self.seas.periods, self.kinds)
         limit = np.where(limit > 0.0, limit, -np.inf)[:, self.kinds.inverse]
-        return np.asarray((self.seas.Hs <= limit) & self.beside)
+        return np.asarray((self.seas.Hs <= limit) & self.swell)
 
     def waits(self, good: BoolArray, T_R: float) -> FloatArray:
         """Time from each record to the first start of a window (n,) [s]; NaN where none follows."""
@@ -337,8 +350,8 @@ def _gained(axes: Axes, value: WeatherValue, operability: FloatArray) -> tuple[F
     length = np.array([YEAR, *(24.0 * d for d in MONTH_DAYS)])
     for o, name in enumerate(OVER):
         for c, credit in enumerate(CREDITS):
-            other = value.best_classic[credit] if name == OVER[-1] else Alternative(name)
-            if other is None or other not in axes.alternatives:
+            other = value.reference(name, credit)
+            if other is None:
                 continue
             hours[o, c] = length * (operability[c] - operability[c, axes.alternatives.index(other)])
             for a, alternative in enumerate(axes.alternatives):

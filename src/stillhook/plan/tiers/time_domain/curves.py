@@ -72,6 +72,11 @@ class Curve:
     still: FloatArray = field(repr=False)
     fit: LevelFit | None = field(repr=False)
 
+    @property
+    def tops(self) -> FloatArray:
+        """Highest cell of each column [m]."""
+        return np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in self.columns])
+
     def level(self, column: int, Hs: float) -> tuple[float, float, float]:
         """x at the level in a sea of this height [m], and the ends of its 95 % interval."""
         if self.fit is None or Hs <= 0.0 or math.isnan(self.fit.level[column]):
@@ -172,7 +177,7 @@ def limits_of_curve(
     highest sea to analyse [m]; expected (c,): limits of a cheaper method [m], NaN where it has none.
     """
     n = len(curve.columns)
-    top = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in curve.columns])
+    top = curve.tops
     sound = np.array([column.sound_up_to for column in curve.columns])
     at_top = top >= highest * (1.0 - ROUNDING)
     direct, var = _direct(curve, x_limit)
@@ -221,7 +226,7 @@ def limits_in_bands(
         return result
 
     Hs = first([each.Hs for each in found])
-    top = np.array([max((h for h, _ in column.cells), default=0.0) for column in curve.columns])
+    top = curve.tops
     open_ = np.isposinf(Hs) & (top < highest * (1.0 - ROUNDING))
     draws = [each.draws for each in found]
     same = len({len(each) for each in draws}) == 1
@@ -235,7 +240,7 @@ def limits_in_bands(
     )
 
 
-def beside_swell(limits: CurveLimits, swell: float) -> CurveLimits:
+def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
     """Limits of all waves as those of the wind sea beside a swell of this height [m]; 0 where the swell alone is
     beyond."""
 

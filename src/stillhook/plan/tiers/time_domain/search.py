@@ -26,9 +26,9 @@ from stillhook.plan.tiers.time_domain.curves import (
     ColumnRuns,
     Curve,
     CurveLimits,
-    beside_swell,
     curve_of,
     limits_in_bands,
+    wind_sea_limits,
 )
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
@@ -333,22 +333,28 @@ class Work:
         if not lines:
             return Judged(columns, curves, limits)
         about = [self._about(line, before) for line in lines]
-        highest = self.height(max(self.plan.environment.Hs))
         for each in self.rules(lines[0]):
             quantity = each.rule.quantity
             if any(not self.has(line, quantity) for line in lines):
                 continue
             of = [self.runs_of(line, quantity, a) for line, a in zip(lines, about, strict=True)]
             expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
-            curves[each.rule.key] = curve = curve_of(of, _chance(of, each.limit))
             guess = np.array([self.height(expected.get(column, math.nan)) for column in columns])
-            bands = [
-                (self.height(top), np.array([_x_limit(column.measure, limit) for column in of]))
-                for top, limit in each.bands
-            ]
-            found = limits_in_bands(curve, bands, highest, guess)
-            limits[each.rule.key] = found if self.swell == 0.0 else beside_swell(found, self.swell)
+            curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess)
         return Judged(columns, curves, limits)
+
+    def limits_of(
+        self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None = None
+    ) -> tuple[Curve, CurveLimits]:
+        """The curve of a rule's quantity in columns, and the rule's limits of the wind sea; expected (c,): limits of a
+        cheaper method, of all waves [m]."""
+        curve = curve_of(columns, _chance(columns, rule.limit))
+        bands = [
+            (self.height(top), np.array([_x_limit(column.measure, limit) for column in columns]))
+            for top, limit in rule.bands
+        ]
+        limits = limits_in_bands(curve, bands, self.height(max(self.plan.environment.Hs)), expected)
+        return curve, limits if self.swell == 0.0 else wind_sea_limits(limits, self.swell)
 
     def height(self, Hs: float) -> float:
         """Height of all waves of a wind sea [m], swell included."""

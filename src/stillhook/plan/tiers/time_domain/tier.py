@@ -20,7 +20,7 @@ from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
-from stillhook.plan.tiers.time_domain.curves import ColumnRuns, beside_swell, curve_of, limits_of_curve
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.search import (
@@ -105,11 +105,8 @@ def convergence(work: Work) -> xarray.Dataset | None:
         names.append(_named(line, key))
         curve = judged.curves[key]
         rule = next(each for each in work.rules(line) if each.rule.key == key)
-        for j, count in enumerate(n if curve.columns[0].measure.statistic is not Statistic.CHANCE else ()):
-            first = [_first(of, int(count)) for of in curve.columns]
-            x_limit = np.array([of.measure.to_x(rule.limit) for of in first])
-            limits = limits_of_curve(curve_of(first), x_limit, work.height(max(work.plan.environment.Hs)))
-            limits = limits if work.swell == 0.0 else beside_swell(limits, work.swell)
+        for j, count in enumerate(n):
+            _, limits = work.limits_of(rule, [_first(of, int(count)) for of in curve.columns])
             table[:, i, j] = limits.Hs[at], limits.low[at], limits.high[at]
     parts = dict(zip(("Hs_limit", "low", "high"), table, strict=True))
     return xarray.Dataset(
