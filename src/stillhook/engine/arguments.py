@@ -198,16 +198,16 @@ def steps_per_cycle(crane: Crane, step: str | None, default: float = SERIES_STEP
     return n
 
 
-def cycles(crane: Crane, every: str | None) -> int:
-    """PLC cycles in a spacing given as text, or in the default one. Errors: ScenarioError where it is not a whole
-    number of them."""
+def cycles(crane: Crane, every: str | None, name: str = "every") -> int:
+    """PLC cycles in a spacing given as text, or in the default one; name of the argument. Errors: ScenarioError where
+    it is not a whole number of them."""
     t_cycle = crane.control.t_cycle
     if every is None:
         return math.ceil(EVERY / t_cycle * (1.0 - 1e-9))
-    dt = units.parse(every, "time", "every")
+    dt = units.parse(every, "time", name)
     n = round(dt / t_cycle)
     if n < 1 or abs(n * t_cycle - dt) > 1e-9 * dt:
-        raise ScenarioError(f'every = "{every}" is not a whole number of PLC cycles of {units.show(t_cycle, "time")}.')
+        raise ScenarioError(f'{name} = "{every}" is not a whole number of PLC cycles of {units.show(t_cycle, "time")}.')
     return n
 
 

@@ -86,9 +86,10 @@ def run_blocks(
     every: int,
     threads: int,
     progress: Progress | None,
+    sampled: int = 1,
 ) -> list[Any]:
     """Results of all cases, those that are alike in blocks of `lanes` (1 or 16) that threads share; see `RunOptions`. A
-    failed case is marked and spoils no other."""
+    failed case is marked and spoils no other. sampled: statistics are taken every so many cycles."""
     groups: dict[Hashable, list[int]] = {}
     for i, r in enumerate(ready):
         groups.setdefault((r.winch.extra_controllers, block_type.alike(r)), []).append(i)
@@ -100,7 +101,7 @@ def run_blocks(
     results: dict[int, Any] = {}
 
     def work(indices: list[int]) -> None:
-        block = block_type([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
+        block = block_type([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every, sampled=sampled)
         reached = meter.part(1.0)
         for share in block.steps():
             reached(share)
@@ -125,16 +126,16 @@ class Block(ABC, Generic[R]):
 
     kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
 
-    def __init__(self, ready: Sequence[R], *, lanes: int, n_sub: int, every: int) -> None:
+    def __init__(self, ready: Sequence[R], *, lanes: int, n_sub: int, every: int, sampled: int = 1) -> None:
         self.ready = list(ready)
         self.lanes = [self.ready[i] if i < len(self.ready) else self.ready[0] for i in range(lanes)]
-        self.drive, self.n_sub, self.every = self.ready[0].drive, n_sub, every
+        self.drive, self.n_sub, self.every, self.sampled = self.ready[0].drive, n_sub, every, sampled
         winch = self.ready[0].winch
         self.d = driver(winch.name, lanes, self.kind, winch.extra_controllers)
         self.of_winch, windows, columns = self.sizes(self.d)
         self.n_x = size(self.of_winch.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
-        self.n_win = round(WINDOW / self.drive.t_cycle) + 1
+        self.n_win = round(WINDOW / (sampled * self.drive.t_cycle)) + 1
         self.W = aligned(blank_window(self.n_win, lanes, windows))
         rows = self.drive.n_ticks // every + 1 if every else 0
         self.out = np.empty((rows, columns, lanes))

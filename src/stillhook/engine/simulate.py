@@ -43,6 +43,7 @@ def simulate(
     step: str | None = None,
     every: str | None = None,
     series: bool | None = None,
+    sampling: str | None = None,
     on_failure: OnFailure | str = OnFailure.RAISE,
     threads: int = 2,
     store: str | Path | None = None,
@@ -60,11 +61,13 @@ def simulate(
     and a whole part of it; default 2 ms with series, 5 ms for statistics alone, or the next shorter step that the PLC
     cycle allows. every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer
     spacing that there is. series: store time series; default True for one case, False for a list (statistics alone,
-    sixteen cases side by side). on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the rest
-    (`status` says which failed). threads: threads that share a batch. store, client: statistics alone may be kept in a
-    folder as they finish, so that a run that was killed goes on, and made on a cluster (a dask.distributed Client),
-    with the same numbers; see `stillhook.engine.scenario.problem.summaries`. progress: called with the share done,
-    0..1; first with 0, when everything that was given has been found good.
+    sixteen cases side by side). sampling: spacing at which extremes, sums and energies of a lowering are taken where no
+    series is stored, a whole number of PLC cycles; default every cycle. 20 ms saves a quarter of the time
+    (docs/validation/step-size.md). on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the
+    rest (`status` says which failed). threads: threads that share a batch. store, client: statistics alone may be kept
+    in a folder as they finish, so that a run that was killed goes on, and made on a cluster (a dask.distributed
+    Client), with the same numbers; see `stillhook.engine.scenario.problem.summaries`. progress: called with the share
+    done, 0..1; first with 0, when everything that was given has been found good.
 
     Returns
     -------
@@ -95,6 +98,8 @@ def simulate(
             " series=False."
         )
     problem, every_rows = _problem(cases), cycles(cranes[0], every)
+    if sampling is not None:
+        problem = _sampled(problem, cycles(cranes[0], sampling, "sampling"), stored=stored)
     n_sub = steps_per_cycle(cranes[0], step, problem.series_step if stored else problem.statistics_step)
     traces = None
     if stored:
@@ -126,6 +131,15 @@ def _problem(cases: Sequence[Case]) -> Problem:
         a, b = (type(cases[i]).__name__ for i in (0, other[0]))
         raise ScenarioError(f"simulate: case 0 is a {a}, case {other[0]} a {b}. Run scenarios and lowerings apart.")
     return PROBLEMS[of[0]][1]
+
+
+def _sampled(problem: Problem, n: int, *, stored: bool) -> Problem:
+    """The problem with statistics taken every n cycles. Errors: ScenarioError."""
+    if stored or not isinstance(problem, LoweringProblem):
+        raise ScenarioError(
+            "simulate: sampling is for statistics of lowerings. Leave it out for scenarios, or set series=False."
+        )
+    return LoweringProblem(n)
 
 
 def raise_failures(summaries: Sequence[Mapping[str, Any]]) -> None:

@@ -4,6 +4,8 @@
 plant (`stillhook.kernels.lift_wire`), set; it is never imported by name.
 """
 
+from typing import NamedTuple
+
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.supervisor import STAGE_LANDING, Stage, Supervisor, Watch, supervise
 from stillhook.kernels.lanes import Array, access, offset, size
@@ -102,44 +104,84 @@ def new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle):
             A[K_STAGE + l] = k
 
 
+class Ordered(NamedTuple):
+    """What a cycle works with in one lane: tip, geometry, load path, PLC's orders, memory, settings, supervisor."""
+
+    tip: Tip
+    geo: Geometry
+    q: winch.path.Point
+    tick: Tick
+    m: Memory
+    p: winch.Params
+    sup: Supervisor
+
+
 @scalar
-def cycle(A, B, N, S, T, n_stages, t, w):
-    """Supervisor, PLC cycle, signals and statistics of every lane; t time [s], w weight of this cycle in integrals."""
+def ordered(b, t):
+    """What the supervisor orders one lane at t [s]."""
+    tip = Tip(b.tick.s, b.tick.v)
+    e, rope = b.hang.element, b.lift.rope
+    # from drum to tip the wire is damped as its elements are
+    geo = with_c(geometry(b.x.path.s_w, b.p), e.c / e.k * rope.EA / rope.L_0)
+    q = path_point(b.x, geo, tip, b.p)
+    raw = sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p)
+    order, sup = supervise(
+        Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip), b.hang.sup, b.stage, b.lift.settings
+    )
+    tick = with_orders(b.tick, order.v_op, order.s_op, order.mode)
+    held = order.hold > 0.5
+    m = with_F(b.m, order.F_hold if held else b.m.F)
+    p = with_plc(b.p, with_tau(b.p.plc, 1.0e300 if held else b.p.plc.tau_F))
+    return Ordered(tip, geo, q, tick, m, p, sup)
+
+
+@scalar
+def keep(A, b, l, o, u, m, law):
+    """Lane l with what supervisor and PLC decided."""
+    A[S_JOY + l] = b.hang.s_joy + o.sup.v_joy * b.lift.t_cycle
+    put_sup(A, SUP + l, o.sup)
+    put_u(A, U_0 + l, b.u)
+    put_u(A, U + l, u)
+    put_geo(A, GEO + l, o.geo)
+    put_m(A, M + l, m)
+    put_laws(A, LAWS + l, law)
+    put_tip(A, TIP_0 + l, o.tip)
+
+
+@scalar
+def take_stage(A, S, n_stages):
+    """Every lane's stage in force."""
     for l in range(LANES):
         row = S[min(max(int(A[SUP_STAGE + l]), 0), n_stages - 1) * STAGE_SIZE * LANES :]
         for f in range(STAGE_SIZE):
             A[STAGE_NOW + f * LANES + l] = row[f * LANES + l]
+
+
+@scalar
+def command(A, t):
+    """Supervisor and PLC cycle of every lane at t [s], no more."""
     for l in range(LANES):
         b = load(A, l)
-        tip = Tip(b.tick.s, b.tick.v)
-        e, rope = b.hang.element, b.lift.rope
-        # from drum to tip the wire is damped as its elements are
-        geo = with_c(geometry(b.x.path.s_w, b.p), e.c / e.k * rope.EA / rope.L_0)
-        q = path_point(b.x, geo, tip, b.p)
-        raw = sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p)
-        order, sup = supervise(
-            Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip), b.hang.sup, b.stage, b.lift.settings
-        )
-        tick = with_orders(b.tick, order.v_op, order.s_op, order.mode)
-        held = order.hold > 0.5
-        m = with_F(b.m, order.F_hold if held else b.m.F)
-        p = with_plc(b.p, with_tau(b.p.plc, 1.0e300 if held else b.p.plc.tau_F))
-        u, m, law, drive = control(b.x, m, b.laws, tick, tip, geo, p)
-        c = circuit(b.x.winch, q, u, geo, b.p)
-        y = signals(c, b.x, q, u, m, drive, tick, geo, b.p)
-        E = stored_energy(c, b.x.winch, geo, b.p) + path_energy(q, b.x.path, b.p)
+        o = ordered(b, t)
+        u, m, law, _ = control(b.x, o.m, b.laws, o.tick, o.tip, o.geo, o.p)
+        keep(A, b, l, o, u, m, law)
+
+
+@scalar
+def cycle(A, B, N, T, t, w):
+    """Supervisor, PLC cycle, signals and statistics of every lane; t time [s], w weight of this cycle in integrals."""
+    for l in range(LANES):
+        b = load(A, l)
+        o = ordered(b, t)
+        u, m, law, drive = control(b.x, o.m, b.laws, o.tick, o.tip, o.geo, o.p)
+        c = circuit(b.x.winch, o.q, u, o.geo, b.p)
+        y = signals(c, b.x, o.q, u, m, drive, o.tick, o.geo, b.p)
+        E = stored_energy(c, b.x.winch, o.geo, b.p) + path_energy(o.q, b.x.path, b.p)
         E = E - b.p.hoist.load.W * b.x.path.s_load
-        put_st(A, ST + l, fold(b.st, y, c, b.x, q, u, tip, E, b.p, w))
-        A[E_HELD + l] = y.e_c if compensating(sup, b.stage, b.lift.settings.code) > 0.5 else b.hang.e_held
-        A[S_JOY + l] = b.hang.s_joy + sup.v_joy * b.lift.t_cycle
-        put_sup(A, SUP + l, sup)
-        put_u(A, U_0 + l, b.u)
-        put_u(A, U + l, u)
-        put_geo(A, GEO + l, geo)
-        put_m(A, M + l, m)
-        put_laws(A, LAWS + l, law)
+        put_st(A, ST + l, fold(b.st, y, c, b.x, o.q, u, o.tip, E, b.p, w))
+        A[E_HELD + l] = y.e_c if compensating(o.sup, b.stage, b.lift.settings.code) > 0.5 else b.hang.e_held
+        keep(A, b, l, o, u, m, law)
         put_y(A, Y + l, y)
-        put_tip(A, TIP_0 + l, tip)
     hook = B[N * ROW :]
     for l in range(LANES):
         b = load(A, l)
@@ -240,6 +282,7 @@ def run(
     n: int,
     final: int,
     n_win: int,
+    sampled: int,
     n_sub: int,
     t_cycle: float,
 ):
@@ -249,7 +292,8 @@ def run(
     quintic; S rows of n_stages stages; T levels of the payload; E samples of the water every dt_w [s] from number i_0
     on, with `levels` levels (0: still water), H_w room for weights; W_ windows; G numbers kept of every stage and
     starts when each began [s], first those that statistics begin with; out a row of Signals and LiftSignals every
-    `every` cycles (0: never); P a row of NP numbers every n_peak cycles.
+    `every` cycles (0: never); P a row of NP numbers every n_peak cycles. Statistics, windows of n_win samples and
+    energies are taken every `sampled` cycles, of which every and n_peak are multiples; in between the PLC alone works.
     """
     align_stack()
     h = t_cycle / n_sub
@@ -262,10 +306,16 @@ def run(
             take_weights(H_w, place_w - i_w, dt_w)
             sample = E[(i_w - i_0) * (2 + 2 * levels) * LANES :]
             take_water(A, B, N, T, sample, sample[(2 + 2 * levels) * LANES :], H_w, levels)
-        relay(A, B, N)
+        watched = k % sampled == 0 or k == final
+        if watched:
+            relay(A, B, N)
         new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle)
-        cycle(A, B, N, S, T, n_stages, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
-        windows(A, W_, P[(k // n_peak) * NP * LANES :], k % n_win, n_win)
+        take_stage(A, S, n_stages)
+        if watched:
+            cycle(A, B, N, T, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
+            windows(A, W_, P[(k // n_peak) * NP * LANES :], (k // sampled) % n_win, n_win)
+        else:
+            command(A, k * t_cycle)
         if every > 0 and k % every == 0:
             into = out[(k // every) * NS * LANES :]
             for l in range(NY * LANES):

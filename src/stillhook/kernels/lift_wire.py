@@ -96,6 +96,8 @@ ELEMENT, WATER, LEVEL, V_W_0, A_LOAD, SINCE, E_NOW, WORKS, GROUNDED = (
 ELEMENT_C = ELEMENT + offset(Element, "c", LANES)
 REACH = LIFT + offset(Lift, "load", LANES) + offset(Payload, "reach", LANES)
 COLUMNS = size(WettedLevel)
+ONE_BY_ONE = LANES
+"""Lanes of a loop that is left to the compiler: one over `LANES` is marked to be run side by side."""
 HALF = (LEVELS - 1) // 2
 """First stride of the search for a level."""
 
@@ -165,9 +167,14 @@ def look_up(A, T):
     """The levels above and below every lane's submergence A[H_WET], from the table T; where the last ones still are,
     nothing is done.
 
-    Their depth h is the first column, rising.
+    Their depth h is the first column, rising. Lanes are taken one by one, for few move on at once.
     """
-    for l in range(LANES):
+    moved = 0
+    for l in range(ONE_BY_ONE):
+        moved += 0 if A[H_WET + l] >= A[LO + l] and (A[H_WET + l] < A[HI + l] or A[HI + l] >= A[REACH + l]) else 1
+    if moved == 0:
+        return
+    for l in range(ONE_BY_ONE):
         h, j, stride = A[H_WET + l], 0, HALF
         if h >= A[LO + l] and (h < A[HI + l] or A[HI + l] >= A[REACH + l]):
             continue

@@ -47,10 +47,14 @@ LIFT_STEP = 5e-3
 
 
 class LoweringProblem:
-    """Lowerings as a batch runs them: alone, or in a sea that is made when it is run."""
+    """Lowerings as a batch runs them: alone, or in a sea that is made when it is run. sampled: statistics are taken
+    every so many PLC cycles."""
 
     kind = LiftBlock.kind
     series_step = statistics_step = LIFT_STEP
+
+    def __init__(self, sampled: int = 1) -> None:
+        self.sampled = sampled
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
         """Lifts that many seas share are looked at once."""
@@ -85,7 +89,7 @@ class LoweringProblem:
         return _columns(winch.name, _stages(case), _intervals(case))
 
     def identity(self) -> Callable[[Case], bytes]:
-        return _Texts()
+        return _Texts(self.sampled)
 
     def results(
         self,
@@ -94,7 +98,7 @@ class LoweringProblem:
         **options: Unpack[RunOptions],
     ) -> list[LiftResult]:
         """Lifts are packed once for all that share them; waves are checked here, where they are made."""
-        return run_lowerings(cranes, _lowerings(cases), **options)
+        return run_lowerings(cranes, _lowerings(cases), sampled=self.sampled, **options)
 
     def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
         run, stages = lift_summary(crane, result.case, result)
@@ -196,13 +200,14 @@ class _Texts:
     Names of stages stay in, because notes quote them.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, sampled: int) -> None:
         self.lifts: dict[int, bytes] = {}
+        self.sampled = sampled
 
     def __call__(self, case: Case) -> bytes:
         lift = _lift(case)
         if id(lift) not in self.lifts:
-            self.lifts[id(lift)] = _print(lift)
+            self.lifts[id(lift)] = b"%d " % self.sampled + _print(lift)
         return self.lifts[id(lift)] + (case.motion if isinstance(case, InSea) else b"")
 
 

@@ -60,7 +60,7 @@ class StageResult(NamedTuple):
 class LiftResult(NamedTuple):
     """What came out of one lowering. stages: number of the stage and its statistics, in the order of time, the last
     that after the programme where it ended; series rows of Signals and LiftSignals every dt [s], or None; peaks rows of
-    `PEAKS`, one for each interval of `peak_interval` of its duration."""
+    `PEAKS`, one for each interval of `peak_interval` of its duration; interval at which statistics were taken [s]."""
 
     case: Lowering
     packed: PackedLift
@@ -78,7 +78,7 @@ class LiftResult(NamedTuple):
     signals: tuple[str, ...]
     dt: float
     step: float
-    t_cycle: float
+    interval: float
 
 
 def waves_step(waves: WaveField | None) -> float:
@@ -143,16 +143,19 @@ def run_lowerings(
     threads: int = 2,
     progress: Progress | None = None,
     places: Sequence[int] | None = None,
+    sampled: int = 1,
 ) -> list[LiftResult]:
     """Lowerings in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no
     other.
 
     crane that of all cases, or one for each; several are of one winch type and have one PLC cycle. n_sub steps per PLC
     cycle; a row of the series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer
-    list, for messages.
+    list, for messages. sampled: statistics, windows and energies are taken every so many cycles.
     """
     prepared = prepare(crane, cases, n_sub, places)
-    return run_blocks(prepared, LiftBlock, n_sub=n_sub, lanes=lanes, every=every, threads=threads, progress=progress)
+    return run_blocks(
+        prepared, LiftBlock, n_sub=n_sub, lanes=lanes, every=every, sampled=sampled, threads=threads, progress=progress
+    )
 
 
 @functools.cache
@@ -174,8 +177,8 @@ class LiftBlock(Block[Ready]):
     def sizes(driver: Any) -> tuple[Any, int, int]:
         return driver.winch, driver.SIGNALS, driver.NS
 
-    def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> None:
-        super().__init__(ready, lanes=lanes, n_sub=n_sub, every=every)
+    def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int, sampled: int = 1) -> None:
+        super().__init__(ready, lanes=lanes, n_sub=n_sub, every=every, sampled=sampled)
         d = self.d
         self.n = ready[0].case.wire.nodes
         self.dt_waves = waves_step(ready[0].case.waves)
@@ -185,7 +188,7 @@ class LiftBlock(Block[Ready]):
         self.G = np.full((self.n_stages + 1, d.NG, lanes), np.nan)
         self.starts = np.full((self.n_stages + 1, lanes), np.nan)
         interval = peak_interval(self.drive.n_ticks * self.drive.t_cycle)
-        self.n_peak = max(round(interval / self.drive.t_cycle), 1)
+        self.n_peak = max(round(interval / (sampled * self.drive.t_cycle)), 1) * sampled
         self.P = np.full((self.drive.n_ticks // self.n_peak + 1, d.NP, lanes), -np.inf)
         self.first = np.array(flatten(blank(d.Stats, ready[0].winch.plant)) + flatten(blank_lift_stats()))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
@@ -273,6 +276,7 @@ class LiftBlock(Block[Ready]):
             count,
             self.drive.n_ticks,
             self.n_win,
+            self.sampled,
             self.n_sub,
             self.drive.t_cycle,
         )
@@ -339,7 +343,7 @@ class LiftBlock(Block[Ready]):
             signals=(*self.d.Signals._fields, *LiftSignals._fields),
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
-            t_cycle=t_cycle,
+            interval=self.sampled * t_cycle,
         )
 
     def _peaks(self, l: int) -> FloatArray:

@@ -143,7 +143,7 @@ def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = No
     `total` of it, where it is at hand.
     """
     stats = (total(result) if r is None else r).stats
-    st, t, W = stats.common, result.t_cycle, result.hang.works
+    st, t, W = stats.common, result.interval, result.hang.works
     supplied, consumed = winch.energies(stats.power)
     of_winch = (supplied - consumed) * t - (st.E_end - st.E_start) - W.top
     water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
@@ -173,7 +173,7 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
     missing = 0.0 if "slack" in beyond else abs(unaccounted(crane.plant.type, result, r))
     if (
         missing > AUDIT
-        and missing * (r.stats.common.through * result.t_cycle + abs(result.hang.works.gravity)) > AUDIT_FLOOR
+        and missing * (r.stats.common.through * result.interval + abs(result.hang.works.gravity)) > AUDIT_FLOOR
     ):
         beyond.append("audit")
     return ", ".join(beyond) or OK
@@ -193,7 +193,7 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
     touched = ls.t_landed < NEVER
     compensated = e_c_pp > 0.0
     return {
-        "duration": max(st.cycles - 1.0, 0.0) * result.t_cycle,
+        "duration": max(st.cycles - 1.0, 0.0) * result.interval,
         "s_tip_pp": s_tip_pp,
         "e_c_pp": e_c_pp if compensated else math.nan,
         "eta_c": 1.0 - e_c_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
@@ -216,7 +216,7 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
         "t_landed": ls.t_landed if touched else math.nan,
         "v_landed": ls.v_landed if touched else math.nan,
         "v_hit_max": ls.v_hit if touched else math.nan,
-        **winch_numbers(winch, r.stats, result.t_cycle),
+        **winch_numbers(winch, r.stats, result.interval),
     }
 
 
@@ -243,7 +243,7 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
         "programme_time": (
             result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan
         ),
-        "energy_pumps": r.stats.common.through * result.t_cycle,
+        "energy_pumps": r.stats.common.through * result.interval,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
         "work_buoyancy": W.buoyancy,

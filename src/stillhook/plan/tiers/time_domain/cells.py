@@ -30,6 +30,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
     in_sea,
     lowering_of,
     machine_of,
+    sampling_of,
     step_of,
 )
 from stillhook.plan.tiers.winch_residual import BRAKE
@@ -222,6 +223,7 @@ class Cells:
             cranes,
             cases,
             step=f"{self.plan.once(step_of)!r} s",
+            sampling=f"{sampling_of(self.plan)!r} s",
             on_failure="mark",
             store=self.execution.store,
             client=self.execution.client,

@@ -26,7 +26,7 @@ from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.realisation import Amplitudes, decay
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import InSea, Lowering, Stage, StageMode
+from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Stage, StageMode
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 
@@ -53,6 +53,11 @@ count, and is then lowered until it would be so far below it [m]. (In manual mod
 joystick before its leakage is made up for: a load that is lowered would seem to move by that.)"""
 STEP = 10e-3
 """Step that is enough for the numbers of a phase [s] (docs/validation/step-size.md)."""
+SAMPLING = 20e-3
+"""Interval at which statistics of a run are taken, at the most [s] (docs/validation/step-size.md)."""
+ELEMENT = 200.0
+"""Longest element of the wire of a run [m] (docs/validation/step-size.md): waves take 0.06 s along it."""
+LEAST_NODES = 2
 HELD = 0.5
 """Tension that landing mode keeps after touch-down, in addition to the hook's weight, as part of the payload's weight
 in water (assumed)."""
@@ -259,8 +264,21 @@ def lowering_of(plan: LiftPlan, phase: Phase, course: Course, mode: Mode) -> Low
             "programme": course.programme,
             "duration": course.duration,
             "controller": mode,
+            "wire": DeepWire(nodes=nodes_of(plan, phase)),
         }
     )
+
+
+def nodes_of(plan: LiftPlan, phase: Phase) -> int:
+    """Nodes of the wire in the runs of a phase: as many as its longest wire needs, and no more than the plan's."""
+    longest = (plan.tip_of(phase).z or plan.h_tip) - min(z for z in (phase.start, phase.end) if z is not None)
+    return min(max(math.ceil(longest / ELEMENT), LEAST_NODES), plan.wire.nodes)
+
+
+def sampling_of(plan: LiftPlan) -> float:
+    """Interval at which statistics of a plan's runs are taken [s]: whole PLC cycles."""
+    t_cycle = plan.crane.control.t_cycle
+    return t_cycle * max(math.floor(SAMPLING / t_cycle * (1.0 + 1e-9)), 1)
 
 
 class SeaState(NamedTuple):
