@@ -101,7 +101,7 @@ class LoweringProblem:
         return run_lowerings(cranes, _lowerings(cases), sampled=self.sampled, **options)
 
     def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
-        run, stages = lift_summary(crane, result.case, result)
+        run, stages = lift_summary(crane, _lift(case), result)
         winch = crane.plant.type
         numbers = [run[name] for name in run_numbers_of(winch)]
         numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch)]

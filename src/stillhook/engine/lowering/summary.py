@@ -1,9 +1,11 @@
 """From the statistics of a lowering to the numbers that a person reads: for the whole run and for each stage."""
 
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from stillhook.base.identity import remembered
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.lowering.checks import tip_capacity
 from stillhook.engine.lowering.run import LiftResult, StageResult
@@ -304,6 +306,17 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
 def held_load(crane: Crane, case: Lowering, s_tip_pp: float) -> HeldLoad:
     """What the winch holds at the start of a lowering, payload, hook and wire; s_tip_pp motion that it compensates
     [m]."""
+    still = _held_by(crane)(case)
+    return still._replace(s_tip_pp=s_tip_pp) if still.compensates else still
+
+
+@remembered
+def _held_by(crane: Crane) -> Callable[[Lowering], HeldLoad]:
+    """What a crane holds at the start of a lowering, in a calm: once for all seas of a lift."""
+    return remembered(functools.partial(_held_still, crane))
+
+
+def _held_still(crane: Crane, case: Lowering) -> HeldLoad:
     start, modes = hanging(crane, case, case.z_0), {s.mode for s in case.programme}
     plain, d = stand_in(crane, case, start.s_w), layer_diameter_at(crane, start.s_w)
     manual, compensates = StageMode.MANUAL in modes, StageMode.AHC in modes
@@ -312,7 +325,7 @@ def held_load(crane: Crane, case: Lowering, s_tip_pp: float) -> HeldLoad:
         W=start.F_tip,
         d=d,
         alpha=alpha,
-        s_tip_pp=s_tip_pp if compensates else 0.0,
+        s_tip_pp=0.0,
         gas_held=False,
         manual=manual,
         compensates=compensates,

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.choice import choice
+from stillhook.base.identity import remembered
 from stillhook.errors import SeaError
 from stillhook.sea.motion.irregular import FINE, SHORTEST_REPEAT, IrregularTip, synthesis
 from stillhook.sea.spectra.spectrum import Sea, WaveSpectrum
@@ -125,7 +126,7 @@ def realise(
         _cached(_random_amplitudes, len(harmonic))(seed, sum(len(theta) for theta, _ in sides), len(harmonic), law)
     )
     for train, (theta, weights) in zip(sea.trains, sides, strict=True):
-        variance = _variances(train.spectrum, harmonic, d_omega)
+        variance = _variances(train.spectrum, first, last, d_omega)
         variance_of += variance
         for direction, weight in zip(theta, weights, strict=True):
             beta.append(float(direction))
@@ -204,6 +205,7 @@ def _cached(function: Any, n: int) -> Any:
     return function if n <= REMEMBERED else function.__wrapped__
 
 
+@remembered
 def band(sea: Sea, repeat: float) -> tuple[int, int]:
     """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError for a repeat too short or
     too long."""
@@ -233,8 +235,10 @@ def band(sea: Sea, repeat: float) -> tuple[int, int]:
     return first, last
 
 
-def _variances(spectrum: WaveSpectrum, harmonic: NDArray[np.int64], d_omega: float) -> FloatArray:
-    """Variance in the band of each harmonic, half a step to either side [m^2]."""
+@remembered
+def _variances(spectrum: WaveSpectrum, first: int, last: int, d_omega: float) -> FloatArray:
+    """Variance in the band of each harmonic from the first to the last, half a step to either side [m^2]."""
+    harmonic = np.arange(first, last + 1)
     parts = max(1, math.ceil(d_omega / FINEST))
     offsets = (np.arange(parts) + 0.5) / parts - 0.5
     omega = d_omega * (harmonic[:, None] + offsets[None, :])
