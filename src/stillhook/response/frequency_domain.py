@@ -8,7 +8,7 @@ included.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -124,7 +124,7 @@ class _Seas:
         if self.load.B <= 0.0:
             return SPEEDS[:1]
         coarse = SPEEDS[::COARSE]
-        tables = _Tables(self, level, coarse)
+        tables = _Tables(self, level, coarse, ("relative",))
         places = [_agreement(_Block(tables, some).relative(), coarse)[0] for some in _blocks(rows)]
         low, high = (COARSE * int(f([f(p) for p in places])) for f in (np.min, np.max))
         return SPEEDS[max(low - 1, 0) : high + COARSE + 2]
@@ -145,7 +145,9 @@ def _blocks(rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
 class _Tables:
     """Shared by all sea states: squared answers (s, m) by quantity for s trial speeds, and answers to the remnant."""
 
-    def __init__(self, seas: _Seas, level: float, trial: FloatArray) -> None:
+    def __init__(
+        self, seas: _Seas, level: float, trial: FloatArray, quantities: Collection[str] = QUANTITIES
+    ) -> None:
         forcing, load, residual = seas.forcing, seas.load, seas.residual
         self.seas, self.trial = seas, trial
         self.drag = load.C_lin + drag_of_gaussian(load.B, trial, load.V)
@@ -155,13 +157,13 @@ class _Tables:
                 np.zeros(len(omega), complex) if residual.compliance is None else residual.compliance.at(omega, level)
             )
 
-        at_drags = answers(forcing.omega, load, self.drag[:, None], compliance(forcing.omega))
+        at_drags = answers(forcing.omega, load, self.drag[:, None], compliance(forcing.omega), quantities)
         self.by_u = {q: np.abs(a.u) ** 2 for q, a in at_drags.items()}
         self.both = {q: 2.0 * a.u * np.conj(a.wave) for q, a in at_drags.items()} if seas.waves else {}
         self.by_wave = {q: np.abs(a.wave) ** 2 for q, a in at_drags.items()} if seas.waves else {}
         self.remnant: dict[str, FloatArray] = {}
         if seas.slow is not None:
-            slow = answers(SLOW, load, self.drag[:, None], compliance(SLOW))
+            slow = answers(SLOW, load, self.drag[:, None], compliance(SLOW), quantities)
             powers = {q: np.abs(a.u) ** 2 for q, a in slow.items()} | {
                 "u": np.ones((1, len(SLOW))),
                 "u_rate": SLOW[None, :] ** 2,

@@ -6,6 +6,7 @@ Results of a response: numbers by their names, of one sea, or of records as a su
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -267,13 +268,22 @@ def saturation_share(residual: Residual, sigma_v: FloatArray, T: FloatArray) -> 
 
 def share_of_time(residual: Residual, table: FloatArray, sigma_v: FloatArray, T: FloatArray) -> FloatArray:
     """As `saturation_share`, of another table (m, k) of shares of time under the sines of a residual."""
-    top = residual.v[-1]
+    sigma, mean = _rayleigh_means(residual.v.tobytes(), table.tobytes(), len(table))
+    return table_at(residual.omega, sigma, mean, sigma_v, T)
+
+
+@functools.lru_cache(maxsize=64)
+def _rayleigh_means(speeds: bytes, table: bytes, rows: int) -> tuple[FloatArray, FloatArray]:
+    """Deviations of speed, and means (rows, .) under them of a table over speeds, both float64 as bytes: a phase asks
+    for the same ones at each of its places."""
+    axis = np.frombuffer(speeds)
+    top = axis[-1]
     sigma = np.geomspace(top / 100.0, 2.0 * top, 60)
     chance = (np.arange(WAVES) + 0.5) / WAVES
     v = np.outer(sigma, np.sqrt(-2.0 * np.log(chance)))
-    knots = np.concatenate(([0.0], residual.v))
-    mean = np.array([np.interp(v, knots, [0.0, *row]).mean(axis=1) for row in table])
-    return table_at(residual.omega, sigma, mean, sigma_v, T)
+    knots = np.concatenate(([0.0], axis))
+    mean = np.array([np.interp(v, knots, [0.0, *row]).mean(axis=1) for row in np.frombuffer(table).reshape(rows, -1)])
+    return sigma, mean
 
 
 def table_at(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatArray, T: FloatArray) -> FloatArray:

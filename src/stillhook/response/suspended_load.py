@@ -3,7 +3,9 @@ water, and the static tensions."""
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -204,6 +206,18 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, compl
     winch, wire paid out per tension [m/N], in series with `Rod.k_top`; all broadcast. A force up on
     the payload slackens the wire: top_F is negative at low frequencies.
     """
+    pairs = _pairs(omega, rod, end, drag, compliance, PLACES)
+    return Transfers(*(each for place in PLACES for each in pairs[place]))
+
+
+PLACES = ("load", "hook", "top", "end", "sling")
+"""Places of `Transfers`, in its order."""
+
+
+def _pairs(
+    omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike, compliance: ArrayLike, places: Collection[str]
+) -> dict[str, tuple[ComplexArray, ComplexArray]]:
+    """Some of `transfers` by place: to the motion, and to a force on the payload."""
     w, Sigma, Y = (
         np.asarray(omega, dtype=np.float64),
         np.asarray(drag, dtype=np.float64),
@@ -221,12 +235,17 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, compl
     hook_u, hook_F = K / det, sinc * soft / det
     top_u, top_F = K * (D * cos - K * p * p * sinc) / det, -K * soft / det
     load_u, load_F = soft * hook_u, soft * (hook_F + flex)
-    by_top = load_u, hook_u, top_u, D * hook_u, D_p * load_u
-    by_force = load_F, hook_F, top_F, D * hook_F - soft, D_p * load_F - 1.0
+    at: dict[str, tuple[ComplexArray, ComplexArray]] = {"load": (load_u, load_F), "top": (top_u, top_F)}
+    if "hook" in places:
+        at["hook"] = hook_u, hook_F
+    if "end" in places:
+        at["end"] = D * hook_u, D * hook_F - soft
+    if "sling" in places:
+        at["sling"] = D_p * load_u, D_p * load_F - 1.0
     yields = Y + (0.0 if math.isinf(rod.k_top) else 1.0 / (rod.k_top * (1.0 + 1j * w * rod.beta)))
     through = 1.0 / (1.0 + yields * top_u)  # motion that comes through the spring above
-    pairs = ((through * u, F - yields * top_F * through * u) for u, F in zip(by_top, by_force, strict=True))
-    return Transfers(*(each for pair in pairs for each in pair))
+    back = yields * top_F * through
+    return {place: (through * u, F - back * u) for place, (u, F) in at.items() if place in places}
 
 
 @dataclass(frozen=True)
@@ -255,7 +274,20 @@ class SuspendedLoad:
         """Vertical motion of the water at the payload per elevation above it [-], shape of omega; 0 in air."""
         if self.z is None:
             return np.zeros_like(omega)
-        return np.asarray(decay(wavenumber(omega, self.depth), np.array([self.z]), self.depth)[0])
+        return _decay(omega.tobytes(), self.z, self.depth)
+
+
+@functools.lru_cache(maxsize=256)
+def _decay(frequencies: bytes, z: float, depth: float) -> FloatArray:
+    """`SuspendedLoad.decay` at frequencies, float64 as bytes: the same ones are asked for with every winch."""
+    result = np.asarray(decay(_wavenumber(frequencies, depth), np.array([z]), depth)[0])
+    result.flags.writeable = False
+    return result
+
+
+@functools.lru_cache(maxsize=16)
+def _wavenumber(frequencies: bytes, depth: float) -> FloatArray:
+    return wavenumber(np.frombuffer(frequencies), depth)
 
 
 def suspended_load(crane: Crane, lift: Lowering, z: float) -> SuspendedLoad:
@@ -345,25 +377,34 @@ QUANTITIES = ("load", "load_rate", "relative", "top", "top_rate", "sling", "slin
 with their rates."""
 
 
-def answers(omega: FloatArray, load: SuspendedLoad, drag: ArrayLike, compliance: ArrayLike = 0.0) -> dict[str, Answer]:
-    """Every one of `QUANTITIES` at omega and linear drags [N s/m] that broadcast with it; compliance of the winch
+def answers(
+    omega: FloatArray,
+    load: SuspendedLoad,
+    drag: ArrayLike,
+    compliance: ArrayLike = 0.0,
+    quantities: Collection[str] = QUANTITIES,
+) -> dict[str, Answer]:
+    """Each of some of `QUANTITIES` at omega and linear drags [N s/m] that broadcast with it; compliance of the winch
     [m/N].
 
     The wave's force on the payload is that of the water's acceleration on displaced water and added mass, and of drag
     by its speed.
     """
-    t = transfers(omega, load.rod, load.end, drag, compliance)
+    places = {place for q, place in _PLACE.items() if q in quantities}
+    t = _pairs(omega, load.rod, load.end, drag, compliance, places)
     water, rate = load.decay(omega), 1j * omega
     inertia = -(omega**2) * (load.rho_V + load.end.A33)
     F = (inertia + rate * np.asarray(drag, dtype=np.float64)) * water
-    motion = Answer(t.load_u, t.load_F * F)
-    top, sling = Answer(t.top_u, t.top_F * F), Answer(t.sling_u, t.sling_F * F)
-    return {
-        "load": motion,
-        "load_rate": Answer(rate * motion.u, rate * motion.wave),
-        "relative": Answer(rate * motion.u, rate * (motion.wave - water)),
-        "top": top,
-        "top_rate": Answer(rate * top.u, rate * top.wave),
-        "sling": sling,
-        "sling_rate": Answer(rate * sling.u, rate * sling.wave),
-    }
+    result: dict[str, Answer] = {}
+    for q in (q for q in QUANTITIES if q in quantities):
+        motion = Answer(t[_PLACE[q]][0], t[_PLACE[q]][1] * F)
+        if q == "relative":
+            motion = Answer(rate * motion.u, rate * (motion.wave - water))
+        elif q.endswith("_rate"):
+            motion = Answer(rate * motion.u, rate * motion.wave)
+        result[q] = motion
+    return result
+
+
+_PLACE = {q: "load" if q == "relative" else q.removesuffix("_rate") for q in QUANTITIES}
+"""Which of `PLACES` a quantity is of."""

@@ -23,6 +23,7 @@ from stillhook.plan.tiers.winch_residual import BRAKE, Way, ways
 from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.response.frequency_domain import Sigmas, sigmas
 from stillhook.response.suspended_load import SuspendedLoad, mean_drag, natural_periods, suspended_load
+from stillhook.response.winch.duty import Duty
 from stillhook.response.winch.linear_form import Residual
 from stillhook.statistics.extremes import (
     MPM,
@@ -63,10 +64,14 @@ class Situation:
 def situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
     """Situations of a phase in the order of its way: both ends, no more than 150 m between two, and where the load's
     natural period is a peak period of the seas analysed. Empty for the splash zone: nothing is linear where the
-    surface cuts the payload.
+    surface cuts the payload. Remembered as long as the plan lives.
 
     Errors: LiftError where the payload cannot hang (`stillhook.response.suspended_load`).
     """
+    return plan.once(_situations, phase)
+
+
+def _situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
     if phase.kind is PhaseKind.SPLASH:
         return ()
     at = plan.tip_of(phase)
@@ -237,12 +242,26 @@ def winches_of(
     threads: int = 2,
 ) -> Mapping[Alternative, Way]:
     """What the winch leaves under each alternative on the way of the phases in which it follows the tip; nothing where
-    there is none."""
+    there is none. Remembered as long as the plan lives."""
     follows = [(phase, parts) for phase, parts in phases if phase.compensated]
     duties = [replace(s.load.duty, sensors=plan.sensors) for _, parts in follows for s in parts]
     usable = [a for a in alternatives if any(may_be_used(plan, phase, a) for phase, _ in follows)]
     unusable = {a: Way((), (), UNUSABLE) for a in alternatives if a not in usable}
-    return {**unusable, **ways(plan.crane, usable, duties, threads=threads, progress=progress)} if duties else {}
+    if not duties:
+        return {}
+    known = plan.once(_ways, tuple(usable), tuple(duties), threads=threads, progress=progress)
+    return {**unusable, **known}
+
+
+def _ways(
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    duties: Sequence[Duty],
+    *,
+    threads: int,
+    progress: Progress | None,
+) -> Mapping[Alternative, Way]:
+    return ways(plan.crane, alternatives, duties, threads=threads, progress=progress)
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:

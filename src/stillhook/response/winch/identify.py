@@ -4,10 +4,11 @@ tension and length of wire."""
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -214,12 +215,12 @@ def identify_residual(
     threads: int = 2,
     cache: bool = True,
     progress: Progress | None = None,
-    motions: Sequence[Irregular] | None = None,
+    motions: Callable[[], Sequence[Irregular]] | None = None,
 ) -> Residual:
     """C of a winch in one mode under one duty, from runs of its twin; kept on disk under a key of everything it depends
     on.
 
-    excitation: motions of the tip; motions: `excitation.motions()` where they exist already. cache: look for the same
+    excitation: motions of the tip; motions: makes `excitation.motions()`, or has them already. cache: look for the same
     table identified before, here or when the wheel was made, and keep this one; it is reused only for the same crane
     (names and sources aside), duty, mode, motions and code. Identification takes 1 to 3 s once the kernels are
     compiled.
@@ -247,7 +248,7 @@ def identify_residual(
     results = run_twin(soft(crane, duty), cases, SINE_SPACING, threads=threads, progress=progress)
     numbers = {row.name for row in crane.plant.type.numbers}
     sines = _table(results, excitation, duty.about(crane, mode), hydraulic=numbers >= OF_RUNS)
-    runs = irregular_runs(crane, duty, mode, motions or excitation.motions(), threads=threads, progress=progress)
+    runs = irregular_runs(crane, duty, mode, (motions or excitation.motions)(), threads=threads, progress=progress)
     fast = [run for run in runs if run.motion.T_z == excitation.mean_periods[COMPLIANCE_PERIOD]]
     compliance = identify_compliance(crane, duty, mode, fast, threads=threads, progress=progress)
     residual = replace(sines, remnant=identify_remnant(runs, sines), compliance=compliance)
@@ -274,7 +275,7 @@ def identify_many(
 ) -> list[Residual | StillhookError]:
     """Residuals of several winches and duties, one after the other on each of the threads; see `identify_residual`. For
     a winch that cannot be run, the error."""
-    meter, motions = Meter(len(winches), progress), excitation.motions()
+    meter, motions = Meter(len(winches), progress), functools.cache(excitation.motions)
 
     def one(winch: Winch) -> Residual | StillhookError:
         reached = meter.part(1.0)
@@ -353,16 +354,22 @@ def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
 
 def _key(crane: Crane, duty: Duty, mode: Mode, excitation: ExcitationGrid) -> str:
     """Key of everything that a table depends on."""
-    source = b"".join(path.read_bytes() for path in sorted(FOLDER.rglob("*.py"), key=lambda path: path.name))
     dependencies = {
         "code": model_hash(),
-        "response": hashlib.sha256(source).hexdigest(),
+        "response": _code(),
         "crane": content(crane, digits=DIGITS),
         "mode": mode.value,
         "duty": rounded([duty.F, duty.s_w, duty.sensors.model_dump(mode="json")], DIGITS),
         "excitation": excitation.to_dict(),
     }
     return hashlib.sha256(json.dumps(dependencies, sort_keys=True).encode()).hexdigest()[:32]
+
+
+@functools.cache
+def _code() -> str:
+    """Hash of the code of this folder."""
+    source = b"".join(path.read_bytes() for path in sorted(FOLDER.rglob("*.py"), key=lambda path: path.name))
+    return hashlib.sha256(source).hexdigest()
 
 
 def _read(file: Path) -> Residual | None:

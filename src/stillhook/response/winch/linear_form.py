@@ -62,8 +62,8 @@ class Remnant:
     def on(self, omega: FloatArray) -> FloatArray:
         """Variance in each of frequencies omega (m,) [rad/s], ascending, that resolve what it goes through: (j, k, m)
         [m^2]."""
-        x = np.log(omega)
-        S = np.exp([[np.interp(x, np.log(self.omega), np.log(row)) for row in rows] for rows in self.S])
+        x, knots = np.log(omega), np.log(self.omega)
+        S = np.exp([[np.interp(x, knots, row) for row in rows] for rows in np.log(self.S)])
         step = np.diff(omega)
         return np.asarray(S * (np.concatenate((step, [0.0])) + np.concatenate(([0.0], step))) / 2.0)
 
@@ -114,8 +114,11 @@ class WinchCompliance:
 
     def at(self, omega: FloatArray, sigma_v: float) -> ComplexArray:
         """Y [m/N] at frequencies (n,) [rad/s] and one deviation of the tip's speed [m/s]."""
-        x = np.log([max(sigma_v, 1e-12)])
-        over_sigma = np.concatenate([_joined(x, np.log(self.sigma_v), row) for row in self.Y])
+        x, knots = np.log([max(sigma_v, 1e-12)]), np.log(self.sigma_v)
+        same = np.flatnonzero(knots == x)
+        over_sigma = (
+            self.Y[:, same[0]] if len(same) else np.concatenate([_joined(x, knots, row) for row in self.Y])
+        )
         return _joined(np.log(omega), np.log(self.omega), over_sigma)
 
 
