@@ -1,5 +1,5 @@
-"""What a wheel holds in addition to the package: its kernels, compiled for every platform, and the residuals of the
-winches in the example plans. See docs/decisions/0021-what-a-wheel-holds.md.
+"""What a wheel holds in addition to the package: its kernels, compiled for every platform, and residuals, top speeds
+and strong gains of the winches in the example plans. See docs/decisions/0021-what-a-wheel-holds.md.
 
 A standard build of a wheel calls this; an editable installation compiles when something is first run.
 """
@@ -131,7 +131,8 @@ def zig(arguments: Sequence[str]) -> None:
 
 def identify_all(folder: Path) -> None:
     """Residuals of the winches in the library's plans and lifts, as their commands need them; for a plan also those of
-    its sensitivity to friction and delay."""
+    its sensitivity to friction and delay, top speeds of its winches and the gain of strong SSC."""
+    from stillhook.analysis.kept import FOLDER
     from stillhook.formats.lift_file import load_lift
     from stillhook.library.catalogue import shelf
     from stillhook.plan.answer.reference_cell import sensitivity
@@ -156,6 +157,10 @@ def identify_all(folder: Path) -> None:
             duty = suspended_load(file.crane, file.lift, -compensated_depth(file.lift)).duty
             identify_residual(file.crane, replace(duty, sensors=file.lift.sensors), file.lift.controller)
         shutil.copytree(Path(cache) / KEPT, folder / KEPT)
+        (folder / FOLDER).mkdir()
+        for file in (Path(cache) / FOLDER).iterdir():
+            answer = json.loads(file.read_text(encoding="utf-8"))
+            (folder / FOLDER / answer[-1]).write_text(json.dumps(answer), encoding="utf-8")
 
 
 def main(folder: Path, *names: str) -> None:

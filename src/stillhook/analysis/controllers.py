@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import Field, create_model, field_validator
 
+from stillhook.analysis.kept import kept
 from stillhook.analysis.loop_stability.reduced import eigenfrequency
 from stillhook.base.choice import nearest
 from stillhook.base.progress import Progress
@@ -226,11 +227,17 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
 
 def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
     """What strong SSC changes on this crane, in the form of a crane file; see `strong_ssc`."""
-    from stillhook.analysis.loop_stability.governing import governing  # heavy: the margins linearise the complete plant
-
-    K_p = governing(crane, DEFAULT_MODE).K_p
+    K_p, _ = kept(crane, ("strong gain", DEFAULT_MODE.value), lambda: _strong_gain(crane))
     rounded = math.floor(K_p * 1e4) / 1e4  # down, so that the margins are kept
     return {"control": {"K_p": f"{rounded:.4f} 1/m", "t_lead": f"{1e3 * lateness(crane, delay=delay):.4g} ms"}}
+
+
+def _strong_gain(crane: Crane) -> tuple[float, str]:
+    """Largest position gain within the margins [1/m], and the loop that holds."""
+    from stillhook.analysis.loop_stability.governing import largest_gain  # heavy: it linearises the complete plant
+
+    holds = largest_gain(crane, DEFAULT_MODE)
+    return float(holds.K_p), holds.describe()
 
 
 def lateness(crane: Crane, *, delay: float = 0.0) -> float:

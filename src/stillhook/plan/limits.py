@@ -126,10 +126,12 @@ def _of_limit(demand: Demand, limited: Limited, values: FloatArray, still: float
     """Limiting heights in every column by one limit for all heights."""
     used = utilisation(limited, values, demand.seas.Hs) - 1.0
     zero = None if still is None or math.isnan(still) else float(utilisation(limited, np.array([still]), 0.0)[0]) - 1.0
-    return np.array(
-        [first_crossing(demand.seas.Hs[rows], used[rows], zero) for _, _, rows in demand.seas.columns()],
-        dtype=np.float64,
-    )
+    result = np.full(len(columns := demand.seas.columns()), math.inf)
+    counts = (np.isnan(used) | (used > ROUNDING)).tolist()  # columns that are inside all the way need no search
+    for i, (_, _, rows) in enumerate(columns):
+        if any(counts[row] for row in rows) or (zero is not None and zero > ROUNDING):
+            result[i] = first_crossing(demand.seas.Hs[rows], used[rows], zero)
+    return result
 
 
 def first_crossing(H: FloatArray, y: FloatArray, zero: float | None = None) -> float:

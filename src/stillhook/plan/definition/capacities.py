@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from stillhook.analysis.controllers import controller
+from stillhook.analysis.kept import ROOM, kept
 from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.kept import kept
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.load_chart import ChartPoint, in_heights
 from stillhook.plan.definition.phases import Phase, PhaseKind
@@ -209,9 +209,14 @@ def _slowest(plan: LiftPlan, phase: Phase, name: str) -> CapacityValue:
     return min((plan.once(_top, s.F_tip, s.s_w, name) for s in still), key=lambda top: top.value)
 
 
+ROOMS = (ROOM, "plan/definition")
+"""Folders whose code makes the speeds that are kept."""
+
+
 def _top(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue:
     """`_top_speed`, kept on disk: it takes a tenth of a second."""
-    return CapacityValue(*kept(plan.crane, ("v_top", F, s_w, name), lambda: _top_speed(plan, F, s_w, name)[:2]))
+    question = ("v_top", F, s_w, name)
+    return CapacityValue(*kept(plan.crane, question, lambda: _top_speed(plan, F, s_w, name)[:2], ROOMS))
 
 
 def _controlled(plan: LiftPlan, name: str) -> tuple[Mode, Crane]:

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from stillhook.library import changed, load_crane
-from stillhook.plan.definition import kept as module
-from stillhook.plan.definition.kept import kept
+from stillhook.analysis import kept as module
+from stillhook.analysis.kept import kept
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def test_another_question_or_another_crane_is_worked_out_anew(folder: Path) -> N
 def test_other_code_is_worked_out_anew(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     crane, asked = load_crane("nov-250t"), Asked()
     kept(crane, ("v_top", 1.0), asked)
-    monkeypatch.setattr(module, "code", lambda: "other")
+    monkeypatch.setattr(module, "code", lambda rooms: "other")
     kept(crane, ("v_top", 1.0), asked)
     assert asked.times == 2
 
@@ -57,3 +57,19 @@ def test_a_damaged_file_costs_time_only(folder: Path, damage: str) -> None:
     file.write_text(damage)
     assert kept(crane, ("v_top", 1.0), asked) == (0.1 + 0.4, "time 2")
     assert kept(crane, ("v_top", 1.0), asked) == (0.1 + 0.4, "time 2")
+
+
+def test_an_answer_of_a_wheel_holds_where_the_last_digits_of_a_number_differ(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crane, asked = load_crane("nov-250t"), Asked()
+    kept(crane, ("v_top", 1.0), asked)
+    (file,) = (folder / "capacities").iterdir()
+    shipped = folder / "wheel" / "capacities"
+    shipped.mkdir(parents=True)
+    file.rename(shipped / module.shared_name(crane, ("v_top", 1.0)))
+    monkeypatch.setattr(module, "SHIPPED", folder / "wheel")
+    assert kept(crane, ("v_top", 1.0 + 1e-12), asked) == (0.1 + 0.2, "time 1")
+    assert asked.times == 1
+    kept(crane, ("v_top", 1.0 + 1e-6), asked)
+    assert asked.times == 2

@@ -1,0 +1,66 @@
+"""Answers about a crane that take tenths of a second and more to work out, kept in the cache folder under everything
+that they follow from. Those of the library's plans come with a wheel, as residuals do
+(docs/decisions/0021-what-a-wheel-holds.md)."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from stillhook.base.atomic import atomic_file
+from stillhook.errors import StillhookError
+from stillhook.kernels.build import model_hash, results_hash
+from stillhook.kernels.cache import SHIPPED, cache_root
+from stillhook.spec.crane import Crane, content, rounded
+
+PACKAGE = Path(__file__).resolve().parents[1]
+ROOM = "analysis"
+FOLDER = "capacities"
+"""Folder of the answers, in the cache and in what a wheel is made with."""
+DIGITS = 9
+"""Digits of a number that count in the name of an answer of a wheel: machines round the last ones differently."""
+Question = tuple[float | str, ...]
+
+
+@functools.cache
+def code(rooms: tuple[str, ...]) -> str:
+    """Hash of the code of some rooms that an answer follows from, on top of what every run follows from."""
+    digest = hashlib.sha256()
+    for path in (path for room in rooms for path in sorted((PACKAGE / room).rglob("*.py"))):
+        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+def kept(
+    crane: Crane, question: Question, work_out: Callable[[], tuple[float, str]], rooms: tuple[str, ...] = (ROOM,)
+) -> tuple[float, str]:
+    """The answer to a question about a crane, a number and its basis in words; worked out where it is not kept. A
+    damaged file, or a folder that cannot be written to, costs the time again and nothing else.
+
+    rooms: folders of the package whose code makes the answer.
+    """
+    own = cache_root() / FOLDER / _name([results_hash(), code(rooms), content(crane), question])
+    with_wheel = SHIPPED / FOLDER / shared_name(crane, question, rooms) if SHIPPED.exists() else None
+    for file in (with_wheel, own):
+        with contextlib.suppress(OSError, ValueError, TypeError):
+            if file is not None:
+                value, basis, _ = json.loads(file.read_text(encoding="utf-8"))
+                return float(value), str(basis)
+    value, basis = work_out()
+    with contextlib.suppress(StillhookError, OSError), atomic_file(own) as part:
+        part.write_text(json.dumps([value, basis, shared_name(crane, question, rooms)]), encoding="utf-8")
+    return value, basis
+
+
+def shared_name(crane: Crane, question: Question, rooms: tuple[str, ...] = (ROOM,)) -> str:
+    """Name of an answer on all machines, whatever the versions of their libraries."""
+    return _name([model_hash(), code(rooms), content(crane, digits=DIGITS), rounded(list(question), DIGITS)])
+
+
+def _name(follows_from: list[Any]) -> str:
+    return f"{hashlib.sha256(json.dumps(follows_from).encode()).hexdigest()[:32]}.json"
