@@ -25,7 +25,8 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
     from stillhook.plan.file import load_plan
-    from stillhook.plan.tiers.frequency import demands, forcings, looked_at, winches_of
+    from stillhook.plan.tiers.frequency import demands, forcings, winches_of
+    from stillhook.plan.tiers.situations import looked_at
     from stillhook.response.winch import identify as identify_residual
 
     parts = {"imports": (perf_counter() - START, process_time() - CPU)}

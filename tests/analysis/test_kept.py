@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from stillhook.library import changed, load_crane
 from stillhook.analysis import kept as module
 from stillhook.analysis.kept import kept
+from stillhook.library import changed, load_crane
 
 
 @pytest.fixture

@@ -14,7 +14,8 @@ from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_of
-from stillhook.plan.tiers.frequency import frequency, looked_at, situations, thinned, winches_of
+from stillhook.plan.tiers.frequency import frequency, winches_of
+from stillhook.plan.tiers.situations import looked_at, situations, thinned
 from stillhook.plan.weather.spectral import spectral_weather
 from stillhook.response import Forcing, Waves
 from stillhook.response.frequency_domain import sigmas

@@ -15,9 +15,8 @@ from stillhook.engine.pack.programme import wire_strength
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.file import load_plan
-from stillhook.plan.planning import checked
-from stillhook.plan.report.document import checked_plan
-from stillhook.plan.tiers.frequency import EVERY, resonance_depth, situations
+from stillhook.plan.report.checked import checked, checked_plan
+from stillhook.plan.tiers.situations import EVERY, resonance_depth, situations
 from stillhook.report.terminal import print_document
 
 ROD = 0.02

@@ -89,8 +89,7 @@ def plan(
 
 def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
     """What the plan requests; nothing is run."""
-    from stillhook.plan.planning import checked
-    from stillhook.plan.report.document import checked_plan
+    from stillhook.plan.report.checked import checked, checked_plan
 
     answer = checked(lift_plan)
     if json:

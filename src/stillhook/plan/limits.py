@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -225,3 +226,8 @@ def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative, rule: Rule) -
     if capacity is None or rule.factor == 1.0:
         return capacity
     return capacity.times(rule.factor)
+
+
+def by_height(each: Limited) -> dict[str, Any]:
+    """Steps of a limit that depends on the wave height, for JSON."""
+    return {"by_Hs": [{"Hs": Hs, "limit": limit} for Hs, limit in each.by_Hs]} if each.by_Hs else {}

@@ -5,7 +5,6 @@ What a plan asks, before anything is run: phases with what hangs in them, rules 
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,28 +16,25 @@ from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
 from stillhook.formats.weather.alpha_table import read_alpha_table
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
-from stillhook.plan.answer.metadata import RunInputs, by_height, described, facts_of, not_computed, result_facts
+from stillhook.plan.answer.metadata import RunInputs, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
 from stillhook.plan.answer.sweep import answer_of, sweep_blocks
-from stillhook.plan.definition.capacities import static_tension
-from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
-from stillhook.plan.definition.phases import Phase
+from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Demand, Seas, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits import Limits, limited, limits_in
+from stillhook.plan.limits import Limits, limits_in
 from stillhook.plan.result import CREDITS, PlanResult, not_compared
 from stillhook.plan.table import Axes, certified_in, chosen, credited_of, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
-from stillhook.plan.tiers.frequency import frequency, resonance_depth, situations
+from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import Execution
 from stillhook.plan.tiers.time_domain.tier import refine
 from stillhook.plan.weather.occurrence import occurrence
 from stillhook.plan.weather.records import seas_of, weather_used
 from stillhook.plan.weather.value import forecast_limits, weather_block, weather_value
-from stillhook.sea.spectra.spectrum import steepest, steepness
 from stillhook.units import quote
-from stillhook.weather.alpha import DEFAULT, load_alpha_table, reference_period
+from stillhook.weather.alpha import DEFAULT
 from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
@@ -148,94 +144,3 @@ def answered(
     credited = credited_of(lift_plan, modelled, demands, np.unique(seas.Hs), certified.covers)
     governs = dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
     return Answered(axes, limits_of_tiers, modelled, credited, governs, seeds_of(axes, demands), certified)
-
-
-def checked(plan: LiftPlan) -> dict[str, Any]:
-    """Plain data in SI: name, digest, what and where; phases; times T_POP, T_C, T_R and weather_restricted; rules with
-    their limits in each phase and under each alternative; seas analysed, and how many are steeper than wind
-    raises waves; depths of resonance; notes.
-    """
-    T_R, restricted = reference_period(load_alpha_table(), plan.T_POP, plan.T_C)
-    env = plan.environment
-    steep = sum(steepness(Hs, Tp) > steepest(Tp, "T_p") for Hs in env.Hs for Tp in env.Tp)
-    return {
-        "name": plan.name,
-        "digest": plan.digest,
-        "crane": plan.crane.name,
-        "vessel": plan.vessel.name,
-        "payload": plan.payload.name,
-        "tip": {"x": plan.at.x, "y": plan.at.y, "h_tip": plan.h_tip},
-        "depth": plan.depth,
-        "phases": [_phase(plan, phase) for phase in plan.phases],
-        "T_phases": sum(phase.planned for phase in plan.phases),
-        "T_POP": plan.T_POP,
-        "T_C": plan.T_C,
-        "T_R": T_R,
-        "weather_restricted": restricted,
-        "rules": {
-            "name": plan.rules.name,
-            "version": plan.rules.version,
-            "changes": list(plan.rules.changes),
-            "rows": [
-                {key: getattr(rule, key) for key in ("key", "title", "standard", "edition", "clause")}
-                for rule in plan.rules.rules
-            ],
-        },
-        "limits": [
-            {
-                "phase": phase.name,
-                "alternative": alternative.value,
-                "rules": [
-                    {
-                        "rule": row.rule.key,
-                        "quantity": row.rule.quantity,
-                        "limit": row.limit,
-                        "basis": row.basis,
-                        **by_height(row),
-                    }
-                    for row in limited(plan, phase, alternative)
-                ],
-            }
-            for phase in plan.phases
-            for alternative in plan.alternatives
-        ],
-        "seas": {
-            "Hs": list(env.Hs),
-            "Tp": list(env.Tp),
-            "headings": list(env.headings),
-            "steep": steep * len(env.headings),
-            **({} if env.swell is None else {"swell": env.swell.describe()}),
-        },
-        "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
-        "weather": None if plan.weather is None else _weather(plan.weather),
-        "alternatives": [a.value for a in plan.alternatives],
-        "notes": list(plan.notes),
-    }
-
-
-def _weather(use: WeatherUse) -> dict[str, Any]:
-    """How many records, from when to when, what they know, and what the reader had to say: errors of the file come
-    before any run."""
-    weather = weather_used(use)
-    first, last = (str(np.datetime_as_string(weather.time[i], unit="m")) for i in (0, -1))
-    return {
-        "file": use.file,
-        "n": len(weather),
-        "step": weather.step,
-        "first": first,
-        "last": last,
-        "columns": sorted(weather.columns),
-        "ship": use.ship,
-        "notes": [note.replace("--direction", "weather.sense") for note in weather.notes],
-    }
-
-
-def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
-    at, facts = plan.tip_of(phase), described(phase)
-    del facts["limits"]
-    return facts | {
-        "tip": {"x": at.x, "y": at.y, "z": at.z},
-        "F_top_static": static_tension(plan, phase),
-        "T_0": max((s.T_0 for s in situations(plan, phase)), default=math.nan),
-        **({} if plan.load_chart is None else {"radius": plan.load_chart.radius_of(at)}),
-    }

@@ -145,9 +145,7 @@ def _blocks(rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
 class _Tables:
     """Shared by all sea states: squared answers (s, m) by quantity for s trial speeds, and answers to the remnant."""
 
-    def __init__(
-        self, seas: _Seas, level: float, trial: FloatArray, quantities: Collection[str] = QUANTITIES
-    ) -> None:
+    def __init__(self, seas: _Seas, level: float, trial: FloatArray, quantities: Collection[str] = QUANTITIES) -> None:
         forcing, load, residual = seas.forcing, seas.load, seas.residual
         self.seas, self.trial = seas, trial
         self.drag = load.C_lin + drag_of_gaussian(load.B, trial, load.V)

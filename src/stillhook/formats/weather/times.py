@@ -26,6 +26,9 @@ _CLOCK = r"(?:[T\s,]+(\d{1,2})(?::(\d{1,2})(?::(\d{1,2})(?:[.,]\d+)?)?)?\s*([AaP
 _ZONE = r"\s*(Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
 _DATE = re.compile(rf"(\d{{1,4}})([-/.])(\d{{1,2}}|[A-Za-z]{{3}})\2(\d{{1,4}}){_CLOCK}{_ZONE}")
 _DIGITS = re.compile(r"(\d{4})(\d{2})(\d{2})T?(?:(\d{2})(?:(\d{2})(?:(\d{2}))?)?)?" + _ZONE)
+_PLAIN = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}(?::\d{2})?")
+FIRST_YEAR, LAST_YEAR = 1800, 2200
+"""Of records."""
 ROUNDED = 1.01
 """A step may be so much longer than the usual spacing: times are rounded."""
 _TURN = 70
@@ -35,12 +38,29 @@ _TURN = 70
 def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str | None = None) -> Times:
     """Times (n,) of texts, UTC [s]. order: one of `ORDERS`, needed where the texts leave it open. Errors: WeatherError
     with the line."""
+    if (times := _iso(texts)) is not None:
+        return times
     fields = [_fields(text, f"{name}: line {line}") for text, line in zip(texts, lines, strict=True)]
     digits = np.array([f[:3] for f in fields], dtype=np.int64)
     chosen = _order(digits, fields, lines, name, order)
     place = {letter: digits[:, chosen.index(letter)] for letter in "ymd"}
     years = np.where(place["y"] < _TURN, place["y"] + 2000, np.where(place["y"] < 100, place["y"] + 1900, place["y"]))
     return stamped(years, place["m"], place["d"], np.array([f[3] for f in fields], dtype=np.int64), lines, name, texts)
+
+
+def _iso(texts: Sequence[str]) -> Times | None:
+    """Times of texts that all read 2013-12-31 23:00 or 2013-12-31T23:00:00, without a zone: most files, at once; None
+    for others, and where one is no time."""
+    if not all(map(_PLAIN.fullmatch, texts)):
+        return None
+    try:
+        times = np.array(texts, dtype="datetime64[s]")
+    except ValueError:
+        return None
+    if not len(times):
+        return None
+    first, last = np.datetime64(f"{FIRST_YEAR}", "s"), np.datetime64(f"{LAST_YEAR + 1}", "s")
+    return times if times.min() >= first and times.max() < last else None
 
 
 def step_of(time: Times, requested: float | None, name: str) -> float:
@@ -69,7 +89,7 @@ def stamped(
     months = (year - 1970) * 12 + np.clip(month, 1, 12) - 1
     begin = months.astype("datetime64[M]").astype("datetime64[D]")
     last = ((months + 1).astype("datetime64[M]").astype("datetime64[D]") - begin).astype(np.int64)
-    wrong = (month < 1) | (month > 12) | (day < 1) | (day > last) | (year < 1800) | (year > 2200)
+    wrong = (month < 1) | (month > 12) | (day < 1) | (day > last) | (year < FIRST_YEAR) | (year > LAST_YEAR)
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
         raise WeatherError(

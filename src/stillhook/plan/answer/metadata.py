@@ -24,9 +24,9 @@ from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative, Limited, Rule, Tier
-from stillhook.plan.limits import limited
+from stillhook.plan.definition.phases import PhaseKind, described
+from stillhook.plan.definition.rules import Alternative, Rule, Tier
+from stillhook.plan.limits import by_height, limited
 from stillhook.plan.report.basis import payload_rows
 from stillhook.plan.report.words import TEXTS
 from stillhook.plan.result import grouped
@@ -168,27 +168,6 @@ def _place(plan: LiftPlan) -> str:
         f"{plan.vessel.name}, crane tip at {at}, {show(plan.h_tip, 'length', 4)} above still water,"
         f" {show(plan.depth, 'length', 5)} deep"
     )
-
-
-def described(phase: Phase) -> dict[str, Any]:
-    """A phase as plain data."""
-    return {
-        "name": phase.name,
-        "kind": phase.kind.value,
-        "mode": phase.winch.value,
-        "start": phase.start,
-        "end": phase.end,
-        "speed": phase.speed,
-        "duration": phase.duration,
-        "held": phase.held,
-        "compensated": phase.compensated,
-        "limits": dict(phase.limits),
-    }
-
-
-def by_height(each: Limited) -> dict[str, Any]:
-    """Steps of a limit that depends on the wave height, for JSON."""
-    return {"by_Hs": [{"Hs": Hs, "limit": limit} for Hs, limit in each.by_Hs]} if each.by_Hs else {}
 
 
 def _rule(rule: Rule) -> dict[str, Any]:

@@ -18,21 +18,8 @@ from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limits_in
 from stillhook.plan.result import CREDITS, labelled
 from stillhook.plan.tiers.closed_form import closed_form, on_way, way
-from stillhook.plan.tiers.frequency import (
-    Looks,
-    Part,
-    Situation,
-    demands,
-    forcing_at,
-    forcings,
-    looked_at,
-    natural_period,
-    of_load,
-    quantiles,
-    resonance_depth,
-    thinned,
-    winches_of,
-)
+from stillhook.plan.tiers.frequency import Part, demands, forcing_at, forcings, of_load, quantiles, winches_of
+from stillhook.plan.tiers.situations import Looks, Situation, looked_at, natural_period, resonance_depth, thinned
 from stillhook.plan.tiers.winch_residual import Way, ways
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import sigmas

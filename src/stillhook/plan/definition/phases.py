@@ -336,3 +336,19 @@ def _with(phase: Phase, start: float, end: float, speed: float | None, duration:
 
 def _at(z: float) -> str:
     return show(z, "length")
+
+
+def described(phase: Phase) -> dict[str, Any]:
+    """A phase as plain data."""
+    return {
+        "name": phase.name,
+        "kind": phase.kind.value,
+        "mode": phase.winch.value,
+        "start": phase.start,
+        "end": phase.end,
+        "speed": phase.speed,
+        "duration": phase.duration,
+        "held": phase.held,
+        "compensated": phase.compensated,
+        "limits": dict(phase.limits),
+    }

@@ -33,7 +33,7 @@ from stillhook.plan.result import (
     references,
 )
 from stillhook.report.document import Document, Part, Section, Table, Text
-from stillhook.report.formatting import fixed, fmt, groups, hours, variable
+from stillhook.report.formatting import fixed, groups, hours
 from stillhook.report.html import html
 from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.validity import SHORT
@@ -225,88 +225,3 @@ def _weather_row(year: Any, over: Sequence[str]) -> list[str]:
     worked, vessel = fixed(float(year["operability"]) * YEAR, 0), fixed(float(year["vessel_days"]), 1)
     gains = [gain(year, name) for name in over]
     return [operability, worked, *waits, vessel, *gains]
-
-
-PHASES = ("phase", "kind", "winch", "underside\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
-LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
-
-
-def checked_plan(answer: dict[str, Any]) -> Document:
-    """answer: of `stillhook.plan.planning.checked`."""
-    rules = answer["rules"]
-    parts: list[Part] = [Table(PHASES, [_phase(row) for row in answer["phases"]]), Text(_times(answer))]
-    parts.append(Text(_seas(answer)))
-    if answer["weather"] is not None:
-        parts.append(Text(_weather_of(answer["weather"])))
-    if answer["resonance"]:
-        where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
-        parts.append(Text(f"the load on its wire is in resonance with peak periods of {where} depth"))
-    parts.append(Table(LIMITS, _rules(answer), f"{rules['name']} version {rules['version']}"))
-    parts += [Text(line) for line in (*rules["changes"], *answer["notes"])]
-    subject = f"{answer['crane']} on {answer['vessel']}, {answer['payload']}, {fmt(answer['depth'], 'length')} deep"
-    return Document(answer["name"], name=subject, front=parts)
-
-
-def _phase(row: dict[str, Any]) -> list[str]:
-    return [
-        row["name"],
-        row["kind"],
-        row["mode"],
-        *(fmt(row[key], "length") for key in ("start", "end")),
-        fmt(row["speed"], "speed"),
-        f"{row['duration'] / 60.0:.1f} min",
-        fmt(row["F_top_static"], "force"),
-        "-" if math.isnan(row["T_0"]) else f"{fixed(row['T_0'], 2)} s",
-    ]
-
-
-def _times(answer: dict[str, Any]) -> str:
-    keys = ("T_phases", "T_POP", "T_C", "T_R")
-    times = {key: "not assessed" if answer[key] is None else hours(answer[key]) for key in keys}
-    restricted = "weather restricted" if answer["weather_restricted"] else "not weather restricted"
-    return f"phases {times['T_phases']}, T_POP {times['T_POP']}, T_C {times['T_C']}, T_R {times['T_R']}: {restricted}"
-
-
-def _seas(answer: dict[str, Any]) -> str:
-    seas = answer["seas"]
-    Hs, Tp = ([min(seas[key]), max(seas[key])] for key in ("Hs", "Tp"))
-    headings = ", ".join(f"{math.degrees(beta):.4g}" for beta in seas["headings"])
-    count = len(seas["Hs"]) * len(seas["Tp"]) * len(seas["headings"])
-    steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
-    return (
-        f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the"
-        f" bow{steep}{f', each beside a {swell}' if (swell := seas.get('swell')) else ''}"
-    )
-
-
-def _weather_of(weather: dict[str, Any]) -> str:
-    ship = (
-        "the ship is free to turn and keeps one heading through the operation"
-        if weather["ship"] is None
-        else f"the ship heads {math.degrees(weather['ship']):.4g} deg from north"
-    )
-    notes = "".join(f"; {note}" for note in weather["notes"])
-    span = f"{weather['n']} records every {weather['step'] / 3600.0:g} h from {weather['first']} to {weather['last']}"
-    return f"weather {weather['file']}: {span}, with {', '.join(weather['columns'])}; {ship}{notes}"
-
-
-def _rules(answer: dict[str, Any]) -> list[list[str]]:
-    """A row for each rule and limit, with the phases and alternatives in which it is so."""
-    rows_by_limit = grouped(
-        ((r["rule"], r["quantity"], variable(r["quantity"], r["limit"]), r["basis"]), (at["phase"], at["alternative"]))
-        for at in answer["limits"]
-        for r in at["rules"]
-    )
-    order = [row["key"] for row in answer["rules"]["rows"]]
-    phases, alternatives = [row["name"] for row in answer["phases"]], answer["alternatives"]
-    rows = []
-    for (key, *row), pairs in sorted(rows_by_limit.items(), key=lambda item: order.index(item[0][0])):
-        of_phases = grouped((tuple(under), phase) for phase, under in grouped(pairs).items())
-        for under, at in of_phases.items():
-            where = [_names_or_all(at, phases), _names_or_all(under, alternatives)]
-            rows.append([key, row[0], *where, *row[1:]])
-    return rows
-
-
-def _names_or_all(names: Sequence[str], everything: Sequence[str]) -> str:
-    return "all" if len(names) == len(everything) > 1 else ", ".join(names)

@@ -20,7 +20,8 @@ from stillhook.plan.limits import Limits, limited, limits_in, utilisation
 from stillhook.plan.result import labelled
 from stillhook.plan.table import SAME, Axes, LimitTable, chosen, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
-from stillhook.plan.tiers.frequency import Looks, demands, looked_at, thinned, winches_of
+from stillhook.plan.tiers.frequency import demands, winches_of
+from stillhook.plan.tiers.situations import Looks, looked_at, thinned
 from stillhook.plan.tiers.wire_lead import LEADS
 from stillhook.response.lift import Waves, forcing_of_waves
 from stillhook.sea.spectra.directions import FULL, relative

@@ -116,9 +116,7 @@ class WinchCompliance:
         """Y [m/N] at frequencies (n,) [rad/s] and one deviation of the tip's speed [m/s]."""
         x, knots = np.log([max(sigma_v, 1e-12)]), np.log(self.sigma_v)
         same = np.flatnonzero(knots == x)
-        over_sigma = (
-            self.Y[:, same[0]] if len(same) else np.concatenate([_joined(x, knots, row) for row in self.Y])
-        )
+        over_sigma = self.Y[:, same[0]] if len(same) else np.concatenate([_joined(x, knots, row) for row in self.Y])
         return _joined(np.log(omega), np.log(self.omega), over_sigma)
 
 

@@ -21,7 +21,8 @@ from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Seas
 from stillhook.plan.result import grouped
 from stillhook.plan.tiers.closed_form import slings_held
-from stillhook.plan.tiers.frequency import forcing_at, situations
+from stillhook.plan.tiers.frequency import forcing_at
+from stillhook.plan.tiers.situations import situations
 from stillhook.plan.tiers.time_domain.lowering import (
     Course,
     SeaState,

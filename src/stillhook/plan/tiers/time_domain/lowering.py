@@ -19,7 +19,7 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import CLOSE, Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative
-from stillhook.plan.tiers.frequency import natural_period
+from stillhook.plan.tiers.situations import natural_period
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.response.suspended_load import suspended_load
 from stillhook.sea.spectra.spectrum import Sea

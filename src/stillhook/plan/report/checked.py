@@ -1,0 +1,198 @@
+"""What a plan asks, before anything is run: phases with what hangs in them, rules with their limits, seas, times; as
+plain data and as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stillhook.plan.definition.capacities import static_tension
+from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
+from stillhook.plan.definition.phases import Phase, described
+from stillhook.plan.limits import by_height, limited
+from stillhook.plan.result import grouped
+from stillhook.plan.tiers.situations import resonance_depth, situations
+from stillhook.plan.weather.records import weather_used
+from stillhook.report.document import Document, Part, Table, Text
+from stillhook.report.formatting import fixed, fmt, hours, variable
+from stillhook.sea.spectra.spectrum import steepest, steepness
+from stillhook.weather.alpha import load_alpha_table, reference_period
+
+
+def checked(plan: LiftPlan) -> dict[str, Any]:
+    """Plain data in SI: name, digest, what and where; phases; times T_POP, T_C, T_R and weather_restricted; rules with
+    their limits in each phase and under each alternative; seas analysed, and how many are steeper than wind
+    raises waves; depths of resonance; notes.
+    """
+    T_R, restricted = reference_period(load_alpha_table(), plan.T_POP, plan.T_C)
+    env = plan.environment
+    steep = sum(steepness(Hs, Tp) > steepest(Tp, "T_p") for Hs in env.Hs for Tp in env.Tp)
+    return {
+        "name": plan.name,
+        "digest": plan.digest,
+        "crane": plan.crane.name,
+        "vessel": plan.vessel.name,
+        "payload": plan.payload.name,
+        "tip": {"x": plan.at.x, "y": plan.at.y, "h_tip": plan.h_tip},
+        "depth": plan.depth,
+        "phases": [_phase(plan, phase) for phase in plan.phases],
+        "T_phases": sum(phase.planned for phase in plan.phases),
+        "T_POP": plan.T_POP,
+        "T_C": plan.T_C,
+        "T_R": T_R,
+        "weather_restricted": restricted,
+        "rules": {
+            "name": plan.rules.name,
+            "version": plan.rules.version,
+            "changes": list(plan.rules.changes),
+            "rows": [
+                {key: getattr(rule, key) for key in ("key", "title", "standard", "edition", "clause")}
+                for rule in plan.rules.rules
+            ],
+        },
+        "limits": [
+            {
+                "phase": phase.name,
+                "alternative": alternative.value,
+                "rules": [
+                    {
+                        "rule": row.rule.key,
+                        "quantity": row.rule.quantity,
+                        "limit": row.limit,
+                        "basis": row.basis,
+                        **by_height(row),
+                    }
+                    for row in limited(plan, phase, alternative)
+                ],
+            }
+            for phase in plan.phases
+            for alternative in plan.alternatives
+        ],
+        "seas": {
+            "Hs": list(env.Hs),
+            "Tp": list(env.Tp),
+            "headings": list(env.headings),
+            "steep": steep * len(env.headings),
+            **({} if env.swell is None else {"swell": env.swell.describe()}),
+        },
+        "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
+        "weather": None if plan.weather is None else _weather(plan.weather),
+        "alternatives": [a.value for a in plan.alternatives],
+        "notes": list(plan.notes),
+    }
+
+
+def _weather(use: WeatherUse) -> dict[str, Any]:
+    """How many records, from when to when, what they know, and what the reader had to say: errors of the file come
+    before any run."""
+    weather = weather_used(use)
+    first, last = (str(np.datetime_as_string(weather.time[i], unit="m")) for i in (0, -1))
+    return {
+        "file": use.file,
+        "n": len(weather),
+        "step": weather.step,
+        "first": first,
+        "last": last,
+        "columns": sorted(weather.columns),
+        "ship": use.ship,
+        "notes": [note.replace("--direction", "weather.sense") for note in weather.notes],
+    }
+
+
+def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
+    at, facts = plan.tip_of(phase), described(phase)
+    del facts["limits"]
+    return facts | {
+        "tip": {"x": at.x, "y": at.y, "z": at.z},
+        "F_top_static": static_tension(plan, phase),
+        "T_0": max((s.T_0 for s in situations(plan, phase)), default=math.nan),
+        **({} if plan.load_chart is None else {"radius": plan.load_chart.radius_of(at)}),
+    }
+
+
+PHASES = ("phase", "kind", "winch", "underside\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
+LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
+
+
+def checked_plan(answer: dict[str, Any]) -> Document:
+    """answer: of `checked`."""
+    rules = answer["rules"]
+    parts: list[Part] = [Table(PHASES, [_phase_row(row) for row in answer["phases"]]), Text(_times(answer))]
+    parts.append(Text(_seas(answer)))
+    if answer["weather"] is not None:
+        parts.append(Text(_weather_of(answer["weather"])))
+    if answer["resonance"]:
+        where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
+        parts.append(Text(f"the load on its wire is in resonance with peak periods of {where} depth"))
+    parts.append(Table(LIMITS, _rules(answer), f"{rules['name']} version {rules['version']}"))
+    parts += [Text(line) for line in (*rules["changes"], *answer["notes"])]
+    subject = f"{answer['crane']} on {answer['vessel']}, {answer['payload']}, {fmt(answer['depth'], 'length')} deep"
+    return Document(answer["name"], name=subject, front=parts)
+
+
+def _phase_row(row: dict[str, Any]) -> list[str]:
+    return [
+        row["name"],
+        row["kind"],
+        row["mode"],
+        *(fmt(row[key], "length") for key in ("start", "end")),
+        fmt(row["speed"], "speed"),
+        f"{row['duration'] / 60.0:.1f} min",
+        fmt(row["F_top_static"], "force"),
+        "-" if math.isnan(row["T_0"]) else f"{fixed(row['T_0'], 2)} s",
+    ]
+
+
+def _times(answer: dict[str, Any]) -> str:
+    keys = ("T_phases", "T_POP", "T_C", "T_R")
+    times = {key: "not assessed" if answer[key] is None else hours(answer[key]) for key in keys}
+    restricted = "weather restricted" if answer["weather_restricted"] else "not weather restricted"
+    return f"phases {times['T_phases']}, T_POP {times['T_POP']}, T_C {times['T_C']}, T_R {times['T_R']}: {restricted}"
+
+
+def _seas(answer: dict[str, Any]) -> str:
+    seas = answer["seas"]
+    Hs, Tp = ([min(seas[key]), max(seas[key])] for key in ("Hs", "Tp"))
+    headings = ", ".join(f"{math.degrees(beta):.4g}" for beta in seas["headings"])
+    count = len(seas["Hs"]) * len(seas["Tp"]) * len(seas["headings"])
+    steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
+    return (
+        f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the"
+        f" bow{steep}{f', each beside a {swell}' if (swell := seas.get('swell')) else ''}"
+    )
+
+
+def _weather_of(weather: dict[str, Any]) -> str:
+    ship = (
+        "the ship is free to turn and keeps one heading through the operation"
+        if weather["ship"] is None
+        else f"the ship heads {math.degrees(weather['ship']):.4g} deg from north"
+    )
+    notes = "".join(f"; {note}" for note in weather["notes"])
+    span = f"{weather['n']} records every {weather['step'] / 3600.0:g} h from {weather['first']} to {weather['last']}"
+    return f"weather {weather['file']}: {span}, with {', '.join(weather['columns'])}; {ship}{notes}"
+
+
+def _rules(answer: dict[str, Any]) -> list[list[str]]:
+    """A row for each rule and limit, with the phases and alternatives in which it is so."""
+    rows_by_limit = grouped(
+        ((r["rule"], r["quantity"], variable(r["quantity"], r["limit"]), r["basis"]), (at["phase"], at["alternative"]))
+        for at in answer["limits"]
+        for r in at["rules"]
+    )
+    order = [row["key"] for row in answer["rules"]["rows"]]
+    phases, alternatives = [row["name"] for row in answer["phases"]], answer["alternatives"]
+    rows = []
+    for (key, *row), pairs in sorted(rows_by_limit.items(), key=lambda item: order.index(item[0][0])):
+        of_phases = grouped((tuple(under), phase) for phase, under in grouped(pairs).items())
+        for under, at in of_phases.items():
+            where = [_names_or_all(at, phases), _names_or_all(under, alternatives)]
+            rows.append([key, row[0], *where, *row[1:]])
+    return rows
+
+
+def _names_or_all(names: Sequence[str], everything: Sequence[str]) -> str:
+    return "all" if len(names) == len(everything) > 1 else ", ".join(names)
