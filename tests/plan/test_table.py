@@ -8,19 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook.errors import PlanError
+from stillhook.plan.definition.headings import holdable_headings
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.limits import Limits
-from stillhook.plan.table import (
-    TIERS,
-    Axes,
-    LimitTable,
-    chosen,
-    counting,
-    gathered,
-    governed,
-    holdable_headings,
-    untold,
-)
+from stillhook.plan.table import TIERS, Axes, LimitTable, chosen, counting, gathered, governed, untold
 from stillhook.plan.weather.value import KeptHeadings
 
 NONE, SSC = Alternative.NONE, Alternative.SSC

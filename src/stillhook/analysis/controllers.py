@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pydantic import Field, create_model, field_validator
 
 from stillhook.analysis.kept import kept
-from stillhook.analysis.loop_stability.reduced import eigenfrequency
 from stillhook.base.choice import nearest
 from stillhook.base.progress import Progress
 from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE, USUAL
@@ -258,6 +257,8 @@ def lateness(crane: Crane, *, delay: float = 0.0) -> float:
     """
     if not 0.0 <= delay <= LONGEST_DELAY:
         raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to {LONGEST_DELAY:g} s.")
+    from stillhook.analysis.loop_stability.reduced import eigenfrequency  # heavy: only for strong SSC
+
     oil = eigenfrequency(crane, 1.0)
     return delay + 0.5 * crane.control.t_cycle + crane.control.computing + 2.0 * oil.zeta / oil.omega_0
 

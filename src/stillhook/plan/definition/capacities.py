@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.kept import ROOM, kept
-from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.engine.pack.winch import wire_speed_max
@@ -239,6 +238,8 @@ def _top_speed(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue
     if not crane.plant.type.steady_operation:
         v = wire_speed_max(crane_of_mode, 1.0, layer_diameter_at(crane, s_w))
         return CapacityValue(v, f"{where}: {show(v, 'speed')}, the speed at full command")
+    from stillhook.analysis.steady.limits import Direction, Station  # heavy: only where no speed is kept
+
     tops = [Station(crane_of_mode, load, s_w, direction).top_of_mode(mode) for direction in Direction]
     slow = next((top for top in tops if math.isnan(top.v_w)), None) or min(tops, key=lambda top: top.v_w)
     if math.isnan(slow.v_w):

@@ -11,8 +11,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
 from stillhook.errors import PlanError, WeatherError
 from stillhook.formats.weather.file import SENSES, read_weather
+from stillhook.plan.definition.headings import SAME, bracketed, holdable_headings
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
-from stillhook.plan.table import SAME, bracketed, holdable_headings
 from stillhook.plan.weather.two_systems import Systems, systems
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import PlanError
+from stillhook.plan.definition.headings import SAME
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.limits import Limits, limited, limits_in, utilisation
 from stillhook.plan.result import labelled
-from stillhook.plan.table import SAME, Axes, LimitTable, chosen, gathered, governed
+from stillhook.plan.table import Axes, LimitTable, chosen, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import demands, winches_of
 from stillhook.plan.tiers.situations import Looks, looked_at, thinned

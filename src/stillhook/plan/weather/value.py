@@ -27,19 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
+from stillhook.plan.definition.headings import SAME, cones, counted, holdable_headings
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.result import CREDITS, Credit, labelled
-from stillhook.plan.table import (
-    SAME,
-    Axes,
-    Governed,
-    LimitTable,
-    cones,
-    counted,
-    holdable_headings,
-    worst,
-)
+from stillhook.plan.table import Axes, Governed, LimitTable, worst
 from stillhook.plan.weather.records import Records, outside, seas_of
 from stillhook.plan.weather.two_systems import swell_forecast
 from stillhook.sea.spectra.directions import relative
