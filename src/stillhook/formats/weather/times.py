@@ -26,7 +26,7 @@ _CLOCK = r"(?:[T\s,]+(\d{1,2})(?::(\d{1,2})(?::(\d{1,2})(?:[.,]\d+)?)?)?\s*([AaP
 _ZONE = r"\s*(Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
 _DATE = re.compile(rf"(\d{{1,4}})([-/.])(\d{{1,2}}|[A-Za-z]{{3}})\2(\d{{1,4}}){_CLOCK}{_ZONE}")
 _DIGITS = re.compile(r"(\d{4})(\d{2})(\d{2})T?(?:(\d{2})(?:(\d{2})(?:(\d{2}))?)?)?" + _ZONE)
-_PLAIN = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}(?::\d{2})?")
+_PLAIN = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}(?::\d{2})?Z?")
 FIRST_YEAR, LAST_YEAR = 1800, 2200
 """Of records."""
 ROUNDED = 1.01
@@ -49,12 +49,12 @@ def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str
 
 
 def _iso(texts: Sequence[str]) -> Times | None:
-    """Times of texts that all read 2013-12-31 23:00 or 2013-12-31T23:00:00, without a zone: most files, at once; None
-    for others, and where one is no time."""
+    """Times of texts that all read 2013-12-31 23:00 or 2013-12-31T23:00:00Z, as most files have them, at once; None for
+    others, and where one is no time."""
     if not all(map(_PLAIN.fullmatch, texts)):
         return None
     try:
-        times = np.array(texts, dtype="datetime64[s]")
+        times = np.array([text.removesuffix("Z") for text in texts], dtype="datetime64[s]")
     except ValueError:
         return None
     if not len(times):

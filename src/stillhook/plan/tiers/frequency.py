@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -72,7 +73,7 @@ def frequency(
     phases, parts = looked_at(plan), Parts(progress, EXPECTED)
     winch = winches_of(plan, phases, alternatives, parts("residuals"), threads=threads)
     parts("seas")
-    return demands(plan, alternatives, seas, phases, forcings(plan, seas, phases), winch)
+    return demands(plan, alternatives, seas, phases, forcings(plan, seas, phases), winch, threads=threads)
 
 
 AtTip = Mapping[tuple[float, float], Forcing]
@@ -140,25 +141,30 @@ def demands(
     phases: Looks,
     forcing: AtTip,
     winch: Mapping[Alternative, Way],
+    *,
+    threads: int = 1,
 ) -> list[Demand]:
     """As `frequency`, for seas whose forcing is known; the heights and periods of `seas` are only labels here."""
-    result: list[Demand] = []
-    for phase, parts in phases:
-        shared = None if phase.compensated else _phase(plan, phase, Alternative.NONE, parts, forcing, None)
-        for alternative in alternatives:
-            if shared is not None:
-                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, shared, notes=ALIKE)
-            elif winch[alternative].known:
-                values = _phase(plan, phase, alternative, parts, forcing, winch[alternative])
-                moves = STANDING if alternative.twin and phase.speed else ()
-                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=moves)
-            else:
-                values = _unusable(plan, phase, parts, forcing)
-                demand = Demand(
-                    phase.name, alternative, Tier.FREQUENCY, seas, values, notes=(winch[alternative].reason,)
-                )
-            result.append(demand)
-    return result
+
+    def one(phase: Phase, parts: Sequence[Situation], alternative: Alternative) -> list[Demand]:
+        """A phase under one alternative; under all of them where the winch does not follow the tip."""
+        if not phase.compensated:
+            shared = _phase(plan, phase, Alternative.NONE, parts, forcing, None)
+            return [Demand(phase.name, a, Tier.FREQUENCY, seas, shared, notes=ALIKE) for a in alternatives]
+        if winch[alternative].known:
+            values = _phase(plan, phase, alternative, parts, forcing, winch[alternative])
+            notes = STANDING if alternative.twin and phase.speed else ()
+        else:
+            values, notes = _unusable(plan, phase, parts, forcing), (winch[alternative].reason,)
+        return [Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=notes)]
+
+    asked = [
+        (phase, parts, a) for phase, parts in phases for a in (alternatives if phase.compensated else alternatives[:1])
+    ]
+    if threads <= 1:
+        return [demand for each in asked for demand in one(*each)]
+    with ThreadPoolExecutor(threads) as pool:
+        return [demand for made in pool.map(one, *zip(*asked, strict=True)) for demand in made]
 
 
 def _unusable(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip) -> Mapping[str, FloatArray]:
