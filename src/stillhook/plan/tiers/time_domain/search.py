@@ -60,6 +60,8 @@ LEAST_PART = 0.5
 """Least part of the lowest height at which a limit below it is looked for next."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
 """Heights are whole multiples of 2.5 cm below 1 m and of 5 cm above, so that alternatives meet in the same seas [m]."""
+FAR = 0.4
+"""Part of what waves may add below which a rule does not guide the search."""
 WIDTHS = (0.7, 2.0)
 """Factors on `Search.width` in the weather that is most and least frequent."""
 
@@ -109,20 +111,33 @@ GOVERNING_MARGIN = 1.1
 searched any higher."""
 
 
+PILOTS = 4
+"""Periods whose limits are looked for first, in the middle direction: by how much the prediction is off there corrects
+it elsewhere."""
+
+
 @dataclass(eq=False)
 class LimitSearch:
-    """Search for one limit: a phase under an alternative in a column. first_guess: predicted height, where the search
-    begins; floor: lower bound assumed for the limit [m]; limit: result (NaN: not yet); provisional: estimate so far."""
+    """Search for one limit: a phase under an alternative in a column. predicted height [m]; first_guess: where the
+    search begins; floor: lower bound assumed for the limit [m]; limit: result (NaN: not yet); provisional: estimate so
+    far; pilot: one of those that are looked for first; placed: cells are about the limit, however many runs they have
+    yet."""
 
     phase: Phase
     alternative: Alternative
     winch: Winch
     column: Column
-    first_guess: float
+    predicted: float
     floor: float
     started: bool = False
+    pilot: bool = False
+    placed: bool = False
     limit: float = math.nan
     provisional: float = math.inf
+    first_guess: float = math.nan
+
+    def __post_init__(self) -> None:
+        self.first_guess = self.predicted
 
     @property
     def resolved(self) -> bool:
@@ -170,13 +185,15 @@ class Work:
         self.phases: dict[tuple[str, Alternative], list[LimitSearch]] = {}
         self.others: dict[tuple[Alternative, Column], float] = {}
         self.predicted: dict[tuple[str, Alternative, str], dict[Column, float]] = {}
-        self.judged: dict[tuple[str, Winch, tuple[Limited, ...]], tuple[Any, Judged]] = {}
+        self.judged: dict[tuple[str, Winch, tuple[Limited, ...], bool], tuple[Any, Judged]] = {}
         self.swell = float(plan.environment.H_m0(np.zeros(1))[0])
         self.share = 0.0
+        self.waiting: set[tuple[str, Alternative]] = set()  # phases whose pilots are still looked for
 
     def prepare(self, predicted: Sequence[Limits]) -> None:
         """Lines of all phases that can be run, and the lowest limit of those that cannot."""
         columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns()]
+        pilots = pilots_of(columns)
         predictions = _least_predicted(predicted)
         self.predicted = _predicted_by_rule(predicted)
         for alternative in self.plan.alternatives:
@@ -197,6 +214,7 @@ class Work:
                         column,
                         first_guess,
                         floor,
+                        pilot=column in pilots,
                         provisional=math.inf if math.isnan(first_guess) else first_guess,
                     )
                     group.append(line)
@@ -205,11 +223,14 @@ class Work:
 
     def round(self) -> bool:
         """Start what may govern, run what is wanted, and say whether anything is left to do."""
+        for lines in self.phases.values():
+            self._correct(lines)
+        self.waiting = {(line.phase.name, line.alternative) for line in self.lines if line.pilot and self._open(line)}
         for key, group in self.groups.items():
             self._start(key, group)
         looking = [line for line in self.lines if line.started and not line.resolved]
         resolved = sum(line.resolved for line in self.lines)
-        wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line))]
+        wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line), patient=True)]
         if not wanted and resolved == sum(line.resolved for line in self.lines):
             wanted = [ask for line in looking for ask in self._next_cells(line)]
         if not wanted:
@@ -228,12 +249,33 @@ class Work:
         for line in open_lines:
             line.started = line is first or line.floor <= bar
 
+    def _correct(self, lines: Sequence[LimitSearch]) -> None:
+        """Where the search begins in the columns of a phase under an alternative that have no runs: the prediction, by
+        as much higher or lower as it was too low or too high in columns of about this period."""
+        of = [line for line in lines if 0.0 < line.predicted < math.inf]
+        found = [line for line in of if line.pilot and (line.placed or line.resolved) and line.provisional > 0.0]
+        known = [(math.log(line.column[0]), math.log(line.provisional / line.predicted)) for line in found]
+        if not known:
+            return
+        ln_T, off = np.array(sorted(known)).T
+        for line in of:
+            if not line.pilot and not line.resolved and not self.heights(line):
+                ratio = math.exp(float(np.interp(math.log(line.column[0]), ln_T, off)))
+                line.first_guess = line.provisional = BEHIND * ratio * line.predicted
+
+    @staticmethod
+    def _open(line: LimitSearch) -> bool:
+        """Whether a line was started and its cells are not about its limit yet."""
+        return line.started and not line.placed and not line.resolved
+
     def _provisional(self, line: LimitSearch) -> float:
         """Lowest limit that other phases of a line's column seem to have, of those that are not found yet [m]."""
         others = [o for o in self.groups[line.alternative, line.column] if o is not line and not o.resolved]
         return min((o.provisional for o in others), default=math.inf)
 
-    def _next_cells(self, line: LimitSearch, provisional: float = math.inf) -> list[CellRequest]:
+    def _next_cells(
+        self, line: LimitSearch, provisional: float = math.inf, *, patient: bool = False
+    ) -> list[CellRequest]:
         """The next cell of a line, or more runs about its limit; none where the limit is found, or where the line waits
         for other phases: it is inside up to what their limits seem to be, `provisional` [m], and may not matter."""
         still = self.plan.environment.calm(0.0)
@@ -241,6 +283,8 @@ class Work:
         if calm.cell not in self.cells.runs:
             return [calm]
         Hs = self.heights(line)
+        if patient and not Hs and not line.pilot and (line.phase.name, line.alternative) in self.waiting:
+            return []
         limit, half = self.estimate(line) if Hs else self._of_calm(line)
         if limit == 0.0:
             line.limit = 0.0
@@ -251,11 +295,14 @@ class Work:
         waits = line.first_guess > GOVERNING_MARGIN * provisional if not Hs else limit > Hs[-1]
         if GOVERNING_MARGIN * provisional < highest and waits:
             return []
-        seen = min(limit, self.judgement(line).direct(line.column)) if Hs else math.inf
+        seen = min(limit, self._so_far(line).direct(line.column)) if Hs else math.inf
         wanted = next_height(Hs, seen, line.first_guess, highest, self.search)
+        line.placed = wanted is None
         if wanted is not None:
             return [CellRequest(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
         if 0.0 < limit <= bound and limit < math.inf and half > self.width(line.column, limit):
+            if patient and any(self._open(other) for other in self.phases[line.phase.name, line.alternative]):
+                return []  # their runs narrow this interval as well
             more = self._more_runs(line, Hs, limit)
             if more is not None:
                 return [more]
@@ -307,26 +354,32 @@ class Work:
 
     def estimate(self, line: LimitSearch) -> tuple[float, float]:
         """Lowest limit of a line as it stands [m], and half of its interval in ln."""
-        return self.judgement(line).least(line.column)
+        return self._so_far(line).least(line.column)
 
     def judgement(self, line: LimitSearch) -> Judged:
         """Limits of a line's phase under its alternative in all columns that have runs."""
         return self.judge(line.phase.name, line.alternative)
 
-    def judge(self, phase: str, alternative: Alternative) -> Judged:
+    def _so_far(self, line: LimitSearch) -> Judged:
+        """The same of those rules that runs came near to."""
+        return self.judge(line.phase.name, line.alternative, near=True)
+
+    def judge(self, phase: str, alternative: Alternative, *, near: bool = False) -> Judged:
         """Limits of a phase under an alternative in all columns that have runs of its winch; calculated again where
-        runs were added, and once for alternatives under which they are the same."""
+        runs were added, and once for alternatives under which they are the same. near: of rules alone that a run came
+        near to."""
         lines = [line for line in self.phases[phase, alternative] if self.heights(line)]
-        key = (phase, self.phases[phase, alternative][0].winch, self.rules(self.phases[phase, alternative][0]))
+        first = self.phases[phase, alternative][0]
+        key = (phase, first.winch, self.rules(first), near)
         state = tuple(
             (line.column, *(len(self.runs(line, h)["duration"]) for h in self.heights(line))) for line in lines
         )
         known = self.judged.get(key)
         if known is None or known[0] != state:
-            self.judged[key] = known = state, self._judge(phase, lines, known[1] if known else None)
+            self.judged[key] = known = state, self._judge(phase, lines, known[1] if known else None, near=near)
         return known[1]
 
-    def _judge(self, phase: str, lines: Sequence[LimitSearch], before: Judged | None) -> Judged:
+    def _judge(self, phase: str, lines: Sequence[LimitSearch], before: Judged | None, *, near: bool) -> Judged:
         columns = tuple(line.column for line in lines)
         curves: dict[str, Curve] = {}
         limits: dict[str, CurveLimits] = {}
@@ -338,6 +391,8 @@ class Work:
             if any(not self.has(line, quantity) for line in lines):
                 continue
             of = [self.runs_of(line, quantity, a) for line, a in zip(lines, about, strict=True)]
+            if near and all(_far(each, column) for column in of):
+                continue
             expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
             guess = np.array([self.height(expected.get(column, math.nan)) for column in columns])
             curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess)
@@ -404,6 +459,15 @@ class Work:
         return report
 
 
+def pilots_of(columns: Sequence[Column]) -> set[Column]:
+    """Columns whose limits are looked for first: periods over all of their range, the middle direction."""
+    T, beta = (sorted({column[i] for column in columns}) for i in (0, 1))
+    if len(columns) <= 2 * PILOTS:
+        return set(columns)
+    places = np.unique(np.linspace(0, len(T) - 1, PILOTS).round().astype(int))
+    return {(T[i], beta[len(beta) // 2]) for i in places} & set(columns)
+
+
 def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:
     """Predicted limit of a phase over the least that it may be, and first height of a search over the predicted
     limit."""
@@ -417,6 +481,15 @@ def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:
 def _chance(columns: Sequence[ColumnRuns], limit: float) -> float | None:
     """The limit where it is one of a chance."""
     return limit if columns[0].measure.statistic is Statistic.CHANCE else None
+
+
+def _far(rule: Limited, column: ColumnRuns) -> bool:
+    """Whether no run of a column came near to a limit: waves added less than `FAR` of what they may."""
+    if column.measure.statistic is Statistic.CHANCE:
+        return False
+    room = min(_x_limit(column.measure, limit) for _, limit in rule.bands) - column.still
+    x = np.concatenate([column.measure.values(runs) for _, runs in column.cells])
+    return bool(np.isfinite(x).all() and float(x.max()) - column.still < FAR * room)
 
 
 def _x_limit(measure: Measure, limit: float) -> float:
