@@ -1,12 +1,13 @@
 """Limit curves: the level of a quantity over the height of the sea, from the runs of all columns of a table at once,
 and the limiting heights that follow, with what is known of neighbouring periods and headings.
 
-See docs/decisions/0021-limit-curves.md.
+See docs/decisions/0022-limit-curves.md.
 """
 
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -14,10 +15,19 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
-from stillhook.plan.tiers.time_domain.cells import Runs
+from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.statistics.estimate import NORMAL_95
-from stillhook.statistics.level_fit import LevelFit, Samples, fit_levels, fit_means
+from stillhook.statistics.level_fit import (
+    SLOPES,
+    Crossing,
+    LevelFit,
+    Samples,
+    climbed,
+    fit_levels,
+    fit_means,
+    risen,
+)
 from stillhook.statistics.smooth_field import Field, smooth_field
 from stillhook.variables import WINDOW
 
@@ -37,6 +47,9 @@ FAILED_MOST = 0.1
 """Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
 leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
 ROUNDING = 1e-9
+MIDDLE = 250
+STEPS = np.linspace(-2.5, 2.5, 2 * MIDDLE + 1)
+"""Distances from a limit, in ln of the height, at which the ends of its interval are looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,34 +189,95 @@ def limits_of_curve(
 
     highest sea to analyse [m]; expected (c,): limits of a cheaper method [m], NaN where it has none.
     """
-    n = len(curve.columns)
-    top = curve.tops
+    n, top = len(curve.columns), curve.tops
     sound = np.array([column.sound_up_to for column in curve.columns])
     at_top = top >= highest * (1.0 - ROUNDING)
-    direct, var = _direct(curve, x_limit)
+    crossing = _crossing(curve, x_limit)
+    about = np.array([column.about for column in curve.columns])
+    direct = np.full(n, np.inf) if crossing is None else about * np.exp(np.minimum(crossing.h, 10.0))
+    direct = np.where(np.isnan(direct), np.inf, direct)
     beyond_calm = curve.still > x_limit * (1.0 + ROUNDING)
     found = np.isfinite(direct) & (direct <= BEYOND_CELLS * top) & ~beyond_calm
+    open_ = ~found & ~beyond_calm
     Hs, low, high, half = (np.full(n, np.nan) for _ in range(4))
     draws = np.full((0, n), np.nan)
     if found.any():
-        smooth = _smoothed(curve, direct, var, found, expected)
-        sd = np.sqrt(smooth.var)
-        Hs[found], half[found] = np.exp(smooth.value), NORMAL_95 * sd
-        low[found], high[found] = (np.exp(smooth.value + sign * NORMAL_95 * sd) for sign in (-1.0, 1.0))
-        draws = np.full((len(smooth.draws), n), np.nan)
-        draws[:, found] = np.exp(smooth.draws)
-    open_ = ~found & ~beyond_calm
+        assert crossing is not None
+        of = _spread(curve, crossing, direct, found, expected)
+        Hs[found], low[found], high[found], half[found] = of.Hs, of.low, of.high, of.half
+        draws = np.full((len(of.draws), n), np.nan)
+        draws[:, found] = of.draws
     Hs[open_] = np.where(at_top[open_], np.inf, np.nan)
     low[open_] = np.where(at_top[open_], np.nan, top[open_])
     past = found & (Hs > highest)
     Hs = np.where(past, np.where(at_top, np.inf, highest), Hs)
-    high = np.where(high > highest, np.inf, high)
+    high, draws = (np.where(x > highest, np.inf, x) for x in (high, draws))
     for ends in (Hs, low, high):
         ends[beyond_calm] = 0.0
     limited = np.isfinite(sound)
     Hs[limited] = np.fmin(Hs, sound)[limited]
     low[limited] = np.fmin(low, sound)[limited]
     return CurveLimits(Hs, low, high, half, direct, np.minimum(draws, sound))
+
+
+@dataclass(frozen=True, eq=False)
+class _Spread:
+    """Limits (c,) with the ends of their 95 % intervals [m], half of these in ln, and draws (m, c) [m]."""
+
+    Hs: FloatArray
+    low: FloatArray
+    high: FloatArray
+    half: FloatArray
+    draws: FloatArray
+
+
+def _spread(
+    curve: Curve, crossing: Crossing, direct: FloatArray, found: BoolArray, expected: FloatArray | None
+) -> _Spread:
+    """Limits of the columns that are found, as far as neighbours agree, with what the errors of level, growth and its
+    change make of them.
+
+    An error of the level moves the limit by that over the growth there: little where a number grows steeply, and
+    without an end where it levels off.
+    """
+    slope, bend = crossing.slope[found], crossing.bend[found]
+    smooth = _smoothed(curve, crossing, direct, found, expected)
+    level_var = slope**2 * smooth.var + crossing.common
+    of_slope, of_bend = np.sqrt(crossing.var_slope[found]), np.sqrt(crossing.var_bend[found])
+    rise = risen(slope[:, None], bend[:, None], STEPS)
+    sd = np.sqrt(level_var[:, None] + (STEPS * of_slope[:, None]) ** 2 + (0.5 * STEPS**2 * of_bend[:, None]) ** 2)
+    below = -_reached(-STEPS[MIDDLE::-1], -(rise + NORMAL_95 * sd)[:, MIDDLE::-1])
+    above = _reached(STEPS[MIDDLE:], (rise - NORMAL_95 * sd)[:, MIDDLE:])
+    rng = np.random.default_rng(_stream(curve))
+    z, of_all = rng.standard_normal((2, *smooth.draws.shape)), rng.standard_normal((len(smooth.draws), 1))
+    error = slope * (smooth.draws - smooth.value) + math.sqrt(crossing.common) * of_all
+    drawn = climbed(np.clip(slope + of_slope * z[0], *SLOPES), bend + of_bend * z[1], error)
+    middle = smooth.value
+    return _Spread(
+        np.exp(middle),
+        np.exp(middle + below),
+        np.exp(middle + above),
+        0.5 * (above - below),
+        np.exp(middle + np.minimum(drawn, 10.0)),
+    )
+
+
+def _reached(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Where each row of y (c, n) over rising x (n,) first rises above 0; inf where it does not."""
+    over = y > 0.0
+    i = np.maximum(over.argmax(axis=1), 1)
+    rows = np.arange(len(y))
+    before, after = y[rows, i - 1], y[rows, i]
+    share = np.clip(before / np.where(before == after, -1.0, before - after), 0.0, 1.0)
+    return np.where(over.any(axis=1), x[i - 1] + share * (x[i] - x[i - 1]), np.inf)
+
+
+def _stream(curve: Curve) -> int:
+    """Number of the random numbers of a curve: those of the same runs have the same errors, under every rule and
+    alternative; those of others have their own."""
+    first = (runs for column in curve.columns for _, runs in column.cells[:1])
+    data = b"".join(np.asarray(x).tobytes() for runs in first for name, x in runs.items() if not name.startswith(PEAKS))
+    return zlib.crc32(data)
 
 
 def limits_in_bands(
@@ -251,33 +325,31 @@ def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
     return replace(limits, **tables)
 
 
-def _direct(curve: Curve, x_limit: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Heights that the columns' own runs give [m], inf where the level is never reached, and the variance of ln."""
-    n = len(curve.columns)
+def _crossing(curve: Curve, x_limit: FloatArray) -> Crossing | None:
+    """Where the columns' own runs reach a limit, in ln of the height over what they are about; NaN in columns without
+    a level."""
     if curve.fit is None:
-        return np.full(n, np.inf), np.full(n, np.nan)
+        return None
     added = x_limit - curve.still
-    y = np.log(added, out=np.full(n, -np.inf), where=added > 0.0)
-    off, var = curve.fit.crossing(y)
-    about = np.array([column.about for column in curve.columns])
-    known = ~np.isnan(curve.fit.level)
-    return np.where(known, about * np.exp(np.minimum(off, 10.0)), np.inf), var
+    return curve.fit.crossing(np.log(added, out=np.full(len(added), -50.0), where=added > 0.0))
 
 
 def _smoothed(
-    curve: Curve, direct: FloatArray, var: FloatArray, found: BoolArray, expected: FloatArray | None
+    curve: Curve, crossing: Crossing, direct: FloatArray, found: BoolArray, expected: FloatArray | None
 ) -> Field:
-    """ln of the heights as a field over periods and headings."""
-    assert curve.fit is not None
+    """ln of the heights as a field over periods and headings. It is levels that differ little between neighbours:
+    limits of numbers that hardly grow may differ by more."""
     places = [column for column, use in zip(curve.columns, found, strict=True) if use]
     ln_expected = None
     if expected is not None and np.isfinite(expected[found]).all() and (expected[found] > 0.0).all():
         ln_expected = np.log(expected[found])
+    slope = crossing.slope[found]
     return smooth_field(
         np.array([column.period for column in places]),
         np.array([column.angle for column in places]),
         np.log(np.maximum(direct[found], 1e-3)),
-        np.maximum(var[found], 1e-8),
+        np.maximum(crossing.var[found] / slope**2, 1e-8),
         expected=ln_expected,
-        common=curve.fit.common_var,
+        scale=np.maximum(1.0 / slope, 1.0),
+        seed=_stream(curve),
     )
