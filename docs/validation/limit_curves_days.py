@@ -36,14 +36,17 @@ def _power(H: Array, growth: float) -> Callable[[Array], Array]:
     return lambda Hs: (Hs / H[:, None]) ** growth
 
 
-def made_up_lift(waves: float) -> Mapping[tuple[str, Alternative | None], Response]:
+def made_up_lift(waves: float, seed: int) -> Mapping[tuple[str, Alternative | None], Response]:
     """Responses of a splash zone, which is one run under all alternatives, and of a landing under each; waves: as in
-    `Response`."""
+    `Response`. Every lift has limits of its own: records of weather are whole decimetres, and a limit just below one
+    of them is not like others."""
     period, angle = columns()
-    rng = np.random.default_rng(3)
+    rng = np.random.default_rng(seed)
 
     def limit(H: float, of_period: float) -> Array:
-        return np.asarray(H * (period / 9.0) ** of_period * np.exp(0.08 * np.sin(period / 1.5) + rng.normal(0, 0.02, 30)))
+        swing = 0.08 * np.sin(period / 1.5 + rng.uniform(0.0, 6.28)) + 0.05 * rng.normal() * (angle - math.pi)
+        H = H * math.exp(rng.uniform(-0.15, 0.15))
+        return np.asarray(H * (period / 9.0) ** of_period * np.exp(swing + rng.normal(0.0, 0.02, 30)))
 
     splash = limit(3.0, 0.6)
     none, ns, ssc = limit(1.4, -0.3), limit(1.8, -0.6), limit(2.6, 0.1)

@@ -93,20 +93,18 @@ class LevelFit:
 
     def at(self, column: IntArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
         """ln of the level at places (n,), and its variance."""
-        off = h - self.center[column]
-        level, slope = self.level - 0.5 * self.bend * self.width, self.slope - 0.5 * self.bend * self.lean
-        bent = 0.5 * (off**2 - self.lean[column] * off - self.width[column])
-        own = self.var[column] + off**2 * self.var_slope[column] + bent**2 * self.var_bend[column]
-        return level[column] + risen(slope[column], self.bend[column], off), own + self.common
+        of = LevelFit(*(x[column] if isinstance(x, np.ndarray) else x for x in vars(self).values())).around(h)
+        return of.level, of.var + of.common
 
-    def crossing(self, y: FloatArray) -> Crossing:
-        """Where ln of the level is y (c,)."""
-        level, slope = self.level - 0.5 * self.bend * self.width, self.slope - 0.5 * self.bend * self.lean
-        off = climbed(slope, self.bend, y - level)
+    def around(self, h: FloatArray) -> Around:
+        """The level about a place of every column (c,)."""
+        level, slope = self._at_center
+        off = h - self.center
         near = np.clip(off, -BEND_REACH, BEND_REACH)
         bent = 0.5 * (near**2 - self.lean * near - self.width)
-        return Crossing(
-            self.center + off,
+        return Around(
+            h,
+            level + risen(slope, self.bend, off),
             np.clip(slope + self.bend * near, *SLOPES),
             self.bend,
             self.var + off**2 * self.var_slope + bent**2 * self.var_bend,
@@ -115,19 +113,34 @@ class LevelFit:
             self.common,
         )
 
+    def crossing(self, y: FloatArray) -> Around:
+        """The level about where its ln is y (c,)."""
+        level, slope = self._at_center
+        return self.around(self.center + climbed(slope, self.bend, y - level))
+
+    @property
+    def _at_center(self) -> tuple[FloatArray, FloatArray]:
+        """ln of the level at the center, and its slope there."""
+        return self.level - 0.5 * self.bend * self.width, np.clip(self.slope - 0.5 * self.bend * self.lean, *SLOPES)
+
 
 @dataclass(frozen=True, eq=False)
-class Crossing:
-    """Where ln of the level is a given one, in columns (c,): h there, slope and bend about it, and the variances of the
-    level there, of slope and of bend; common: variance of the part of the level that all columns share."""
+class Around:
+    """ln of the level about h in columns (c,): level, slope and bend there, and their variances; common: variance of
+    the part of the level that all columns share."""
 
     h: FloatArray = field(repr=False)
+    level: FloatArray = field(repr=False)
     slope: FloatArray = field(repr=False)
     bend: FloatArray = field(repr=False)
     var: FloatArray = field(repr=False)
     var_slope: FloatArray = field(repr=False)
     var_bend: FloatArray = field(repr=False)
     common: float = 0.0
+
+    def __getitem__(self, columns: BoolArray) -> Around:
+        """That of some columns."""
+        return Around(*(x[columns] if isinstance(x, np.ndarray) else x for x in vars(self).values()))
 
 
 def risen(slope: FloatArray, bend: FloatArray, off: FloatArray) -> FloatArray:
@@ -300,7 +313,6 @@ def _location_scale(
     p = scale = _Effects(np.full(columns, SLOPE), s**2)
     bend = _Effects(np.zeros(columns), np.full(columns, BEND_SD**2))
     filled, extra, marked = y, np.zeros_like(y), bool((under | over).any())
-    lost = np.maximum(1.0 - 1.0 / np.maximum(total, 1.001), 0.2)
     for _ in range(STEPS if marked else 3):
         if marked:
             filled, extra = _expected(y, a[c] + p.value[c] * off + bend.value[c] * bent, s[c], under, over)
@@ -317,8 +329,11 @@ def _location_scale(
         p = _Effects(np.clip(p.value, *SLOPES), p.var)
         of_bend = np.bincount(c, w * bent * filled, minlength=columns)
         bend = _bends(of_bend, bending, usual**2)
-        s = np.sqrt(mean((filled - a[c] - p.value[c] * off - bend.value[c] * bent) ** 2 + extra) / lost)
-        ln_s = _scales(s, total, near)
+        rest = filled - a[c] - p.value[c] * off - bend.value[c] * bent
+        kurtosis = _kurtosis(rest / s[c], w)
+        fitted = 1.0 + np.where(spread > 1e-9, np.minimum(p.var / var_slope, 1.0), 0.0)
+        s = np.sqrt(mean(rest**2 + extra) / np.maximum(1.0 - fitted / np.maximum(total, 1.001), 0.2))
+        ln_s = _scales(s, total, near, kurtosis)
         s = np.exp(ln_s.value)
         scale = _Effects(s, s**2 * ln_s.var)
     return a, p, bend, scale, center, lean, width
@@ -334,9 +349,16 @@ def _bends(total: FloatArray, square: FloatArray, scatter: float) -> _Effects:
     return _Effects(share * value + (1.0 - share) * mean, share * var + (1.0 - share) ** 2 / certainty)
 
 
-def _scales(s: FloatArray, total: FloatArray, near: FloatArray) -> _Effects:
-    """ln of the scales of columns with `total` runs, drawn towards that of the columns that are alike."""
-    ln_s, var = np.log(np.maximum(s, LEAST_SCALE)), 0.5 / np.maximum(total - 1.0, 0.5)
+def _kurtosis(z: FloatArray, w: FloatArray) -> float:
+    """Fourth moment of numbers about 0 over the square of the second."""
+    z = np.clip(z, -CLIP, CLIP)
+    return float(np.average(z**4, weights=w)) / max(float(np.average(z**2, weights=w)) ** 2, 1e-12)
+
+
+def _scales(s: FloatArray, total: FloatArray, near: FloatArray, kurtosis: float) -> _Effects:
+    """ln of the scales of columns with `total` runs, drawn towards that of the columns that are alike. Scales of
+    numbers with a long tail scatter by more than those of normal ones."""
+    ln_s, var = np.log(np.maximum(s, LEAST_SCALE)), 0.25 * max(kurtosis - 1.0, 0.2) / np.maximum(total - 1.0, 0.5)
     w = near * np.where(total > 1.5, 1.0 / var, 1e-6)
     usual = (w * ln_s).sum(axis=1) / w.sum(axis=1)
     tau2 = _variance_between(ln_s - usual, var)

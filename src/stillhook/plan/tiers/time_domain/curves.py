@@ -20,7 +20,7 @@ from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.statistics.level_fit import (
     SLOPES,
-    Crossing,
+    Around,
     LevelFit,
     Samples,
     climbed,
@@ -28,7 +28,7 @@ from stillhook.statistics.level_fit import (
     fit_means,
     risen,
 )
-from stillhook.statistics.smooth_field import Field, smooth_field
+from stillhook.statistics.smooth_field import DRAWS, Field, smooth_field
 from stillhook.variables import WINDOW
 
 NEAR = 0.25
@@ -47,6 +47,8 @@ FAILED_MOST = 0.1
 """Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
 leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
 ROUNDING = 1e-9
+LOWEST = -50.0
+"""ln of what waves may add where still water is at the limit."""
 MIDDLE = 250
 STEPS = np.linspace(-2.5, 2.5, 2 * MIDDLE + 1)
 """Distances from a limit, in ln of the height, at which the ends of its interval are looked for."""
@@ -89,6 +91,11 @@ class Curve:
     def tops(self) -> FloatArray:
         """Highest cell of each column [m]."""
         return np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in self.columns])
+
+    @property
+    def about(self) -> FloatArray:
+        """Height about which each column is looked at [m]."""
+        return np.array([column.about for column in self.columns])
 
     def level(self, column: int, Hs: float) -> tuple[float, float, float]:
         """x at the level in a sea of this height [m], and the ends of its 95 % interval."""
@@ -192,23 +199,31 @@ def limits_of_curve(
     n, top = len(curve.columns), curve.tops
     sound = np.array([column.sound_up_to for column in curve.columns])
     at_top = top >= highest * (1.0 - ROUNDING)
-    crossing = _crossing(curve, x_limit)
-    about = np.array([column.about for column in curve.columns])
-    direct = np.full(n, np.inf) if crossing is None else about * np.exp(np.minimum(crossing.h, 10.0))
-    direct = np.where(np.isnan(direct), np.inf, direct)
     beyond_calm = curve.still > x_limit * (1.0 + ROUNDING)
-    found = np.isfinite(direct) & (direct <= BEYOND_CELLS * top) & ~beyond_calm
-    open_ = ~found & ~beyond_calm
     Hs, low, high, half = (np.full(n, np.nan) for _ in range(4))
-    draws = np.full((0, n), np.nan)
-    if found.any():
-        assert crossing is not None
-        of = _spread(curve, crossing, direct, found, expected)
-        Hs[found], low[found], high[found], half[found] = of.Hs, of.low, of.high, of.half
-        draws = np.full((len(of.draws), n), np.nan)
-        draws[:, found] = of.draws
+    direct, draws = np.full(n, np.inf), np.full((0, n), np.nan)
+    found = known = np.zeros(n, dtype=np.bool_)
+    if curve.fit is not None:
+        y = np.log(x_limit - curve.still, out=np.full(n, LOWEST), where=x_limit > curve.still)
+        crossing, known = curve.fit.crossing(y), ~np.isnan(curve.fit.level)
+        direct = np.where(known, curve.about * np.exp(np.minimum(crossing.h, 10.0)), np.inf)
+        found = known & (direct <= BEYOND_CELLS * top) & ~beyond_calm
+        inside = known & at_top & ~found & ~beyond_calm
+        draws, rng = np.full((DRAWS, n), np.nan), np.random.default_rng(_stream(curve))
+        if inside.any():
+            about_top = curve.fit.around(np.log(top / curve.about))[inside]
+            of_top = _spread(about_top, np.log(top[inside]), y[inside] - about_top.level, rng)
+            low[inside], draws[:, inside] = np.where(of_top.low > 0.0, of_top.low, np.nan), of_top.draws
+            high[inside] = np.where(of_top.low > 0.0, np.inf, np.nan)
+        if found.any():
+            smooth, about = _smoothed(curve, crossing, direct, found, expected), crossing[found]
+            errors = about.slope * (smooth.draws - smooth.value)
+            of = _spread(replace(about, var=about.slope**2 * smooth.var), smooth.value, np.zeros(found.sum()), rng, errors)
+            Hs[found], low[found], high[found], half[found] = np.exp(smooth.value), of.low, of.high, of.half
+            draws[:, found] = of.draws
+    open_ = ~found & ~beyond_calm
     Hs[open_] = np.where(at_top[open_], np.inf, np.nan)
-    low[open_] = np.where(at_top[open_], np.nan, top[open_])
+    low[open_ & ~at_top] = top[open_ & ~at_top]
     past = found & (Hs > highest)
     Hs = np.where(past, np.where(at_top, np.inf, highest), Hs)
     high, draws = (np.where(x > highest, np.inf, x) for x in (high, draws))
@@ -222,9 +237,8 @@ def limits_of_curve(
 
 @dataclass(frozen=True, eq=False)
 class _Spread:
-    """Limits (c,) with the ends of their 95 % intervals [m], half of these in ln, and draws (m, c) [m]."""
+    """Ends of the 95 % intervals of limits (c,) [m], half of these in ln, and draws (m, c) [m]."""
 
-    Hs: FloatArray
     low: FloatArray
     high: FloatArray
     half: FloatArray
@@ -232,34 +246,27 @@ class _Spread:
 
 
 def _spread(
-    curve: Curve, crossing: Crossing, direct: FloatArray, found: BoolArray, expected: FloatArray | None
+    about: Around, ln_H: FloatArray, margin: FloatArray, rng: np.random.Generator, errors: FloatArray | None = None
 ) -> _Spread:
-    """Limits of the columns that are found, as far as neighbours agree, with what the errors of level, growth and its
-    change make of them.
+    """What errors of the level, of its growth and of the change of growth make of limits where ln of the level is to
+    rise by a margin (c,) about heights of ln_H (c,): little where a number grows steeply, and without an end where it
+    levels off. errors (m, c): draws of the level's own error (None: independent ones).
 
-    An error of the level moves the limit by that over the growth there: little where a number grows steeply, and
-    without an end where it levels off.
+    Errors: none; an end is 0 or inf where there is none.
     """
-    slope, bend = crossing.slope[found], crossing.bend[found]
-    smooth = _smoothed(curve, crossing, direct, found, expected)
-    level_var = slope**2 * smooth.var + crossing.common
-    of_slope, of_bend = np.sqrt(crossing.var_slope[found]), np.sqrt(crossing.var_bend[found])
-    rise = risen(slope[:, None], bend[:, None], STEPS)
-    sd = np.sqrt(level_var[:, None] + (STEPS * of_slope[:, None]) ** 2 + (0.5 * STEPS**2 * of_bend[:, None]) ** 2)
+    of_slope, of_bend = np.sqrt(about.var_slope), np.sqrt(about.var_bend)
+    rise = risen(about.slope[:, None], about.bend[:, None], STEPS) - margin[:, None]
+    var = (about.var + about.common)[:, None] + (STEPS * of_slope[:, None]) ** 2
+    sd = np.sqrt(var + (0.5 * STEPS**2 * of_bend[:, None]) ** 2)
     below = -_reached(-STEPS[MIDDLE::-1], -(rise + NORMAL_95 * sd)[:, MIDDLE::-1])
     above = _reached(STEPS[MIDDLE:], (rise - NORMAL_95 * sd)[:, MIDDLE:])
-    rng = np.random.default_rng(_stream(curve))
-    z, of_all = rng.standard_normal((2, *smooth.draws.shape)), rng.standard_normal((len(smooth.draws), 1))
-    error = slope * (smooth.draws - smooth.value) + math.sqrt(crossing.common) * of_all
-    drawn = climbed(np.clip(slope + of_slope * z[0], *SLOPES), bend + of_bend * z[1], error)
-    middle = smooth.value
-    return _Spread(
-        np.exp(middle),
-        np.exp(middle + below),
-        np.exp(middle + above),
-        0.5 * (above - below),
-        np.exp(middle + np.minimum(drawn, 10.0)),
-    )
+    z = rng.standard_normal((3, DRAWS, len(margin)))
+    drawn = np.sqrt(about.var) * z[0] if errors is None else errors
+    drawn = drawn + math.sqrt(about.common) * rng.standard_normal((DRAWS, 1))
+    off = climbed(np.clip(about.slope + of_slope * z[1], *SLOPES), about.bend + of_bend * z[2], margin + drawn)
+    low, high, draws = (np.exp(ln_H + np.minimum(x, 10.0)) for x in (below, above, off))
+    already = (rise + NORMAL_95 * sd)[:, MIDDLE] < 0.0
+    return _Spread(np.where(already, 0.0, low), high, 0.5 * (above - below), draws)
 
 
 def _reached(x: FloatArray, y: FloatArray) -> FloatArray:
@@ -325,17 +332,8 @@ def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
     return replace(limits, **tables)
 
 
-def _crossing(curve: Curve, x_limit: FloatArray) -> Crossing | None:
-    """Where the columns' own runs reach a limit, in ln of the height over what they are about; NaN in columns without
-    a level."""
-    if curve.fit is None:
-        return None
-    added = x_limit - curve.still
-    return curve.fit.crossing(np.log(added, out=np.full(len(added), -50.0), where=added > 0.0))
-
-
 def _smoothed(
-    curve: Curve, crossing: Crossing, direct: FloatArray, found: BoolArray, expected: FloatArray | None
+    curve: Curve, crossing: Around, direct: FloatArray, found: BoolArray, expected: FloatArray | None
 ) -> Field:
     """ln of the heights as a field over periods and headings. It is levels that differ little between neighbours:
     limits of numbers that hardly grow may differ by more."""
