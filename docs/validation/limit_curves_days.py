@@ -1,10 +1,11 @@
-"""Operability, waiting and days gained of repeated plans of a made-up lift whose limits are known, in the weather of the
+"""Operability, waiting and days gained of repeated plans of made-up lifts whose limits are known, in the weather of the
 example."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,11 +21,13 @@ from stillhook.plan.limits import Limits
 from stillhook.plan.result import CREDITS
 from stillhook.plan.table import Axes, Certified, chosen, gathered, governed
 from stillhook.plan.weather.records import weather_used
-from stillhook.plan.weather.value import forecast_limits, weather_block, weather_value
+from stillhook.plan.weather.value import YEAR, forecast_limits, weather_block, weather_value
 from stillhook.weather.alpha import AlphaTable, load_alpha_table
-from stillhook.weather.series import Weather
+from stillhook.weather.series import HOUR, Weather
 
 Array = np.ndarray
+YEARS = 3.0
+"""Years of the example's weather, for time's sake."""
 SPLASH, LANDING = "splash zone", "landing"
 SLING, ERROR, MOTION = "slack-sling", "control-error", "load-motion"
 ALTERNATIVES = (Alternative.NONE, Alternative.NS, Alternative.SSC)
@@ -75,10 +78,13 @@ class Scene:
 
     @classmethod
     def of_example(cls) -> Scene:
-        """The embedded example with three alternatives."""
+        """The embedded example with three alternatives, in some years of its weather."""
         plan = replace(load_plan("template-to-1500m"), alternatives=ALTERNATIVES)
         assert plan.weather is not None
-        return cls(plan, Axes.of(plan), weather_used(plan.weather), load_alpha_table())
+        weather = weather_used(plan.weather)
+        rows = slice(0, round(YEARS * YEAR * HOUR / weather.step))
+        columns = {name: x[rows] for name, x in weather.columns.items()}
+        return cls(plan, Axes.of(plan), replace(weather, time=weather.time[rows], columns=columns), load_alpha_table())
 
     def numbers(self, limits: Sequence[Limits]) -> dict[str, Array]:
         """Operability, mean waiting and days gained with their intervals (3, ...), as the tool prints them."""
@@ -129,7 +135,51 @@ def one_plan(scene: Scene, lift: Mapping[Any, Response], seed: int | None) -> di
     return scene.numbers(limits)
 
 
-def share(hits: int, n: int) -> dict[str, float]:
-    """Share with its standard error."""
-    p = hits / n
-    return {"coverage": p, "error": math.sqrt(max(p * (1.0 - p), 0.5 / n) / n), "n": n}
+Numbers = Mapping[str, Array]
+
+
+def coverage(plans: Sequence[tuple[Numbers, Numbers]]) -> list[dict[str, Any]]:
+    """How often intervals hold the truth, of pairs of true and printed numbers, with the binomial standard error."""
+    rows, names = [], [a.value for a in ALTERNATIVES]
+    for name in NAMES:
+        truth, value, low, high = (
+            np.array([of[name][k] for of in (pair[side] for pair in plans)])
+            for side, k in ((0, 0), (1, 0), (1, 1), (1, 2))
+        )
+        places = [(i,) for i in range(len(names))] if name != "days_gained" else [(1, 0), (2, 0), (2, 2)]
+        for place in places:
+            at = (slice(None), *place)
+            n, hits = len(plans), int(np.sum((low[at] <= truth[at]) & (truth[at] <= high[at])))
+            p = hits / n
+            rows.append(
+                {
+                    "number": name,
+                    "alternative": names[place[0]],
+                    "over": "" if len(place) == 1 else ("none", "", "best-classic")[place[1]],
+                    "coverage": p,
+                    "error": math.sqrt(max(p * (1.0 - p), 0.5 / n) / n),
+                    "n": n,
+                    "too_high": float(np.mean(low[at] > truth[at])),
+                    "bias": float(np.mean(value[at] - truth[at])),
+                    "rms": float(np.sqrt(np.mean((value[at] - truth[at]) ** 2))),
+                    "half": float(np.mean(0.5 * (high[at] - low[at]))),
+                    "truth": float(np.mean(truth[at])),
+                }
+            )
+    return rows
+
+
+PLANS, SHARED = 100, 0.8
+"""Plans, each of a lift of its own; part of the scatter that runs of all alternatives in the same waves share."""
+
+
+def plan_of(seed: int) -> tuple[Numbers, Numbers]:
+    """True and printed numbers of one lift."""
+    scene, lift = Scene.of_example(), made_up_lift(SHARED, seed)
+    return one_plan(scene, lift, None), one_plan(scene, lift, seed)
+
+
+def trials() -> list[dict[str, Any]]:
+    """Repeated plans, as many at a time as there are cores."""
+    with ProcessPoolExecutor() as pool:
+        return coverage(list(pool.map(plan_of, range(PLANS))))

@@ -3,8 +3,10 @@ levels off about the limit."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -236,3 +238,13 @@ def trial(name: str, plans: int) -> dict[str, Any]:
     response = responses()[name]
     rng = np.random.default_rng(11)
     return {"name": name} | judged([searched_plan(rng, response) for _ in range(plans)], response.limits[0])
+
+
+PLANS = 25
+"""Plans of each response, of thirty columns each."""
+
+
+def trials() -> list[dict[str, Any]]:
+    """All responses, as many at a time as there are cores."""
+    with ProcessPoolExecutor() as pool:
+        return list(pool.map(trial, responses(), itertools.repeat(PLANS)))

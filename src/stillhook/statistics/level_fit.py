@@ -292,8 +292,8 @@ def _variance_between(value: FloatArray, var: FloatArray) -> float:
 def _location_scale(
     c: IntArray, h: FloatArray, y: FloatArray, under: BoolArray, over: BoolArray, w: FloatArray, near: FloatArray
 ) -> tuple[FloatArray, _Effects, _Effects, _Effects, FloatArray, FloatArray, FloatArray]:
-    """Location at the mean h of each column, slope, bend, scale, that mean, lean and width (`LevelFit`), by expectation and maximisation for normal
-    numbers some of which are censored."""
+    """Location at the mean h of each column, slope, bend, scale, that mean, lean and width (`LevelFit`), by expectation
+    and maximisation for normal numbers some of which are censored."""
     columns = len(near)
     total = np.maximum(np.bincount(c, w, minlength=columns), 1e-300)
 

@@ -218,7 +218,9 @@ def limits_of_curve(
         if found.any():
             smooth, about = _smoothed(curve, crossing, direct, found, expected), crossing[found]
             errors = about.slope * (smooth.draws - smooth.value)
-            of = _spread(replace(about, var=about.slope**2 * smooth.var), smooth.value, np.zeros(found.sum()), rng, errors)
+            of = _spread(
+                replace(about, var=about.slope**2 * smooth.var), smooth.value, np.zeros(found.sum()), rng, errors
+            )
             Hs[found], low[found], high[found], half[found] = np.exp(smooth.value), of.low, of.high, of.half
             draws[:, found] = of.draws
     open_ = ~found & ~beyond_calm
