@@ -43,7 +43,9 @@ def with_intervals(
     is not in them.
 
     found: limits of all tiers with their draws; demands: those of all tiers; forecast, value: what the block was made
-    of. Limits without draws, of other tiers than the twin, are taken as exact.
+    of. Limits without draws, of other tiers than the twin, are taken as exact. An interval is as wide as draws scatter
+    about the number itself, not about their mean: the least of limits that err is too low on the mean, and the number
+    is off by as much as draws are off it.
     """
     axes, highest = of.axes, max(plan.environment.Hs)
     drawn = drawn_limits(axes, found, of.limits.Hs.shape[1:])
@@ -56,15 +58,15 @@ def with_intervals(
 
     with ThreadPoolExecutor(threads) as pool:
         rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, drawn)))
-    half = t_factor(len(rows) - 1)
+    half = t_factor(len(rows))
     for name in rows[0]:
         dims = ("credit", "alternative", *(("over",) if name == "days_gained" else ()))
-        sd = np.std([row[name] for row in rows], axis=0, ddof=1)
         middle = block[name].sel(month=0).transpose(*dims).values
+        off = np.sqrt(np.mean([(row[name] - middle) ** 2 for row in rows], axis=0))
         most = 1.0 if name == "operability" else np.inf
         least = -np.inf if name == "days_gained" else 0.0
         for end, sign in (("low", -1.0), ("high", 1.0)):
-            block[f"{name}_{end}"] = dims, np.clip(middle + sign * half * sd, least, most)
+            block[f"{name}_{end}"] = dims, np.clip(middle + sign * half * off, least, most)
     return block
 
 
