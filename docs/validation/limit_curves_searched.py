@@ -220,10 +220,15 @@ def judged(plans: Sequence[Plan], limits: Array) -> dict[str, Any]:
         "too_high": float(np.mean([(of.low > limits).mean() for of in found])),
         "too_low": float(np.mean([(of.high < limits).mean() for of in found])),
         "unbounded": float(np.mean([np.mean(~np.isfinite(of.high)) for of in found])),
-        "half": float(np.nanmedian([of.half for of in found])),
+        "half": _finite(float(np.nanmedian([of.half for of in found]))),
         "runs": float(np.mean([plan.runs for plan in plans])) / len(limits),
         "limited": float(np.isfinite(limits).mean()),
     }
+
+
+def _finite(x: float) -> float | None:
+    """x, None where it is infinite: JSON has no such number."""
+    return x if math.isfinite(x) else None
 
 
 def responses() -> Mapping[str, Response]:
