@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from blocks import claims_table, save, table
+from limit_curves_days import NAMES as NUMBERS_OF_WEATHER
 from limit_curves_trials import NUMBERS, STORE
 from matplotlib.figure import Figure
 
+from stillhook.plan.weather.value import DAY
 from stillhook.report.plots.run import COLOURS, GREY
 
 PAGE = "limit-curves.md"
@@ -20,6 +22,18 @@ COVERS = (0.90, 0.98)
 def part(x: float, digits: int = 1) -> str:
     """0.0123 as 1.2 %."""
     return f"{100.0 * x:.{digits}f} %".replace("-", "−")
+
+
+def within(shares: Sequence[float]) -> str:
+    """Verdict on shares of intervals that hold what they are of."""
+    return "holds" if COVERS[0] <= min(shares) and max(shares) <= COVERS[1] else "does not hold"
+
+
+def shown(number: str, x: float) -> str:
+    """A number of the weather as text: shares in per cent, times in days."""
+    if number == "operability":
+        return part(x)
+    return f"{x / DAY if number == 'wait_mean' else x:.2f} d".replace("-", "−")
 
 
 def compute() -> tuple[dict[str, str], dict[str, Any]]:
@@ -33,6 +47,10 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
             for r in found[key]
         ]
 
+    days, before = found["days"], {row["name"]: row for row in found["searched_before"]}
+    of_days = [r["coverage"] for r in days]
+    placed = {r["name"]: r["coverage"] for r in found["searched"]}
+    levelled = [c for name, c in placed.items() if name != "power of the height"]
     covered = [r["coverage"] for key in ("made_up", "splash") for r in found[key]]
     five = {level: [r for r in found["extremes"] if r["level"] == level] for level in ("P90", "MPM")}
     better = all(r["rms_5"] <= r["rms_20"] for r in five["P90"] if r["x"] != "e_c_pp")
@@ -42,7 +60,22 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
         "95 % intervals of limits hold the limit": (
             "90 to 98 of 100 plans",
             f"{part(min(covered))} to {part(max(covered))}",
-            "holds" if COVERS[0] <= min(covered) and max(covered) <= COVERS[1] else "does not hold",
+            within(covered),
+        ),
+        "the same where the search places the cells, growth by a power": (
+            "90 to 98 of 100 plans",
+            part(placed["power of the height"]),
+            within([placed["power of the height"]]),
+        ),
+        "the same where a number levels off about its limit": (
+            "90 of 100 plans or more",
+            f"{part(min(levelled))} to {part(max(levelled))}",
+            "holds" if min(levelled) >= COVERS[0] else "does not hold",
+        ),
+        "95 % intervals of operability, mean waiting and days gained hold the true number": (
+            "90 to 98 of 100 plans",
+            f"{part(min(of_days), 0)} to {part(max(of_days), 0)} (of {days[0]['n']} plans)",
+            within(of_days),
         ),
         "splash zone, 32 runs a column, against 256 seeds whose own error is taken off": (
             "within 3 %",
@@ -74,6 +107,34 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
     ]
     return {
         "claims": claims_table(claims),
+        "searched": table(
+            ("response", "covers", "before", "unbounded above", "limits 10 % too high", "mean", "runs of a column"),
+            [
+                (
+                    r["name"],
+                    f"{part(r['coverage'])} ± {part(r['error'])}",
+                    f"{part(before[r['name']]['coverage'])} ± {part(before[r['name']]['error'])}",
+                    part(r["unbounded"], 0),
+                    part(r["unsafe"]),
+                    part(r["bias"]),
+                    f"{r['runs']:.0f}",
+                )
+                for r in found["searched"]
+            ],
+        ),
+        "days": table(
+            ("number", "alternative", "over", "covers", "true", "mean error", "error, rms", "half of the 95 % interval"),
+            [
+                (
+                    NUMBERS_OF_WEATHER[r["number"]],
+                    r["alternative"],
+                    r["over"],
+                    f"{part(r['coverage'], 0)} ± {part(r['error'], 0)}",
+                    *(shown(r["number"], r[key]) for key in ("truth", "bias", "rms", "half")),
+                )
+                for r in days
+            ],
+        ),
         "made_up": table(head, rows("made_up")),
         "splash": table(head, rows("splash")),
         "cells": table(

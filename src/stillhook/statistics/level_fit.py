@@ -10,6 +10,10 @@ and scale alone; runs of all columns together give the shape of the scatter, and
 extremes need. Slopes p_c and scales s_c of the columns are drawn towards their common mean by as much as their sampling
 errors say (random effects).
 
+Growth may change with the height: an error that friction makes levels off, and grows again where a winch saturates. How
+much the exponent changes for each unit of ln of the height is of every column's own about a mean of all columns; cells
+close together say little of it, which is then in the interval.
+
 A number at the end of what there is, such as the loss of tension in slack slings, is known to be at least that: it
 counts as censored. Validity: heights within a factor of about 1.5 of H_c, and a number that rises with the height.
 """
@@ -27,6 +31,8 @@ from stillhook.statistics.estimate import NORMAL_95, t_factor
 STEPS = 25
 """Steps of the iteration between expected values of censored numbers and the parameters."""
 LEAST_SCALE = 1e-6
+LEAST_LEFT = 0.2
+"""Least part of the variance of numbers that is taken to be left about a location fitted to them."""
 SLOPES = (0.05, 6.0)
 """Exponents of growth that are possible: motions grow with the height, drag with its square, shares of time beyond a
 threshold faster; the error of a winch that reverses its friction hardly grows."""
@@ -34,9 +40,14 @@ SLOPE, SLOPE_SD = 1.3, 0.8
 """Mean and standard deviation of the exponent of a largest value before any run is known."""
 OF_SHARE, OF_SHARE_SD = 3.0, 1.5
 """The same of a share of time."""
+BEND_SD = 1.0
+"""Standard deviation of the change of the exponent for each unit of ln of the height, of a column about the mean of all
+and of that mean: a number that levels off as 1 - exp(-(H/b)^1.6) has -0.9 at 0.8 to 0.95 of its plateau."""
+BEND_REACH = 0.5
+"""Distance in ln of the height up to which growth changes; beyond it goes on as it is there."""
 FEWEST_IN_TAIL = 40
 """Numbers about a quantile that its value is read from."""
-WINDOW = 0.8
+WINDOW = 0.35
 """Half width of the part of the distribution that a quantile is read from, in ln(-ln S), S the share above."""
 INDEX, INDEX_SD = 0.6, 0.4
 """Extremal index of parts of a run before any is known, and the standard deviation of its ln."""
@@ -62,35 +73,100 @@ class Samples:
 
 @dataclass(frozen=True, eq=False)
 class LevelFit:
-    """ln of the level in every column: `level` at h = `center`, growing by `slope`, each (c,).
+    """ln of the level in every column over o = h - `center`: level + slope o + bend (o^2 - lean o - width) / 2, each
+    (c,), where lean and width make the parts of it independent of each other.
 
-    var: variances of the column's own level, and of its slope; common: variance of the part of the level that all
-    columns share.
+    var, var_slope, var_bend: variances of the column's own level, slope and bend; common: variance of the part of the
+    level that all columns share.
     """
 
     level: FloatArray = field(repr=False)
     slope: FloatArray = field(repr=False)
+    bend: FloatArray = field(repr=False)
     center: FloatArray = field(repr=False)
+    lean: FloatArray = field(repr=False)
+    width: FloatArray = field(repr=False)
     var: FloatArray = field(repr=False)
     var_slope: FloatArray = field(repr=False)
+    var_bend: FloatArray = field(repr=False)
     common: float = 0.0
 
     def at(self, column: IntArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
         """ln of the level at places (n,), and its variance."""
-        off = h - self.center[column]
-        return self.level[column] + self.slope[column] * off, (
-            self.var[column] + off**2 * self.var_slope[column] + self.common
+        of = LevelFit(*(x[column] if isinstance(x, np.ndarray) else x for x in vars(self).values())).around(h)
+        return of.level, of.var + of.common
+
+    def around(self, h: FloatArray) -> Around:
+        """The level about a place of every column (c,)."""
+        level, slope = self._at_center
+        off = h - self.center
+        near = np.clip(off, -BEND_REACH, BEND_REACH)
+        bent = 0.5 * (near**2 - self.lean * near - self.width)
+        return Around(
+            h,
+            level + risen(slope, self.bend, off),
+            np.clip(slope + self.bend * near, *SLOPES),
+            self.bend,
+            self.var + off**2 * self.var_slope + bent**2 * self.var_bend,
+            self.var_slope + (near - 0.5 * self.lean) ** 2 * self.var_bend,
+            self.var_bend,
+            self.common,
         )
 
-    def crossing(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """h (c,) at which ln of the level is y (c,), and the variance of the column's own part of it."""
-        off = (y - self.level) / self.slope
-        return self.center + off, (self.var + off**2 * self.var_slope) / self.slope**2
+    def crossing(self, y: FloatArray) -> Around:
+        """The level about where its ln is y (c,)."""
+        level, slope = self._at_center
+        return self.around(self.center + climbed(slope, self.bend, y - level))
 
     @property
-    def common_var(self) -> float:
-        """Variance of the part of `crossing` that all columns share."""
-        return self.common / float(np.mean(self.slope)) ** 2
+    def _at_center(self) -> tuple[FloatArray, FloatArray]:
+        """ln of the level at the center, and its slope there."""
+        return self.level - 0.5 * self.bend * self.width, np.clip(self.slope - 0.5 * self.bend * self.lean, *SLOPES)
+
+
+@dataclass(frozen=True, eq=False)
+class Around:
+    """ln of the level about h in columns (c,): level, slope and bend there, and their variances; common: variance of
+    the part of the level that all columns share."""
+
+    h: FloatArray = field(repr=False)
+    level: FloatArray = field(repr=False)
+    slope: FloatArray = field(repr=False)
+    bend: FloatArray = field(repr=False)
+    var: FloatArray = field(repr=False)
+    var_slope: FloatArray = field(repr=False)
+    var_bend: FloatArray = field(repr=False)
+    common: float = 0.0
+
+    def __getitem__(self, columns: BoolArray) -> Around:
+        """That of some columns."""
+        return Around(*(x[columns] if isinstance(x, np.ndarray) else x for x in vars(self).values()))
+
+
+def risen(slope: FloatArray, bend: FloatArray, off: FloatArray) -> FloatArray:
+    """How much a level of this slope and bend rises over a distance off, all of one shape. It never falls: where growth
+    would end it goes on with the least of `SLOPES`."""
+    low, high = _bends_within(slope, bend)
+    x = np.clip(off, low, high)
+    return np.asarray(slope * x + 0.5 * bend * x**2 + np.maximum(slope + bend * x, SLOPES[0]) * (off - x))
+
+
+def climbed(slope: FloatArray, bend: FloatArray, rise: FloatArray) -> FloatArray:
+    """The distance over which a level rises so much: the inverse of `risen`."""
+    low, high = _bends_within(slope, bend)
+    bottom, top = (slope * x + 0.5 * bend * x**2 for x in (low, high))
+    within = np.clip(rise, bottom, top)
+    root = np.sqrt(np.maximum(slope**2 + 2.0 * bend * within, 0.0))
+    x = np.clip(2.0 * within / np.maximum(slope + root, SLOPES[0]), low, high)
+    return np.asarray(x + (rise - within) / np.maximum(slope + bend * x, SLOPES[0]))
+
+
+def _bends_within(slope: FloatArray, bend: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distances below and above between which a level bends."""
+    spare = np.maximum(slope - SLOPES[0], 0.0)
+    ends = np.divide(spare, np.abs(bend), out=np.full(np.shape(bend), BEND_REACH), where=np.abs(bend) > 1e-9)
+    ends = np.minimum(ends, BEND_REACH)
+    return np.where(bend > 0.0, -ends, -BEND_REACH), np.where(bend < 0.0, ends, BEND_REACH)
 
 
 def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = None) -> LevelFit:
@@ -107,8 +183,10 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
     y, over = samples.y.ravel(), samples.censored.ravel()
     under = ~np.isfinite(y)
     y = np.where(under, float(y[~under].min()) if (~under).any() else 0.0, y)
-    a, p, s, center = _location_scale(c, h, y, under, over, w, near)
-    z = (y - (a[c] + p.value[c] * (h - center[c]))) / s.value[c]
+    a, p, bend, s, center, lean, width = _location_scale(c, h, y, under, over, w, near)
+    off = h - center[c]
+    line = a[c] + p.value[c] * off + 0.5 * bend.value[c] * (off**2 - lean[c] * off - width[c])
+    z = (y - line) / (s.value[c] * _left_over(c, w, columns))
     order = np.argsort(z, kind="stable")
     shapes: dict[bytes, tuple[_Shape, float, float]] = {}
     Q, var_Q, skewness, kurtosis = (np.empty(columns) for _ in range(4))
@@ -131,7 +209,18 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
     var = usual * (1.0 / parts + Q * skewness / parts + Q**2 * of_scale + var_Q * (1.0 - shared))
     least = 0.1 * usual / parts
     common = float(np.mean(usual * var_Q * shared))
-    return LevelFit(a + Q * s.value, p.value, center, np.maximum(var, least), p.var, common)
+    return LevelFit(
+        a + Q * s.value,
+        p.value,
+        bend.value,
+        center,
+        lean,
+        width,
+        np.maximum(var, least),
+        p.var,
+        bend.var,
+        common,
+    )
 
 
 def fit_means(column: IntArray, h: FloatArray, mean: FloatArray, var: FloatArray, columns: int) -> LevelFit:
@@ -150,7 +239,18 @@ def fit_means(column: IntArray, h: FloatArray, mean: FloatArray, var: FloatArray
     p = _shrunk_to_mean(slope, var_slope, (OF_SHARE, OF_SHARE_SD))
     known = np.bincount(column, minlength=columns) > 0
     level = np.where(known, level, np.nan)
-    return LevelFit(level, np.clip(p.value, *SLOPES), center, np.where(known, 1.0 / total, np.nan), p.var)
+    none, var = np.zeros(columns), np.where(known, 1.0 / total, np.nan)
+    bends = np.full(columns, BEND_SD**2)
+    width = np.divide(spread, total, out=np.zeros(columns), where=known)
+    return LevelFit(level, np.clip(p.value, *SLOPES), none, center, none, width, var, p.var, bends)
+
+
+def _left_over(c: IntArray, w: FloatArray, columns: int) -> FloatArray:
+    """Standard deviation of what is left of numbers about the location that is fitted to them, over theirs (n,): few
+    numbers pull it towards themselves."""
+    total = np.maximum(np.bincount(c, w, minlength=columns), 1e-300)
+    pull = np.bincount(c, w**2, minlength=columns) / total**2
+    return np.asarray(np.sqrt(np.maximum(1.0 - 2.0 * w / total[c] + pull[c], LEAST_LEFT)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,9 +291,9 @@ def _variance_between(value: FloatArray, var: FloatArray) -> float:
 
 def _location_scale(
     c: IntArray, h: FloatArray, y: FloatArray, under: BoolArray, over: BoolArray, w: FloatArray, near: FloatArray
-) -> tuple[FloatArray, _Effects, _Effects, FloatArray]:
-    """Location at the mean h of each column, slope, scale, and that mean, by expectation and maximisation for normal
-    numbers some of which are censored."""
+) -> tuple[FloatArray, _Effects, _Effects, _Effects, FloatArray, FloatArray, FloatArray]:
+    """Location at the mean h of each column, slope, bend, scale, that mean, lean and width (`LevelFit`), by expectation
+    and maximisation for normal numbers some of which are censored."""
     columns = len(near)
     total = np.maximum(np.bincount(c, w, minlength=columns), 1e-300)
 
@@ -203,14 +303,19 @@ def _location_scale(
     center = mean(h)
     off = h - center[c]
     spread = np.bincount(c, w * off**2, minlength=columns)
+    width = spread / total
+    third = np.bincount(c, w * off**3, minlength=columns)
+    lean = np.divide(third, spread, out=np.zeros(columns), where=spread > 1e-9)
+    bent = 0.5 * (off**2 - lean[c] * off - width[c])
+    bending = np.bincount(c, w * bent**2, minlength=columns)
     a = mean(y)
     s = np.full(columns, max(math.sqrt(float(np.average((y - a[c]) ** 2, weights=w))), LEAST_SCALE))
     p = scale = _Effects(np.full(columns, SLOPE), s**2)
+    bend = _Effects(np.zeros(columns), np.full(columns, BEND_SD**2))
     filled, extra, marked = y, np.zeros_like(y), bool((under | over).any())
-    lost = np.maximum(1.0 - 1.0 / np.maximum(total, 1.001), 0.2)
     for _ in range(STEPS if marked else 3):
         if marked:
-            filled, extra = _expected(y, a[c] + p.value[c] * off, s[c], under, over)
+            filled, extra = _expected(y, a[c] + p.value[c] * off + bend.value[c] * bent, s[c], under, over)
         a = mean(filled)
         slope = np.divide(
             np.bincount(c, w * off * (filled - a[c]), minlength=columns),
@@ -222,16 +327,38 @@ def _location_scale(
         var_slope = np.divide(usual**2, spread, out=np.full(columns, np.inf), where=spread > 1e-9)
         p = _shrunk_to_mean(slope, var_slope, (SLOPE, SLOPE_SD))
         p = _Effects(np.clip(p.value, *SLOPES), p.var)
-        s = np.sqrt(mean((filled - a[c] - p.value[c] * off) ** 2 + extra) / lost)
-        ln_s = _scales(s, total, near)
+        of_bend = np.bincount(c, w * bent * filled, minlength=columns)
+        bend = _bends(of_bend, bending, usual**2)
+        rest = filled - a[c] - p.value[c] * off - bend.value[c] * bent
+        kurtosis = _kurtosis(rest / s[c], w)
+        fitted = 1.0 + np.where(spread > 1e-9, np.minimum(p.var / var_slope, 1.0), 0.0)
+        s = np.sqrt(mean(rest**2 + extra) / np.maximum(1.0 - fitted / np.maximum(total, 1.001), 0.2))
+        ln_s = _scales(s, total, near, kurtosis)
         s = np.exp(ln_s.value)
         scale = _Effects(s, s**2 * ln_s.var)
-    return a, p, scale, center
+    return a, p, bend, scale, center, lean, width
 
 
-def _scales(s: FloatArray, total: FloatArray, near: FloatArray) -> _Effects:
-    """ln of the scales of columns with `total` runs, drawn towards that of the columns that are alike."""
-    ln_s, var = np.log(np.maximum(s, LEAST_SCALE)), 0.5 / np.maximum(total - 1.0, 0.5)
+def _bends(total: FloatArray, square: FloatArray, scatter: float) -> _Effects:
+    """Bends of columns by sums over their runs, of the bent part times the numbers and of its square: normal about a
+    mean that is normal about 0."""
+    var = scatter / np.maximum(square, 1e-12)
+    value, w = total / np.maximum(square, 1e-12), 1.0 / (var + BEND_SD**2)
+    certainty = BEND_SD**-2 + float(w.sum())
+    mean, share = float(np.sum(w * value)) / certainty, BEND_SD**2 * w
+    return _Effects(share * value + (1.0 - share) * mean, share * var + (1.0 - share) ** 2 / certainty)
+
+
+def _kurtosis(z: FloatArray, w: FloatArray) -> float:
+    """Fourth moment of numbers about 0 over the square of the second."""
+    z = np.clip(z, -CLIP, CLIP)
+    return float(np.average(z**4, weights=w)) / max(float(np.average(z**2, weights=w)) ** 2, 1e-12)
+
+
+def _scales(s: FloatArray, total: FloatArray, near: FloatArray, kurtosis: float) -> _Effects:
+    """ln of the scales of columns with `total` runs, drawn towards that of the columns that are alike. Scales of
+    numbers with a long tail scatter by more than those of normal ones."""
+    ln_s, var = np.log(np.maximum(s, LEAST_SCALE)), 0.25 * max(kurtosis - 1.0, 0.2) / np.maximum(total - 1.0, 0.5)
     w = near * np.where(total > 1.5, 1.0 / var, 1e-6)
     usual = (w * ln_s).sum(axis=1) / w.sum(axis=1)
     tau2 = _variance_between(ln_s - usual, var)

@@ -47,17 +47,18 @@ def smooth_field(
     var: FloatArray,
     *,
     expected: FloatArray | None = None,
-    common: float = 0.0,
+    scale: FloatArray | None = None,
     seed: int = SEED,
 ) -> Field:
     """Field from estimates value (c,) in ln of the height with variances var (c,).
 
     period [s], angle [rad] of the columns; expected (c,): what a cheaper method gives, about which the field may be
-    smooth (None, or NaN somewhere: nothing), but for a factor; common: variance of an error that all estimates share.
+    smooth (None, or NaN somewhere: nothing), but for a factor; scale (c,): how much more than usual a column may differ
+    from its neighbours (None: 1).
     """
     flat = np.zeros_like(value)
     bases = [flat] if expected is None or not np.isfinite(expected).all() else [expected, flat]
-    C = _covariances(period, angle)
+    C = _covariances(period, angle, np.ones_like(value) if scale is None else scale)
     K = C + np.diag(var)
     L = np.linalg.cholesky(K)
     ln_det = 2.0 * np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
@@ -71,10 +72,10 @@ def smooth_field(
     left = C - gain @ C
     mean = np.einsum("bg,bgi->i", weight, means)
     own = np.einsum("bg,gii->i", weight, left) + np.einsum("bg,bgi->i", weight, (means - mean) ** 2)
-    return Field(mean, np.maximum(own, 0.0) + common, _draws(weight, means, left, common, seed))
+    return Field(mean, np.maximum(own, 0.0), _draws(weight, means, left, seed))
 
 
-def _covariances(period: FloatArray, angle: FloatArray) -> FloatArray:
+def _covariances(period: FloatArray, angle: FloatArray, scale: FloatArray) -> FloatArray:
     """Covariance between columns (g, c, c) of every combination of the grid."""
     ln_T = np.log(period)
     apart = ln_T[:, None] - ln_T
@@ -82,11 +83,12 @@ def _covariances(period: FloatArray, angle: FloatArray) -> FloatArray:
     lengths = itertools.product(OF_PERIOD, OF_ANGLE)
     alike = np.array([np.exp(-0.5 * ((apart / T) ** 2 + (turned / b) ** 2)) for T, b in lengths])
     alone = np.eye(len(period))
-    return np.concatenate([alike * A**2 + alone * N**2 for A, N in itertools.product(AMPLITUDES, OWN)]) + MEAN_SD**2
+    parts = np.concatenate([alike * A**2 + alone * N**2 for A, N in itertools.product(AMPLITUDES, OWN)])
+    return np.asarray(parts * np.outer(scale, scale) + MEAN_SD**2)
 
 
-def _draws(weight: FloatArray, means: FloatArray, left: FloatArray, common: float, seed: int) -> FloatArray:
-    """Draws (m, c) of the field: a combination by its weight, then its field, then the error that all share."""
+def _draws(weight: FloatArray, means: FloatArray, left: FloatArray, seed: int) -> FloatArray:
+    """Draws (m, c) of the field: a combination by its weight, then its field."""
     rng = np.random.default_rng(seed)
     chosen = rng.choice(weight.size, size=DRAWS, p=weight.ravel())
     drawn = np.empty((DRAWS, means.shape[2]))
@@ -94,6 +96,6 @@ def _draws(weight: FloatArray, means: FloatArray, left: FloatArray, common: floa
         b, g = divmod(int(each), weight.shape[1])
         rows = np.flatnonzero(chosen == each)
         values, vectors = np.linalg.eigh(0.5 * (left[g] + left[g].T))
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T  # the one root that changes little with `left`
         drawn[rows] = means[b, g] + rng.standard_normal((len(rows), len(values))) @ root.T
-    return drawn + math.sqrt(common) * rng.standard_normal((DRAWS, 1))
+    return drawn

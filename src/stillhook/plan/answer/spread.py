@@ -43,11 +43,13 @@ def with_intervals(
     is not in them.
 
     found: limits of all tiers with their draws; demands: those of all tiers; forecast, value: what the block was made
-    of. Limits without draws, of other tiers than the twin, are taken as exact.
+    of. Limits without draws, of other tiers than the twin, are taken as exact. An interval is as wide as draws scatter
+    about the number itself, not about their mean: the least of limits that err is too low on the mean, and the number
+    is off by as much as draws are off it.
     """
     axes, highest = of.axes, max(plan.environment.Hs)
-    factors = draw_factors(axes, found, of.limits.Hs.shape[1:])
-    if factors is None:
+    drawn = drawn_limits(axes, found, of.limits.Hs.shape[1:])
+    if drawn is None:
         return block
 
     def numbers(governs: Mapping[Credit, Governed]) -> dict[str, FloatArray]:
@@ -55,62 +57,61 @@ def with_intervals(
         return _numbers(value, axes, used, highest)
 
     with ThreadPoolExecutor(threads) as pool:
-        rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, factors)))
-    half = t_factor(len(rows) - 1)
+        rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, drawn)))
+    half = t_factor(len(rows))
     for name in rows[0]:
         dims = ("credit", "alternative", *(("over",) if name == "days_gained" else ()))
-        sd = np.std([row[name] for row in rows], axis=0, ddof=1)
         middle = block[name].sel(month=0).transpose(*dims).values
+        off = np.sqrt(np.mean([(row[name] - middle) ** 2 for row in rows], axis=0))
         most = 1.0 if name == "operability" else np.inf
         least = -np.inf if name == "days_gained" else 0.0
         for end, sign in (("low", -1.0), ("high", 1.0)):
-            block[f"{name}_{end}"] = dims, np.clip(middle + sign * half * sd, least, most)
+            block[f"{name}_{end}"] = dims, np.clip(middle + sign * half * off, least, most)
     return block
 
 
-def draw_factors(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) -> FloatArray | None:
-    """Draws of the twin's limits over those themselves (m, alternative, phase, rule, heading, period), 1 where there
-    are none; None where no limit has any."""
+def drawn_limits(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) -> FloatArray | None:
+    """Draws of the twin's limits (m, alternative, phase, rule, heading, period) [m], inf where a draw stays inside up
+    to the highest sea, NaN where there are none; None where no limit has any."""
     of_twin = [each for each in found if each.tier is Tier.TIME and each.draws]
     if not of_twin:
         return None
-    factors = np.ones((DRAWS, *shape))
+    drawn = np.full((DRAWS, *shape), np.nan)
     for each in of_twin:
         heading, period = axes.place(each.Tp, each.beta)
         at = axes.alternatives.index(each.alternative), axes.phases.index(each.phase)
         for rule, draws in each.draws.items():
-            Hs = each.Hs[rule]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = draws[:DRAWS] / Hs
-            sound = np.isfinite(ratio) & np.isfinite(Hs) & (Hs > 0.0)
-            k = axes.rules.index(rule)
+            known = np.where(np.isnan(each.Hs[rule]) | (each.Hs[rule] == 0.0), np.nan, draws[:DRAWS])
             for i, (b, T) in enumerate(zip(heading, period, strict=True)):
-                factors[(slice(None), *at, k, b, T)] = np.where(sound[:, i], ratio[:, i], 1.0)
-    return factors
+                drawn[(slice(None), *at, axes.rules.index(rule), b, T)] = known[:, i]
+    return drawn
 
 
 def governs_of_draws(
-    plan: LiftPlan, of: Answered, demands: Sequence[Demand], factors: FloatArray
+    plan: LiftPlan, of: Answered, demands: Sequence[Demand], drawn: FloatArray
 ) -> Iterator[Mapping[Credit, Governed]]:
-    """The limits that govern, as modelled and as credited, of every draw (m, ...) of factors on the twin's limits."""
+    """The limits that govern, as modelled and as credited, of every draw (m, ...) of the twin's limits."""
     axes, heights = of.axes, np.unique(plan.environment.table().Hs)
-    covers = of.certified.covers
+    covers, own = of.certified.covers, of.limits.Hs[TIME]
     caps = caps_of(plan, axes, demands, covers)
     cap = axes.alternatives.index(Alternative.CAP) if Alternative.CAP in axes.alternatives else None
-    for factor in factors:
+    for draw in drawn:
         Hs = of.limits.Hs.copy()
-        Hs[TIME] = Hs[TIME] * factor
+        Hs[TIME] = np.where(np.isnan(draw), own, draw)
         modelled = chosen(replace(of.limits, Hs=Hs))
-        moved = caps if cap is None else {a: _moved(axes, a, each, factor[cap]) for a, each in caps.items()}
+        moved = caps if cap is None else {a: _moved(axes, a, each, draw[cap], own[cap]) for a, each in caps.items()}
         credited = credited_of(plan, modelled, demands, heights, covers, moved)
         yield dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
 
 
-def _moved(axes: Axes, alternative: Alternative, cap: Chosen, factor: FloatArray) -> Chosen:
-    """The cap's limits in the places of an alternative, moved as the cap's own (phase, rule, heading, period)."""
+def _moved(axes: Axes, alternative: Alternative, cap: Chosen, draw: FloatArray, own: FloatArray) -> Chosen:
+    """The cap's limits in the places of an alternative, moved as those of the cap from its own ones to a draw (phase,
+    rule, heading, period)."""
     Hs = cap.Hs.copy()
     i = axes.alternatives.index(alternative)
-    Hs[i] = np.where(cap.tier[i] == TIME, Hs[i] * factor, Hs[i])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        moved = np.where(np.isfinite(own) & (own > 0.0), Hs[i] * (draw / own), np.fmin(Hs[i], draw))
+    Hs[i] = np.where((cap.tier[i] == TIME) & ~np.isnan(draw) & (Hs[i] > 0.0), moved, Hs[i])
     return replace(cap, Hs=Hs)
 
 

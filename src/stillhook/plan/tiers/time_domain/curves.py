@@ -1,12 +1,13 @@
 """Limit curves: the level of a quantity over the height of the sea, from the runs of all columns of a table at once,
 and the limiting heights that follow, with what is known of neighbouring periods and headings.
 
-See docs/decisions/0021-limit-curves.md.
+See docs/decisions/0022-limit-curves.md.
 """
 
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -14,11 +15,20 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
-from stillhook.plan.tiers.time_domain.cells import Runs
+from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.statistics.estimate import NORMAL_95
-from stillhook.statistics.level_fit import LevelFit, Samples, fit_levels, fit_means
-from stillhook.statistics.smooth_field import Field, smooth_field
+from stillhook.statistics.level_fit import (
+    SLOPES,
+    Around,
+    LevelFit,
+    Samples,
+    climbed,
+    fit_levels,
+    fit_means,
+    risen,
+)
+from stillhook.statistics.smooth_field import DRAWS, Field, smooth_field
 from stillhook.variables import WINDOW
 
 NEAR = 0.25
@@ -37,6 +47,11 @@ FAILED_MOST = 0.1
 """Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
 leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
 ROUNDING = 1e-9
+LOWEST = -50.0
+"""ln of what waves may add where still water is at the limit."""
+MIDDLE = 250
+STEPS = np.linspace(-2.5, 2.5, 2 * MIDDLE + 1)
+"""Distances from a limit, in ln of the height, at which the ends of its interval are looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +91,11 @@ class Curve:
     def tops(self) -> FloatArray:
         """Highest cell of each column [m]."""
         return np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in self.columns])
+
+    @property
+    def about(self) -> FloatArray:
+        """Height about which each column is looked at [m]."""
+        return np.array([column.about for column in self.columns])
 
     def level(self, column: int, Hs: float) -> tuple[float, float, float]:
         """x at the level in a sea of this height [m], and the ends of its 95 % interval."""
@@ -176,34 +196,97 @@ def limits_of_curve(
 
     highest sea to analyse [m]; expected (c,): limits of a cheaper method [m], NaN where it has none.
     """
-    n = len(curve.columns)
-    top = curve.tops
+    n, top = len(curve.columns), curve.tops
     sound = np.array([column.sound_up_to for column in curve.columns])
     at_top = top >= highest * (1.0 - ROUNDING)
-    direct, var = _direct(curve, x_limit)
     beyond_calm = curve.still > x_limit * (1.0 + ROUNDING)
-    found = np.isfinite(direct) & (direct <= BEYOND_CELLS * top) & ~beyond_calm
     Hs, low, high, half = (np.full(n, np.nan) for _ in range(4))
-    draws = np.full((0, n), np.nan)
-    if found.any():
-        smooth = _smoothed(curve, direct, var, found, expected)
-        sd = np.sqrt(smooth.var)
-        Hs[found], half[found] = np.exp(smooth.value), NORMAL_95 * sd
-        low[found], high[found] = (np.exp(smooth.value + sign * NORMAL_95 * sd) for sign in (-1.0, 1.0))
-        draws = np.full((len(smooth.draws), n), np.nan)
-        draws[:, found] = np.exp(smooth.draws)
+    direct, draws = np.full(n, np.inf), np.full((0, n), np.nan)
+    found = known = np.zeros(n, dtype=np.bool_)
+    if curve.fit is not None:
+        y = np.log(x_limit - curve.still, out=np.full(n, LOWEST), where=x_limit > curve.still)
+        crossing, known = curve.fit.crossing(y), ~np.isnan(curve.fit.level)
+        direct = np.where(known, curve.about * np.exp(np.minimum(crossing.h, 10.0)), np.inf)
+        found = known & (direct <= BEYOND_CELLS * top) & ~beyond_calm
+        inside = known & at_top & ~found & ~beyond_calm
+        draws, rng = np.full((DRAWS, n), np.nan), np.random.default_rng(_stream(curve))
+        if inside.any():
+            about_top = curve.fit.around(np.log(top / curve.about))[inside]
+            of_top = _spread(about_top, np.log(top[inside]), y[inside] - about_top.level, rng)
+            low[inside], draws[:, inside] = np.where(of_top.low > 0.0, of_top.low, np.nan), of_top.draws
+            high[inside] = np.where(of_top.low > 0.0, np.inf, np.nan)
+        if found.any():
+            smooth, about = _smoothed(curve, crossing, direct, found, expected), crossing[found]
+            errors = about.slope * (smooth.draws - smooth.value)
+            of = _spread(
+                replace(about, var=about.slope**2 * smooth.var), smooth.value, np.zeros(found.sum()), rng, errors
+            )
+            Hs[found], low[found], high[found], half[found] = np.exp(smooth.value), of.low, of.high, of.half
+            draws[:, found] = of.draws
     open_ = ~found & ~beyond_calm
     Hs[open_] = np.where(at_top[open_], np.inf, np.nan)
-    low[open_] = np.where(at_top[open_], np.nan, top[open_])
+    low[open_ & ~at_top] = top[open_ & ~at_top]
     past = found & (Hs > highest)
     Hs = np.where(past, np.where(at_top, np.inf, highest), Hs)
-    high = np.where(high > highest, np.inf, high)
+    high, draws = (np.where(x > highest, np.inf, x) for x in (high, draws))
     for ends in (Hs, low, high):
         ends[beyond_calm] = 0.0
     limited = np.isfinite(sound)
     Hs[limited] = np.fmin(Hs, sound)[limited]
     low[limited] = np.fmin(low, sound)[limited]
     return CurveLimits(Hs, low, high, half, direct, np.minimum(draws, sound))
+
+
+@dataclass(frozen=True, eq=False)
+class _Spread:
+    """Ends of the 95 % intervals of limits (c,) [m], half of these in ln, and draws (m, c) [m]."""
+
+    low: FloatArray
+    high: FloatArray
+    half: FloatArray
+    draws: FloatArray
+
+
+def _spread(
+    about: Around, ln_H: FloatArray, margin: FloatArray, rng: np.random.Generator, errors: FloatArray | None = None
+) -> _Spread:
+    """What errors of the level, of its growth and of the change of growth make of limits where ln of the level is to
+    rise by a margin (c,) about heights of ln_H (c,): little where a number grows steeply, and without an end where it
+    levels off. errors (m, c): draws of the level's own error (None: independent ones).
+
+    Errors: none; an end is 0 or inf where there is none.
+    """
+    of_slope, of_bend = np.sqrt(about.var_slope), np.sqrt(about.var_bend)
+    rise = risen(about.slope[:, None], about.bend[:, None], STEPS) - margin[:, None]
+    var = (about.var + about.common)[:, None] + (STEPS * of_slope[:, None]) ** 2
+    sd = np.sqrt(var + (0.5 * STEPS**2 * of_bend[:, None]) ** 2)
+    below = -_reached(-STEPS[MIDDLE::-1], -(rise + NORMAL_95 * sd)[:, MIDDLE::-1])
+    above = _reached(STEPS[MIDDLE:], (rise - NORMAL_95 * sd)[:, MIDDLE:])
+    z = rng.standard_normal((3, DRAWS, len(margin)))
+    drawn = np.sqrt(about.var) * z[0] if errors is None else errors
+    drawn = drawn + math.sqrt(about.common) * rng.standard_normal((DRAWS, 1))
+    off = climbed(np.clip(about.slope + of_slope * z[1], *SLOPES), about.bend + of_bend * z[2], margin + drawn)
+    low, high, draws = (np.exp(ln_H + np.minimum(x, 10.0)) for x in (below, above, off))
+    already = (rise + NORMAL_95 * sd)[:, MIDDLE] < 0.0
+    return _Spread(np.where(already, 0.0, low), high, 0.5 * (above - below), draws)
+
+
+def _reached(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Where each row of y (c, n) over rising x (n,) first rises above 0; inf where it does not."""
+    over = y > 0.0
+    i = np.maximum(over.argmax(axis=1), 1)
+    rows = np.arange(len(y))
+    before, after = y[rows, i - 1], y[rows, i]
+    share = np.clip(before / np.where(before == after, -1.0, before - after), 0.0, 1.0)
+    return np.where(over.any(axis=1), x[i - 1] + share * (x[i] - x[i - 1]), np.inf)
+
+
+def _stream(curve: Curve) -> int:
+    """Number of the random numbers of a curve: those of the same runs have the same errors, under every rule and
+    alternative; those of others have their own."""
+    first = (runs for column in curve.columns for _, runs in column.cells[:1])
+    data = b"".join(np.asarray(x).tobytes() for runs in first for name, x in runs.items() if not name.startswith(PEAKS))
+    return zlib.crc32(data)
 
 
 def limits_in_bands(
@@ -251,33 +334,22 @@ def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
     return replace(limits, **tables)
 
 
-def _direct(curve: Curve, x_limit: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Heights that the columns' own runs give [m], inf where the level is never reached, and the variance of ln."""
-    n = len(curve.columns)
-    if curve.fit is None:
-        return np.full(n, np.inf), np.full(n, np.nan)
-    added = x_limit - curve.still
-    y = np.log(added, out=np.full(n, -np.inf), where=added > 0.0)
-    off, var = curve.fit.crossing(y)
-    about = np.array([column.about for column in curve.columns])
-    known = ~np.isnan(curve.fit.level)
-    return np.where(known, about * np.exp(np.minimum(off, 10.0)), np.inf), var
-
-
 def _smoothed(
-    curve: Curve, direct: FloatArray, var: FloatArray, found: BoolArray, expected: FloatArray | None
+    curve: Curve, crossing: Around, direct: FloatArray, found: BoolArray, expected: FloatArray | None
 ) -> Field:
-    """ln of the heights as a field over periods and headings."""
-    assert curve.fit is not None
+    """ln of the heights as a field over periods and headings. It is levels that differ little between neighbours:
+    limits of numbers that hardly grow may differ by more."""
     places = [column for column, use in zip(curve.columns, found, strict=True) if use]
     ln_expected = None
     if expected is not None and np.isfinite(expected[found]).all() and (expected[found] > 0.0).all():
         ln_expected = np.log(expected[found])
+    slope = crossing.slope[found]
     return smooth_field(
         np.array([column.period for column in places]),
         np.array([column.angle for column in places]),
         np.log(np.maximum(direct[found], 1e-3)),
-        np.maximum(var[found], 1e-8),
+        np.maximum(crossing.var[found] / slope**2, 1e-8),
         expected=ln_expected,
-        common=curve.fit.common_var,
+        scale=np.maximum(1.0 / slope, 1.0),
+        seed=_stream(curve),
     )

@@ -1,0 +1,132 @@
+"""Limit curves of made-up runs: where intervals end, what draws are, and how growth may change with the height."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stillhook.plan.answer.spread import drawn_limits
+from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.plan.limits import Limits
+from stillhook.plan.table import Axes
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
+from stillhook.plan.tiers.time_domain.measures import Measure
+from stillhook.statistics.extremes import P90
+from stillhook.statistics.level_fit import climbed, risen
+
+PERIODS = np.arange(5.0, 15.0)
+HEIGHTS = (1.3, 1.6, 2.0)
+SCATTER = 0.2
+HIGHEST = 6.0
+MEASURE = Measure("x", q=P90)
+
+
+def table(level, heights=HEIGHTS, runs=16, seed=1):
+    """Runs of ten columns of a number whose 90 % level over its limit is known."""
+    rng = np.random.default_rng(seed)
+    columns = []
+    for T in PERIODS:
+        cells = []
+        for h in heights:
+            z = rng.gumbel(size=runs) + math.log(-math.log(P90))
+            cells.append((h, {"duration": np.ones(runs), "x": level(h) * np.exp(SCATTER / 1.2826 * z)}))
+        columns.append(ColumnRuns(float(T), math.pi, MEASURE, heights[1], 0.0, tuple(cells)))
+    return columns
+
+
+def limits(columns, x=1.0):
+    return limits_of_curve(curve_of(columns), np.full(len(columns), x), HIGHEST)
+
+
+def plateau(part):
+    return lambda h: part * -math.expm1(-((h / 0.9) ** 1.8))
+
+
+def steep(h):
+    return (h / 1.6) ** 1.6
+
+
+def test_a_limit_has_no_upper_end_where_the_level_stays_within_its_error_of_it():
+    found = limits(table(plateau(0.98)))
+    seen = np.isfinite(found.Hs)
+    assert seen.any()
+    assert np.isposinf(found.high[seen]).mean() > 0.9
+    assert np.all(found.low[seen] < found.Hs[seen])
+
+
+def test_a_limit_of_a_number_that_grows_steeply_has_two_ends_about_it():
+    found = limits(table(steep))
+    assert np.all(np.isfinite(found.high))
+    assert np.all((found.low < found.Hs) & (found.Hs < found.high))
+    assert np.mean((found.low <= 1.6) & (found.high >= 1.6)) >= 0.9
+    assert np.all(found.high / found.low < 1.3)
+
+
+def test_growth_that_is_not_known_widens_the_interval_above_more_than_below():
+    """Levels that were lower by an error are made up for over a distance that is longer where growth slackens."""
+    found = limits(table(plateau(1.2), (1.0, 1.3, 1.7), runs=64))
+    both = np.isfinite(found.high)
+    above, below = np.log(found.high[both] / found.Hs[both]), np.log(found.Hs[both] / found.low[both])
+    assert both.any()
+    assert np.mean(above) > 1.1 * np.mean(below)
+
+
+def test_a_higher_tolerance_never_lowers_a_limit():
+    columns = table(plateau(1.3))
+    direct = np.array([limits(columns, x).direct for x in np.linspace(0.6, 1.3, 15)])
+    assert np.all(np.diff(direct, axis=0) >= 0.0)
+
+
+@given(slope=st.floats(0.1, 6.0), bend=st.floats(-5.0, 5.0), off=st.floats(-3.0, 3.0), step=st.floats(0.0, 1.0))
+@settings(deadline=None, max_examples=200)
+def test_a_level_never_falls_with_the_height_and_its_height_is_found_again(slope, bend, off, step):
+    p, b, x = (np.array([v]) for v in (slope, bend, off))
+    assert risen(p, b, x + step) >= risen(p, b, x) - 1e-12
+    assert climbed(p, b, risen(p, b, x))[0] == pytest.approx(off, abs=1e-6)
+
+
+def test_the_same_runs_have_the_same_errors_and_others_their_own():
+    """Alternatives of which a phase is one run gain no days by its errors; of two phases errors are independent."""
+    one, again, other = (limits(table(steep, seed=seed)) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.draws, again.draws)
+    a, b = (np.log(x.draws).mean(axis=1) for x in (one, other))
+    assert abs(np.corrcoef(a, b)[0, 1]) < 0.25  # of 200 draws: 3.5 standard deviations
+
+
+def test_draws_scatter_as_the_interval_says():
+    found = limits(table(steep))
+    inside = (found.low <= found.draws) & (found.draws <= found.high)
+    assert 0.9 < inside.mean() < 0.98
+
+
+def test_a_column_inside_up_to_the_highest_sea_has_a_lower_end_where_its_level_is_near_the_limit():
+    heights = (4.0, 5.0, HIGHEST)
+    near, far = (limits(table(lambda h, p=part: p * (h / HIGHEST) ** 1.2, heights)) for part in (0.93, 0.3))
+    inside = np.isposinf(near.Hs)
+    assert inside.any()
+    assert np.all(near.low[inside & np.isfinite(near.low)] < HIGHEST)
+    assert np.isfinite(near.low[inside]).any()
+    assert np.isfinite(near.draws[:, inside]).any()
+    assert np.all(np.isposinf(far.Hs))
+    assert np.isnan(far.low).all()
+    assert np.isposinf(far.draws).all()
+
+
+def test_a_draw_that_finds_no_limit_is_carried_as_none():
+    """It is not the estimate: the sea may be higher than the highest one."""
+    axes = Axes((math.pi,), (8.0, 9.0), (Alternative.SSC,), ("landing",), ("load-motion",))
+    Hs, draws = np.array([2.0, np.inf]), np.array([[2.1, np.inf], [np.inf, 5.0]])
+    draws = np.resize(draws, (200, 2))
+    each = Limits(
+        "landing",
+        Alternative.SSC,
+        Tier.TIME,
+        np.array([8.0, 9.0]),
+        np.full(2, math.pi),
+        {"load-motion": Hs},
+        draws={"load-motion": draws},
+    )
+    drawn = drawn_limits(axes, [each], (1, 1, 1, 1, 2))
+    np.testing.assert_array_equal(drawn[:2, 0, 0, 0, 0], draws[:2])
