@@ -229,14 +229,18 @@ class Work:
         for key, group in self.groups.items():
             self._start(key, group)
         looking = [line for line in self.lines if line.started and not line.resolved]
-        resolved = sum(line.resolved for line in self.lines)
+        before = self._reached()
         wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line), patient=True)]
-        if not wanted and resolved == sum(line.resolved for line in self.lines):
+        if not wanted and before == self._reached():
             wanted = [ask for line in looking for ask in self._next_cells(line)]
         if not wanted:
             return bool(looking)
         self.cells.request(_merged(wanted), self._progress(len(wanted)))
         return True
+
+    def _reached(self) -> tuple[int, int]:
+        """How many lines are resolved, and how many placed."""
+        return sum(line.resolved for line in self.lines), sum(line.placed for line in self.lines)
 
     def _start(self, key: tuple[Alternative, Column], group: Sequence[LimitSearch]) -> None:
         """Of the lines that are not started, those that may lie below everything that is known, or that seems to be."""

@@ -141,7 +141,7 @@ def _named(line: LimitSearch, key: str) -> str:
 
 USUAL_CELLS = 2.5
 """Cells that a limit takes on the mean, for the estimate in advance."""
-MOST_ROUNDS = 100
+MOST_ROUNDS = 200
 
 
 @dataclass(frozen=True, eq=False)
