@@ -118,7 +118,7 @@ def _files(result: Friction) -> dict[str, Any]:
     logs = pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI)
     files: dict[str, Any] = {f"{stem}.png": data for stem, data in pictures.items()}
     files |= {REPORT: html(report(result, pictures, logs)), NUMBERS: to_dict(result)}
-    files |= {POINTS: points_table(result).write_csv(), STRETCHES: stretches_table(result).write_csv()}
+    files |= {POINTS: points_table(result).to_csv(index=False), STRETCHES: stretches_table(result).to_csv(index=False)}
     if not result.usable:
         say(f"{SET} is not written: the data cannot determine what a winch model needs.")
         return files

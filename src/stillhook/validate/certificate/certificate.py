@@ -155,7 +155,7 @@ def _not_shown(validation: Validation) -> Iterator[str]:
 
 METHOD_FOLDERS = ("validate", "statistics", "logs", "formats", "report", "base")
 METHOD_FILES = ("units.py",)
-LIBRARIES = ("numpy", "polars", "scipy")
+LIBRARIES = ("numpy", "pandas", "scipy")
 """Libraries that compute the numbers of a validation in addition to Stillhook."""
 ROUNDING = 1e-9
 OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", "torque", "rotation")

@@ -105,10 +105,10 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
         for name, data in content.items():
             (part / name).write_bytes(data)
         save_json(to_dict(validation), part / NUMBERS)
-        segments_table(validation).write_csv(part / SEGMENTS)
+        segments_table(validation).to_csv(part / SEGMENTS, index=False)
         deviations = deviations_table(validation)
         if deviations is not None:
-            deviations.write_csv(part / DEVIATIONS)
+            deviations.to_csv(part / DEVIATIONS, index=False)
         written = tuple(sorted(p.name for p in part.iterdir()))
         _clear(out, written)
     return written
