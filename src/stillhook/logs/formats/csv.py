@@ -35,6 +35,7 @@ EXACT_DIGITS = 15
 quick reading of pandas divides once and so gives the nearest double, as "round_trip" does for every number."""
 NOTHING = ["", "nan", "NaN", "NAN", "n/a", "N/A", "null", "NULL", "-", "--", "---"]
 """Cells that need no look at the other columns of their row: they and what they say are read as text after that."""
+TRUTHS = (b"true", b"True", b"TRUE", b"false", b"False", b"FALSE")
 _COMMENT = re.compile(rb"[ \t]*(?:#|//|%)")
 
 
@@ -111,9 +112,9 @@ class CsvLog:
             else:
                 values[want] = numbers[place]
                 continue
-            bad = np.flatnonzero(~np.isfinite(read))
-            if len(bad):
-                texts[want] = tuple(dict.fromkeys(cells[i] for i in bad))[:EXAMPLES]
+            bad = dict.fromkeys(cells[i] for i in np.flatnonzero(~np.isfinite(read)))
+            if examples := tuple(cell for cell in bad if cell.lower() != "nan"):
+                texts[want] = examples[:EXAMPLES]
             values[want] = read
         return Chunk(0, values, block.line_of, done, texts, block.broken)
 
@@ -123,7 +124,7 @@ class CsvLog:
         return numbers_of(cells)
 
     def _numbers(self, block: _Block, places: Sequence[int]) -> dict[int, FloatArray]:
-        """Columns of numbers, NaN for empty cells; none of them where a cell is no number."""
+        """Columns of numbers, NaN for empty cells; none of them where a cell of one is no number."""
         if not places:
             return {}
         precision = "high" if self._few_digits(block, places) else "round_trip"
@@ -131,7 +132,10 @@ class CsvLog:
             table = self._read(block, places, dtype=np.float64, na_values=NOTHING, float_precision=precision)
         except ValueError:
             return {}
-        return {p: table[p].to_numpy() for p in places}
+        columns = {p: table[p].to_numpy() for p in places}
+        if any(word in block.data for word in TRUTHS):  # pandas takes them for 1 and 0
+            return {p: column for p, column in columns.items() if not (np.isin(column, (0.0, 1.0)) | np.isnan(column)).all()}
+        return columns
 
     def _words(self, block: _Block, places: Sequence[int]) -> dict[int, list[str]]:
         """Columns as texts without blanks and quotes around them."""
@@ -157,6 +161,8 @@ class CsvLog:
         return "\t" if self.dialect.separator == " " else self.dialect.separator
 
     def _read(self, block: _Block, places: Sequence[int], **options: Any) -> pd.DataFrame:
+        if not block.rows:
+            return pd.DataFrame({place: [] for place in places}, dtype=options["dtype"])
         try:
             table = pd.read_csv(
                 io.BytesIO(block.data),
