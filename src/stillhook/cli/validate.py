@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, say_left_out
 from stillhook.errors import ValidateError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar
@@ -73,6 +73,7 @@ def validate(
         written = save_validation(result, out, certificate=criteria is None)
         if not json:
             _print_written(out, written)
+        say_left_out(pdf=True)
     if not json:
         _print_missing(result, out, criteria)
     raise typer.Exit(0 if result.passed else 1)

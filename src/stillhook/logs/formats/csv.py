@@ -134,7 +134,9 @@ class CsvLog:
             return {}
         columns = {p: table[p].to_numpy() for p in places}
         if any(word in block.data for word in TRUTHS):  # pandas takes them for 1 and 0
-            return {p: column for p, column in columns.items() if not (np.isin(column, (0.0, 1.0)) | np.isnan(column)).all()}
+            return {
+                p: column for p, column in columns.items() if not (np.isin(column, (0.0, 1.0)) | np.isnan(column)).all()
+            }
         return columns
 
     def _words(self, block: _Block, places: Sequence[int]) -> dict[int, list[str]]:
@@ -187,8 +189,7 @@ class CsvLog:
             ) from None
         if len(table) != block.rows:
             raise LogError(
-                f"{self.name}: lines from {block.first_line} on read as {len(table)} rows where there are"
-                f" {block.rows}."
+                f"{self.name}: lines from {block.first_line} on read as {len(table)} rows where there are {block.rows}."
             )
         return table
 

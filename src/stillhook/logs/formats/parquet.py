@@ -81,11 +81,11 @@ class ParquetLog:
         numbers = cells.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy().astype(np.float64, copy=False)
         if np.isfinite(numbers).all():
             return numbers
-        words = cells.cast(pl.String).fill_null("").str.strip_chars(' \t"').to_list()
-        read = with_words(numbers, words, want)
+        as_text = cells.cast(pl.String).fill_null("").str.strip_chars(' \t"').to_list()
+        read = with_words(numbers, as_text, want)
         bad = np.flatnonzero(~np.isfinite(read))
         if len(bad):
-            texts[want] = tuple(dict.fromkeys(words[i] for i in bad))[:EXAMPLES]
+            texts[want] = tuple(dict.fromkeys(as_text[i] for i in bad))[:EXAMPLES]
         return read
 
 

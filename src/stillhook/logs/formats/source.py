@@ -150,7 +150,7 @@ def _parsed(text: Sequence[str], pattern: str) -> FloatArray:
     seconds = _seconds(text, _FRACTION.sub(".%f", pattern))
     missing = np.flatnonzero(np.isnan(seconds))
     if len(missing):
-        seconds[missing] = _seconds([text[i] for i in missing], _FRACTION.sub("", pattern))
+        seconds[missing] = _seconds([text[i] for i in missing.tolist()], _FRACTION.sub("", pattern))
     return seconds
 
 

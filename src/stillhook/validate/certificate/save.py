@@ -13,6 +13,7 @@ from stillhook.library import crane_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.report.html import html
+from stillhook.report.pictures import drawn
 from stillhook.units import quote
 from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
 from stillhook.validate.criteria.results import Step, StepNumber
@@ -94,7 +95,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     out = Path(folder)
     check_out(validation.campaign, out)
     with atomic_folder(out) as part:
-        images = pictures(validation)
+        images = drawn(lambda: pictures(validation))
         content = {f"{stem}.png": data for stem, data in images.items()}
         content[REPORT] = html(report(validation, images)).encode()
         if certificate and validation.complete:
