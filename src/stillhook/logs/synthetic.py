@@ -17,6 +17,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import check_folder
 from stillhook.base.choice import choice
+from stillhook.base.extras import need
 from stillhook.errors import IdentifyError, SimulationError
 from stillhook.formats.csv_table import PURE
 from stillhook.physics.scalar import G
@@ -252,7 +253,9 @@ def check_campaign_folder(folder: Path) -> None:
 
 
 def log_file(name: str, parquet: bool) -> str:
-    """Path of a test's log, seen from the campaign file."""
+    """Path of a test's log, seen from the campaign file. Errors: SimulationError where Parquet cannot be written."""
+    if parquet:
+        need("polars", "parquet", SimulationError)
     return f"{LOG_FOLDER}/{name}{'.parquet' if parquet else '.csv'}"
 
 
