@@ -99,7 +99,8 @@ def _print_written(out: Path, written: tuple[str, ...]) -> None:
 
     pictures = [name for name in written if name.endswith(".png")]
     rest = [name for name in written if name not in pictures and name != REPORT]
-    wrapped(f"written to {out}: {REPORT} (read this), {', '.join(rest)}, {len(pictures)} figures")
+    figures = [f"{len(pictures)} figures"] if pictures else []
+    wrapped(f"written to {out}: {REPORT} (read this), {', '.join([*rest, *figures])}")
 
 
 def _print_missing(validation: Validation, out: Path | None, criteria: str | None) -> None:
