@@ -16,6 +16,7 @@ import pytest
 from tests.scripts import DOCS, script
 
 import stillhook
+from stillhook.base.extras import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "stillhook"
@@ -76,7 +77,22 @@ def test_lock_pins_every_package_with_a_hash():
 def test_lock_holds_every_declared_dependency():
     groups = [project()["dependencies"], *project()["optional-dependencies"].values()]
     names = {re.split(r"[\[<>=!~; ]", d)[0].lower().replace("_", "-") for group in groups for d in group}
-    assert names - locked().keys() == set()
+    assert names - {"stillhook"} - locked().keys() == set()
+
+
+def test_extra_all_consists_of_extras_that_exist():
+    extras = project()["optional-dependencies"]
+    (own,) = extras["all"]
+    parts = re.fullmatch(r"stillhook\[(.*)\]", own)[1].split(",")
+    assert set(parts) < set(extras) - {"all", "dev"}
+    assert {"report", "stability", "logs"} <= set(parts)
+
+
+def test_every_library_that_may_be_missing_is_in_its_extra():
+    """The hint `pip install "stillhook[...]"` brings what it promises."""
+    extras = project()["optional-dependencies"]
+    for library, extra in EXTRAS.items():
+        assert any(re.split(r"[<>=]", item)[0].lower() == library for item in extras[extra]), library
 
 
 def test_lock_names_no_address_and_no_folder():

@@ -326,6 +326,7 @@ def test_tdms_with_a_channel_of_stamps_reads_the_same(tmp_path, short, plain):
     ("module", "magic", "text"),
     [
         ("asammdf", b"MDF     4.10", 'x.log: is MDF, which takes the reader asammdf: pip install "stillhook[logs]".'),
+        ("polars", b"PAR1", 'x.log: is Parquet, which takes the reader polars: pip install "stillhook[logs]".'),
         ("nptdms", b"TDSm", 'x.log: is TDMS, which takes the reader nptdms: pip install "stillhook[logs]".'),
     ],
 )

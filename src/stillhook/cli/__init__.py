@@ -147,6 +147,11 @@ def run(arguments: list[str]) -> int:
                 if str(e.format_message())
                 else REFUSED
             )
+        if isinstance(e, ModuleNotFoundError):
+            from stillhook.base.extras import missing
+
+            if line := missing(e):
+                return _refuse(line)
         if type(e).__name__ == "Abort":  # what some argument parsers make of an interrupt, others of its exit code
             return _stopped()
         return _failed(e)

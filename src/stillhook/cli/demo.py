@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import check_out
+from stillhook.cli.parser import check_out, say_left_out
 from stillhook.cli.simulation import OUT_FILES, headers, print_notes, row, write_comparison
 from stillhook.errors import PlanError
 from stillhook.report.formatting import fixed
+from stillhook.report.pictures import can_draw, can_set
 from stillhook.report.terminal import print_table, progress_bar, started
 from stillhook.units import quote, show
 
@@ -88,13 +89,13 @@ def _in_waves(out: Path) -> None:
     for mode, summary in runs.items():
         kept = f"{show(summary['e_c_pp'], 'length'):>8} of it, {summary['eta_c']:6.1%} compensated"
         print(f"  {mode.upper():4} the hook keeps {kept}; {summary['status']}")
-    write_comparison(result, out, quiet=True, start=result.runs[0].case.duration - 2.0 * SHOWN)
-    print(f"  picture: {(out / OUT_FILES[0]).resolve()}\n")
+    write_comparison(result, out, quiet=True, hint=False, start=result.runs[0].case.duration - 2.0 * SHOWN)
+    print(f"  picture: {(out / OUT_FILES[0]).resolve()}\n" if can_draw() else "")
 
 
 def _lift(result: PlanResult, out: Path) -> None:
     """The lift: limiting sea states, what governs, days gained, and where the report is."""
-    from stillhook.plan.report.document import marks
+    from stillhook.plan.report.document import PAGE, PDF, marks
     from stillhook.plan.report.summary_page import verdict
     from stillhook.plan.report.words import CREDITED, TWIN, gain, named
     from stillhook.report.formatting import percent
@@ -128,7 +129,8 @@ def _lift(result: PlanResult, out: Path) -> None:
     print("  Limiting Hs [m] by peak period, most unfavourable heading.")
     for mark in marks(result):
         print(textwrap.fill(mark + ".", WIDTH, initial_indent="  ", subsequent_indent="  "))
-    print(f"report: {(out / 'report.pdf').resolve()}")
+    say_left_out(pdf=True)
+    print(f"report: {(out / (PDF if can_set() else PAGE)).resolve()}")
 
 
 def _motions(out: Path) -> None:
@@ -159,5 +161,6 @@ def _motions(out: Path) -> None:
         print_notes({f"{name}, {mode}": s for mode, s in result.table().items()})
     for name, result in results:
         stem, last = name.split(":")[0].replace(" ", "-"), result.runs[0].case.duration
-        write_comparison(result, out / stem, quiet=True, start=last - SHOWN)
-    print(f"pictures, series and summaries: {out.resolve()}")
+        write_comparison(result, out / stem, quiet=True, hint=False, start=last - SHOWN)
+    print(f"{'pictures, ' if can_draw() else ''}series and summaries: {out.resolve()}")
+    say_left_out()

@@ -7,7 +7,7 @@ Files that a command leaves in a folder: checked before anything runs, written a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -100,12 +100,38 @@ def check_out(out: Path | None, names: Iterable[str]) -> None:
         check_folder(out, tuple(names))
 
 
-def write_out(out: Path, files: Mapping[str, Any], *, quiet: bool) -> None:
-    """Write files by name as `stillhook.formats.results.save_files` does, and announce them unless quiet."""
+def write_out(
+    out: Path,
+    files: Mapping[str, Any],
+    *,
+    quiet: bool,
+    hint: bool = True,
+    pictures: Callable[[], Mapping[str, Any]] | None = None,
+) -> None:
+    """Write files by name as `stillhook.formats.results.save_files` does, and announce them unless quiet.
+
+    pictures: draws figures by name; without the extra `report` they are left out, and with hint a line says so.
+    """
     from stillhook.formats.results import save_files
 
+    if pictures is not None:
+        from stillhook.report.pictures import drawn
+
+        files = {**drawn(pictures), **files}
     save_files(out, files)
     announce(out, files, quiet=quiet)
+    if pictures is not None and hint:
+        say_left_out()
+
+
+def say_left_out(*, pdf: bool = False) -> None:
+    """Say on standard error which files were left out because the extra `report` is missing. pdf: whether one belongs
+    to what the command writes."""
+    from stillhook.report.pictures import left_out
+    from stillhook.report.terminal import say
+
+    if line := left_out(pdf=pdf):
+        say(line)
 
 
 def announce(out: Path, names: Iterable[str], *, quiet: bool = False) -> None:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, Scheduler, announce, check_out, client_of
+from stillhook.base.extras import need
+from stillhook.cli.parser import Json, Scheduler, announce, check_out, client_of, say_left_out
 from stillhook.errors import PlanError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
@@ -154,6 +155,7 @@ def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
         from stillhook.plan.answer.dataset import OUT_FILES
 
         announce(out, [name for name in OUT_FILES if (out / name).is_file()])
+        say_left_out(pdf=True)
 
 
 WIDTH = 98
@@ -174,6 +176,8 @@ def report(results: Results, out: Out = None, figures: Figures = False, json: Js
     from stillhook.plan.report.document import check, save_report
     from stillhook.plan.report.summary_page import verdict
 
+    if figures:
+        need("matplotlib", "--figures", PlanError)
     result = load_plan_result(results)
     folder = out or (results.parent if results.name in PLAN_FILES else results)
     check(result)
@@ -187,4 +191,5 @@ def report(results: Results, out: Out = None, figures: Figures = False, json: Js
         for line in answer.text:
             wrapped(line, "  ")
         announce(folder, names)
+    say_left_out(pdf=True)
     raise typer.Exit(0 if answer.passed else 1)

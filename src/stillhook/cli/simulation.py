@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import MODES, Json, LiftArgument, Step, announce, check_out, refuse, write_out
+from stillhook.base.extras import need
+from stillhook.cli.parser import (
+    MODES,
+    Json,
+    LiftArgument,
+    Step,
+    announce,
+    check_out,
+    refuse,
+    say_left_out,
+    write_out,
+)
 from stillhook.errors import LiftError, MotionError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, wrapped
@@ -210,7 +221,8 @@ def _report(result: Comparison, *, json: bool) -> None:
     print_notes(result.table())
 
 
-def write_comparison(result: Comparison, out: Path, *, quiet: bool, start: float = 0.0) -> None:
+def write_comparison(result: Comparison, out: Path, *, quiet: bool, hint: bool = True, start: float = 0.0) -> None:
+    """hint: say where pictures are left out."""
     data = result.dataset()
     runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
     _write(
@@ -218,6 +230,7 @@ def write_comparison(result: Comparison, out: Path, *, quiet: bool, start: float
         runs,
         result.table(),
         quiet=quiet,
+        hint=hint,
         title=_title(result.crane, result.runs[0].case),
         start=start,
         all_cases=data,
@@ -230,6 +243,7 @@ def _write(
     summary: dict[str, Any],
     *,
     quiet: bool,
+    hint: bool = True,
     title: str,
     start: float = 0.0,
     all_cases: Any = None,
@@ -239,8 +253,13 @@ def _write(
 
     picture, series, numbers = OUT_FILES
     data = next(iter(runs.values())) if all_cases is None else all_cases
-    files = {picture: four_panels(runs, title=title, start=start), series: data, numbers: summary}
-    write_out(out, files, quiet=quiet)
+    write_out(
+        out,
+        {series: data, numbers: summary},
+        pictures=lambda: {picture: four_panels(runs, title=title, start=start)},
+        quiet=quiet,
+        hint=hint,
+    )
 
 
 def _labels(names: list[str], stem: str) -> list[str]:
@@ -300,6 +319,8 @@ def lower(
 
     if animation and out is None:
         raise LiftError("--animation: is written to a folder. Give --out as well.")
+    if animation:
+        need("matplotlib", "--animation", LiftError)
     check_out(out, (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES)
     file = load_lift(lift, seed=seed, duration=duration)
     try:
@@ -316,6 +337,7 @@ def lower(
         _print(file, answer)
     if out is not None:
         announce(out, written, quiet=json)
+        say_left_out()
     raise typer.Exit(0 if answer["status"] == "ok" else 1)
 
 

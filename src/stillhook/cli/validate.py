@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, say_left_out
 from stillhook.errors import ValidateError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar
@@ -73,6 +73,7 @@ def validate(
         written = save_validation(result, out, certificate=criteria is None)
         if not json:
             _print_written(out, written)
+        say_left_out(pdf=True)
     if not json:
         _print_missing(result, out, criteria)
     raise typer.Exit(0 if result.passed else 1)
@@ -98,7 +99,8 @@ def _print_written(out: Path, written: tuple[str, ...]) -> None:
 
     pictures = [name for name in written if name.endswith(".png")]
     rest = [name for name in written if name not in pictures and name != REPORT]
-    wrapped(f"written to {out}: {REPORT} (read this), {', '.join(rest)}, {len(pictures)} figures")
+    figures = [f"{len(pictures)} figures"] if pictures else []
+    wrapped(f"written to {out}: {REPORT} (read this), {', '.join([*rest, *figures])}")
 
 
 def _print_missing(validation: Validation, out: Path | None, criteria: str | None) -> None:

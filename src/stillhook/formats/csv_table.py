@@ -6,14 +6,16 @@ Units as other programs spell them, and what they are in ours.
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import polars as pl
 from numpy.typing import NDArray
 
+from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError, StillhookError
 from stillhook.units import KINDS, quote
 
@@ -81,7 +83,8 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
 _COMMA = re.compile(r"[+-]?(?:\d+,\d*|,\d+)(?:[eE][+-]?\d+)?")
 _POINT = re.compile(r"[+-]?(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _STAMP = re.compile(
-    r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}([T ].*)?|\d{1,2}:\d\d(:\d\d)?([.,]\d+)?( ?[AP]M)?Z?|\d{8}T?\d{6}.*"
+    r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}([T ].*)?|\d{1,2}:\d\d(:\d\d)?([.,]\d+)?( ?[AP]M)?Z?"
+    r"|\d{8}T?\d{6}([.,]\d+)?(Z|[+-]\d\d:?\d\d)?"
 )
 _MARK = re.compile(r"^\s*(?:#|//|%)\s*")
 _UNIT = re.compile(
@@ -296,12 +299,12 @@ class CsvTable:
     header_line: int
     headings: tuple[str, ...]
     separator: str
-    cells: pl.DataFrame = field(default_factory=pl.DataFrame, repr=False)  # texts without blanks and quotes around them
+    rows: Sequence[Sequence[str]] = field(default=(), repr=False)  # cells without blanks and quotes around them
     lines: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64), repr=False)  # number of each row's
 
-    def column(self, place: int) -> pl.Series:
+    def column(self, place: int) -> list[str]:
         """The cells of a column."""
-        return self.cells.to_series(place)
+        return [row[place] for row in self.rows]
 
 
 def csv_text(name: str, data: bytes, error: type[StillhookError]) -> str:
@@ -314,23 +317,21 @@ def csv_text(name: str, data: bytes, error: type[StillhookError]) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def csv_lines(text: str) -> pl.DataFrame:
-    """The lines of a text by number."""
-    return pl.DataFrame({"line": [text]}).select(pl.col("line").str.split("\n").explode()).with_row_index("number", 1)
-
-
 def csv_table(name: str, text: str, error: type[StillhookError], *, start: str, pad_last: bool = False) -> CsvTable:
     """The table of a text; start: what a file without a header must begin with; pad_last as in `csv_cells`. Errors: one
     line with file and line."""
     table = csv_head(name, text, error, start=start)
-    lines = csv_lines(text)
-    remark = pl.col("line").str.strip_chars_start().str.starts_with(COMMENT)
-    below = lines.filter(~remark & (pl.col("number") > table.header_line))
-    cells, numbers = csv_cells(name, below, table.separator, len(table.headings), error, pad_last=pad_last)
-    if not len(cells):
+    below: list[tuple[int, str]] = []
+    comments: list[str] = []
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.lstrip().startswith(COMMENT):
+            comments.append(line)
+        elif number > table.header_line:
+            below.append((number, line))
+    rows, numbers = csv_rows(name, below, table.separator, len(table.headings), error, pad_last=pad_last)
+    if not rows:
         raise error(f"{name}: has a header (line {table.header_line}) and no data below it.")
-    comments = tuple(lines.filter(remark)["line"].to_list())
-    return replace(table, comments=comments, cells=cells, lines=numbers)
+    return replace(table, comments=tuple(comments), rows=rows, lines=numbers)
 
 
 def csv_head(name: str, text: str, error: type[StillhookError], *, start: str) -> CsvTable:
@@ -345,32 +346,47 @@ def csv_head(name: str, text: str, error: type[StillhookError], *, start: str) -
     raise error(f"{name}: {'has no header' if text.strip() else 'is empty'}. {start}")
 
 
-def csv_cells(
-    name: str, lines: pl.DataFrame, separator: str, width: int, error: type[StillhookError], *, pad_last: bool = False
-) -> tuple[pl.DataFrame, NDArray[np.int64]]:
+def csv_rows(
+    name: str,
+    lines: Sequence[tuple[int, str]],
+    separator: str,
+    width: int,
+    error: type[StillhookError],
+    *,
+    pad_last: bool = False,
+) -> tuple[list[list[str]], NDArray[np.int64]]:
     """Cells of the lines that are not blank, `width` to each, and the numbers of these lines.
 
-    Parameters: lines as `csv_lines` has them; pad_last: empty cells for those that the last line lacks.
+    Parameters: lines with their numbers; pad_last: empty cells for those that the last line lacks.
     """
-    lines = lines.filter(pl.col("line").str.strip_chars(f' \t"{separator}') != "")
-    text, numbers = lines["line"], lines["number"].to_numpy().astype(np.int64)
-    names = [f"c{i}" for i in range(width)]
-    simple = separator != " " and bool((text.str.count_matches(separator, literal=True) == width - 1).all())
-    if simple and not text.str.contains('"', literal=True).any():
-        cells = text.str.split_exact(separator, width - 1).struct.rename_fields(names).struct.unnest()
-        return cells.select(pl.all().str.strip_chars()), numbers
-    rows = [split_row(line, separator) for line in text]
-    for i, (number, row) in enumerate(zip(numbers, rows, strict=True)):
-        last = i == len(rows) - 1
-        if len(row) < width and last and pad_last:
-            row += [""] * (width - len(row))
-        elif len(row) < width or any(row[width:]):
-            hint = DECIMAL_COMMA if separator == "," and len(row) > width else ""
-            hint = " The file seems cut off there." if last and len(row) < width else hint
-            counts = f"{len(row)} fields where the header has {width}"
-            raise error(f"{name}: line {number}: {counts}.{hint} Correct the line.")
-    schema = dict.fromkeys(names, pl.String)
-    return pl.DataFrame([row[:width] for row in rows], schema=schema, orient="row"), numbers
+    nothing = f' \t"{separator}'
+    lines = [(number, line) for number, line in lines if line.strip(nothing)]
+    rows: list[list[str]] = []
+    for i, (number, line) in enumerate(lines):
+        row = split_row(line, separator)
+        if len(row) != width:
+            last = i == len(lines) - 1
+            if len(row) < width and last and pad_last:
+                row += [""] * (width - len(row))
+            elif len(row) < width or any(row[width:]):
+                hint = DECIMAL_COMMA if separator == "," and len(row) > width else ""
+                hint = " The file seems cut off there." if last and len(row) < width else hint
+                counts = f"{len(row)} fields where the header has {width}"
+                raise error(f"{name}: line {number}: {counts}.{hint} Correct the line.")
+        rows.append(row[:width])
+    return rows, np.array([number for number, _ in lines], dtype=np.int64)
+
+
+def numbers_of(cells: Sequence[str]) -> FloatArray:
+    """Cells as numbers with a decimal point, NaN where one is none."""
+    return np.array([_number(cell) for cell in cells], dtype=np.float64)
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell) if "_" not in cell else math.nan
+    except ValueError:
+        return math.nan
 
 
 def _separator(header: str) -> str:

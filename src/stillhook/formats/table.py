@@ -27,6 +27,7 @@ from pydantic import Field, field_validator
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
+from stillhook.base.extras import how_to_get, installed
 from stillhook.errors import LogError, SpecError, UnitError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
 from stillhook.formats.csv_table import csv_table, csv_text
@@ -157,6 +158,7 @@ def _raw(path: Path) -> Raw:
 
 
 def _parquet(path: Path) -> Raw:
+    _need("polars", "Parquet", path)
     try:
         headings, rows = read_binary(_parquet_cells, path)
     except UnreadableError as problem:
@@ -179,7 +181,15 @@ def _refuse_cells(count: int) -> None:
         raise UnreadableError(f"claims {count} cells; up to {LARGEST_CELLS} make a map")
 
 
+def _need(reader: str, content: str, path: Path) -> None:
+    if not installed(reader):
+        raise LogError(
+            f"{path.name}: is {content}, which takes the reader {reader}: {how_to_get(reader)}. Or save it as CSV."
+        )
+
+
 def _excel(path: Path) -> Raw:
+    _need("openpyxl", "Excel", path)
     try:
         lines = read_binary(_excel_cells, path)
     except UnreadableError as problem:
@@ -209,7 +219,7 @@ def _csv(name: str, data: bytes) -> Raw:
     start = "Give a table with a line of headings and one row a measured point."
     table = csv_table(name, csv_text(name, data, LogError), LogError, start=start)
     comments = tuple(line.lstrip().lstrip("# ") for line in table.comments)
-    rows, numbers = tuple(table.cells.rows()), tuple(int(n) for n in table.lines)
+    rows, numbers = tuple(map(tuple, table.rows)), tuple(int(n) for n in table.lines)
     return Raw(name, table.headings, rows, numbers, comments, comma=table.separator != ",")
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import check_folder
 from stillhook.base.choice import choice
+from stillhook.base.extras import need
 from stillhook.errors import IdentifyError, SimulationError
 from stillhook.formats.csv_table import PURE
 from stillhook.physics.scalar import G
@@ -252,7 +253,9 @@ def check_campaign_folder(folder: Path) -> None:
 
 
 def log_file(name: str, parquet: bool) -> str:
-    """Path of a test's log, seen from the campaign file."""
+    """Path of a test's log, seen from the campaign file. Errors: SimulationError where Parquet cannot be written."""
+    if parquet:
+        need("polars", "parquet", SimulationError)
     return f"{LOG_FOLDER}/{name}{'.parquet' if parquet else '.csv'}"
 
 
@@ -260,17 +263,17 @@ def write_log(
     path: Path, time: FloatArray, signals: Mapping[str, FloatArray], columns: Sequence[Column], sensors: Sensors
 ) -> None:
     """A marked log, CSV or Parquet by the path's ending; time (n,) [s], signals as logged (n,) [SI]."""
-    import polars  # heavy: only where logs are written
-
-    table = polars.DataFrame(
-        {"Time": time} | {c.heading: in_log_unit(signals[c.name], c, sensors[c.name]) for c in columns}
-    )
+    table = {"Time": time} | {c.heading: in_log_unit(signals[c.name], c, sensors[c.name]) for c in columns}
     if path.suffix == ".parquet":
-        table.write_parquet(path, metadata={"comment": MARK})
+        import polars  # heavy, and an extra
+
+        polars.DataFrame(table).write_parquet(path, metadata={"comment": MARK})
         return
-    with path.open("wb") as file:
-        file.write(f"# {MARK}\n".encode())
-        table.write_csv(file)
+    import pandas  # heavy: only where logs are written
+
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(f"# {MARK}\n")
+        pandas.DataFrame(table).to_csv(file, index=False, lineterminator="\n", na_rep="NaN")
 
 
 def mapping_lines(columns: Sequence[Column], sensors: Sensors) -> list[str]:

@@ -1,4 +1,6 @@
-"""Figures as pictures. Many are drawn by two processes: drawing holds Python's lock, so that threads gain nothing."""
+"""Figures as pictures, left out with one line where the extra `report` is missing.
+
+Many are drawn by two processes: drawing holds Python's lock, so that threads gain nothing."""
 
 from __future__ import annotations
 
@@ -9,12 +11,15 @@ import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from stillhook.base.extras import how_to_get, installed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+T = TypeVar("T")
 RESOLUTION = 120
 """Of pictures [dots per inch]."""
 WORTH = 12
@@ -23,6 +28,32 @@ _BOOT = (
     "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.report.pictures import serve;"
     " serve()"
 )
+
+
+def can_draw() -> bool:
+    """Whether pictures can be drawn."""
+    return installed("matplotlib")
+
+
+def can_set() -> bool:
+    """Whether a PDF can be set."""
+    return installed("typst")
+
+
+def drawn(draw: Callable[[], Mapping[str, T]]) -> dict[str, T]:
+    """Pictures or figures by name, as `draw` gives them; none where they cannot be drawn."""
+    return dict(draw()) if can_draw() else {}
+
+
+def left_out(*, pdf: bool = False) -> str:
+    """A line on what a command leaves out, and how to get it; empty where it leaves out nothing. pdf: whether one
+    belongs to what it writes."""
+    parts = [] if can_draw() else ["Pictures"]
+    parts += ["the PDF"] if pdf and not can_set() else []
+    if not parts:
+        return ""
+    line = f"{' and '.join(parts)} {'are' if parts != ['the PDF'] else 'is'} left out. Install what makes them:"
+    return f"{line[0].upper()}{line[1:]} {how_to_get('matplotlib')}."
 
 
 def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from stillhook.engine.pack.programme import settings
 from stillhook.formats.lift_file import LiftFile, describe_stage
 from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G
+from stillhook.report.pictures import drawn
 from stillhook.report.plots.run import (
     COLOURS,
     GREY,
@@ -83,16 +85,24 @@ def write_lowering(
     title = f"{lift.name}: {crane.name}, {file.place}"
     p_relief = crane.active.relief.p if "active" in crane.circuits else None
     limits = Limits(crane.SWL * G + crane.hook_mass * G, p_relief)
+    panels, moments, series, numbers = LOWERING_FILES
+
+    def pictures() -> dict[str, Figure]:
+        tension = static_tension(run, crane, lift)
+        return {
+            panels: lowering_panels(run, lift, tension, limits, title=title),
+            moments: strip(run, lift, title=lift.name),
+        }
+
     with atomic_folder(out) as part:
-        save_figure(
-            lowering_panels(run, lift, static_tension(run, crane, lift), limits, title=title), part / LOWERING_FILES[0]
-        )
-        save_figure(strip(run, lift, title=lift.name), part / LOWERING_FILES[1])
-        save_run(run, part / LOWERING_FILES[2])
-        save_json(answer, part / LOWERING_FILES[3])
+        figures = drawn(pictures)
+        for name, figure in figures.items():
+            save_figure(figure, part / name)
+        save_run(run, part / series)
+        save_json(answer, part / numbers)
         if animation:
             save_animation(run, lift, part / ANIMATION, title=lift.name)
-    return (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES
+    return (*figures, series, numbers, *((ANIMATION,) if animation else ()))
 
 
 RESPONSE_FILES = ("response.png", "response.nc", "summary.json")
@@ -100,13 +110,18 @@ GAP = 3.0
 """Spacings of records from which a line is broken: months without measurements are not drawn over."""
 
 
-def write_response(out: Path, data: xarray.Dataset, answer: dict[str, Any], figure: Figure) -> None:
-    """Write the files of a response, all of them or none."""
+def write_response(
+    out: Path, data: xarray.Dataset, answer: dict[str, Any], draw: Callable[[], Figure]
+) -> tuple[str, ...]:
+    """Write the files of a response, all of them or none. Gives their names."""
     picture, numbers, summary = RESPONSE_FILES
     with atomic_folder(out) as part:
-        save_figure(figure, part / picture)
+        figures = drawn(lambda: {picture: draw()})
+        for name, figure in figures.items():
+            save_figure(figure, part / name)
         save_run(data, part / numbers)
         save_json(answer, part / summary)
+    return (*figures, numbers, summary)
 
 
 def year_figure(data: xarray.Dataset, title: str) -> Figure:
@@ -219,7 +234,8 @@ def write_tip(
     }
     picture, harmonics, table, numbers = names
     with atomic_folder(out) as part:
-        save_figure(tip_figure(rao, sea, at, summary, motion), part / picture)
+        for name, figure in drawn(lambda: {picture: tip_figure(rao, sea, at, summary, motion)}).items():
+            save_figure(figure, part / name)
         (part / harmonics).write_text(motion_to_json(motion) + "\n", encoding="utf-8")
         rows = "".join(f"{x:.1f},{y:.6f}\n" for x, y in zip(t, s, strict=True))
         (part / table).write_text(f"# {motion.describe()}. {motion.report}\ntime [s],tip [m]\n{rows}", encoding="utf-8")

@@ -4,6 +4,7 @@ over tip speed."""
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -228,17 +229,21 @@ def _figure(width: float, height: float) -> tuple[Figure, Any]:
     return figure, ax
 
 
-def all_figures(
-    crane: Crane, alphas: tuple[float, ...], *, delay: float = 0.0
-) -> tuple[dict[str, Figure], dict[str, xarray.Dataset]]:
-    """Pictures and the data behind them, by file name without its ending."""
+def all_sweeps(crane: Crane, alpha_m: float, *, delay: float = 0.0) -> dict[str, xarray.Dataset]:
+    """The data behind the pictures, by file name without its ending."""
     data = {
-        over: sweep(crane, over, alpha_m=alphas[0], delay=delay)
+        over: sweep(crane, over, alpha_m=alpha_m, delay=delay)
         for over in ("alpha_m", "layer", "leakage", "damping", "bulk_modulus")
     }
-    data["delay"] = sweep(crane, "delay", alpha_m=alphas[0])
-    data["slow"] = slow_sweep(crane, delay=delay)
-    figures = {
+    data["delay"] = sweep(crane, "delay", alpha_m=alpha_m)
+    return data | {"slow": slow_sweep(crane, delay=delay)}
+
+
+def all_figures(
+    crane: Crane, alphas: tuple[float, ...], data: Mapping[str, xarray.Dataset], *, delay: float = 0.0
+) -> dict[str, Figure]:
+    """Pictures by file name without its ending; data of `all_sweeps`."""
+    return {
         "gain-limit": gain_limit_figure(crane, data["alpha_m"], data["slow"]),
         "eigenfrequency": eigen_figure(crane, data["alpha_m"]),
         "sweeps": sweep_figure(crane, [d for name, d in data.items() if name not in ("alpha_m", "slow")]),
@@ -246,4 +251,3 @@ def all_figures(
         "root-locus": root_locus_figure(crane, alphas),
         "motor-poles": motor_pole_figure(crane),
     }
-    return figures, data

@@ -18,6 +18,7 @@ import numpy as np
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced, full_cycles, hold_matrices
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
+from stillhook.base.extras import need
 from stillhook.control.plc import Memory
 from stillhook.control.registry import DEFAULT_MODE, code_of
 from stillhook.engine.pack.winch import NO_LIMIT, controllers_of, plc_record
@@ -84,7 +85,8 @@ class Linear:
         return OUTPUTS
 
     def system(self) -> control.StateSpace:
-        """As a system of python-control."""
+        """As a system of python-control. Errors: StillhookError where the extra `stability` is missing."""
+        need("control", "system()", StillhookError)
         import control  # heavy: only where a system is wanted
 
         return control.ss(

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from stillhook.analysis.steady.steady_state import check_displacement, layer_row, motor_law, steady
 from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.extras import need
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
@@ -207,8 +208,10 @@ def speed_response(
     """G_v(s) = V_w / V_tip about a steady tip speed (paper E eq. 21), with a_tip = dv_tip/dt; -1 is perfect
     compensation.
 
-    The derivative of the input is taken into the state, x - B_a v_tip, which leaves the system proper.
+    The derivative of the input is taken into the state, x - B_a v_tip, which leaves the system proper. Errors:
+    StillhookError where the extra `stability` (python-control) is missing.
     """
+    need("control", "speed_response", StillhookError)
     import control
 
     A, B, C, D = full_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)

@@ -199,5 +199,9 @@ def _write(
         loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
         by_layer = envelope_at(crane, loads, modes=chosen, layers=every, progress=bar)
     curves = setting_curves(crane, modes=chosen, layer=layer)
-    pictures = (figures.load_speed_figure(fine), figures.setting_figure(curves), figures.layer_figure(by_layer))
-    write_out(out, dict(zip(OUT_FILES, (*pictures, fine, curves, answer), strict=True)), quiet=quiet)
+
+    def pictures() -> dict[str, Any]:
+        made = (figures.load_speed_figure(fine), figures.setting_figure(curves), figures.layer_figure(by_layer))
+        return dict(zip(OUT_FILES[: len(made)], made, strict=True))
+
+    write_out(out, dict(zip(OUT_FILES[3:], (fine, curves, answer), strict=True)), pictures=pictures, quiet=quiet)

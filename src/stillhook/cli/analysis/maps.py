@@ -97,8 +97,13 @@ def show_map(
     if out is not None:
         from stillhook.analysis.maps.figures import figures
 
-        pictures = {f"{name}.png": figure for name, figure in figures(result).items()}
-        write_out(out, dict(zip(FILES, (result.dataset(), result.record()), strict=True)) | pictures, quiet=json)
+        files = dict(zip(FILES, (result.dataset(), result.record()), strict=True))
+        write_out(
+            out,
+            files,
+            pictures=lambda: {f"{name}.png": figure for name, figure in figures(result).items()},
+            quiet=json,
+        )
     raise typer.Exit(0 if bool(result.applicable.any()) else 1)
 
 

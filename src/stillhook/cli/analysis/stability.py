@@ -275,10 +275,13 @@ NAMES = (
 
 def _write(out: Path, crane: Crane, answer: _Answer, delay: float, *, quiet: bool) -> None:
     """Pictures and sweeps of the published loop at the displacements of the table, and the table."""
-    from stillhook.analysis.loop_stability.figures import all_figures
+    from stillhook.analysis.loop_stability.figures import all_figures, all_sweeps
 
     alphas = tuple(dict.fromkeys(c.loop.alpha_m for c in answer.columns if c.place is None))
-    figures, data = all_figures(crane, alphas, delay=delay)
-    files: dict[str, Any] = {f"{stem}.png": figure for stem, figure in figures.items()}
-    files |= {f"{over}.nc": dataset for over, dataset in data.items()}
-    write_out(out, files | {"stability.json": answer.table}, quiet=quiet)
+    data = all_sweeps(crane, alphas[0], delay=delay)
+
+    def pictures() -> dict[str, Any]:
+        return {f"{stem}.png": figure for stem, figure in all_figures(crane, alphas, data, delay=delay).items()}
+
+    files: dict[str, Any] = {f"{over}.nc": dataset for over, dataset in data.items()}
+    write_out(out, files | {"stability.json": answer.table}, pictures=pictures, quiet=quiet)

@@ -383,8 +383,13 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
     rows = {
         t.start.name: (t.before, t.after, *outcome) for t, outcome in zip(report.tuned, report.held_out, strict=True)
     }
-    files[BARS] = bars_figure(rows, title=f"{crane.name}: as they start and at their best")
-    if pareto:
-        marks = {t.start.name: (t.before, t.after) for t in report.tuned}
-        files[PARETO] = pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure")
-    write_out(out, files | {TRIALS: trials_dataset(trials), NUMBERS: report.data()}, quiet=quiet)
+
+    def pictures() -> dict[str, Any]:
+        figures = {BARS: bars_figure(rows, title=f"{crane.name}: as they start and at their best")}
+        if pareto:
+            marks = {t.start.name: (t.before, t.after) for t in report.tuned}
+            figures[PARETO] = pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure")
+        return figures
+
+    files |= {TRIALS: trials_dataset(trials), NUMBERS: report.data()}
+    write_out(out, files, pictures=pictures, quiet=quiet)

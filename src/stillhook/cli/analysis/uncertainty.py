@@ -249,9 +249,13 @@ def _write(
     from stillhook.analysis.uncertainty.figures import band_figure, exceedance_figure, index_figure
 
     title = str(run.attrs["title"]).removeprefix("Stillhook: ")
-    contents = (run, data, band_figure(run, title), exceedance_figure(run, limits, title))
-    files = dict(zip(FILES, contents, strict=True))
-    write_out(out, files | ({INDICES: index_figure(indices, title)} if indices else {}), quiet=quiet)
+    series, numbers, bands, exceedance = FILES
+
+    def pictures() -> dict[str, Any]:
+        figures = {bands: band_figure(run, title), exceedance: exceedance_figure(run, limits, title)}
+        return figures | ({INDICES: index_figure(indices, title)} if indices else {})
+
+    write_out(out, {series: run, numbers: data}, pictures=pictures, quiet=quiet)
 
 
 def _fixed(label: str) -> bool:

@@ -76,8 +76,8 @@ def curve(
         from stillhook.identify.curve import curve_figure
 
         picture, table, numbers = OUT_FILES
-        files = {picture: curve_figure(result, read, effort), table: _csv(result), numbers: result.to_dict()}
-        write_out(out, files, quiet=json)
+        files = {table: _csv(result), numbers: result.to_dict()}
+        write_out(out, files, pictures=lambda: {picture: curve_figure(result, read, effort)}, quiet=json)
 
 
 def _needed(speed: str, effort: str, position: str | None, command: str | None) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.choice import choice
-from stillhook.cli.parser import Json, check_out, write_out
+from stillhook.cli.parser import Json, check_out, say_left_out, write_out
 from stillhook.errors import IdentifyError
 from stillhook.report.terminal import print_document, print_json, progress_bar, say
 
@@ -87,6 +87,7 @@ def friction(
         print_document(report(result, {}))
     if out is not None:
         write_out(out, dict(sorted(_files(result).items())), quiet=json)
+        say_left_out()
     raise typer.Exit(0 if result.usable else 1)
 
 
@@ -112,13 +113,13 @@ def _files(result: Friction) -> dict[str, Any]:
     )
     from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
-    from stillhook.report.pictures import pngs
+    from stillhook.report.pictures import drawn, pngs
 
-    pictures = pngs(figures(result))
-    logs = pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI)
+    pictures = drawn(lambda: pngs(figures(result)))
+    logs = drawn(lambda: pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI))
     files: dict[str, Any] = {f"{stem}.png": data for stem, data in pictures.items()}
     files |= {REPORT: html(report(result, pictures, logs)), NUMBERS: to_dict(result)}
-    files |= {POINTS: points_table(result).write_csv(), STRETCHES: stretches_table(result).write_csv()}
+    files |= {POINTS: points_table(result).to_csv(index=False), STRETCHES: stretches_table(result).to_csv(index=False)}
     if not result.usable:
         say(f"{SET} is not written: the data cannot determine what a winch model needs.")
         return files

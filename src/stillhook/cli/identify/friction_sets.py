@@ -100,7 +100,7 @@ def compare(
             print("No set here has a stated uncertainty.")
     if out is not None:
         picture, numbers = FILES
-        write_out(out, {picture: figure(splits, T_d, description), numbers: data}, quiet=json)
+        write_out(out, {numbers: data}, pictures=lambda: {picture: figure(splits, T_d, description)}, quiet=json)
 
 
 def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:

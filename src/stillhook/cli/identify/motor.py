@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, write_out
+from stillhook.cli.parser import Json, check_out, say_left_out, write_out
 from stillhook.errors import IdentifyError, SimulationError
 from stillhook.report.terminal import print_document, print_json, say
 
@@ -70,6 +70,7 @@ def motor(
         print_document(report(result, {}))
     if out is not None:
         write_out(out, dict(sorted(_files(result).items())), quiet=json)
+        say_left_out()
     raise typer.Exit(0 if result.usable else 1)
 
 
@@ -79,9 +80,9 @@ def _files(result: MotorLoss) -> dict[str, Any]:
     from stillhook.identify.motor.identify import loss_set, report, to_dict
     from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
-    from stillhook.report.pictures import png
+    from stillhook.report.pictures import drawn, png
 
-    pictures = {stem: png(figure) for stem, figure in figures(result).items()}
+    pictures = drawn(lambda: {stem: png(figure) for stem, figure in figures(result).items()})
     files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
     files |= {REPORT: html(report(result, pictures)), NUMBERS: to_dict(result)}
     if not result.drops_in:

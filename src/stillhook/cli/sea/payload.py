@@ -69,7 +69,7 @@ def show(
         _print(answer)
     if out is not None:
         picture, numbers = OUT_FILES
-        write_out(out, {picture: payload_figure(load, density), numbers: answer}, quiet=json)
+        write_out(out, {numbers: answer}, pictures=lambda: {picture: payload_figure(load, density)}, quiet=json)
 
 
 def _print(answer: dict[str, Any]) -> None:

@@ -5,12 +5,13 @@ What `stillhook response` is given in place of the lift file's own: other waves,
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json, LiftArgument, Spread, announce, check_out, refuse
+from stillhook.cli.parser import CONTROLLERS, Json, LiftArgument, Spread, announce, check_out, refuse, say_left_out
 from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, display_number, wrapped
@@ -126,15 +127,17 @@ def response(
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {e}") from None
     answer = answer_of(response, file, waves)
+    written: tuple[str, ...] = ()
     if out is not None:
         short = {name: value for name, value in answer.items() if name != "records"}
-        write_response(out, stamped(response.data, answer), short, _figure(response, answer))
+        written = write_response(out, stamped(response.data, answer), short, partial(_figure, response, answer))
     if json:
         print_json(answer)
     else:
         _print(file, response, answer)
     if out is not None:
-        announce(out, RESPONSE_FILES, quiet=json)
+        announce(out, written, quiet=json)
+        say_left_out()
     raise typer.Exit(0 if answer.get("status", "ok") == "ok" else 1)
 
 

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, Spread, announce, check_out, refuse
+from stillhook.cli.parser import Json, Spread, announce, check_out, refuse, say_left_out
 from stillhook.cli.simulation import PYTHON_POSITION
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import display_number, display_unit, wrapped
+from stillhook.report.pictures import can_draw
 from stillhook.report.terminal import print_json, print_table, print_values
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
@@ -164,7 +165,8 @@ def _in_sea(
     _print(summary)
     if out is not None:
         wrapped(f"series: {summary['series']['report']}")
-        announce(out, OUT_FILES)
+        announce(out, OUT_FILES if can_draw() else OUT_FILES[1:])
+        say_left_out()
 
 
 def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:

@@ -82,7 +82,7 @@ def show(
         from stillhook.report.plots.sea import vessel_figure
 
         picture, numbers = OUT_FILES
-        write_out(out, {picture: vessel_figure(rao, place), numbers: answer}, quiet=json)
+        write_out(out, {numbers: answer}, pictures=lambda: {picture: vessel_figure(rao, place)}, quiet=json)
 
 
 @app.command("check")

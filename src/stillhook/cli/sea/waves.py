@@ -69,9 +69,11 @@ def sea(
     if out is not None:
         from stillhook.report.plots.sea import series_figure, spectrum_figure
 
-        figure = spectrum_figure(waves_read) if isinstance(waves_read, WaveSpectrum) else series_figure(waves_read)
+        def figure() -> Any:
+            return spectrum_figure(waves_read) if isinstance(waves_read, WaveSpectrum) else series_figure(waves_read)
+
         picture, numbers = OUT_FILES
-        write_out(out, {picture: figure, numbers: answer}, quiet=json)
+        write_out(out, {numbers: answer}, pictures=lambda: {picture: figure()}, quiet=json)
 
 
 def _read_waves(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from stillhook.units import number, parse, quote
 
 if TYPE_CHECKING:
     import numpy as np
+    from matplotlib.figure import Figure
 
     from stillhook.plan.definition.rules import Alternative
     from stillhook.plan.result import Credit
@@ -38,8 +40,8 @@ def by_limits(
     heading: Heading,
     *,
     picture: bool,
-) -> tuple[dict[str, Any], Any]:
-    """The answer for limits in words, and its picture where one is wanted."""
+) -> tuple[dict[str, Any], Callable[[], Figure] | None]:
+    """The answer for limits in words, and what draws its picture where one is wanted."""
     from stillhook.formats.weather.alpha_table import read_alpha_table
     from stillhook.report.plots.sea import forecast_figure
     from stillhook.weather.forecast import check_forecast, numbers
@@ -55,7 +57,7 @@ def by_limits(
     )
     answer: dict[str, Any] = {"file": weather.source, "limits": [one.text for one in limits], "horizon": when[1]}
     answer |= numbers(checked) | {"notes": [*checked.notes, *weather.notes]}
-    return answer, forecast_figure(weather, list(limits), answer) if picture else None
+    return answer, partial(forecast_figure, weather, list(limits), answer) if picture else None
 
 
 def by_plan(

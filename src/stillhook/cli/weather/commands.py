@@ -3,7 +3,8 @@ promise."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -126,7 +127,7 @@ def persistence(
     if out is not None:
         from stillhook.report.plots.sea import persistence_figure
 
-        _write(out, persistence_figure(answer), answer, quiet=json)
+        _write(out, partial(persistence_figure, answer), answer, quiet=json)
 
 
 @app.command("alpha")
@@ -224,7 +225,7 @@ def forecast(
         print_json(answer)
     else:
         print_forecast(answer)
-    if out is not None:
+    if out is not None and figure is not None:
         _write(out, figure, answer, quiet=json)
     raise typer.Exit(0 if answer["go"] else 1)
 
@@ -296,9 +297,9 @@ def show(
     print_show(answer)
 
 
-def _write(out: Path, figure: Figure, answer: dict[str, Any], *, quiet: bool) -> None:
+def _write(out: Path, figure: Callable[[], Figure], answer: dict[str, Any], *, quiet: bool) -> None:
     picture, numbers = OUT_FILES
-    write_out(out, {picture: figure, numbers: answer}, quiet=quiet)
+    write_out(out, {numbers: answer}, pictures=lambda: {picture: figure()}, quiet=quiet)
 
 
 def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:

@@ -10,15 +10,15 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Sequence
 from datetime import UTC, datetime
 
 import numpy as np
-import polars as pl
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError, UnitError
-from stillhook.formats.csv_table import CsvTable, csv_head, csv_table, csv_text
+from stillhook.formats.csv_table import CsvTable, csv_head, csv_table, csv_text, numbers_of
 from stillhook.formats.motion.ship_log import DEFAULT_MAX_GAP, HeaveSign, RawLog, finish, head_of, sign_of
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.vessel.ship_motion import ShipMotion, sea_worthy
@@ -65,35 +65,35 @@ def _numbers(table: CsvTable, index: int, kind: str) -> FloatArray:
     if unit.strip() not in KINDS[kind].allowed:
         raise UnitError(f"{place}: unit {quote(unit)} is not one of {allowed}.")
     if table.separator != ",":
-        text = text.str.replace(",", ".", literal=True)
-    values = text.cast(pl.Float64, strict=False).to_numpy().astype(np.float64)
+        text = [cell.replace(",", ".", 1) for cell in text]
+    values = numbers_of(text)
     _refuse(table, ~np.isfinite(values), text, name, "a finite number")
     return values * parse(f"1 {unit}", kind, place)
 
 
-def _stamps(table: CsvTable, text: pl.Series) -> FloatArray:
+def _stamps(table: CsvTable, text: Sequence[str]) -> FloatArray:
     """ISO 8601 stamps as seconds since 1970; a stamp without a zone is UTC, as the header says."""
 
-    def seconds(stamp: str | None) -> float:
+    def seconds(stamp: str) -> float:
         try:
-            read = datetime.fromisoformat(stamp or "")
+            read = datetime.fromisoformat(stamp)
         except ValueError:
             return float("nan")
         return (read if read.tzinfo else read.replace(tzinfo=UTC)).timestamp()
 
-    values = np.array([seconds(stamp) for stamp in text.to_list()])
+    values = np.array([seconds(stamp) for stamp in text])
     _refuse(table, np.isnan(values), text, "time", "an ISO 8601 stamp such as 2014-08-01T00:00:00.95Z")
     return values
 
 
-def _refuse(table: CsvTable, bad: NDArray[np.bool_], text: pl.Series, name: str, expected: str) -> None:
+def _refuse(table: CsvTable, bad: NDArray[np.bool_], text: Sequence[str], name: str, expected: str) -> None:
     if not bad.any():
         return
     row = int(np.argmax(bad))
     more = f" ({int(bad.sum())} such values)" if bad.sum() > 1 else ""
     cut = " The file seems cut off there." if row == len(bad) - 1 else ""
     raise MotionError(
-        f"{table.name}: line {table.lines[row]}: {name} = {quote(text[row] or '')} is not"
+        f"{table.name}: line {table.lines[row]}: {name} = {quote(text[row])} is not"
         f" {expected}{more}."
         f"{cut} Correct or remove the line."
     )

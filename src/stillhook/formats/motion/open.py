@@ -74,7 +74,7 @@ def read_ship_motion(
         return read_psxn(
             path, heave=heave or "down", time=time or "logger", max_gap=max_gap, start=start, duration=duration
         )
-    from stillhook.formats.motion.csv import read_ship_csv  # here, so that a Seapath log is read without polars
+    from stillhook.formats.motion.csv import read_ship_csv  # here
 
     _only_seapath(path, time)
     return read_ship_csv(path, heave=heave or "up", max_gap=max_gap, start=start, duration=duration)
@@ -109,10 +109,7 @@ def read_tip_motion(
         ship = read_ship_motion(path, heave=heave, time=time, max_gap=max_gap, start=start, duration=duration)
         return tip_motion(ship, tip, every=every)
     if motion_form(path) == "csv":
-        from stillhook.formats.motion.csv import (
-            has_column,
-            read_tip_csv,
-        )  # here, so that polars loads when it is needed
+        from stillhook.formats.motion.csv import has_column, read_tip_csv
 
         if has_column(path, "tip"):
             _only_seapath(path, time)

@@ -155,7 +155,7 @@ def _declared(file: str, text: str) -> _Table:
         )
     table = csv_table(file, text, SeaError, start="Give a header of columns and rows below it.")
     lines = [int(number) for number in table.lines]
-    rows = np.array([_numbers(file, n, cells) for n, cells in zip(lines, table.cells.iter_rows(), strict=True)])
+    rows = np.array([_numbers(file, n, cells) for n, cells in zip(lines, table.rows, strict=True)])
     return _Table(file, declared, tuple(notes), table.headings, table.header_line, rows, lines)
 
 

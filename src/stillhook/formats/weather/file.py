@@ -23,12 +23,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError, SeaError, WeatherError
-from stillhook.formats.csv_table import COMMENTS, Dialect, csv_cells, dialect_of
+from stillhook.formats.csv_table import COMMENTS, Dialect, csv_rows, dialect_of
 from stillhook.formats.waves.ndbc.text import SHORT_FILL, is_ndbc, read_bytes, read_records
 from stillhook.formats.waves.ndbc.text import numbers as ndbc_numbers
 from stillhook.formats.waves.wavespectra import read_sea
@@ -154,9 +153,7 @@ def _table(data: bytes, name: str) -> _Table:
     remarks = [(number, line) for number, line in numbered if line.lstrip().startswith(signs)]
     comments = [line.lstrip("#/% \t").strip() for number, line in remarks if number != dialect.header_line]
     below = [row for row in numbered if row[0] >= dialect.first_line and not row[1].lstrip().startswith(signs)]
-    lines = pl.DataFrame(below, schema={"number": pl.UInt32, "line": pl.String}, orient="row")
-    cells, numbers_of_lines = csv_cells(name, lines, dialect.separator, dialect.fields, WeatherError)
-    rows = [list(row) for row in cells.iter_rows()]
+    rows, numbers_of_lines = csv_rows(name, below, dialect.separator, dialect.fields, WeatherError)
     return _Table(name, dialect, rows, numbers_of_lines.tolist(), tuple(c for c in comments if c))
 
 

@@ -35,7 +35,7 @@ from stillhook.units import from_display, in_display, number, show
 from stillhook.winches.circuits.tables import Motor
 
 if TYPE_CHECKING:
-    import polars
+    import pandas
     from matplotlib.figure import Figure
 
 
@@ -255,13 +255,13 @@ def _mapped(result: Friction) -> dict[str, Any] | None:
     }
 
 
-def points_table(result: Friction) -> polars.DataFrame:
+def points_table(result: Friction) -> pandas.DataFrame:
     """Every pair in display units, units in the headings: what was measured, what the models make of it."""
-    import polars as pl
+    import pandas as pd
 
     p = result.points
     rpm, bar = 60.0 / math.tau, 1e-5
-    return pl.DataFrame(
+    return pd.DataFrame(
         {
             "campaign": [result.campaign.title] * len(p),
             "test": [p.names[i] for i in p.test],
@@ -284,9 +284,9 @@ def points_table(result: Friction) -> polars.DataFrame:
     )
 
 
-def stretches_table(result: Friction) -> polars.DataFrame:
+def stretches_table(result: Friction) -> pandas.DataFrame:
     """Every stretch of every log, used or not, and why not."""
-    import polars as pl
+    import pandas as pd
 
     rows = []
     for m in result.measured:
@@ -295,11 +295,10 @@ def stretches_table(result: Friction) -> polars.DataFrame:
         stretches += [(r.start, r.end, r.direction, r.speed, r.effort, r.reason) for r in unused]
         rows += [(m.test.name, *row) for row in sorted(stretches)]
     columns = ["test", "start [s]", "end [s]", "direction", "omega_m [rad/s]", "dp_m [Pa]", "use"]
-    frame = pl.DataFrame(rows, schema=columns, orient="row")
-    return frame.with_columns(
-        (pl.col("omega_m [rad/s]") * 60.0 / math.tau).alias("omega_m [rev/min]"),
-        (pl.col("dp_m [Pa]") / 1e5).alias("dp_m [bar]"),
-    ).drop("omega_m [rad/s]", "dp_m [Pa]")
+    frame = pd.DataFrame(rows, columns=columns)
+    frame["omega_m [rev/min]"] = frame.pop("omega_m [rad/s]") * 60.0 / math.tau
+    frame["dp_m [bar]"] = frame.pop("dp_m [Pa]") / 1e5
+    return frame
 
 
 FASTEST = 2000.0

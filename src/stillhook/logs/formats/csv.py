@@ -9,24 +9,33 @@ match are left out and reported.
 from __future__ import annotations
 
 import codecs
+import csv
+import io
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import polars as pl
+import pandas as pd
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
-from stillhook.formats.csv_table import COMMENTS, Dialect, dialect_of
+from stillhook.formats.csv_table import COMMENTS, Dialect, dialect_of, numbers_of
 from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
 from stillhook.units import quote
 
 HEAD = 1 << 18  # bytes from which the dialect is found
 LONGEST_LINE = 1 << 24  # bytes; a longer "line" is no line of a log
 _NEWLINE, _QUOTE, _BLANK, _TAB = 10, 34, 32, 9
+EXACT_DIGITS = 15
+"""A number of so many digits without an exponent is a whole number below 2^53 over a power of ten that is exact: the
+quick reading of pandas divides once and so gives the nearest double, as "round_trip" does for every number."""
+NOTHING = ["", "nan", "NaN", "NAN", "n/a", "N/A", "null", "NULL", "-", "--", "---"]
+"""Cells that need no look at the other columns of their row: they and what they say are read as text after that."""
+TRUTHS = (b"true", b"True", b"TRUE", b"false", b"False", b"FALSE")
 _COMMENT = re.compile(rb"[ \t]*(?:#|//|%)")
 
 
@@ -83,67 +92,111 @@ class CsvLog:
                 yield self._parsed(block, wants, min(1.0, done / total))
 
     def _parsed(self, block: _Block, wants: Sequence[Want], done: float) -> Chunk:
-        numbers = sorted({p for want in wants if want.stamps is None for p in want.places})
-        words = sorted({p for want in wants if want.stamps is not None for p in want.places})
-        table = self._read(block, numbers, words)
-        values: dict[Want, FloatArray] = {}
-        texts: dict[Want, tuple[str, ...]] = {}
-        retry = [p for p in numbers if table[f"c{p}"].null_count()]
-        plain = self._read(block, [], retry) if retry else None
-        for want in wants:
-            if want.stamps is not None:
-                columns = [table[f"c{p}"].str.strip_chars(' \t"') for p in want.places]
-                cells = columns[0] if len(columns) == 1 else columns[0] + " " + columns[1]
-                read = stamps_to_seconds(cells, want.stamps)
-                cells = cells.fill_null("")
-            elif plain is not None and want.places[0] in retry:
-                cells = plain[f"c{want.places[0]}"].fill_null("").str.strip_chars(' \t"')
-                read = with_words(self._cast(cells), cells, want)
-            else:
-                read = table[f"c{want.places[0]}"].to_numpy().astype(np.float64, copy=False)
-                values[want] = read
-                continue
-            bad = ~np.isfinite(read)
-            if bad.any():
-                texts[want] = tuple(cells.filter(pl.Series(bad)).unique(maintain_order=True).head(EXAMPLES).to_list())
-            values[want] = read
-        return Chunk(0, values, block.line_of, done, texts, block.broken)
-
-    def _cast(self, cells: pl.Series) -> FloatArray:
-        if self.dialect.decimal == ",":  # a point would be a sign between thousands
-            cells = cells.str.replace(".", "x", literal=True).str.replace(",", ".", literal=True)
-        return cells.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy().astype(np.float64, copy=False)
-
-    def _read(self, block: _Block, numbers: Sequence[int], words: Sequence[int]) -> pl.DataFrame:
-        schema = {f"c{i}": pl.Float64 if i in numbers else pl.String for i in range(self.dialect.fields)}
-        quoted = b'"' in block.data
-        if quoted and (row := _open_quote(block)) is not None:
+        if b'"' in block.data and (row := _open_quote(block)) is not None:
             raise LogError(
                 f"{self.name}: line {block.line_of(row)}: a quote is not closed. Correct or remove the line."
             )
+        numbers = self._numbers(block, sorted({p for want in wants if want.stamps is None for p in want.places}))
+        unread = {p for want in wants for p in want.places if p not in numbers or np.isnan(numbers[p]).any()}
+        words = self._words(block, sorted(unread))
+        values: dict[Want, FloatArray] = {}
+        texts: dict[Want, tuple[str, ...]] = {}
+        for want in wants:
+            place = want.places[0]
+            if want.stamps is not None:
+                cells = words[place] if len(want.places) == 1 else _joined(words[place], words[want.places[1]])
+                read = stamps_to_seconds(cells, want.stamps)
+            elif place in words:
+                cells = words[place]
+                read = with_words(numbers[place] if place in numbers else self._cast(cells), cells, want)
+            else:
+                values[want] = numbers[place]
+                continue
+            bad = dict.fromkeys(cells[i] for i in np.flatnonzero(~np.isfinite(read)))
+            if examples := tuple(cell for cell in bad if cell.lower() != "nan"):
+                texts[want] = examples[:EXAMPLES]
+            values[want] = read
+        return Chunk(0, values, block.line_of, done, texts, block.broken)
+
+    def _cast(self, cells: Sequence[str]) -> FloatArray:
+        if self.dialect.decimal == ",":  # a point would be a sign between thousands
+            cells = [cell.replace(".", "x", 1).replace(",", ".", 1) for cell in cells]
+        return numbers_of(cells)
+
+    def _numbers(self, block: _Block, places: Sequence[int]) -> dict[int, FloatArray]:
+        """Columns of numbers, NaN for empty cells; none of them where a cell of one is no number."""
+        if not places:
+            return {}
+        precision = "high" if self._few_digits(block, places) else "round_trip"
         try:
-            table = pl.read_csv(
-                block.data,
-                has_header=False,
-                columns=sorted({*numbers, *words}),
-                schema=schema,
-                ignore_errors=True,
-                separator="\t" if self.dialect.separator == " " else self.dialect.separator,
-                encoding="utf8-lossy",
-                quote_char='"' if quoted else None,
-                decimal_comma=self.dialect.decimal == ",",
+            table = self._read(block, places, dtype=np.float64, na_values=NOTHING, float_precision=precision)
+        except ValueError:
+            return {}
+        columns = {p: table[p].to_numpy() for p in places}
+        if any(word in block.data for word in TRUTHS):  # pandas takes them for 1 and 0
+            return {
+                p: column for p, column in columns.items() if not (np.isin(column, (0.0, 1.0)) | np.isnan(column)).all()
+            }
+        return columns
+
+    def _words(self, block: _Block, places: Sequence[int]) -> dict[int, list[str]]:
+        """Columns as texts without blanks and quotes around them."""
+        if not places:
+            return {}
+        table = self._read(block, places, dtype=str, na_filter=False)
+        return {p: [cell.strip(' \t"') for cell in table[p].tolist()] for p in places}
+
+    def _few_digits(self, block: _Block, places: Sequence[int]) -> bool:
+        """Whether every cell of these columns is so short that it holds no more than EXACT_DIGITS digits."""
+        data = block.data
+        if b'"' in data or b"e" in data or b"E" in data:
+            return False
+        signs = np.frombuffer(data, np.uint8)
+        ends = np.flatnonzero((signs == ord(self._separator)) | (signs == _NEWLINE))
+        if len(ends) != block.rows * self.dialect.fields:
+            return False
+        widths = (np.diff(ends, prepend=-1) - 1).reshape(block.rows, self.dialect.fields)
+        return int(widths[:, places].max(initial=0)) <= EXACT_DIGITS
+
+    @property
+    def _separator(self) -> str:
+        return "\t" if self.dialect.separator == " " else self.dialect.separator
+
+    def _read(self, block: _Block, places: Sequence[int], **options: Any) -> pd.DataFrame:
+        if not block.rows:
+            return pd.DataFrame({place: [] for place in places}, dtype=options["dtype"])
+        try:
+            table = pd.read_csv(
+                io.BytesIO(block.data),
+                header=None,
+                index_col=False,
+                usecols=places,
+                engine="c",
+                sep=self._separator,
+                decimal=self.dialect.decimal,
+                quoting=csv.QUOTE_MINIMAL if b'"' in block.data else csv.QUOTE_NONE,
+                encoding_errors="replace",
+                keep_default_na=False,
+                skip_blank_lines=False,
+                low_memory=False,
+                lineterminator="\n",
+                **options,
             )
-        except pl.exceptions.PolarsError as problem:
+        except pd.errors.ParserError as problem:
             raise LogError(
                 f"{self.name}: lines from {block.first_line} on cannot be read as a table"
                 f" ({quote(str(problem).splitlines()[0])})."
             ) from None
-        if table.height != block.rows:
+        if len(table) != block.rows:
             raise LogError(
-                f"{self.name}: lines from {block.first_line} on read as {table.height} rows where there are"
-                f" {block.rows}."
+                f"{self.name}: lines from {block.first_line} on read as {len(table)} rows where there are {block.rows}."
             )
         return table
+
+
+def _joined(days: Sequence[str], times: Sequence[str]) -> list[str]:
+    """Stamps of two columns, empty where either is."""
+    return [f"{day} {time}" if day and time else "" for day, time in zip(days, times, strict=True)]
 
 
 def open_csv(path: Path) -> CsvLog:

@@ -11,15 +11,16 @@ import stat
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
+from stillhook.base.extras import how_to_get, installed
 from stillhook.errors import LogError, UnreadableError
 from stillhook.formats.binary import process as reader_process
 from stillhook.formats.binary.reader import Reader, time_limit
-from stillhook.logs.formats.columnar import ParquetLog, open_hdf, open_mat, open_mdf, open_tdms
+from stillhook.logs.formats.columnar import open_hdf, open_mat, open_mdf, open_tdms
 from stillhook.logs.formats.csv import open_csv
+from stillhook.logs.formats.parquet import ParquetLog
 from stillhook.logs.formats.source import Chunk, Source, Want, master
 from stillhook.units import quote
 
@@ -110,6 +111,7 @@ def open_log(path: str | os.PathLike[str]) -> Source:
 
 def _opened(file: Path, head: bytes) -> Source:
     if head.startswith(b"PAR1"):
+        _need("polars", "Parquet", file)
         return BinaryLog(file, "Parquet", ParquetLog)
     if head.startswith((b"MDF ", b"UnFinMF")):
         _need("asammdf", "MDF", file)
@@ -125,5 +127,5 @@ def _opened(file: Path, head: bytes) -> Source:
 
 
 def _need(reader: str, content: str, file: Path) -> None:
-    if find_spec(reader) is None:
-        raise LogError(f'{file.name}: is {content}, which takes the reader {reader}: pip install "stillhook[logs]".')
+    if not installed(reader):
+        raise LogError(f"{file.name}: is {content}, which takes the reader {reader}: {how_to_get(reader)}.")

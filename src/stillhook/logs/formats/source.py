@@ -10,7 +10,7 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-import polars as pl
+import pandas as pd
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
@@ -95,23 +95,30 @@ class Source(Protocol):
         ...
 
 
-def with_words(read: FloatArray, cells: pl.Series, want: Want) -> FloatArray:
-    """Numbers with those filled in that stand in the file as words."""
+def with_words(read: FloatArray, cells: Sequence[str], want: Want) -> FloatArray:
+    """Numbers with those filled in that stand in the file as words. cells: texts without blanks around them."""
     if not want.words:
         return read
-    tidy = cells.cast(pl.String).fill_null("").str.strip_chars(' \t"').str.to_lowercase()
-    numbers_of_words = {word.lower(): value for word, value in want.words}
-    values = tidy.replace_strict(
-        list(numbers_of_words), list(numbers_of_words.values()), default=None, return_dtype=pl.Float64
-    )
-    return np.where(np.isnan(read), values.fill_null(np.nan).to_numpy(), read)
+    numbers = {word.lower(): value for word, value in want.words}
+    values = np.array([numbers.get(cell.lower(), np.nan) for cell in cells], dtype=np.float64)
+    return np.where(np.isnan(read), values, read)
 
 
 _STAMP = re.compile(
     r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*|\d{1,2}\.\d{1,2}\.\d{4}[T ]\d\d:\d\d.*|\d{4}/\d\d/\d\d[T ]\d\d:\d\d.*"
 )
-_ISO_ZONE = r"[+-]\d\d:?\d\d$"
-_PATTERNS = ("%Y-%m-%dT%H:%M:%S%.f", "%d.%m.%YT%H:%M:%S%.f", "%Y/%m/%dT%H:%M:%S%.f", "%Y%m%dT%H%M%S%.f")
+_ISO_ZONE = re.compile(r"[+-]\d\d:?\d\d$")
+_BLANK = re.compile(r"^(\S+) +(?=\d)")
+_ISO = "%Y-%m-%dT%H:%M:%S%.f"
+_TO_ISO = (
+    (re.compile(r"^(\d{4}-)"), r"\1"),
+    (re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})T"), r"\3-\2-\1T"),
+    (re.compile(r"^(\d{4})/(\d{1,2})/(\d{1,2})T"), r"\1-\2-\3T"),
+    (re.compile(r"^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)"), r"\1-\2-\3T\4:\5:\6"),
+)
+"""Ways to write a date with a time, and the same as ISO 8601, which pandas reads some thirty times as fast."""
+_FRACTION = re.compile(r"%\.[369]?f")
+_SHORT = {"%F": "%Y-%m-%d", "%D": "%m/%d/%y", "%T": "%H:%M:%S", "%R": "%H:%M"}
 NANO = 1e-9
 
 
@@ -120,31 +127,41 @@ def is_stamp(cell: str) -> bool:
     return bool(_STAMP.fullmatch(cell.strip()))
 
 
-def stamps_to_seconds(text: pl.Series, pattern: str) -> FloatArray:
+def stamps_to_seconds(text: Sequence[str], pattern: str) -> FloatArray:
     """Stamps as seconds since 1970, NaN where a cell is none; a stamp without a zone is UTC."""
-    tidy = text.str.strip_chars(' \t"')
+    tidy = [cell.strip(' \t"') for cell in text]
     if pattern != "UTC":
-        return _seconds(_parsed(tidy, pattern))
-    tidy = tidy.str.replace(r"^(\S+) +(\d)", "${1}T${2}").str.replace(",", ".", literal=True).str.strip_suffix("Z")
+        return _parsed(tidy, pattern)
+    tidy = [_BLANK.sub(r"\1T", cell).replace(",", ".", 1).removesuffix("Z") for cell in tidy]
     first = next((cell for cell in tidy if cell), "")
-    zone = "%z" if pl.Series([first]).str.contains(_ISO_ZONE)[0] else ""
-    for candidate in _PATTERNS:
-        read = _parsed(tidy, candidate + zone)
-        if read.null_count() < len(read):
-            return _seconds(read)
-    return np.full(len(text), np.nan)
+    zone = "%z" if _ISO_ZONE.search(first) else ""
+    for written, iso in _TO_ISO:
+        if any(written.match(cell) for cell in tidy):
+            return _parsed([written.sub(iso, cell) if written.match(cell) else "" for cell in tidy], _ISO + zone)
+    return np.full(len(tidy), np.nan)
 
 
-def _parsed(text: pl.Series, pattern: str) -> pl.Series:
+def _parsed(text: Sequence[str], pattern: str) -> FloatArray:
+    """Seconds since 1970, or since midnight where the pattern holds no year. %.f is a fraction that may be missing."""
+    for short, spelt in _SHORT.items():
+        pattern = pattern.replace(short, spelt)
+    if not _FRACTION.search(pattern):
+        return _seconds(text, pattern)
+    seconds = _seconds(text, _FRACTION.sub(".%f", pattern))
+    missing = np.flatnonzero(np.isnan(seconds))
+    if len(missing):
+        seconds[missing] = _seconds([text[i] for i in missing.tolist()], _FRACTION.sub("", pattern))
+    return seconds
+
+
+def _seconds(text: Sequence[str], pattern: str) -> FloatArray:
     try:
-        if "%Y" not in pattern and "%y" not in pattern:  # a time of day
-            return text.str.to_time(pattern, strict=False).cast(pl.Int64)
-        return text.str.to_datetime(pattern, time_unit="ns", strict=False).cast(pl.Int64)
-    except pl.exceptions.PolarsError as problem:
+        stamps = pd.to_datetime(pd.Series(text, dtype=object), format=pattern, errors="coerce", utc=True)
+    except ValueError as problem:
         raise LogError(
             f"time: unit = {quote(pattern)} is not a pattern of stamps ({quote(str(problem).splitlines()[0])})."
         ) from None
-
-
-def _seconds(nanoseconds: pl.Series) -> FloatArray:
-    return nanoseconds.cast(pl.Float64).to_numpy().astype(np.float64, copy=False) * NANO
+    read = stamps.to_numpy(dtype="datetime64[ns]")
+    origin = "1970-01-01" if "%Y" in pattern or "%y" in pattern else "1900-01-01"  # where strptime puts a time of day
+    since = (read - np.datetime64(origin, "ns")).astype(np.int64)
+    return np.where(np.isnat(read), np.nan, since.astype(np.float64)) * NANO

@@ -36,6 +36,7 @@ from stillhook.report.document import Document, Part, Section, Table, Text
 from stillhook.report.formatting import fixed, groups, hours
 from stillhook.report.html import html
 from stillhook.report.pdf import Unset, pdf
+from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.validity import SHORT
 from stillhook.units import quote
 
@@ -102,16 +103,17 @@ FIGURE = "figure-"
 def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> tuple[str, ...]:
     """Write the report into a folder that is moved into place later; gives the names of its files.
 
-    figures: also every figure as a separate picture. The same result gives the same bytes. Errors: PlanError where it
-    cannot be set.
+    figures: also every figure as a separate picture. The same result gives the same bytes. Without the extra `report`
+    the page alone, without figures. Errors: PlanError where it cannot be set.
     """
     check(result)
-    images = pictures(result)
+    images = drawn(lambda: pictures(result))
     report = document(result, images)
     try:
-        content = {PDF: pdf(report), PAGE: html(report).encode()}
+        content = {PDF: pdf(report)} if can_set() else {}
     except Unset as problem:
         raise PlanError(f"report of {result.name}: {problem}") from None
+    content[PAGE] = html(report).encode()
     if figures:
         content |= {f"{FIGURE}{stem}.png": data for stem, data in images.items()}
     for name, data in content.items():

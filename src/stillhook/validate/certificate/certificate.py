@@ -30,6 +30,7 @@ from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
 from stillhook.library.certificate import FORMAT, canonical, certified_of, digest_of, read_certificate
 from stillhook.report.formatting import fmt
 from stillhook.report.pdf import Unset, pdf
+from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
 from stillhook.validate.certificate.document import document
@@ -155,7 +156,7 @@ def _not_shown(validation: Validation) -> Iterator[str]:
 
 METHOD_FOLDERS = ("validate", "statistics", "logs", "formats", "report", "base")
 METHOD_FILES = ("units.py",)
-LIBRARIES = ("numpy", "polars", "scipy")
+LIBRARIES = ("numpy", "pandas", "scipy")
 """Libraries that compute the numbers of a validation in addition to Stillhook."""
 ROUNDING = 1e-9
 OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", "torque", "rotation")
@@ -390,7 +391,8 @@ def load_certificate(path: str | Path) -> Certificate:
 
 
 def certificate_files(validation: Validation, images: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
-    """Name and content of the files of a certificate: JSON, PDF, and where it passed the crane's file.
+    """Name and content of the files of a certificate: JSON, PDF (with the extra `report`), and where it passed the
+    crane's file.
 
     drawn: the pictures of the validation (`stillhook.validate.report.figures.pictures`), where they already exist.
     A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all
@@ -398,6 +400,8 @@ def certificate_files(validation: Validation, images: Mapping[str, bytes] | None
     """
     from stillhook.validate.report.figures import pictures  # heavy
 
-    made, figures = certificate_of(validation), pictures(validation) if images is None else images
-    files = {made.name: made.text().encode(), Path(made.name).with_suffix(".pdf").name: made.pdf(figures)}
+    made, figures = certificate_of(validation), drawn(lambda: pictures(validation)) if images is None else images
+    files = {made.name: made.text().encode()}
+    if can_set():
+        files[Path(made.name).with_suffix(".pdf").name] = made.pdf(figures)
     return files | ({CRANE: made.crane_toml().encode()} if made.passed else {})

@@ -14,6 +14,7 @@ from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.library.certificate import digest_of
 from stillhook.library.write import items
+from stillhook.report.pictures import can_draw, can_set
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import UNSIGNED
 from stillhook.units import number, quote, show
@@ -117,7 +118,8 @@ def check(
         again = _named(again, data["campaign"]["file"])
     largest, where = max(_differences(data, again.data), default=(0.0, ""))
     pdf_file = Path(path).with_suffix(".pdf")
-    same_pdf = pdf_file.read_bytes() == again.pdf(pictures(validation)) if pdf_file.is_file() else None
+    comparable = pdf_file.is_file() and can_draw() and can_set()
+    same_pdf = pdf_file.read_bytes() == again.pdf(pictures(validation)) if comparable else None
     return Check(
         certificate,
         changed,

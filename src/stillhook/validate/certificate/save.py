@@ -13,6 +13,7 @@ from stillhook.library import crane_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.report.html import html
+from stillhook.report.pictures import drawn
 from stillhook.units import quote
 from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
 from stillhook.validate.criteria.results import Step, StepNumber
@@ -94,7 +95,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     out = Path(folder)
     check_out(validation.campaign, out)
     with atomic_folder(out) as part:
-        images = pictures(validation)
+        images = drawn(lambda: pictures(validation))
         content = {f"{stem}.png": data for stem, data in images.items()}
         content[REPORT] = html(report(validation, images)).encode()
         if certificate and validation.complete:
@@ -105,10 +106,10 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
         for name, data in content.items():
             (part / name).write_bytes(data)
         save_json(to_dict(validation), part / NUMBERS)
-        segments_table(validation).write_csv(part / SEGMENTS)
+        segments_table(validation).to_csv(part / SEGMENTS, index=False)
         deviations = deviations_table(validation)
         if deviations is not None:
-            deviations.write_csv(part / DEVIATIONS)
+            deviations.to_csv(part / DEVIATIONS, index=False)
         written = tuple(sorted(p.name for p in part.iterdir()))
         _clear(out, written)
     return written

@@ -48,7 +48,7 @@ from stillhook.validate.report.texts import (
 from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:
-    import polars
+    import pandas
 
 
 SYNTHETIC = "SYNTHETIC: these logs are simulated, not measured on a crane. The results say nothing about a real crane."
@@ -208,9 +208,9 @@ def to_dict(validation: Validation) -> dict[str, Any]:
     }
 
 
-def segments_table(validation: Validation) -> polars.DataFrame:
+def segments_table(validation: Validation) -> pandas.DataFrame:
     """Every load case in display units, units in the headings."""
-    import polars as pl
+    import pandas as pd
 
     load_cases = segments(validation)
     columns = {
@@ -224,13 +224,13 @@ def segments_table(validation: Validation) -> polars.DataFrame:
         "period [s]": [s.period for s in load_cases],
         "mode": [s.mode.value for s in load_cases],
     }
-    return pl.DataFrame(columns)
+    return pd.DataFrame(columns)
 
 
-def deviations_table(validation: Validation) -> polars.DataFrame | None:
+def deviations_table(validation: Validation) -> pandas.DataFrame | None:
     """Every window of step 5, units in the headings; None where there is none. Source: Moslatt 2020 paper F,
     figures 11 to 13."""
-    import polars as pl
+    import pandas as pd
 
     parts = [c.windows for step in validation.steps if isinstance(step, AhcStep) for c in step.comparisons]
     if not parts:
@@ -245,7 +245,7 @@ def deviations_table(validation: Validation) -> polars.DataFrame | None:
         "eta_c_measured": np.concatenate([w.eta_measured for w in parts]),
         "eta_c_simulated": np.concatenate([w.eta_simulated for w in parts]),
     }
-    return pl.DataFrame(joined).with_columns(pl.col(pl.Float64).round(6))
+    return pd.DataFrame(joined).round(6)
 
 
 TERSE_COLUMNS = (Column.TEXT, Column.NUMBER, Column.NUMBER, Column.NUMBER, Column.TEXT)
