@@ -152,6 +152,8 @@ def governed(of: Chosen) -> Governed:
     flat = [a.reshape(n_a, n_p * n_r, n_b, n_T) for a in (of.Hs, of.low, of.high)]
     least = np.where(np.isnan(flat[0]), np.inf, flat[0]).argmin(axis=1)[:, None]
     Hs, low, high = (np.take_along_axis(a, least, axis=1)[:, 0] for a in flat)
+    lowest = np.where(np.isnan(flat[1]), np.inf, flat[1]).min(axis=1)
+    low = np.where(np.isposinf(Hs) & np.isfinite(lowest), lowest, low)
     nothing = np.isnan(flat[0]).all(axis=1)
     Hs = np.where(nothing, np.nan, np.where(np.isnan(Hs), np.inf, Hs))
     tier = np.take_along_axis(of.tier.reshape(flat[0].shape), least, axis=1)[:, 0]

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -93,7 +94,8 @@ class LevelFit:
 
     def at(self, column: IntArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
         """ln of the level at places (n,), and its variance."""
-        of = LevelFit(*(x[column] if isinstance(x, np.ndarray) else x for x in vars(self).values())).around(h)
+        parts: list[Any] = [x[column] if isinstance(x, np.ndarray) else x for x in vars(self).values()]
+        of = LevelFit(*parts).around(h)
         return of.level, of.var + of.common
 
     def around(self, h: FloatArray) -> Around:
@@ -140,7 +142,8 @@ class Around:
 
     def __getitem__(self, columns: BoolArray) -> Around:
         """That of some columns."""
-        return Around(*(x[columns] if isinstance(x, np.ndarray) else x for x in vars(self).values()))
+        parts: list[Any] = [x[columns] if isinstance(x, np.ndarray) else x for x in vars(self).values()]
+        return Around(*parts)
 
 
 def risen(slope: FloatArray, bend: FloatArray, off: FloatArray) -> FloatArray:
@@ -329,8 +332,8 @@ def _location_scale(
         var_slope = np.divide(usual**2, spread, out=np.full(columns, np.inf), where=spread > 1e-9)
         p = _shrunk_to_mean(slope, var_slope, (SLOPE, SLOPE_SD))
         p = _Effects(np.clip(p.value, *SLOPES), p.var)
-        of_bend = np.bincount(c, w * bent * filled, minlength=columns)
-        bend = _bends(of_bend, bending, usual**2)
+        of_bend: FloatArray = np.bincount(c, w * bent * filled, minlength=columns).astype(np.float64)
+        bend = _bends(of_bend, bending.astype(np.float64), usual**2)
         rest = filled - a[c] - p.value[c] * off - bend.value[c] * bent
         kurtosis = _kurtosis(rest / s[c], w)
         fitted = 1.0 + np.where(spread > 1e-9, np.minimum(p.var / var_slope, 1.0), 0.0)
@@ -401,7 +404,8 @@ class _Shape:
         at_risk = np.maximum(total - np.concatenate(([0.0], np.cumsum(w)[:-1])), w)
         gone = np.minimum(w / at_risk, 1.0 - 1e-9)
         ln_S = np.cumsum(np.where(over, 0.0, np.log1p(-gone)))
-        middle = np.log(0.5 * (np.exp(ln_S) + np.exp(np.concatenate(([0.0], ln_S[:-1])))))
+        share = 0.5 * (np.exp(ln_S) + np.exp(np.concatenate(([0.0], ln_S[:-1]))))
+        middle = np.log(np.maximum(share, 1e-300))
         use = ~over & (middle < -1e-12)
         about = np.clip(z, -CLIP, CLIP)
         d = about - float(np.average(about, weights=w))

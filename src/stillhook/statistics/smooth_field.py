@@ -49,12 +49,13 @@ def smooth_field(
     expected: FloatArray | None = None,
     scale: FloatArray | None = None,
     seed: int = SEED,
+    draws: int = DRAWS,
 ) -> Field:
     """Field from estimates value (c,) in ln of the height with variances var (c,).
 
     period [s], angle [rad] of the columns; expected (c,): what a cheaper method gives, about which the field may be
     smooth (None, or NaN somewhere: nothing), but for a factor; scale (c,): how much more than usual a column may differ
-    from its neighbours (None: 1).
+    from its neighbours (None: 1). seed of the draws, and how many there are.
     """
     flat = np.zeros_like(value)
     bases = [flat] if expected is None or not np.isfinite(expected).all() else [expected, flat]
@@ -72,7 +73,7 @@ def smooth_field(
     left = C - gain @ C
     mean = np.einsum("bg,bgi->i", weight, means)
     own = np.einsum("bg,gii->i", weight, left) + np.einsum("bg,bgi->i", weight, (means - mean) ** 2)
-    return Field(mean, np.maximum(own, 0.0), _draws(weight, means, left, seed))
+    return Field(mean, np.maximum(own, 0.0), _draws(weight, means, left, seed, draws))
 
 
 def _covariances(period: FloatArray, angle: FloatArray, scale: FloatArray) -> FloatArray:
@@ -87,11 +88,11 @@ def _covariances(period: FloatArray, angle: FloatArray, scale: FloatArray) -> Fl
     return np.asarray(parts * np.outer(scale, scale) + MEAN_SD**2)
 
 
-def _draws(weight: FloatArray, means: FloatArray, left: FloatArray, seed: int) -> FloatArray:
+def _draws(weight: FloatArray, means: FloatArray, left: FloatArray, seed: int, draws: int) -> FloatArray:
     """Draws (m, c) of the field: a combination by its weight, then its field."""
     rng = np.random.default_rng(seed)
-    chosen = rng.choice(weight.size, size=DRAWS, p=weight.ravel())
-    drawn = np.empty((DRAWS, means.shape[2]))
+    chosen = rng.choice(weight.size, size=draws, p=weight.ravel())
+    drawn = np.empty((draws, means.shape[2]))
     for each in np.unique(chosen):
         b, g = divmod(int(each), weight.shape[1])
         rows = np.flatnonzero(chosen == each)

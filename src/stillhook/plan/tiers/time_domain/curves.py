@@ -190,11 +190,12 @@ class CurveLimits:
 
 
 def limits_of_curve(
-    curve: Curve, x_limit: FloatArray, highest: float, expected: FloatArray | None = None
+    curve: Curve, x_limit: FloatArray, highest: float, expected: FloatArray | None = None, *, n_draws: int = DRAWS
 ) -> CurveLimits:
     """Heights at which the level of a curve is x_limit (c,).
 
-    highest sea to analyse [m]; expected (c,): limits of a cheaper method [m], NaN where it has none.
+    highest sea to analyse [m]; expected (c,): limits of a cheaper method [m], NaN where it has none;
+    n_draws: how many draws of all limits together.
     """
     n, top = len(curve.columns), curve.tops
     sound = np.array([column.sound_up_to for column in curve.columns])
@@ -209,17 +210,22 @@ def limits_of_curve(
         direct = np.where(known, curve.about * np.exp(np.minimum(crossing.h, 10.0)), np.inf)
         found = known & (direct <= BEYOND_CELLS * top) & ~beyond_calm
         inside = known & at_top & ~found & ~beyond_calm
-        draws, rng = np.full((DRAWS, n), np.nan), np.random.default_rng(_stream(curve))
+        draws, rng = np.full((n_draws, n), np.nan), np.random.default_rng(_stream(curve))
         if inside.any():
             about_top = curve.fit.around(np.log(top / curve.about))[inside]
-            of_top = _spread(about_top, np.log(top[inside]), y[inside] - about_top.level, rng)
+            of_top = _spread(about_top, np.log(top[inside]), y[inside] - about_top.level, rng, n_draws)
             low[inside], draws[:, inside] = np.where(of_top.low > 0.0, of_top.low, np.nan), of_top.draws
             high[inside] = np.where(of_top.low > 0.0, np.inf, np.nan)
         if found.any():
-            smooth, about = _smoothed(curve, crossing, direct, found, expected), crossing[found]
+            smooth, about = _smoothed(curve, crossing, direct, found, expected, n_draws), crossing[found]
             errors = about.slope * (smooth.draws - smooth.value)
             of = _spread(
-                replace(about, var=about.slope**2 * smooth.var), smooth.value, np.zeros(found.sum()), rng, errors
+                replace(about, var=about.slope**2 * smooth.var),
+                smooth.value,
+                np.zeros(found.sum()),
+                rng,
+                n_draws,
+                errors,
             )
             Hs[found], low[found], high[found], half[found] = np.exp(smooth.value), of.low, of.high, of.half
             draws[:, found] = of.draws
@@ -248,7 +254,12 @@ class _Spread:
 
 
 def _spread(
-    about: Around, ln_H: FloatArray, margin: FloatArray, rng: np.random.Generator, errors: FloatArray | None = None
+    about: Around,
+    ln_H: FloatArray,
+    margin: FloatArray,
+    rng: np.random.Generator,
+    n_draws: int,
+    errors: FloatArray | None = None,
 ) -> _Spread:
     """What errors of the level, of its growth and of the change of growth make of limits where ln of the level is to
     rise by a margin (c,) about heights of ln_H (c,): little where a number grows steeply, and without an end where it
@@ -262,9 +273,9 @@ def _spread(
     sd = np.sqrt(var + (0.5 * STEPS**2 * of_bend[:, None]) ** 2)
     below = -_reached(-STEPS[MIDDLE::-1], -(rise + NORMAL_95 * sd)[:, MIDDLE::-1])
     above = _reached(STEPS[MIDDLE:], (rise - NORMAL_95 * sd)[:, MIDDLE:])
-    z = rng.standard_normal((3, DRAWS, len(margin)))
+    z = rng.standard_normal((3, n_draws, len(margin)))
     drawn = np.sqrt(about.var) * z[0] if errors is None else errors
-    drawn = drawn + math.sqrt(about.common) * rng.standard_normal((DRAWS, 1))
+    drawn = drawn + math.sqrt(about.common) * rng.standard_normal((n_draws, 1))
     off = climbed(np.clip(about.slope + of_slope * z[1], *SLOPES), about.bend + of_bend * z[2], margin + drawn)
     low, high, draws = (np.exp(ln_H + np.minimum(x, 10.0)) for x in (below, above, off))
     already = (rise + NORMAL_95 * sd)[:, MIDDLE] < 0.0
@@ -290,12 +301,17 @@ def _stream(curve: Curve) -> int:
 
 
 def limits_in_bands(
-    curve: Curve, bands: Sequence[tuple[float, FloatArray]], highest: float, expected: FloatArray | None = None
+    curve: Curve,
+    bands: Sequence[tuple[float, FloatArray]],
+    highest: float,
+    expected: FloatArray | None = None,
+    *,
+    n_draws: int = DRAWS,
 ) -> CurveLimits:
     """As `limits_of_curve` for a limit that depends on the height: bands of a height up to which [m], rising, and the
     limit x (c,) there. The limit is that of a band within it, or the height of a band where the next one is beyond at
     once."""
-    found = [limits_of_curve(curve, x_limit, highest, expected) for _, x_limit in bands]
+    found = [limits_of_curve(curve, x_limit, highest, expected, n_draws=n_draws) for _, x_limit in bands]
     if len(found) == 1:
         return found[0]
     tops = [top for top, _ in bands]
@@ -303,7 +319,7 @@ def limits_in_bands(
     def first(tables: Sequence[FloatArray]) -> FloatArray:
         result, bottom = np.full_like(tables[0], np.inf), 0.0
         for table, top in zip(tables, tops, strict=True):
-            height = np.maximum(np.nan_to_num(table, nan=np.inf), bottom)
+            height = np.maximum(np.where(np.isnan(table), np.inf, table), bottom)
             result = np.where(np.isposinf(result) & (height <= top), height, result)
             bottom = top
         return result
@@ -335,7 +351,7 @@ def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
 
 
 def _smoothed(
-    curve: Curve, crossing: Around, direct: FloatArray, found: BoolArray, expected: FloatArray | None
+    curve: Curve, crossing: Around, direct: FloatArray, found: BoolArray, expected: FloatArray | None, n_draws: int
 ) -> Field:
     """ln of the heights as a field over periods and headings. It is levels that differ little between neighbours:
     limits of numbers that hardly grow may differ by more."""
@@ -352,4 +368,5 @@ def _smoothed(
         expected=ln_expected,
         scale=np.maximum(1.0 / slope, 1.0),
         seed=_stream(curve),
+        draws=n_draws,
     )

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.capacities import calm as _calm
 from stillhook.plan.definition.lift_plan import LiftPlan
@@ -23,6 +23,7 @@ from stillhook.plan.definition.rules import Alternative, Limited, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
 from stillhook.plan.tiers.time_domain.curves import (
+    BEYOND_CELLS,
     ColumnRuns,
     Curve,
     CurveLimits,
@@ -32,6 +33,7 @@ from stillhook.plan.tiers.time_domain.curves import (
 )
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
+from stillhook.statistics.smooth_field import DRAWS
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,10 @@ LEAST_PART = 0.5
 """Least part of the lowest height at which a limit below it is looked for next."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
 """Heights are whole multiples of 2.5 cm below 1 m and of 5 cm above, so that alternatives meet in the same seas [m]."""
+UPWARDS = 1.6
+"""Where a cell is placed well above a limit, over it."""
+HOPELESS = 32
+"""Runs that a column may have where the interval of its limit has no end: more of them would hardly give it one."""
 FAR = 0.4
 """Part of what waves may add below which a rule does not guide the search."""
 WIDTHS = (0.7, 2.0)
@@ -157,13 +163,18 @@ class Judged(NamedTuple):
     def least(self, column: Column) -> tuple[float, float]:
         """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln."""
         i = self.columns.index(column)
-        rows = [(float(np.nan_to_num(each.Hs[i], nan=np.inf)), float(each.half[i])) for each in self.limits.values()]
+        rows = [(or_inf(each.Hs[i]), float(each.half[i])) for each in self.limits.values()]
         return min(rows, key=lambda row: row[0], default=(math.inf, math.nan))
 
     def direct(self, column: Column) -> float:
         """Lowest limit of a column by its own runs, however far above them [m]."""
         i = self.columns.index(column)
         return min((float(each.direct[i]) for each in self.limits.values()), default=math.inf)
+
+
+def or_inf(Hs: float) -> float:
+    """A limit, inf where none is known [m]."""
+    return math.inf if math.isnan(Hs) else float(Hs)
 
 
 class Work:
@@ -231,8 +242,9 @@ class Work:
         looking = [line for line in self.lines if line.started and not line.resolved]
         before = self._reached()
         wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line), patient=True)]
-        if not wanted and before == self._reached():
-            wanted = [ask for line in looking for ask in self._next_cells(line)]
+        for patient in (True, False):  # where each waits for another: for pilots alone, at last for nothing
+            if not wanted and before == self._reached():
+                wanted = [ask for line in looking for ask in self._next_cells(line, patient=patient)]
         if not wanted:
             return bool(looking)
         self.cells.request(_merged(wanted), self._progress(len(wanted)))
@@ -301,13 +313,16 @@ class Work:
             return []
         seen = min(limit, self._so_far(line).direct(line.column)) if Hs else math.inf
         wanted = next_height(Hs, seen, line.first_guess, highest, self.search)
+        unbounded = half == math.inf
+        if wanted is None and unbounded and len(Hs) > 1:
+            wanted = _above(Hs, limit, min(highest, GOVERNING_MARGIN * provisional))
         line.placed = wanted is None
         if wanted is not None:
             return [CellRequest(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
         if 0.0 < limit <= bound and limit < math.inf and half > self.width(line.column, limit):
             if patient and any(self._open(other) for other in self.phases[line.phase.name, line.alternative]):
                 return []  # their runs narrow this interval as well
-            more = self._more_runs(line, Hs, limit)
+            more = self._more_runs(line, Hs, limit, HOPELESS if unbounded else self.search.most_seeds)
             if more is not None:
                 return [more]
         line.limit = limit
@@ -325,10 +340,10 @@ class Work:
             return False
         return float(measure.values(calm)[0]) > measure.to_x(rule.limit) * (1.0 + 1e-9)
 
-    def _more_runs(self, line: LimitSearch, Hs: Sequence[float], limit: float) -> CellRequest | None:
+    def _more_runs(self, line: LimitSearch, Hs: Sequence[float], limit: float, most: int) -> CellRequest | None:
         """More runs for the cell next to the limit while the column may have more."""
         sizes = {h: len(self.runs(line, h)["duration"]) for h in Hs}
-        if sum(sizes.values()) >= self.search.most_seeds:
+        if sum(sizes.values()) >= most:
             return None
         h = min(Hs, key=lambda h: abs(h - limit))
         return CellRequest(line.phase.name, line.winch, line.spot(h), sizes[h] + self.search.more)
@@ -399,25 +414,50 @@ class Work:
                 continue
             expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
             guess = np.array([self.height(expected.get(column, math.nan)) for column in columns])
-            curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess)
+            n_draws = 0 if near else DRAWS
+            curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess, n_draws=n_draws)
         return Judged(columns, curves, limits)
 
     def limits_of(
-        self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None = None
+        self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None = None, *, n_draws: int = 0
     ) -> tuple[Curve, CurveLimits]:
         """The curve of a rule's quantity in columns, and the rule's limits of the wind sea; expected (c,): limits of a
-        cheaper method, of all waves [m]."""
+        cheaper method, of all waves [m].
+
+        A level that rises to just below its limit and no further seems to cross it by the slope before. Where cells
+        well above such a crossing are inside, the curve is taken about the highest of them.
+        """
+        found = self._limits_of(rule, columns, expected, n_draws)
+        tops = found[0].tops
+        with np.errstate(invalid="ignore"):
+            well_below = BEYOND_CELLS * self.all_waves(found[1].Hs) < tops
+        if not well_below.any():
+            return found
+        there = self._limits_of(rule, _about_tops(columns, tops, well_below), expected, 0)[1]
+        inside = well_below & ~(self.all_waves(there.Hs) <= tops)
+        if not inside.any():
+            return found
+        return self._limits_of(rule, _about_tops(columns, tops, inside), expected, n_draws)
+
+    def _limits_of(
+        self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None, n_draws: int
+    ) -> tuple[Curve, CurveLimits]:
         curve = curve_of(columns, _chance(columns, rule.limit))
         bands = [
             (self.height(top), np.array([_x_limit(column.measure, limit) for column in columns]))
             for top, limit in rule.bands
         ]
-        limits = limits_in_bands(curve, bands, self.height(max(self.plan.environment.Hs)), expected)
+        highest = self.height(max(self.plan.environment.Hs))
+        limits = limits_in_bands(curve, bands, highest, expected, n_draws=n_draws)
         return curve, limits if self.swell == 0.0 else wind_sea_limits(limits, self.swell)
 
     def height(self, Hs: float) -> float:
         """Height of all waves of a wind sea [m], swell included."""
         return math.hypot(Hs, self.swell)
+
+    def all_waves(self, Hs: FloatArray) -> FloatArray:
+        """The same of many."""
+        return np.hypot(Hs, self.swell)
 
     def has(self, line: LimitSearch, quantity: str) -> bool:
         """Whether runs of a line determine a quantity."""
@@ -472,6 +512,13 @@ def pilots_of(columns: Sequence[Column]) -> set[Column]:
     return {(T[i], beta[len(beta) // 2]) for i in places} & set(columns)
 
 
+def _above(Hs: Sequence[float], limit: float, highest: float) -> float | None:
+    """A cell well above a limit about which a level hardly grows: runs there show whether it goes beyond at all. None
+    where there is one, or none in the seas that count."""
+    wanted = min(UPWARDS * limit, highest)
+    return snapped(wanted) if wanted > BEYOND_CELLS * Hs[-1] else None
+
+
 def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:
     """Predicted limit of a phase over the least that it may be, and first height of a search over the predicted
     limit."""
@@ -485,6 +532,12 @@ def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:
 def _chance(columns: Sequence[ColumnRuns], limit: float) -> float | None:
     """The limit where it is one of a chance."""
     return limit if columns[0].measure.statistic is Statistic.CHANCE else None
+
+
+def _about_tops(columns: Sequence[ColumnRuns], tops: FloatArray, some: BoolArray) -> list[ColumnRuns]:
+    """Columns, some of which are looked at about their highest cell."""
+    rows = zip(columns, tops, some, strict=True)
+    return [replace(column, about=float(top)) if use else column for column, top, use in rows]
 
 
 def _far(rule: Limited, column: ColumnRuns) -> bool:

@@ -28,6 +28,7 @@ from stillhook.plan.tiers.time_domain.search import (
     LimitSearch,
     Search,
     Work,
+    or_inf,
     prediction_factors,
     snapped,
 )
@@ -101,7 +102,7 @@ def convergence(work: Work) -> xarray.Dataset | None:
     for i, line in enumerate(lines):
         judged = work.judgement(line)
         at = judged.columns.index(column)
-        key = min(judged.limits, key=lambda rule: float(np.nan_to_num(judged.limits[rule].Hs[at], nan=np.inf)))
+        key = min(judged.limits, key=lambda rule: or_inf(judged.limits[rule].Hs[at]))
         names.append(_named(line, key))
         curve = judged.curves[key]
         rule = next(each for each in work.rules(line) if each.rule.key == key)
