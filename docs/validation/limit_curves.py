@@ -123,7 +123,16 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
             ],
         ),
         "days": table(
-            ("number", "alternative", "over", "covers", "true", "mean error", "error, rms", "half of the 95 % interval"),
+            (
+                "number",
+                "alternative",
+                "over",
+                "covers",
+                "true",
+                "mean error",
+                "error, rms",
+                "half of the 95 % interval",
+            ),
             [
                 (
                     NUMBERS_OF_WEATHER[r["number"]],

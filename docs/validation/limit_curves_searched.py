@@ -15,7 +15,7 @@ from scipy.special import log_ndtr
 
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, CurveLimits, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.measures import Measure
-from stillhook.plan.tiers.time_domain.search import Search, next_height
+from stillhook.plan.tiers.time_domain.placing import Search, next_height
 from stillhook.statistics.extremes import P90
 
 HIGHEST = 6.0

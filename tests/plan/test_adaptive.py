@@ -2,11 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stillhook.plan.tiers.time_domain.search import Search, next_height, snapped
+from stillhook.plan.tiers.time_domain.placing import Search, cell_above, next_height, pilots_of, snapped
 
 SEARCH = Search()
 HIGHEST = 6.0
@@ -63,3 +64,24 @@ def test_heights_meet_on_one_ladder():
     assert snapped(1.51) == snapped(1.49) == 1.5
     assert snapped(0.001) == 0.025
     assert snapped(0.61) == 0.6
+
+
+def test_pilots_are_periods_over_all_of_the_range_in_the_middle_direction():
+    columns = [(T, beta) for T in np.arange(5.0, 15.0) for beta in (2.8, 3.1, 3.4)]
+    pilots = pilots_of(columns)
+    assert {beta for _, beta in pilots} == {3.1}
+    assert {min(pilots)[0], max(pilots)[0]} == {5.0, 14.0}
+    assert 3 <= len(pilots) <= 5
+
+
+def test_of_few_columns_all_are_looked_for_at_once():
+    columns = [(T, 3.0) for T in (6.0, 8.0, 10.0)]
+    assert pilots_of(columns) == set(columns)
+
+
+def test_a_cell_well_above_a_limit_is_placed_once_and_never_above_the_seas_that_count():
+    placed = cell_above([1.5, 2.0], 1.8, HIGHEST)
+    assert placed is not None
+    assert placed > 2.0
+    assert cell_above([1.5, 2.0, placed], 1.8, HIGHEST) is None
+    assert cell_above([1.5, 2.0], 1.8, 2.2) is None

@@ -1,6 +1,7 @@
 """Limit curves of made-up runs: where intervals end, what draws are, and how growth may change with the height."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +10,14 @@ from hypothesis import strategies as st
 
 from stillhook.plan.answer.spread import drawn_limits
 from stillhook.plan.definition.rules import Alternative, Tier
-from stillhook.plan.limits import Limits
+from stillhook.plan.file import load_plan
+from stillhook.plan.limits import Limits, limited
 from stillhook.plan.table import Axes
+from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.measures import Measure
+from stillhook.plan.tiers.time_domain.placing import Search
+from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.statistics.extremes import P90
 from stillhook.statistics.level_fit import climbed, risen
 
@@ -46,6 +51,22 @@ def plateau(part):
 
 def steep(h):
     return (h / 1.6) ** 1.6
+
+
+@pytest.mark.parametrize(("level", "limit"), [(plateau(0.85), math.inf), (steep, 1.6)])
+def test_cells_well_above_a_seeming_limit_say_whether_there_is_one(level, limit):
+    """About 1.3 m the plateau still grows, and seems to go on; cells at 3 and 4 m show that it does not."""
+    plan = load_plan("template-to-1500m")
+    landing = next(phase for phase in plan.phases if phase.name == "landing")
+    motion = next(r for r in limited(plan, landing, Alternative.SSC) if r.rule.quantity == "load_pp")
+    columns = [
+        replace(column, about=1.0) for column in table(lambda h: motion.limit * level(h), (0.8, 1.0, 1.3, 3.0, 4.0))
+    ]
+    _, found = Work(plan, Search(), Cells(plan, Execution()), None).limits_of(motion, columns)
+    if limit == math.inf:
+        assert not (found.Hs <= 4.0).any()
+    else:
+        assert found.Hs == pytest.approx(limit, rel=0.12)
 
 
 def test_a_limit_has_no_upper_end_where_the_level_stays_within_its_error_of_it():

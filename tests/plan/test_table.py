@@ -49,6 +49,17 @@ def test_the_least_limit_over_phases_and_rules_governs_and_is_named():
     assert (found.tier[1] == TIERS.index(Tier.FREQUENCY)).all()
 
 
+def test_where_nothing_limits_the_lower_end_is_the_least_of_all_rules():
+    beta, Tp = (a.ravel() for a in np.meshgrid(AXES.headings, AXES.periods, indexing="ij"))
+    open_, ends = (
+        {rule: np.full(6, np.inf) for rule in ("DAF", "slack")},
+        {"DAF": np.full(6, 4.0), "slack": np.full(6, 2.5)},
+    )
+    found = governed(chosen(gathered(AXES, [Limits("splash", SSC, Tier.TIME, Tp, beta, open_, ends, open_)])))
+    assert np.isposinf(found.Hs[1]).all()
+    assert (found.low[1] == 2.5).all()
+
+
 def test_the_twin_counts_before_the_road_and_the_road_before_the_closed_form_even_where_it_allows_more():
     told = [
         limits("deep", SSC, Tier.CLOSED_FORM, DAF=0.5, slack=0.6),

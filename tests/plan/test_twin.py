@@ -28,8 +28,8 @@ from stillhook.plan.tiers.time_domain.lowering import (
     winch_of,
 )
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
-from stillhook.plan.tiers.time_domain.search import Search, prediction_factors
-from stillhook.plan.tiers.time_domain.tier import chance, expected, refine
+from stillhook.plan.tiers.time_domain.placing import Search, prediction_factors, usual_runs
+from stillhook.plan.tiers.time_domain.tier import chance, refine
 from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.scenario import Mode
 
@@ -430,8 +430,9 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     assert speeds.sel(alternative="none").std() > speeds.sel(alternative="ssc").std()
 
 
-def test_what_may_be_run_is_told_before(plan):
-    assert "runs of the twin" in expected(plan)
+def test_runs_told_before_grow_with_columns_and_alternatives(plan):
+    fewer = replace(plan, alternatives=plan.alternatives[:1])
+    assert usual_runs(plan) == len(plan.alternatives) * usual_runs(fewer) > 0
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits
 from stillhook.plan.tiers.time_domain import cells as twin_cells
 from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
-from stillhook.plan.tiers.time_domain.search import Search
+from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.tier import refine
 from stillhook.winches.registry import WINCH_TYPES
 

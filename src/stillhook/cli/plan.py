@@ -134,13 +134,14 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
         say_if_compiling(lift_plan.crane)
     if last is Tier.TIME:
         from stillhook.engine.lowering.run import LiftBlock
-        from stillhook.plan.tiers.time_domain.tier import expected
+        from stillhook.plan.tiers.time_domain.placing import usual_runs
 
         say_if_compiling(lift_plan.crane, kind=LiftBlock.kind)
         resume_note = (
             f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )
-        say(textwrap.fill(f"{expected(lift_plan)}{resume_note}", WIDTH, break_on_hyphens=False, break_long_words=False))
+        runs = f"some {usual_runs(lift_plan):,} runs of the twin{resume_note}"
+        say(textwrap.fill(runs, WIDTH, break_on_hyphens=False, break_long_words=False))
 
 
 def show(result: PlanResult, out: Path | None, *, json: bool) -> None:

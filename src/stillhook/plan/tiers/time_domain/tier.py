@@ -21,17 +21,10 @@ from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of
-from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, winch_of
+from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
-from stillhook.plan.tiers.time_domain.search import (
-    Column,
-    LimitSearch,
-    Search,
-    Work,
-    or_inf,
-    prediction_factors,
-    snapped,
-)
+from stillhook.plan.tiers.time_domain.placing import Column, Search, prediction_factors, snapped
+from stillhook.plan.tiers.time_domain.search import LimitSearch, Work, or_inf
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
 
@@ -140,8 +133,6 @@ def _named(line: LimitSearch, key: str) -> str:
     return f"{line.phase.name}, {who}: {key} at Tp {show(T, 'time')}, {math.degrees(beta):.4g} deg"
 
 
-USUAL_CELLS = 2.5
-"""Cells that a limit takes on the mean, for the estimate in advance."""
 MOST_ROUNDS = 200
 
 
@@ -323,15 +314,3 @@ def _reason(work: Work, phase: Phase) -> str:
     if not run:
         return f"not run: {rest}"
     return f"run in {len(run)} of {len(lines)} columns of alternative, period and heading; elsewhere {rest}"
-
-
-def expected(plan: LiftPlan, search: Search | None = None) -> str:
-    """What the twin's tier may take, in words, before it runs: every line that could be looked for, at the usual number
-    of cells."""
-    chosen = search or Search()
-    kinds = {
-        (phase.name, winch_of(phase, a)) for phase in plan.phases if phase.kind in KINDS for a in plan.alternatives
-    }
-    columns = len(plan.environment.Tp) * len(plan.environment.headings)
-    runs = round(len(kinds) * columns * USUAL_CELLS * chosen.seeds)
-    return f"up to some {runs:,} runs of the twin, fewer where a phase cannot govern"

@@ -1,0 +1,126 @@
+"""Where the search of the twin's tier places its cells: columns that come first, heights, and where a prediction puts
+the first of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase
+from stillhook.plan.definition.rules import Tier
+from stillhook.plan.tiers.time_domain.curves import BEYOND_CELLS
+
+Column = tuple[float, float]
+"""Tp [s] and direction of travel [rad]."""
+
+UNDERESTIMATE_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
+"""A phase may govern down to its predicted limit over this factor: the frequency-domain method may overestimate by so
+much; the closed form of the splash zone is conservative."""
+FIRST_GUESS_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.0, Tier.CLOSED_FORM: 1.7}
+"""First height of a search over the predicted limit; the closed form of the splash zone is conservative by about so
+much (docs/explanation/limits-by-runs.md)."""
+HELD_UNDERESTIMATE_FACTOR, HELD_FIRST_GUESS_FACTOR = 1.5, 0.9
+"""The same of a payload that is held in the wave zone: the closed form looks at one wave, and half an hour has more.
+Limits by runs were 0.69 to 1.2 times the closed form's (docs/explanation/limits-by-runs.md)."""
+PILOTS = 4
+"""Periods whose limits are looked for first, in the middle direction: by how much the prediction is off there corrects
+it elsewhere."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """How closely a limit is looked for.
+
+    seeds first given to a cell, and the step by which a column gets more of them, up to most_seeds; width: half of the
+    95 % interval of a limit, over it, that is narrow enough in weather of the usual frequency; near: distance of a cell
+    from the limit, over it, at which it is found; cells a column may have.
+    """
+
+    seeds: int = 8
+    more: int = 8
+    most_seeds: int = 64
+    width: float = 0.1
+    near: float = 0.12
+    cells: int = 6
+
+
+LEAST_STEP, MOST_STEP = 1.12, 2.0
+"""Factors between which the height grows where no limit is seen yet."""
+BEHIND = 1.05
+"""Where the next height is placed behind a limit that is seen from below, over it: a cell beyond shows that the number
+grows so far."""
+LEAST_PART = 0.5
+"""Least part of the lowest height at which a limit below it is looked for next."""
+FINE, COARSE, TURN = 0.025, 0.05, 1.0
+"""Heights are whole multiples of 2.5 cm below 1 m and of 5 cm above, so that alternatives meet in the same seas [m]."""
+USUAL_RUNS = 26
+"""Runs that the limits of an alternative take in a column, in the example: for progress."""
+UPWARDS = 1.6
+"""Where a cell is placed well above a limit, over it."""
+HOPELESS = 32
+"""Runs that a column may have where the interval of its limit has no end: more of them would hardly give it one."""
+WIDTHS = (0.7, 2.0)
+"""Factors on `Search.width` in the weather that is most and least frequent."""
+
+
+def snapped(Hs: float) -> float:
+    """The nearest height that is run [m]."""
+    step = FINE if Hs < TURN else COARSE
+    return round(max(round(Hs / step), 1) * step, 6)
+
+
+def next_height(Hs: Sequence[float], limit: float, guess: float, highest: float, search: Search) -> float | None:
+    """Height that is run next in a column [m], or None where there is a cell about its limit.
+
+    Parameters: Hs rising heights above 0 that were run; limit as their runs give it [m] (inf: none is seen); guess:
+    limit that another tier predicts (NaN: none), tried first; highest sea to analyse.
+    """
+    if not len(Hs):
+        first = guess if guess > 0.0 and math.isfinite(guess) else highest if guess == math.inf else 0.5 * highest
+        return snapped(min(first, highest))
+    top = Hs[-1]
+    if len(Hs) >= search.cells or (limit > top and top >= highest * (1.0 - 1e-9)):
+        return None
+    if limit > top:
+        wanted = top * min(max(BEHIND * limit / top, LEAST_STEP), MOST_STEP)
+    elif min(abs(limit - h) for h in Hs) <= search.near * limit:
+        return None
+    else:
+        wanted = max(limit, LEAST_PART * Hs[0])
+    wanted = snapped(min(wanted, highest))
+    return None if any(abs(h - wanted) < 1e-9 for h in Hs) else wanted
+
+
+def pilots_of(columns: Sequence[Column]) -> set[Column]:
+    """Columns whose limits are looked for first: periods over all of their range, the middle direction."""
+    T, beta = (sorted({column[i] for column in columns}) for i in (0, 1))
+    if len(columns) <= 2 * PILOTS:
+        return set(columns)
+    places = np.unique(np.linspace(0, len(T) - 1, PILOTS).round().astype(int))
+    return {(T[i], beta[len(beta) // 2]) for i in places} & set(columns)
+
+
+def cell_above(Hs: Sequence[float], limit: float, highest: float) -> float | None:
+    """A cell well above a limit about which a level hardly grows: runs there show whether it goes beyond at all. None
+    where there is one, or none in the seas that count."""
+    wanted = min(UPWARDS * limit, highest)
+    return snapped(wanted) if wanted > BEYOND_CELLS * Hs[-1] else None
+
+
+def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:
+    """Predicted limit of a phase over the least that it may be, and first height of a search over the predicted
+    limit."""
+    if tier is None:
+        return 1.0, 1.0
+    if phase.held:
+        return HELD_UNDERESTIMATE_FACTOR, HELD_FIRST_GUESS_FACTOR
+    return UNDERESTIMATE_FACTOR[tier], FIRST_GUESS_FACTOR[tier]
+
+
+def usual_runs(plan: LiftPlan) -> int:
+    """Runs that the limits of a plan usually take."""
+    return USUAL_RUNS * len(plan.alternatives) * len(plan.environment.Tp) * len(plan.environment.headings)
