@@ -17,7 +17,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
 from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
-from stillhook.statistics.estimate import NORMAL_95
+from stillhook.statistics.estimate import NORMAL_95, t_factor
 from stillhook.statistics.level_fit import (
     SLOPES,
     Around,
@@ -49,6 +49,8 @@ leaves. One of 20 runs may fail in a phase that holds one run, none in a phase t
 ROUNDING = 1e-9
 LOWEST = -50.0
 """ln of what waves may add where still water is at the limit."""
+WELL_BELOW = 0.85
+"""Heights below a limit, over it, at which cells show how far down its interval may reach."""
 MIDDLE = 250
 STEPS = np.linspace(-2.5, 2.5, 2 * MIDDLE + 1)
 """Distances from a limit, in ln of the height, at which the ends of its interval are looked for."""
@@ -240,6 +242,10 @@ def limits_of_curve(
     limited = np.isfinite(sound)
     Hs[limited] = np.fmin(Hs, sound)[limited]
     low[limited] = np.fmin(low, sound)[limited]
+    with np.errstate(divide="ignore", invalid="ignore"):  # a draw is off by twice an interval's half at the most
+        least, most = low**2 / Hs, high**2 / Hs
+    draws = np.maximum(draws, np.where(np.isfinite(least), least, 0.0))
+    draws = np.minimum(draws, np.where(most > 0.0, most, np.inf))
     return CurveLimits(Hs, low, high, half, direct, np.minimum(draws, sound))
 
 
@@ -370,3 +376,54 @@ def _smoothed(
         seed=_stream(curve),
         draws=n_draws,
     )
+
+
+def chance_of(columns: Sequence[ColumnRuns], limit: float) -> float | None:
+    """A limit where it is one of a chance, else None."""
+    return limit if columns[0].measure.statistic is Statistic.CHANCE else None
+
+
+def x_limit_of(measure: Measure, limit: float) -> float:
+    """x of a measure at a limit; of a chance the end that is reached by chance."""
+    return measure.end if measure.statistic is Statistic.CHANCE else measure.to_x(limit)
+
+
+def about_tops(columns: Sequence[ColumnRuns], tops: FloatArray, some: BoolArray) -> list[ColumnRuns]:
+    """Columns, some of which are looked at about their highest cell."""
+    rows = zip(columns, tops, some, strict=True)
+    return [replace(column, about=float(top)) if use else column for column, top, use in rows]
+
+
+def surely_inside(columns: Sequence[ColumnRuns], x_limit: FloatArray, limits: FloatArray) -> FloatArray:
+    """Heights (c,) [m] up to which cells well below a limit show that a column is inside, to 95 %: the highest such
+    cell; 0 where there is none. A column without lower cells takes the least of columns of about its period, or of all.
+
+    x_limit (c,); limits (c,): heights of the limits, inf or NaN where there is none [m].
+    """
+    floor, most = np.zeros(len(columns)), WELL_BELOW * np.where(np.isnan(limits), np.inf, limits)
+    below = [[Hs for Hs, _ in reversed(column.cells) if 0.0 < Hs < H] for column, H in zip(columns, most, strict=True)]
+    while any(below):
+        at = {i: heights.pop(0) for i, heights in enumerate(below) if heights}
+        curve = curve_of([replace(column, about=at.get(i, column.about)) for i, column in enumerate(columns)])
+        for i, Hs in at.items():
+            if _highest_level(curve, i, Hs) < x_limit[i]:
+                floor[i], below[i] = Hs, []
+    ln_T = np.log([column.period for column in columns])
+    alike = np.abs(ln_T[:, None] - ln_T) < ALIKE
+    any_ = np.ones_like(alike)
+    least, of_any = (np.where(near & (floor > 0.0), floor, np.inf).min(axis=1) for near in (alike, any_))
+    least = np.where(np.isfinite(least), least, of_any)
+    return np.asarray(np.minimum(np.where((floor == 0.0) & np.isfinite(least), least, floor), most))
+
+
+def _highest_level(curve: Curve, i: int, Hs: float) -> float:
+    """Upper end of the 95 % interval of the level in a cell; of a mean that of its runs."""
+    column = curve.columns[i]
+    runs = next(runs for height, runs in column.cells if height == Hs)
+    x = column.measure.values(runs)
+    if not np.isfinite(x).all():
+        return math.inf
+    if column.measure.statistic is Statistic.MEAN:
+        return float(x.mean() + t_factor(len(x) - 1) * x.std(ddof=1) / math.sqrt(len(x))) if len(x) > 1 else math.inf
+    level, _, high = curve.level(i, Hs)
+    return high if math.isfinite(high) else level

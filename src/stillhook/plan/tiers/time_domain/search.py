@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.capacities import calm as _calm
 from stillhook.plan.definition.lift_plan import LiftPlan
@@ -27,9 +27,13 @@ from stillhook.plan.tiers.time_domain.curves import (
     ColumnRuns,
     Curve,
     CurveLimits,
+    about_tops,
+    chance_of,
     curve_of,
     limits_in_bands,
+    surely_inside,
     wind_sea_limits,
+    x_limit_of,
 )
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
@@ -356,29 +360,39 @@ class Work:
         self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None = None, *, n_draws: int = 0
     ) -> tuple[Curve, CurveLimits]:
         """The curve of a rule's quantity in columns, and the rule's limits of the wind sea; expected (c,): limits of a
-        cheaper method, of all waves [m].
+        cheaper method, of all waves [m]; n_draws of all limits together: lower ends go with them."""
+        curve, limits = self._taken_at(rule, columns, expected, n_draws)
+        if n_draws == 0:
+            return curve, limits
+        x_limit = np.array([min(x_limit_of(column.measure, limit) for _, limit in rule.bands) for column in columns])
+        floor = surely_inside(curve.columns, x_limit, self.all_waves(limits.Hs))
+        floor = np.sqrt(np.maximum(floor**2 - self.swell**2, 0.0))
+        low = np.where(floor > 0.0, np.fmax(limits.low, floor), limits.low)
+        return curve, replace(limits, low=low, draws=np.maximum(limits.draws, floor))
 
-        A level that rises to just below its limit and no further seems to cross it by the slope before. Where cells
-        well above such a crossing are inside, the curve is taken about the highest of them.
-        """
+    def _taken_at(
+        self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None, n_draws: int
+    ) -> tuple[Curve, CurveLimits]:
+        """The same without what cells below say. A level that rises to just below its limit and no further seems to
+        cross it by the slope before: where cells well above are inside, the curve is taken about the highest."""
         found = self._limits_of(rule, columns, expected, n_draws)
         tops = found[0].tops
         with np.errstate(invalid="ignore"):
             well_below = BEYOND_CELLS * self.all_waves(found[1].Hs) < tops
         if not well_below.any():
             return found
-        there = self._limits_of(rule, _about_tops(columns, tops, well_below), expected, 0)[1]
+        there = self._limits_of(rule, about_tops(columns, tops, well_below), expected, 0)[1]
         inside = well_below & ~(self.all_waves(there.Hs) <= tops)
         if not inside.any():
             return found
-        return self._limits_of(rule, _about_tops(columns, tops, inside), expected, n_draws)
+        return self._limits_of(rule, about_tops(columns, tops, inside), expected, n_draws)
 
     def _limits_of(
         self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None, n_draws: int
     ) -> tuple[Curve, CurveLimits]:
-        curve = curve_of(columns, _chance(columns, rule.limit))
+        curve = curve_of(columns, chance_of(columns, rule.limit))
         bands = [
-            (self.height(top), np.array([_x_limit(column.measure, limit) for column in columns]))
+            (self.height(top), np.array([x_limit_of(column.measure, limit) for column in columns]))
             for top, limit in rule.bands
         ]
         highest = self.height(max(self.plan.environment.Hs))
@@ -439,28 +453,13 @@ class Work:
         return report
 
 
-def _chance(columns: Sequence[ColumnRuns], limit: float) -> float | None:
-    """The limit where it is one of a chance."""
-    return limit if columns[0].measure.statistic is Statistic.CHANCE else None
-
-
-def _about_tops(columns: Sequence[ColumnRuns], tops: FloatArray, some: BoolArray) -> list[ColumnRuns]:
-    """Columns, some of which are looked at about their highest cell."""
-    rows = zip(columns, tops, some, strict=True)
-    return [replace(column, about=float(top)) if use else column for column, top, use in rows]
-
-
 def _far(rule: Limited, column: ColumnRuns) -> bool:
     """Whether no run of a column came near to a limit: waves added less than `FAR` of what they may."""
     if column.measure.statistic is Statistic.CHANCE:
         return False
-    room = min(_x_limit(column.measure, limit) for _, limit in rule.bands) - column.still
+    room = min(x_limit_of(column.measure, limit) for _, limit in rule.bands) - column.still
     x = np.concatenate([column.measure.values(runs) for _, runs in column.cells])
     return bool(np.isfinite(x).all() and float(x.max()) - column.still < FAR * room)
-
-
-def _x_limit(measure: Measure, limit: float) -> float:
-    return measure.end if measure.statistic is Statistic.CHANCE else measure.to_x(limit)
 
 
 def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
