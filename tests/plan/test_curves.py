@@ -14,7 +14,7 @@ from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.table import Axes
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
-from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve, surely_inside
 from stillhook.plan.tiers.time_domain.measures import Measure
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work
@@ -67,6 +67,30 @@ def test_cells_well_above_a_seeming_limit_say_whether_there_is_one(level, limit)
         assert not (found.Hs <= 4.0).any()
     else:
         assert found.Hs == pytest.approx(limit, rel=0.12)
+
+
+def test_a_lower_end_reaches_no_further_down_than_a_cell_that_is_surely_inside():
+    """At a plateau an error of the level moves a limit far; runs in lower seas know better."""
+    columns = [replace(column, about=3.0) for column in table(plateau(0.97), (0.5, 0.7, 2.0, 3.0, 4.0))]
+    curve = curve_of(columns)
+    found = limits_of_curve(curve, np.ones(len(columns)), HIGHEST)
+    floor = surely_inside(columns, np.ones(len(columns)), found.Hs)
+    assert (floor >= 0.5).all()
+    assert (floor <= 2.0).any()
+
+
+def test_a_column_without_lower_cells_takes_the_floor_of_its_neighbours():
+    columns = table(steep, (0.8, 1.2, 1.6))
+    alone = [replace(column, cells=column.cells[-1:]) if i == 4 else column for i, column in enumerate(columns)]
+    floor = surely_inside(alone, np.ones(len(alone)), np.full(len(alone), 1.6))
+    assert (floor > 0.0).all()
+    assert floor[4] == min(floor[3], floor[5])
+
+
+def test_no_draw_is_off_by_more_than_twice_an_interval():
+    found = limits(table(steep))
+    assert (found.draws >= found.low**2 / found.Hs * (1.0 - 1e-9)).all()
+    assert (found.draws <= found.high**2 / found.Hs * (1.0 + 1e-9)).all()
 
 
 def test_a_limit_has_no_upper_end_where_the_level_stays_within_its_error_of_it():
