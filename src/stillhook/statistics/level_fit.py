@@ -204,14 +204,12 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
         skewness[i], kurtosis[i] = shape.skewness, shape.kurtosis
     runs = np.bincount(samples.column, samples.weight, minlength=columns)
     parts = np.maximum(runs * k / _alike(z, k), 1e-9)
-    own_scale = (kurtosis - 1.0) / (4.0 * parts)
-    of_scale = np.minimum(s.var / s.value**2, own_scale)
-    with_scale = skewness / parts * of_scale / own_scale  # a scale that others share does not err with the location
+    of_scale = np.minimum(s.var / s.value**2, (kurtosis - 1.0) / (4.0 * parts))
     pooled = near @ runs
     few = np.array([(t_factor(max(n - 1.0, 1.0)) / NORMAL_95) ** 2 for n in pooled])
     usual = float(np.average(s.value**2, weights=parts)) * few
     shared = np.minimum(pooled / float(runs.sum()), 1.0)
-    var = usual * (1.0 / parts + Q * with_scale + Q**2 * of_scale + var_Q * (1.0 - shared))
+    var = usual * (1.0 / parts + Q * skewness / parts + Q**2 * of_scale + var_Q * (1.0 - shared))
     least = 0.1 * usual / parts
     common = float(np.mean(usual * var_Q * shared))
     return LevelFit(
