@@ -69,6 +69,25 @@ def test_cells_well_above_a_seeming_limit_say_whether_there_is_one(level, limit)
         assert found.Hs == pytest.approx(limit, rel=0.12)
 
 
+def test_a_number_to_which_waves_add_hardly_anything_has_no_limit_in_the_seas_that_were_run():
+    """Half of the runs stay below still water, the others a hair above: a curve of such numbers may cross anything."""
+    plan = load_plan("template-to-1500m")
+    landing = next(phase for phase in plan.phases if phase.name == "landing")
+    speed = next(r for r in limited(plan, landing, Alternative.NS) if r.rule.quantity == "v_landed")
+    rng = np.random.default_rng(3)
+    columns = [
+        replace(
+            column,
+            still=0.073,
+            cells=tuple((h, runs | {"x": rng.normal(0.073, 0.004, 16)}) for h, runs in column.cells),
+        )
+        for column in table(steep)
+    ]
+    _, found = Work(plan, Search(), Cells(plan, Execution()), None).limits_of(speed, columns, n_draws=24)
+    assert not np.isfinite(found.Hs).any()
+    assert found.low == pytest.approx(2.0)
+
+
 def test_a_lower_end_reaches_no_further_down_than_a_cell_that_is_surely_inside():
     """At a plateau an error of the level moves a limit far; runs in lower seas know better."""
     columns = [replace(column, about=3.0) for column in table(plateau(0.97), (0.5, 0.7, 2.0, 3.0, 4.0))]

@@ -104,7 +104,8 @@ def _lift(result: PlanResult, out: Path) -> None:
     limits = {row["rule"]: row["limit"] for row in result.facts["limited"] if row["rule"] == "load-motion"}
     tolerance = show(limits["load-motion"], "length")
     answer = verdict(result)
-    print(f"{result.name}, landed within {tolerance} over guide posts. {answer.word}, credited.")
+    landed = f"{result.name}, landed within {tolerance} over guide posts. {answer.word}, credited."
+    print(textwrap.fill(landed, WIDTH, subsequent_indent="  "))
     for line in (answer.text[0], *(text for text in answer.text if text.startswith("Simulated"))):
         print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
     periods = [float(T) for T in data["period"].values if float(T) in PERIODS]

@@ -49,6 +49,9 @@ leaves. One of 20 runs may fail in a phase that holds one run, none in a phase t
 ROUNDING = 1e-9
 LOWEST = -50.0
 """ln of what waves may add where still water is at the limit."""
+FAR = 0.4
+"""Part of what waves may add below which no run was near to a limit: such a rule guides no search, and has no limit in
+the seas that were run."""
 WELL_BELOW = 0.85
 """Heights below a limit, over it, at which cells show how far down its interval may reach."""
 MIDDLE = 250
@@ -386,6 +389,32 @@ def chance_of(columns: Sequence[ColumnRuns], limit: float) -> float | None:
 def x_limit_of(measure: Measure, limit: float) -> float:
     """x of a measure at a limit; of a chance the end that is reached by chance."""
     return measure.end if measure.statistic is Statistic.CHANCE else measure.to_x(limit)
+
+
+def far_from(bands: Sequence[tuple[float, float]], column: ColumnRuns) -> bool:
+    """Whether no run of a column came near to a limit, by its bands: waves added less than `FAR` of what they may."""
+    if column.measure.statistic is Statistic.CHANCE or not column.cells:
+        return False
+    room = min(x_limit_of(column.measure, limit) for _, limit in bands) - column.still
+    x = np.concatenate([column.measure.values(runs) for _, runs in column.cells])
+    return bool(np.isfinite(x).all() and float(x.max()) - column.still < FAR * room)
+
+
+def without(limits: CurveLimits, far: BoolArray, tops: FloatArray, highest: float) -> CurveLimits:
+    """Limits (c,), none of them in columns whose runs stayed far from it: of a number to which waves add hardly
+    anything no curve knows how it grows. tops (c,) highest cells, highest sea to analyse [m]."""
+    at_top = tops >= highest * (1.0 - ROUNDING)
+    Hs = np.where(far, np.where(at_top, np.inf, np.nan), limits.Hs)
+    low, nothing = np.where(far, tops, limits.low), np.where(at_top, np.inf, np.nan)
+    return replace(
+        limits,
+        Hs=Hs,
+        low=low,
+        high=np.where(far, np.nan, limits.high),
+        half=np.where(far, np.nan, limits.half),
+        direct=np.where(far, np.inf, limits.direct),
+        draws=np.where(far, nothing, limits.draws),
+    )
 
 
 def about_tops(columns: Sequence[ColumnRuns], tops: FloatArray, some: BoolArray) -> list[ColumnRuns]:

@@ -30,9 +30,11 @@ from stillhook.plan.tiers.time_domain.curves import (
     about_tops,
     chance_of,
     curve_of,
+    far_from,
     limits_in_bands,
     surely_inside,
     wind_sea_limits,
+    without,
     x_limit_of,
 )
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
@@ -52,8 +54,6 @@ from stillhook.plan.tiers.time_domain.placing import (
 )
 from stillhook.statistics.smooth_field import DRAWS
 
-FAR = 0.4
-"""Part of what waves may add below which a rule does not guide the search."""
 GOVERNING_MARGIN = 1.1
 """A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
 searched any higher."""
@@ -348,7 +348,7 @@ class Work:
             if any(not self.has(line, quantity) for line in lines):
                 continue
             of = [self.runs_of(line, quantity, a) for line, a in zip(lines, about, strict=True)]
-            if near and all(_far(each, column) for column in of):
+            if near and all(far_from(each.bands, column) for column in of):
                 continue
             expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
             guess = np.array([self.height(expected.get(column, math.nan)) for column in columns])
@@ -362,11 +362,13 @@ class Work:
         """The curve of a rule's quantity in columns, and the rule's limits of the wind sea; expected (c,): limits of a
         cheaper method, of all waves [m]; n_draws of all limits together: lower ends go with them."""
         curve, limits = self._taken_at(rule, columns, expected, n_draws)
+        far = np.array([far_from(rule.bands, column) for column in columns])
+        limits = without(limits, far, self.wind_sea(curve.tops), max(self.plan.environment.Hs))
         if n_draws == 0:
             return curve, limits
         x_limit = np.array([min(x_limit_of(column.measure, limit) for _, limit in rule.bands) for column in columns])
         floor = surely_inside(curve.columns, x_limit, self.all_waves(limits.Hs))
-        floor = np.sqrt(np.maximum(floor**2 - self.swell**2, 0.0))
+        floor = self.wind_sea(floor)
         low = np.where(floor > 0.0, np.fmax(limits.low, floor), limits.low)
         return curve, replace(limits, low=low, draws=np.maximum(limits.draws, floor))
 
@@ -406,6 +408,10 @@ class Work:
     def all_waves(self, Hs: FloatArray) -> FloatArray:
         """The same of many."""
         return np.hypot(Hs, self.swell)
+
+    def wind_sea(self, Hs: FloatArray) -> FloatArray:
+        """Heights of the wind sea in all waves of a height [m]."""
+        return np.sqrt(np.maximum(Hs**2 - self.swell**2, 0.0))
 
     def has(self, line: LimitSearch, quantity: str) -> bool:
         """Whether runs of a line determine a quantity."""
@@ -451,15 +457,6 @@ class Work:
             tell(self.share)
 
         return report
-
-
-def _far(rule: Limited, column: ColumnRuns) -> bool:
-    """Whether no run of a column came near to a limit: waves added less than `FAR` of what they may."""
-    if column.measure.statistic is Statistic.CHANCE:
-        return False
-    room = min(x_limit_of(column.measure, limit) for _, limit in rule.bands) - column.still
-    x = np.concatenate([column.measure.values(runs) for _, runs in column.cells])
-    return bool(np.isfinite(x).all() and float(x.max()) - column.still < FAR * room)
 
 
 def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
