@@ -54,7 +54,7 @@ LEAST_CHANGE = 1.05
 """Factor below which a depth that the drum's wire allows is not another one."""
 LOWEST, HIGHEST, RATIO = 0.4, 5.0, 1.9
 """Ends of the ladder of heights [m], and the largest ratio of neighbours."""
-SEEDS, OF_NO_TWIN = 8, 6
+SEEDS, OF_NO_TWIN = 12, 6
 """Runs of every rung, and of one of no controller: its motion grows with the height nearly in proportion, so that an
 error of the level makes no larger one of the limit, as it does where friction keeps the level nearly the same."""
 TOLERATED = ("load_pp", "e_c_pp")
