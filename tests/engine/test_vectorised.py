@@ -22,6 +22,7 @@ from stillhook.engine.scenario.problem import Ready, Result, ScenarioBlock
 from stillhook.kernels import build
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL
+from stillhook.physics import intrinsics  # noqa: F401  (Numba learns what scalar functions are)
 from stillhook.physics.scalar import STRICT
 from stillhook.spec.crane import Crane
 
