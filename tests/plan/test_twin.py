@@ -430,7 +430,7 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     assert speeds.sel(alternative="none").std() > speeds.sel(alternative="ssc").std()
 
 
-def test_runs_told_before_grow_with_columns_and_alternatives(plan):
+def test_the_usual_number_of_runs_grows_with_alternatives(plan):
     fewer = replace(plan, alternatives=plan.alternatives[:1])
     assert usual_runs(plan) == len(plan.alternatives) * usual_runs(fewer) > 0
 

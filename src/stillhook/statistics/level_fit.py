@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -94,8 +94,7 @@ class LevelFit:
 
     def at(self, column: IntArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
         """ln of the level at places (n,), and its variance."""
-        parts: list[Any] = [x[column] if isinstance(x, np.ndarray) else x for x in vars(self).values()]
-        of = LevelFit(*parts).around(h)
+        of = _of_columns(self, column).around(h)
         return of.level, of.var + of.common
 
     def around(self, h: FloatArray) -> Around:
@@ -142,8 +141,16 @@ class Around:
 
     def __getitem__(self, columns: BoolArray) -> Around:
         """That of some columns."""
-        parts: list[Any] = [x[columns] if isinstance(x, np.ndarray) else x for x in vars(self).values()]
-        return Around(*parts)
+        return _of_columns(self, columns)
+
+
+Columns = TypeVar("Columns", LevelFit, Around)
+
+
+def _of_columns(record: Columns, columns: BoolArray | IntArray) -> Columns:
+    """A record of columns with some of them alone."""
+    parts: list[Any] = [x[columns] if isinstance(x, np.ndarray) else x for x in vars(record).values()]
+    return type(record)(*parts)
 
 
 def risen(slope: FloatArray, bend: FloatArray, off: FloatArray) -> FloatArray:
