@@ -121,7 +121,7 @@ def test_statistics_every_so_often_are_kept_apart_from_others_in_a_store(tmp_pat
     [
         (CASES[0], {"sampling": "15 ms", "series": False}, 'sampling = "15 ms" is not a whole number of PLC cycles'),
         (CASES[0], {"sampling": "20 m", "series": False}, "sampling"),
-        (CASES[0].lowering(), {"sampling": "20 ms"}, "sampling is for statistics of lowerings"),
+        (CASES[0].lowering(), {"sampling": "20 ms"}, "sampling and end are for statistics of lowerings"),
     ],
 )
 def test_intervals_of_statistics_that_cannot_be_are_refused_in_one_line(case, options, says):

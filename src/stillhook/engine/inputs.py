@@ -103,10 +103,10 @@ def filled(drives: Sequence["CycleInputs"], k: int, n: int) -> FloatArray:
     return out
 
 
-def _pieces(n_ticks: int, first: int) -> Iterator[tuple[int, int]]:
+def _pieces(n_ticks: int, first: int, longest: int = CHUNK) -> Iterator[tuple[int, int]]:
     k = 0
     while k < n_ticks:
-        count = min(CHUNK, (n_ticks if k >= first else first) - k)
+        count = min(longest, (n_ticks if k >= first else first) - k)
         yield k, count
         k += count
 
@@ -123,10 +123,10 @@ class CycleInputs:
         self._pumps, self._passive_pumps = crane.plant.type.pump_units(crane)
         self._noise = _Noise(case, self.n_ticks + 1)
 
-    def pieces(self) -> Iterator[tuple[int, int]]:
+    def pieces(self, longest: int = CHUNK) -> Iterator[tuple[int, int]]:
         """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up
         ends."""
-        return _pieces(self.n_ticks, self.first)
+        return _pieces(self.n_ticks, self.first, longest)
 
     def rows(self, k: int, n: int) -> FloatArray:
         """Cycles k .. k + n - 1, shape (n, cols)."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from enum import StrEnum
 from typing import Any, Generic, NotRequired, Protocol, TypedDict, TypeVar
@@ -15,7 +15,7 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Meter, Progress
-from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
+from stillhook.engine.inputs import CHUNK, CycleInputs, filled, hermite_weights, scale_weights
 from stillhook.engine.pack.winch import Packed
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
@@ -86,10 +86,10 @@ def run_blocks(
     every: int,
     threads: int,
     progress: Progress | None,
-    sampled: int = 1,
+    **of_block: Any,
 ) -> list[Any]:
     """Results of all cases, those that are alike in blocks of `lanes` (1 or 16) that threads share; see `RunOptions`. A
-    failed case is marked and spoils no other. sampled: statistics are taken every so many cycles."""
+    failed case is marked and spoils no other. of_block: what blocks of this type take in addition."""
     groups: dict[Hashable, list[int]] = {}
     for i, r in enumerate(ready):
         groups.setdefault((r.winch.extra_controllers, block_type.alike(r)), []).append(i)
@@ -101,7 +101,7 @@ def run_blocks(
     results: dict[int, Any] = {}
 
     def work(indices: list[int]) -> None:
-        block = block_type([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every, sampled=sampled)
+        block = block_type([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every, **of_block)
         reached = meter.part(1.0)
         for share in block.steps():
             reached(share)
@@ -125,21 +125,25 @@ class Block(ABC, Generic[R]):
     """Runs of equal length side by side in one flat array; missing lanes repeat the first case."""
 
     kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
+    sampled = 1  # statistics are taken every so many cycles
+    longest_piece = CHUNK  # cycles that are made and run at once, at the most
 
-    def __init__(self, ready: Sequence[R], *, lanes: int, n_sub: int, every: int, sampled: int = 1) -> None:
+    def __init__(self, ready: Sequence[R], *, lanes: int, n_sub: int, every: int) -> None:
         self.ready = list(ready)
         self.lanes = [self.ready[i] if i < len(self.ready) else self.ready[0] for i in range(lanes)]
-        self.drive, self.n_sub, self.every, self.sampled = self.ready[0].drive, n_sub, every, sampled
+        self.drive, self.n_sub, self.every = self.ready[0].drive, n_sub, every
         winch = self.ready[0].winch
         self.d = driver(winch.name, lanes, self.kind, winch.extra_controllers)
         self.of_winch, windows, columns = self.sizes(self.d)
         self.n_x = size(self.of_winch.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
-        self.n_win = round(WINDOW / (sampled * self.drive.t_cycle)) + 1
+        self.n_win = round(WINDOW / (self.sampled * self.drive.t_cycle)) + 1
         self.W = aligned(blank_window(self.n_win, lanes, windows))
         rows = self.drive.n_ticks // every + 1 if every else 0
         self.out = np.empty((rows, columns, lanes))
         self.failed: dict[int, float] = {}
+        self.ended: dict[int, Any] = {}
+        self.ran = 0
         self.A = aligned(np.array(self.records()).T)
         self.of_winch.at_rest(self.A.reshape(-1))
 
@@ -181,19 +185,27 @@ class Block(ABC, Generic[R]):
 
     def steps(self) -> Iterator[float]:
         """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to
-        rest."""
-        for k, count in self.drive.pieces():
+        rest. What came out of a case is taken where it is over, wherever the others are."""
+        for k, count in self.drive.pieces(self.longest_piece):
             self.piece(filled([r.drive for r in self.lanes], k, count + 1), k, count)
+            self.ran = k + count
             for i in np.flatnonzero(~self.sound()):
-                self.failed.setdefault(int(i), (k + count) * self.drive.t_cycle)
+                if int(i) not in self.ended:
+                    self.failed.setdefault(int(i), self.ran * self.drive.t_cycle)
                 self.reset(int(i))
-            if len(self.failed) == len(self.ready):
+            for i in set(self.over()) - self.ended.keys() - self.failed.keys():
+                self.ended[i] = self.result(i)
+            if len(self.failed) + len(self.ended) >= len(self.ready):
                 break
-            yield (k + count) / self.drive.n_ticks
+            yield self.ran / self.drive.n_ticks
+
+    def over(self) -> Iterable[int]:
+        """Cases that need not be run on."""
+        return ()
 
     def results(self) -> list[Any]:
         """What came out of every case."""
-        return [self.result(i) for i in range(len(self.ready))]
+        return [self.ended[i] if i in self.ended else self.result(i) for i in range(len(self.ready))]
 
     def part(self, name: str, i: int) -> Any:
         """One record of lane i."""
@@ -212,7 +224,7 @@ class Block(ABC, Generic[R]):
         """How lane i ended, and the time reached [s]."""
         if i in self.failed:
             return Ending.DIVERGED, self.failed[i]
-        return Ending.DONE, self.drive.n_ticks * self.drive.t_cycle
+        return Ending.DONE, self.ran * self.drive.t_cycle
 
 
 def nothing(cls: type) -> Any:

@@ -29,6 +29,13 @@ PROBLEMS: tuple[tuple[tuple[type, ...], Problem], ...] = (
 """What there is to simulate: classes of cases, and how they are run."""
 
 
+class End(StrEnum):
+    """Where a run ends."""
+
+    DURATION = "duration"
+    PROGRAMME = "programme"
+
+
 class OnFailure(StrEnum):
     """What a batch does with a case that fails."""
 
@@ -44,6 +51,7 @@ def simulate(
     every: str | None = None,
     series: bool | None = None,
     sampling: str | None = None,
+    end: End | str = End.DURATION,
     on_failure: OnFailure | str = OnFailure.RAISE,
     threads: int = 2,
     store: str | Path | None = None,
@@ -63,11 +71,12 @@ def simulate(
     spacing that there is. series: store time series; default True for one case, False for a list (statistics alone,
     sixteen cases side by side). sampling: spacing at which extremes, sums and energies of a lowering are taken where no
     series is stored, a whole number of PLC cycles; default every cycle. 20 ms saves a quarter of the time
-    (docs/validation/step-size.md). on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the
-    rest (`status` says which failed). threads: threads that share a batch. store, client: statistics alone may be kept
-    in a folder as they finish, so that a run that was killed goes on, and made on a cluster (a dask.distributed
-    Client), with the same numbers; see `stillhook.engine.scenario.problem.summaries`. progress: called with the share
-    done, 0..1; first with 0, when everything that was given has been found good.
+    (docs/validation/step-size.md). end: "programme" ends a lowering within 1,024 PLC cycles after its programme, where
+    no series is stored; default after its duration. on_failure: "raise" stops with SimulationError if a case fails,
+    "mark" keeps the rest (`status` says which failed). threads: threads that share a batch. store, client: statistics
+    alone may be kept in a folder as they finish, so that a run that was killed goes on, and made on a cluster (a
+    dask.distributed Client), with the same numbers; see `stillhook.engine.scenario.problem.summaries`. progress: called
+    with the share done, 0..1; first with 0, when everything that was given has been found good.
 
     Returns
     -------
@@ -98,8 +107,9 @@ def simulate(
             " series=False."
         )
     problem, every_rows = _problem(cases), cycles(cranes[0], every)
-    if sampling is not None:
-        problem = _sampled(problem, cycles(cranes[0], sampling, "sampling"), stored=stored)
+    if sampling is not None or end != End.DURATION:
+        sampled = 1 if sampling is None else cycles(cranes[0], sampling, "sampling")
+        problem = _shorter(problem, sampled, end, stored=stored)
     n_sub = steps_per_cycle(cranes[0], step, problem.series_step if stored else problem.statistics_step)
     traces = None
     if stored:
@@ -133,13 +143,16 @@ def _problem(cases: Sequence[Case]) -> Problem:
     return PROBLEMS[of[0]][1]
 
 
-def _sampled(problem: Problem, n: int, *, stored: bool) -> Problem:
-    """The problem with statistics taken every n cycles. Errors: ScenarioError."""
+def _shorter(problem: Problem, sampled: int, end: End | str, *, stored: bool) -> Problem:
+    """The problem with statistics taken every so many cycles, and runs that end as given. Errors: ScenarioError."""
+    if end not in tuple(End):
+        raise ScenarioError(f"end = {units.quote(end)}: give one of {', '.join(End)}.")
     if stored or not isinstance(problem, LoweringProblem):
         raise ScenarioError(
-            "simulate: sampling is for statistics of lowerings. Leave it out for scenarios, or set series=False."
+            "simulate: sampling and end are for statistics of lowerings. Leave them out for scenarios, or set"
+            " series=False."
         )
-    return LoweringProblem(n)
+    return LoweringProblem(sampled, short=end == End.PROGRAMME)
 
 
 def raise_failures(summaries: Sequence[Mapping[str, Any]]) -> None:

@@ -29,8 +29,9 @@ import numpy as np
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.statistics.estimate import NORMAL_95, t_factor
 
-STEPS = 25
-"""Steps of the iteration between expected values of censored numbers and the parameters."""
+STEPS, SETTLED = 25, 1e-4
+"""Steps of the iteration between expected values of censored numbers and the parameters, at the most; and the change of
+these values, over the scale, from which on it goes no further."""
 LEAST_SCALE = 1e-6
 LEAST_LEFT = 0.2
 """Least part of the variance of numbers that is taken to be left about a location fitted to them."""
@@ -199,6 +200,7 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
     z = (y - line) / (s.value[c] * _left_over(c, w, columns))
     order = np.argsort(z, kind="stable")
     shapes: dict[bytes, tuple[_Shape, float, float]] = {}
+    quantiles: dict[tuple[bytes, float], tuple[float, float]] = {}
     Q, var_Q, skewness, kurtosis = (np.empty(columns) for _ in range(4))
     for i in range(columns):
         key = near[i].tobytes()
@@ -207,14 +209,17 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
             index = _extremal_index(z.reshape(-1, k), weight.reshape(-1, k)[:, 0])
             shapes[key] = (_Shape.of(z[order], over[order], weight[order]), *index)
         shape, theta, error = shapes[key]
-        Q[i], var_Q[i] = shape.quantile(float(q[i] ** (1.0 / theta)), error)
+        level = float(q[i] ** (1.0 / theta))
+        if (key, level) not in quantiles:
+            quantiles[key, level] = shape.quantile(level, error)
+        Q[i], var_Q[i] = quantiles[key, level]
         skewness[i], kurtosis[i] = shape.skewness, shape.kurtosis
     runs = np.bincount(samples.column, samples.weight, minlength=columns)
     parts = np.maximum(runs * k / _alike(z, k), 1e-9)
     of_scale = np.minimum(s.var / s.value**2, (kurtosis - 1.0) / (4.0 * parts))
     pooled = near @ runs
     few = np.array([(t_factor(max(n - 1.0, 1.0)) / NORMAL_95) ** 2 for n in pooled])
-    usual = float(np.average(s.value**2, weights=parts)) * few
+    usual = _mean(s.value**2, parts) * few
     shared = np.minimum(pooled / float(runs.sum()), 1.0)
     var = usual * (1.0 / parts + Q * skewness / parts + Q**2 * of_scale + var_Q * (1.0 - shared))
     least = 0.1 * usual / parts
@@ -319,13 +324,19 @@ def _location_scale(
     bent = 0.5 * (off**2 - lean[c] * off - width[c])
     bending = np.bincount(c, w * bent**2, minlength=columns)
     a = mean(y)
-    s = np.full(columns, max(math.sqrt(float(np.average((y - a[c]) ** 2, weights=w))), LEAST_SCALE))
+    s = np.full(columns, max(math.sqrt(_mean((y - a[c]) ** 2, w)), LEAST_SCALE))
     p = scale = _Effects(np.full(columns, SLOPE), s**2)
     bend = _Effects(np.zeros(columns), np.full(columns, BEND_SD**2))
-    filled, extra, marked = y, np.zeros_like(y), bool((under | over).any())
-    for _ in range(STEPS if marked else 3):
-        if marked:
-            filled, extra = _expected(y, a[c] + p.value[c] * off + bend.value[c] * bent, s[c], under, over)
+    filled, extra = y.copy(), np.zeros_like(y)
+    marked = np.flatnonzero(under | over)
+    of, from_above = c[marked], over[marked]
+    for _ in range(STEPS if len(marked) else 3):
+        if len(marked):
+            about = a[of] + p.value[of] * off[marked] + bend.value[of] * bent[marked]
+            before = filled[marked]
+            filled[marked], extra[marked] = _expected(y[marked], about, s[of], from_above)
+            if (np.abs(filled[marked] - before) < SETTLED * s[of]).all():
+                break
         a = mean(filled)
         slope = np.divide(
             np.bincount(c, w * off * (filled - a[c]), minlength=columns),
@@ -333,7 +344,7 @@ def _location_scale(
             out=np.full(columns, np.nan),
             where=spread > 1e-9,
         )
-        usual = math.sqrt(float(np.average(s**2, weights=total)))
+        usual = math.sqrt(_mean(s**2, total))
         var_slope = np.divide(usual**2, spread, out=np.full(columns, np.inf), where=spread > 1e-9)
         p = _shrunk_to_mean(slope, var_slope, (SLOPE, SLOPE_SD))
         p = _Effects(np.clip(p.value, *SLOPES), p.var)
@@ -362,7 +373,13 @@ def _bends(total: FloatArray, square: FloatArray, scatter: float) -> _Effects:
 def _kurtosis(z: FloatArray, w: FloatArray) -> float:
     """Fourth moment of numbers about 0 over the square of the second."""
     z = np.clip(z, -CLIP, CLIP)
-    return float(np.average(z**4, weights=w)) / max(float(np.average(z**2, weights=w)) ** 2, 1e-12)
+    square = z**2
+    return _mean(square**2, w) / max(_mean(square, w) ** 2, 1e-12)
+
+
+def _mean(x: FloatArray, w: FloatArray) -> float:
+    """Mean of numbers with weights."""
+    return float(x @ w) / float(w.sum())
 
 
 def _scales(s: FloatArray, total: FloatArray, near: FloatArray, kurtosis: float) -> _Effects:
@@ -376,28 +393,24 @@ def _scales(s: FloatArray, total: FloatArray, near: FloatArray, kurtosis: float)
     return _Effects(share * ln_s + (1.0 - share) * usual, share * var + (1.0 - share) ** 2 / w.sum(axis=1))
 
 
-def _expected(
-    y: FloatArray, m: FloatArray, s: FloatArray, under: BoolArray, over: BoolArray
-) -> tuple[FloatArray, FloatArray]:
-    """Expected values of censored normal numbers, and their variances."""
+def _expected(y: FloatArray, m: FloatArray, s: FloatArray, over: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Expected values of normal numbers about m that are y or more (over), or y or less, and their variances."""
     from scipy.special import log_ndtr  # heavy: only where runs are fitted
 
-    t = np.clip((y - m) / s, -30.0, 30.0)
-    ln_density = -0.5 * t**2 - 0.5 * math.log(2.0 * math.pi)
-    above, below = np.exp(ln_density - log_ndtr(-t)), np.exp(ln_density - log_ndtr(t))
-    value = np.where(over, m + s * above, np.where(under, m - s * below, y))
-    var = np.where(over, 1.0 + t * above - above**2, np.where(under, 1.0 - t * below - below**2, 0.0))
-    return value, s**2 * np.maximum(var, 0.0)
+    side = np.where(over, 1.0, -1.0)
+    t = side * np.clip((y - m) / s, -30.0, 30.0)
+    beyond = np.exp(-0.5 * t**2 - 0.5 * math.log(2.0 * math.pi) - log_ndtr(-t))
+    return m + side * s * beyond, s**2 * np.maximum(1.0 + t * beyond - beyond**2, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class _Shape:
     """The common distribution of z: numbers that rise with ln(-ln S) of the share S above each, for some of which only
-    the least is known (Kaplan and Meier)."""
+    the least is known (Kaplan and Meier). density: weight of each, less where numbers are dense."""
 
     axis: FloatArray
     z: FloatArray
-    weight: FloatArray
+    density: FloatArray
     n: float
     skewness: float
     kurtosis: float
@@ -413,11 +426,15 @@ class _Shape:
         middle = np.log(np.maximum(share, 1e-300))
         use = ~over & (middle < -1e-12)
         about = np.clip(z, -CLIP, CLIP)
-        d = about - float(np.average(about, weights=w))
-        v = max(float(np.average(d**2, weights=w)), 1e-12)
-        third, fourth = (float(np.average(d**i, weights=w)) for i in (3, 4))
+        d = about - _mean(about, w)
+        square = d**2
+        v = max(_mean(square, w), 1e-12)
+        third, fourth = _mean(square * d, w), _mean(square**2, w)
         n = total**2 / float(np.sum(w**2))
-        return cls(np.log(-middle[use]), z[use], w[use], n, third / v**1.5, fourth / v**2)
+        axis = np.log(-middle[use])
+        apart = np.gradient(axis) if len(axis) > 1 else np.ones(len(axis))  # numbers are denser below than above
+        density = w[use] * np.sqrt(np.maximum(apart, 1e-12))
+        return cls(axis, z[use], density, n, third / v**1.5, fourth / v**2)
 
     def quantile(self, q: float, error: float = 0.0) -> tuple[float, float]:
         """Quantile of z and its variance; beyond the numbers themselves by a Weibull tail, which is straight on this
@@ -426,12 +443,13 @@ class _Shape:
             return 0.0, 1.0
         S, wanted = 1.0 - q, math.log(-math.log1p(-q))
         off = np.abs(self.axis - wanted)
-        width = max(WINDOW, 1.05 * float(np.sort(off)[min(FEWEST_IN_TAIL, len(off)) - 1]))
-        near = np.maximum(1.0 - (off / width) ** 3, 0.0) ** 3 * self.weight
-        near = near * np.sqrt(np.maximum(np.gradient(self.axis), 1e-12))  # numbers are denser below than above
-        m_t, m_z = np.average(self.axis, weights=near), np.average(self.z, weights=near)
-        across = max(float(np.sum(near * (self.axis - m_t) ** 2)), 1e-300)
-        rise = max(float(np.sum(near * (self.axis - m_t) * (self.z - m_z))) / across, 1e-9)
+        rank = min(FEWEST_IN_TAIL, len(off)) - 1
+        width = max(WINDOW, 1.05 * float(np.partition(off, rank)[rank]))
+        near = np.maximum(1.0 - (off / width) ** 3, 0.0) ** 3 * self.density
+        m_t, m_z = _mean(self.axis, near), _mean(self.z, near)
+        lever = near * (self.axis - m_t)
+        across = max(float(lever @ (self.axis - m_t)), 1e-300)
+        rise = max(float(lever @ (self.z - m_z)) / across, 1e-9)
         density = -math.log(S) * S / rise
         of_share = (rise * error / math.log(S)) ** 2
         return float(m_z + rise * (wanted - m_t)), S * (1.0 - S) / (max(self.n, 4.0 / S) * density**2) + of_share
@@ -451,8 +469,8 @@ def _extremal_index(z: FloatArray, w: FloatArray) -> tuple[float, float]:
     order = np.argsort(most)
     share = np.cumsum(w[order]) / float(w.sum())
     level = most[order][min(int(np.searchsorted(share, 0.5)), n - 1)]
-    runs = float(np.average(most <= level, weights=w))
-    parts = float(np.average((z <= level).mean(axis=1), weights=w))
+    runs = _mean((most <= level).astype(np.float64), w)
+    parts = _mean((z <= level).mean(axis=1), w)
     certainty = INDEX_SD**-2
     about = certainty * math.log(INDEX)
     if 0.0 < runs < 1.0 and 0.0 < parts < 1.0:

@@ -136,6 +136,44 @@ def _reach(workable: BoolArray, t: FloatArray, unbroken: BoolArray, step: float)
     return reach
 
 
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Where in a series an operation of a given length can start, for many series of workable records with the same
+    times: as `Windows.starts`, in a tenth of the time.
+
+    after (n,): the record behind the last one that an operation needs which starts in each; possible (n,): whether the
+    series goes on so far without a gap; records: how many an operation needs, 0 where clocks jitter and it differs.
+    """
+
+    after: NDArray[np.intp]
+    possible: BoolArray
+    records: int
+
+    @classmethod
+    def of(cls, time: NDArray[np.datetime64], step: float, window: float) -> Window:
+        """Of a window [s] in a series of records that stand for a step [s] each."""
+        t, n = seconds(time), len(time)
+        last = np.maximum(np.searchsorted(t, t + (window - SLACK - step)), np.arange(n))
+        breaks = np.concatenate(([0], np.cumsum(gaps(time, step))))
+        inside = last < n
+        last = np.minimum(last, n - 1)
+        possible = inside & (breaks[last] == breaks)
+        needed = np.unique((last + 1 - np.arange(n))[possible])
+        return cls(last + 1, possible, int(needed[0]) if len(needed) == 1 else 0)
+
+    def starts(self, workable: BoolArray) -> BoolArray:
+        """Whether it can start in each record, all of those that it needs being workable (n,)."""
+        if self.records == 0:
+            lost = np.concatenate(([0], np.cumsum(~workable, dtype=np.int32)))
+            return np.asarray(self.possible & (lost[self.after] == lost[:-1]))
+        start, seen = workable.copy(), 1
+        while seen < self.records:  # so many records from each on are workable
+            more = min(seen, self.records - seen)
+            start[:-more] &= start[more:].copy()
+            seen += more
+        return np.asarray(start & self.possible)
+
+
 def waits(can_start: BoolArray, time: NDArray[np.datetime64]) -> FloatArray:
     """Time from each record to the first at or after it in which the operation can start (n,) [s]; NaN where there is
     none."""

@@ -48,13 +48,13 @@ LIFT_STEP = 5e-3
 
 class LoweringProblem:
     """Lowerings as a batch runs them: alone, or in a sea that is made when it is run. sampled: statistics are taken
-    every so many PLC cycles."""
+    every so many PLC cycles; short: runs end with their programme."""
 
     kind = LiftBlock.kind
     series_step = statistics_step = LIFT_STEP
 
-    def __init__(self, sampled: int = 1) -> None:
-        self.sampled = sampled
+    def __init__(self, sampled: int = 1, *, short: bool = False) -> None:
+        self.sampled, self.short = sampled, short
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
         """Lifts that many seas share are looked at once."""
@@ -89,7 +89,7 @@ class LoweringProblem:
         return _columns(winch.name, _stages(case), _intervals(case))
 
     def identity(self) -> Callable[[Case], bytes]:
-        return _Texts(self.sampled)
+        return _Texts(b"%d%s " % (self.sampled, b" short" * self.short))
 
     def results(
         self,
@@ -98,7 +98,7 @@ class LoweringProblem:
         **options: Unpack[RunOptions],
     ) -> list[LiftResult]:
         """Lifts are packed once for all that share them; waves are checked here, where they are made."""
-        return run_lowerings(cranes, _lowerings(cases), sampled=self.sampled, **options)
+        return run_lowerings(cranes, _lowerings(cases), sampled=self.sampled, short=self.short, **options)
 
     def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
         run, stages = lift_summary(crane, _lift(case), result)
@@ -200,14 +200,14 @@ class _Texts:
     Names of stages stay in, because notes quote them.
     """
 
-    def __init__(self, sampled: int) -> None:
+    def __init__(self, begin: bytes) -> None:
         self.lifts: dict[int, bytes] = {}
-        self.sampled = sampled
+        self.begin = begin
 
     def __call__(self, case: Case) -> bytes:
         lift = _lift(case)
         if id(lift) not in self.lifts:
-            self.lifts[id(lift)] = b"%d " % self.sampled + _print(lift)
+            self.lifts[id(lift)] = self.begin + _print(lift)
         return self.lifts[id(lift)] + (case.motion if isinstance(case, InSea) else b"")
 
 

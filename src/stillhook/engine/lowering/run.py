@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +38,9 @@ def peak_interval(duration: float) -> float:
     doubled = max(math.ceil(math.log2(max(duration, PEAK_INTERVAL) / (PEAK_INTERVAL * MOST_INTERVALS))), 0)
     return float(PEAK_INTERVAL * 2**doubled)
 
+
+SHORT = 1024
+"""Cycles that are run at once where a run may end with its programme."""
 
 ROWS = 5
 """Numbers of one node of the wire: see `stillhook.kernels.lift_driver`."""
@@ -144,17 +147,27 @@ def run_lowerings(
     progress: Progress | None = None,
     places: Sequence[int] | None = None,
     sampled: int = 1,
+    short: bool = False,
 ) -> list[LiftResult]:
     """Lowerings in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no
     other.
 
     crane that of all cases, or one for each; several are of one winch type and have one PLC cycle. n_sub steps per PLC
     cycle; a row of the series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer
-    list, for messages. sampled: statistics, windows and energies are taken every so many cycles.
+    list, for messages. sampled: statistics, windows and energies are taken every so many cycles. short: a lowering ends
+    with the piece of `SHORT` cycles in which its programme ends.
     """
     prepared = prepare(crane, cases, n_sub, places)
     return run_blocks(
-        prepared, LiftBlock, n_sub=n_sub, lanes=lanes, every=every, sampled=sampled, threads=threads, progress=progress
+        prepared,
+        LiftBlock,
+        n_sub=n_sub,
+        lanes=lanes,
+        every=every,
+        threads=threads,
+        progress=progress,
+        sampled=sampled,
+        short=short,
     )
 
 
@@ -177,8 +190,20 @@ class LiftBlock(Block[Ready]):
     def sizes(driver: Any) -> tuple[Any, int, int]:
         return driver.winch, driver.SIGNALS, driver.NS
 
-    def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int, sampled: int = 1) -> None:
-        super().__init__(ready, lanes=lanes, n_sub=n_sub, every=every, sampled=sampled)
+    def __init__(
+        self,
+        ready: Sequence[Ready],
+        *,
+        lanes: int,
+        n_sub: int,
+        every: int,
+        sampled: int = 1,
+        short: bool = False,
+    ) -> None:
+        self.sampled, self.short = sampled, short
+        if short:
+            self.longest_piece = SHORT
+        super().__init__(ready, lanes=lanes, n_sub=n_sub, every=every)
         d = self.d
         self.n = ready[0].case.wire.nodes
         self.dt_waves = waves_step(ready[0].case.waves)
@@ -302,6 +327,13 @@ class LiftBlock(Block[Ready]):
             E[:, :, l] = ramped_samples(waves, lo, hi, r.case.ramp, levels)
         return E, lo
 
+    def over(self) -> Iterable[int]:
+        """Cases whose programme has ended, where it ends the run."""
+        if not self.short:
+            return ()
+        stage = self.A[offset(self.d.Lane, "hang", 1) + offset(Hanging, "stage", 1)]
+        return [i for i, r in enumerate(self.ready) if stage[i] >= len(r.packed.programme.rows)]
+
     def sound(self) -> BoolArray:
         """Lanes whose numbers are finite, (lanes,)."""
         return np.asarray(super().sound() & np.isfinite(self.B[:, :2]).all(axis=(0, 1)))
@@ -347,8 +379,9 @@ class LiftBlock(Block[Ready]):
         )
 
     def _peaks(self, l: int) -> FloatArray:
-        """Rows of `PEAKS` of one lane; the last cycle, which begins an interval of its own, is left out."""
-        peaks = self.P[: self.drive.n_ticks // self.n_peak, :, l].copy()
+        """Rows of `PEAKS` of one lane, of whole intervals; the last cycle, which begins an interval of its own, is left
+        out."""
+        peaks = self.P[: self.ran // self.n_peak, :, l].copy()
         peaks[:, 2] *= -1.0
         return peaks
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.base.arrays import FloatArray
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
@@ -18,6 +18,7 @@ from stillhook.plan.result import CREDITS, Credit
 from stillhook.plan.table import TIERS, Axes, Chosen, Governed, caps_of, chosen, credited_of, governed
 from stillhook.plan.weather.value import DAY, OVER, Forecast, WeatherValue, forecast_limits
 from stillhook.statistics.estimate import t_factor
+from stillhook.weather.persistence import Window, waits
 
 if TYPE_CHECKING:
     import xarray
@@ -54,8 +55,9 @@ def with_intervals(
 
     def numbers(governs: Mapping[Credit, Governed]) -> dict[str, FloatArray]:
         used = forecast_limits(plan, forecast.table, governs, highest).used
-        return _numbers(value, axes, used, highest)
+        return _numbers(value, axes, used, highest, window)
 
+    window = Window.of(value.workability.weather.time, value.workability.weather.step, value.T_R)
     with ThreadPoolExecutor(threads) as pool:
         rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, drawn)))
     half = t_factor(len(rows))
@@ -115,21 +117,22 @@ def _moved(axes: Axes, alternative: Alternative, cap: Chosen, draw: FloatArray, 
     return replace(cap, Hs=Hs)
 
 
-def _numbers(value: WeatherValue, axes: Axes, used: FloatArray, highest: float) -> dict[str, FloatArray]:
+def _numbers(
+    value: WeatherValue, axes: Axes, used: FloatArray, highest: float, window: Window
+) -> dict[str, FloatArray]:
     """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits used
     (credit, alternative, heading, period) [m]."""
     judge, shape = value.workability, (len(CREDITS), len(axes.alternatives))
     operability, wait = np.full(shape, np.nan), np.full(shape, np.nan)
     waited: dict[bytes, tuple[float, FloatArray]] = {}
     of: dict[tuple[int, int], FloatArray] = {}
-    valid = np.isfinite(judge.seas.Hs)
+    valid, time = np.isfinite(judge.seas.Hs), judge.weather.time
     for c, a in np.ndindex(shape):
         op_wf = np.nan_to_num(used[c, a], nan=0.0)
         key = op_wf.tobytes()
         if key not in waited:
-            good: BoolArray = judge.workable(op_wf, highest)
-            some = np.asarray(good.any(axis=0))[valid]
-            waited[key] = float(some.mean()), judge.waits(good & valid, value.T_R)
+            some, can_start = judge.starts(op_wf, highest, window)
+            waited[key] = float(some[valid].mean()), waits(can_start, time)
         operability[c, a], of[c, a] = waited[key]
         wait[c, a] = _mean(of[c, a])
     days = np.full((*shape, len(OVER)), np.nan)

@@ -37,7 +37,7 @@ from stillhook.plan.weather.two_systems import swell_forecast
 from stillhook.sea.spectra.directions import relative
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
 from stillhook.weather.limit_text import free_headings
-from stillhook.weather.persistence import Persistence, month_of, persistence, waits, windows_of
+from stillhook.weather.persistence import Persistence, Window, month_of, persistence, waits, windows_of
 from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
@@ -201,7 +201,9 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
             persistence_of[credit, alternative] = persistence(
                 good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(judge.seas.Hs)
             )
-            waited[credit, alternative] = judge.waits(good, forecast.T_R)
+            waited[credit, alternative] = waits(
+                windows_of(good, weather.time, weather.step).starts(forecast.T_R), weather.time
+            )
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
     return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, judge)
 
@@ -235,15 +237,27 @@ class Workability:
 
     def workable(self, op_wf: FloatArray, Hs_highest: float) -> BoolArray:
         """Whether each record is within limits (heading, period) [m] at each heading that may be kept (kept, n)."""
+        return np.asarray((self.seas.Hs <= self._limits(op_wf, Hs_highest)[:, self.kinds.inverse]) & self.swell)
+
+    def starts(self, op_wf: FloatArray, Hs_highest: float, window: Window) -> tuple[BoolArray, BoolArray]:
+        """Whether each record is within limits (heading, period) [m] at any heading, and whether an operation can start
+        in it at one that is kept (n,)."""
+        some, start = (np.zeros(len(self.weather), dtype=np.bool_) for _ in range(2))
+        limits, seen = self._limits(op_wf, Hs_highest), set()
+        for limit, swell in zip(limits, self.swell, strict=True):
+            if (content := limit.tobytes() + swell.tobytes()) not in seen:
+                seen.add(content)
+                good = (self.seas.Hs <= limit.take(self.kinds.inverse, mode="clip")) & swell
+                some |= good
+                start |= window.starts(good)
+        return some, start
+
+    def _limits(self, op_wf: FloatArray, Hs_highest: float) -> FloatArray:
+        """Limits of the kinds of records at each heading that may be kept (kept, k) [m]; -inf where nothing is
+        workable."""
         table = _table(self.plan, self.axes, op_wf, Hs_highest)
         limit = self.headings.of_kinds(table, self.seas.periods, self.kinds)
-        limit = np.where(limit > 0.0, limit, -np.inf)[:, self.kinds.inverse]
-        return np.asarray((self.seas.Hs <= limit) & self.swell)
-
-    def waits(self, good: BoolArray, T_R: float) -> FloatArray:
-        """Time from each record to the first start of a window (n,) [s]; NaN where none follows."""
-        time = self.weather.time
-        return waits(windows_of(good, time, self.weather.step).starts(T_R), time)
+        return np.where(limit > 0.0, limit, -np.inf)
 
 
 def _table(plan: LiftPlan, axes: Axes, op_wf: FloatArray, Hs_highest: float) -> LimitTable:

@@ -14,7 +14,7 @@ from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.base.progress import Progress
 from stillhook.engine.lowering.problem import Case
 from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
-from stillhook.engine.simulate import simulate
+from stillhook.engine.simulate import End, simulate
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
@@ -152,12 +152,13 @@ class Execution:
 @dataclass(eq=False)
 class Cells:
     """All runs of a plan so far. runs: (phase, winch, sea) -> numbers of
-    `stillhook.plan.tiers.time_domain.cells.Runs` of every seed (n,); n_runs, and seconds of them, that were
-    requested (from the store or not)."""
+    `stillhook.plan.tiers.time_domain.cells.Runs` of every seed (n,); requests so far; n_runs, and seconds of them, that
+    were requested (from the store or not)."""
 
     plan: LiftPlan
     execution: Execution
     runs: dict[tuple[str, Winch, SeaState], dict[str, FloatArray]] = field(default_factory=dict)
+    requests: int = 0
     n_runs: int = 0
     n_failed: int = 0
     seconds: float = 0.0
@@ -171,6 +172,7 @@ class Cells:
 
     def request(self, wanted: Sequence[CellRequest], progress: Progress | None = None) -> None:
         """Run what is wanted and not there yet, all of it together."""
+        self.requests += 1
         missing = {request.cell: request for request in wanted if request.seeds > len(self._durations(request))}
         calms = {
             request.cell: (request.winch, self._course_of(request), self.plan.tip_of(self.plan.phase(request.phase)))
@@ -225,6 +227,7 @@ class Cells:
             cases,
             step=f"{self.plan.once(step_of)!r} s",
             sampling=f"{sampling_of(self.plan)!r} s",
+            end=End.PROGRAMME,
             on_failure="mark",
             store=self.execution.store,
             client=self.execution.client,

@@ -52,6 +52,11 @@ LOWEST = -50.0
 FAR = 0.4
 """Part of what waves may add below which no run was near to a limit: such a rule guides no search, and has no limit in
 the seas that were run."""
+NEXT_TO_ALL = 0.9
+"""Share of the runs of a cell that are beyond a limit from which its level is beyond for sure."""
+BEHIND_OTHERS = 0.5
+"""Part of what runs used of another rule's limit below which a rule guides no search: where the other is reached this
+one is far away."""
 WELL_BELOW = 0.85
 """Heights below a limit, over it, at which cells show how far down its interval may reach."""
 MIDDLE = 250
@@ -391,13 +396,37 @@ def x_limit_of(measure: Measure, limit: float) -> float:
     return measure.end if measure.statistic is Statistic.CHANCE else measure.to_x(limit)
 
 
-def far_from(bands: Sequence[tuple[float, float]], column: ColumnRuns) -> bool:
-    """Whether no run of a column came near to a limit, by its bands: waves added less than `FAR` of what they may."""
+def share_used(bands: Sequence[tuple[float, float]], column: ColumnRuns) -> float:
+    """The most that waves added in a run of a column, over what they may by the bands of a limit; inf where a run
+    failed or a calm is beyond, NaN where this says nothing: of a chance, or without runs."""
+    if column.measure.statistic is Statistic.CHANCE or not column.cells:
+        return math.nan
+    room = min(x_limit_of(column.measure, limit) for _, limit in bands) - column.still
+    most = max(float(column.measure.values(runs).max()) for _, runs in column.cells) - column.still
+    return most / room if room > 0.0 else math.inf
+
+
+def near_limit(column: ColumnRuns) -> ColumnRuns:
+    """A column with the one cell that is next to the height about which it is looked at."""
+    nearest = min(column.cells, key=lambda cell: abs(cell[0] - column.about), default=None)
+    return replace(column, cells=() if nearest is None else (nearest,))
+
+
+def top_beyond(bands: Sequence[tuple[float, float]], column: ColumnRuns) -> bool:
+    """Whether next to all runs of the highest cell of a column are beyond its limit, by bands."""
     if column.measure.statistic is Statistic.CHANCE or not column.cells:
         return False
-    room = min(x_limit_of(column.measure, limit) for _, limit in bands) - column.still
-    x = np.concatenate([column.measure.values(runs) for _, runs in column.cells])
-    return bool(np.isfinite(x).all() and float(x.max()) - column.still < FAR * room)
+    x = column.measure.values(column.cells[-1][1])
+    return float(np.mean(x > max(x_limit_of(column.measure, limit) for _, limit in bands))) >= NEXT_TO_ALL
+
+
+def may_govern(used: FloatArray, near: FloatArray) -> BoolArray:
+    """Rules whose limit may be the lowest of a column, of shares (rules, columns) of `share_used`, of all cells and of
+    those near to the lowest limit: not where all runs stayed below `FAR`, or those near to it far below what they used
+    of another rule's."""
+    seen = np.where(np.isnan(near), -np.inf, near)
+    behind = seen < BEHIND_OTHERS * seen.max(axis=0, initial=0.0)
+    return np.asarray((np.isnan(near) | ((used >= FAR) & ~behind)).any(axis=1))
 
 
 def without(limits: CurveLimits, far: BoolArray, tops: FloatArray, highest: float) -> CurveLimits:

@@ -67,6 +67,11 @@ WIDTHS = (0.7, 2.0)
 """Factors on `Search.width` in the weather that is most and least frequent."""
 
 
+FEW_CELLS = 4
+"""Cells of a round that fill two threads with blocks of sixteen runs: where fewer are wanted, lines that would wait for
+others go on as well, for waiting costs as much."""
+
+
 def snapped(Hs: float) -> float:
     """The nearest height that is run [m]."""
     step = FINE if Hs < TURN else COARSE
@@ -109,6 +114,17 @@ def cell_above(Hs: Sequence[float], limit: float, highest: float) -> float | Non
     where there is one, or none in the seas that count."""
     wanted = min(UPWARDS * limit, highest)
     return snapped(wanted) if wanted > BEYOND_CELLS * Hs[-1] else None
+
+
+def runs_for(n: int, wide: float, search: Search) -> int:
+    """How many runs more a column with n of them gets, half of whose interval is so many times what is narrow enough:
+    half of what it would take alone, for others narrow it as well; none where it has as many as it may."""
+    most = search.most_seeds if wide < math.inf else HOPELESS
+    if n >= most:
+        return 0
+    wanted = 0.5 * n * (min(wide, most) ** 2 - 1.0) if wide < math.inf else 0.0
+    steps = min(round(wanted / search.more), (most - n) // search.more)
+    return search.more * max(steps, 1)
 
 
 def prediction_factors(phase: Phase, tier: Tier | None) -> tuple[float, float]:

@@ -24,15 +24,19 @@ from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
 from stillhook.plan.tiers.time_domain.curves import (
     BEYOND_CELLS,
+    FAR,
     ColumnRuns,
     Curve,
     CurveLimits,
     about_tops,
     chance_of,
     curve_of,
-    far_from,
     limits_in_bands,
+    may_govern,
+    near_limit,
+    share_used,
     surely_inside,
+    top_beyond,
     wind_sea_limits,
     without,
     x_limit_of,
@@ -41,7 +45,7 @@ from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, wi
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.placing import (
     BEHIND,
-    HOPELESS,
+    FEW_CELLS,
     LEAST_PART,
     WIDTHS,
     Column,
@@ -50,6 +54,7 @@ from stillhook.plan.tiers.time_domain.placing import (
     next_height,
     pilots_of,
     prediction_factors,
+    runs_for,
     usual_runs,
 )
 from stillhook.statistics.smooth_field import DRAWS
@@ -134,6 +139,7 @@ class Work:
         self.others: dict[tuple[Alternative, Column], float] = {}
         self.predicted: dict[tuple[str, Alternative, str], dict[Column, float]] = {}
         self.judged: dict[tuple[str, Winch, tuple[Limited, ...], bool], tuple[Any, Judged]] = {}
+        self.judged_at: dict[tuple[str, Winch, tuple[Limited, ...], bool], int] = {}
         self.swell = float(plan.environment.H_m0(np.zeros(1))[0])
         self.share = 0.0
         self.waiting: set[tuple[str, Alternative]] = set()  # phases whose pilots are still looked for
@@ -179,8 +185,8 @@ class Work:
         looking = [line for line in self.lines if line.started and not line.resolved]
         before = self._reached()
         wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line), patient=True)]
-        for patient in (True, False):  # where each waits for another: for pilots alone, at last for nothing
-            if not wanted and before == self._reached():
+        for patient in (True, False):  # where most wait for others: for pilots alone, at last for nothing
+            if len(wanted) < FEW_CELLS and (wanted or before == self._reached()):
                 wanted = [ask for line in looking for ask in self._next_cells(line, patient=patient)]
         if not wanted:
             return bool(looking)
@@ -257,10 +263,11 @@ class Work:
         line.placed = wanted is None
         if wanted is not None:
             return [CellRequest(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
-        if 0.0 < limit <= bound and limit < math.inf and half > self.width(line.column, limit):
+        width = self.width(line.column, limit)
+        if 0.0 < limit <= bound and limit < math.inf and half > width:
             if patient and any(self._open(other) for other in self.phases[line.phase.name, line.alternative]):
                 return []  # their runs narrow this interval as well
-            more = self._more_runs(line, Hs, limit, HOPELESS if unbounded else self.search.most_seeds)
+            more = self._more_runs(line, Hs, limit, half / width)
             if more is not None:
                 return [more]
         line.limit = limit
@@ -278,13 +285,13 @@ class Work:
             return False
         return float(measure.values(calm)[0]) > measure.to_x(rule.limit) * (1.0 + 1e-9)
 
-    def _more_runs(self, line: LimitSearch, Hs: Sequence[float], limit: float, most: int) -> CellRequest | None:
-        """More runs for the cell next to the limit while the column may have more."""
+    def _more_runs(self, line: LimitSearch, Hs: Sequence[float], limit: float, wide: float) -> CellRequest | None:
+        """More runs for the cell next to the limit while the column may have more; wide: half of its interval over that
+        which is narrow enough."""
         sizes = {h: len(self.runs(line, h)["duration"]) for h in Hs}
-        if sum(sizes.values()) >= most:
-            return None
+        more = runs_for(sum(sizes.values()), wide, self.search)
         h = min(Hs, key=lambda h: abs(h - limit))
-        return CellRequest(line.phase.name, line.winch, line.spot(h), sizes[h] + self.search.more)
+        return CellRequest(line.phase.name, line.winch, line.spot(h), sizes[h] + more) if more else None
 
     def width(self, column: Column, limit: float) -> float:
         """Half of the 95 % interval that is narrow enough about a limit [m]: an error of it costs as many days as there
@@ -325,15 +332,19 @@ class Work:
         """Limits of a phase under an alternative in all columns that have runs of its winch; calculated again where
         runs were added, and once for alternatives under which they are the same. near: of rules alone that a run came
         near to."""
-        lines = [line for line in self.phases[phase, alternative] if self.heights(line)]
         first = self.phases[phase, alternative][0]
         key = (phase, first.winch, self.rules(first), near)
+        if self.judged_at.get(key) == self.cells.requests:
+            return self.judged[key][1]
+        lines = [line for line in self.phases[phase, alternative] if self.heights(line)]
         state = tuple(
             (line.column, *(len(self.runs(line, h)["duration"]) for h in self.heights(line))) for line in lines
         )
         known = self.judged.get(key)
         if known is None or known[0] != state:
-            self.judged[key] = known = state, self._judge(phase, lines, known[1] if known else None, near=near)
+            before = known or self.judged.get((*key[:-1], True))
+            self.judged[key] = known = state, self._judge(phase, lines, before[1] if before else None, near=near)
+        self.judged_at[key] = self.cells.requests
         return known[1]
 
     def _judge(self, phase: str, lines: Sequence[LimitSearch], before: Judged | None, *, near: bool) -> Judged:
@@ -343,26 +354,38 @@ class Work:
         if not lines:
             return Judged(columns, curves, limits)
         about = [self._about(line, before) for line in lines]
-        for each in self.rules(lines[0]):
-            quantity = each.rule.quantity
-            if any(not self.has(line, quantity) for line in lines):
-                continue
-            of = [self.runs_of(line, quantity, a) for line, a in zip(lines, about, strict=True)]
-            if near and all(far_from(each.bands, column) for column in of):
+        rules = [each for each in self.rules(lines[0]) if all(self.has(line, each.rule.quantity) for line in lines)]
+        runs = [
+            [self.runs_of(line, each.rule.quantity, a) for line, a in zip(lines, about, strict=True)] for each in rules
+        ]
+        shares, nearest = (
+            np.array([[share_used(each.bands, f(c)) for c in of] for each, of in zip(rules, runs, strict=True)])
+            for f in (lambda column: column, near_limit)
+        )
+        guides = may_govern(shares, nearest) if near and rules else np.ones(len(rules), dtype=np.bool_)
+        for each, of, used, guide in zip(rules, runs, shares, guides, strict=True):
+            if not guide:
                 continue
             expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
             guess = np.array([self.height(expected.get(column, math.nan)) for column in columns])
             n_draws = 0 if near else DRAWS
-            curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess, n_draws=n_draws)
+            curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess, used, n_draws=n_draws)
         return Judged(columns, curves, limits)
 
     def limits_of(
-        self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None = None, *, n_draws: int = 0
+        self,
+        rule: Limited,
+        columns: Sequence[ColumnRuns],
+        expected: FloatArray | None = None,
+        used: FloatArray | None = None,
+        *,
+        n_draws: int = 0,
     ) -> tuple[Curve, CurveLimits]:
         """The curve of a rule's quantity in columns, and the rule's limits of the wind sea; expected (c,): limits of a
-        cheaper method, of all waves [m]; n_draws of all limits together: lower ends go with them."""
+        cheaper method, of all waves [m]; used (c,): `share_used`, where it is known; n_draws of all limits together:
+        lower ends go with them."""
         curve, limits = self._taken_at(rule, columns, expected, n_draws)
-        far = np.array([far_from(rule.bands, column) for column in columns])
+        far = (np.array([share_used(rule.bands, column) for column in columns]) if used is None else used) < FAR
         limits = without(limits, far, self.wind_sea(curve.tops), max(self.plan.environment.Hs))
         if n_draws == 0:
             return curve, limits
@@ -381,6 +404,7 @@ class Work:
         tops = found[0].tops
         with np.errstate(invalid="ignore"):
             well_below = BEYOND_CELLS * self.all_waves(found[1].Hs) < tops
+        well_below &= [not top_beyond(rule.bands, column) for column in columns]
         if not well_below.any():
             return found
         there = self._limits_of(rule, about_tops(columns, tops, well_below), expected, 0)[1]
