@@ -15,7 +15,7 @@ from scipy.special import log_ndtr
 
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, CurveLimits, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.measures import Measure
-from stillhook.plan.tiers.time_domain.placing import Search, next_height
+from stillhook.plan.tiers.time_domain.placing import Search, next_height, runs_for
 from stillhook.statistics.extremes import P90
 
 HIGHEST = 6.0
@@ -178,8 +178,8 @@ def _asked(column: Column, i: int, plan: Plan | None, search: Search, highest: f
     if wanted is not None:
         return wanted, search.seeds
     runs = sum(x.shape[1] for x in column.cells.values())
-    if 0.0 < limit < math.inf and half > search.width and runs < search.most_seeds:
-        return min(Hs, key=lambda h: abs(h - limit)), search.more
+    if 0.0 < limit < math.inf and half > search.width and (more := runs_for(runs, half / search.width, search)):
+        return min(Hs, key=lambda h: abs(h - limit)), more
     column.done = True
     return None
 

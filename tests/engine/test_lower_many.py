@@ -116,9 +116,42 @@ def test_statistics_every_so_often_are_kept_apart_from_others_in_a_store(tmp_pat
     assert counted == [0, 0]
 
 
+@pytest.mark.slow
+def test_a_run_that_ends_with_its_programme_has_the_bits_of_its_stages(truth):
+    """Whoever runs beside it, and however long they go on; what follows the programme is shorter."""
+    ending = simulate(CRANE, CASES, end="programme")
+    alone = simulate(CRANE, CASES[:1], end="programme")
+    of_stages = [name for name in truth if name.startswith("stage_")]
+    for name in of_stages:
+        np.testing.assert_array_equal(ending[name].isel(stage=0), truth[name].isel(stage=0), err_msg=name)
+        np.testing.assert_array_equal(ending[name][0, :2], alone[name][0], err_msg=name)
+    assert float(ending.stage_duration[0, 1]) < float(truth.stage_duration[0, 1])  # after the programme
+    assert (ending.status == truth.status).all()
+    whole = np.isfinite(ending.peak_F_w_max)
+    np.testing.assert_array_equal(ending.peak_F_w_max.values[whole], truth.peak_F_w_max.values[whole])
+    assert whole.any()
+    assert not whole.all()
+
+
+@pytest.mark.slow
+def test_a_run_whose_programme_does_not_end_goes_on_for_its_duration():
+    unfinished = in_sea(lift(programme=(Stage(mode="ahc", time="40 s"),)))
+    ended, whole = (simulate(CRANE, [unfinished], end=end) for end in ("programme", "duration"))
+    assert ended.drop_attrs().equals(whole.drop_attrs())
+    assert ended.status[0] == "unfinished"
+
+
+def test_runs_that_end_with_their_programme_are_kept_apart_from_others_in_a_store(tmp_path, counted):
+    simulate(CRANE, [CASES[0]], store=tmp_path)
+    simulate(CRANE, [CASES[0]], store=tmp_path, end="programme")
+    assert counted == [0, 0]
+
+
 @pytest.mark.parametrize(
     ("case", "options", "says"),
     [
+        (CASES[0], {"end": "soon", "series": False}, 'end = "soon": give one of duration, programme'),
+        (CASES[0].lowering(), {"end": "programme"}, "sampling and end are for statistics of lowerings"),
         (CASES[0], {"sampling": "15 ms", "series": False}, 'sampling = "15 ms" is not a whole number of PLC cycles'),
         (CASES[0], {"sampling": "20 m", "series": False}, "sampling"),
         (CASES[0].lowering(), {"sampling": "20 ms"}, "sampling and end are for statistics of lowerings"),

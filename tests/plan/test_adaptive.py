@@ -7,7 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stillhook.plan.tiers.time_domain.placing import Search, cell_above, next_height, pilots_of, snapped
+from stillhook.plan.tiers.time_domain.placing import (
+    HOPELESS,
+    Search,
+    cell_above,
+    next_height,
+    pilots_of,
+    runs_for,
+    snapped,
+)
 
 SEARCH = Search()
 HIGHEST = 6.0
@@ -85,3 +93,17 @@ def test_a_cell_well_above_a_limit_is_placed_once_and_never_above_the_seas_that_
     assert placed > 2.0
     assert cell_above([1.5, 2.0, placed], 1.8, HIGHEST) is None
     assert cell_above([1.5, 2.0], 1.8, 2.2) is None
+
+
+def test_a_column_gets_more_runs_the_wider_its_interval_is_up_to_as_many_again():
+    assert runs_for(16, 1.05, SEARCH) == SEARCH.more
+    assert runs_for(32, 1.4, SEARCH) == 16
+    assert runs_for(32, 3.0, SEARCH) == 32
+    assert runs_for(SEARCH.most_seeds, 3.0, SEARCH) == 0
+
+
+def test_an_interval_without_an_end_gets_no_more_runs_than_may_help():
+    n = 8
+    while more := runs_for(n, math.inf, SEARCH):
+        n += more
+    assert HOPELESS <= n < SEARCH.most_seeds

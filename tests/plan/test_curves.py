@@ -8,14 +8,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stillhook.plan.answer.spread import drawn_limits
+from stillhook.plan.answer.spread import drawn_limits, ends_of
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.table import Axes
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
-from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve, surely_inside
-from stillhook.plan.tiers.time_domain.measures import Measure
+from stillhook.plan.tiers.time_domain.curves import (
+    ColumnRuns,
+    curve_of,
+    limits_of_curve,
+    may_govern,
+    near_limit,
+    share_used,
+    surely_inside,
+    top_beyond,
+)
+from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.statistics.extremes import P90
@@ -194,3 +203,52 @@ def test_a_draw_that_finds_no_limit_is_carried_as_none():
     )
     drawn = drawn_limits(axes, [each], (1, 1, 1, 1, 2))
     np.testing.assert_array_equal(drawn[:2, 0, 0, 0, 0], draws[:2])
+
+
+def test_a_rule_guides_the_search_where_runs_near_the_lowest_limit_use_much_of_what_they_may():
+    """The first is near its limit in one column, the second far behind it there, the third near to nothing."""
+    used = np.array([[0.9, 0.2], [0.6, 0.1], [0.3, 0.3]])
+    near = np.array([[0.9, 0.2], [0.4, 0.1], [0.3, 0.1]])
+    assert may_govern(used, near).tolist() == [True, False, False]
+    assert may_govern(np.array([[math.nan, math.nan]]), np.array([[math.nan, math.nan]])).tolist() == [True]
+
+
+def test_a_rule_that_is_far_behind_in_seas_well_above_the_limit_still_guides_where_it_is_near_it():
+    """Snap loads grow so fast that in the highest cell they leave all else behind."""
+    slow, fast = (table(level, (1.6, 4.0))[0] for level in (lambda h: h / 1.6, lambda h: (h / 1.7) ** 6))
+    bands = [(HIGHEST, 1.0)]
+    used = np.array([[share_used(bands, replace(c, about=1.6))] for c in (slow, fast)])
+    near = np.array([[share_used(bands, near_limit(replace(c, about=1.6)))] for c in (slow, fast)])
+    assert used[0, 0] < 0.1 * used[1, 0]
+    assert may_govern(used, near).all()
+
+
+def test_what_a_calm_or_a_failed_run_says_of_a_share():
+    bands, column = [(HIGHEST, 1.0)], table(steep)[0]
+    lost = replace(column, cells=((1.6, {"duration": np.array([1.0, math.nan]), "x": np.array([0.5, math.nan])}),))
+    assert share_used(bands, replace(column, still=1.5)) == math.inf
+    assert share_used(bands, lost) == math.inf
+    assert math.isnan(share_used(bands, replace(column, cells=())))
+    assert math.isnan(share_used(bands, replace(column, measure=replace(MEASURE, statistic=Statistic.CHANCE))))
+
+
+def test_a_top_cell_is_beyond_for_sure_where_next_to_all_of_its_runs_are():
+    bands = [(HIGHEST, 1.0)]
+    for level, beyond in ((lambda h: 5.0 * steep(h), True), (lambda h: 0.6 * steep(h), False)):
+        assert all(top_beyond(bands, column) is beyond for column in table(level, (1.3, 1.6)))
+
+
+def test_a_long_tail_on_one_side_widens_an_interval_on_that_side_alone():
+    """A tenth of the draws of a waiting time is four times the number, the others are about it."""
+    draws = np.concatenate((np.linspace(95.0, 105.0, 45), np.full(5, 400.0)))[:, None]
+    low, high = ends_of(np.array([100.0]), draws)
+    assert 80.0 < low[0] < 95.0
+    assert high[0] > 200.0
+
+
+def test_draws_that_lie_off_the_number_widen_both_sides():
+    """The least of limits that err is too low on the mean: the truth may be as far above the number."""
+    draws = np.linspace(0.26, 0.30, 25)[:, None]
+    low, high = ends_of(np.array([0.33]), draws)
+    assert low[0] < 0.28 - 0.01
+    assert high[0] > 0.38

@@ -11,7 +11,7 @@ from tests.weather import naive
 
 from stillhook.cli import run
 from stillhook.errors import WeatherError
-from stillhook.weather.persistence import persistence, waits, windows_of
+from stillhook.weather.persistence import Window, persistence, waits, windows_of
 from stillhook.weather.series import usual_step
 
 pytestmark = pytest.mark.slow
@@ -259,3 +259,18 @@ class TestPublicWeather:
         found = printed(capsys, str(cut), "--limit", "Hs <= 2 m", "--window", "12 h")
         assert found["n_missing"] == len(empty - out)
         compare(found, wanted)
+
+
+@given(
+    st.lists(st.tuples(st.booleans(), st.sampled_from([1, 1, 1, 1, 2, 5])), min_size=1, max_size=60),
+    st.floats(0.3, 9.0),
+    st.booleans(),
+)
+def test_starts_of_many_series_at_once_are_those_of_their_windows(records, window, jitter):
+    """Clocks that jitter by seconds need now one record more, now one less."""
+    late = np.arange(len(records)) % 3 * 7 * jitter
+    at = np.cumsum([3600 * apart for _, apart in records]) + late
+    time = np.datetime64("2021-01-01T00:00:00") + at * np.timedelta64(1, "s")
+    good = np.array([g for g, _ in records])
+    start = Window.of(time, H, window * H).starts(good)
+    np.testing.assert_array_equal(start, windows_of(good, time, H).starts(window * H))

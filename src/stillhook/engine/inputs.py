@@ -30,8 +30,8 @@ from stillhook.winches.records import THIN, Tick
 TICK = len(Tick._fields)
 """Columns of a full row of the drive; THIN is that of one that only moves the tip."""
 
-CHUNK = 4096
-"""Cycles that are made and run at once."""
+CHUNK, SHORT = 4096, 1024
+"""Cycles that are made and run at once, and those where a run may end soon."""
 
 
 def hermite_weights(n_sub: int) -> FloatArray:
@@ -103,10 +103,12 @@ def filled(drives: Sequence["CycleInputs"], k: int, n: int) -> FloatArray:
     return out
 
 
-def _pieces(n_ticks: int, first: int, longest: int = CHUNK) -> Iterator[tuple[int, int]]:
+def _pieces(n_ticks: int, first: int, short_from: int | None = None) -> Iterator[tuple[int, int]]:
+    ends = sorted({first, n_ticks if short_from is None else min(short_from, n_ticks), n_ticks})
     k = 0
     while k < n_ticks:
-        count = min(longest, (n_ticks if k >= first else first) - k)
+        most = CHUNK if short_from is None or k < short_from else SHORT
+        count = min(most, next(end for end in ends if end > k) - k)
         yield k, count
         k += count
 
@@ -123,10 +125,10 @@ class CycleInputs:
         self._pumps, self._passive_pumps = crane.plant.type.pump_units(crane)
         self._noise = _Noise(case, self.n_ticks + 1)
 
-    def pieces(self, longest: int = CHUNK) -> Iterator[tuple[int, int]]:
-        """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up
-        ends."""
-        return _pieces(self.n_ticks, self.first, longest)
+    def pieces(self, short_from: int | None = None) -> Iterator[tuple[int, int]]:
+        """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up ends,
+        and from a cycle on they are short."""
+        return _pieces(self.n_ticks, self.first, short_from)
 
     def rows(self, k: int, n: int) -> FloatArray:
         """Cycles k .. k + n - 1, shape (n, cols)."""

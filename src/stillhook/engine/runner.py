@@ -15,7 +15,7 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Meter, Progress
-from stillhook.engine.inputs import CHUNK, CycleInputs, filled, hermite_weights, scale_weights
+from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
 from stillhook.engine.pack.winch import Packed
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
@@ -126,7 +126,7 @@ class Block(ABC, Generic[R]):
 
     kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
     sampled = 1  # statistics are taken every so many cycles
-    longest_piece = CHUNK  # cycles that are made and run at once, at the most
+    short_from: int | None = None  # cycle from which on pieces are short
 
     def __init__(self, ready: Sequence[R], *, lanes: int, n_sub: int, every: int) -> None:
         self.ready = list(ready)
@@ -186,15 +186,15 @@ class Block(ABC, Generic[R]):
     def steps(self) -> Iterator[float]:
         """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to
         rest. What came out of a case is taken where it is over, wherever the others are."""
-        for k, count in self.drive.pieces(self.longest_piece):
+        for k, count in self.drive.pieces(self.short_from):
             self.piece(filled([r.drive for r in self.lanes], k, count + 1), k, count)
             self.ran = k + count
             for i in np.flatnonzero(~self.sound()):
                 if int(i) not in self.ended:
                     self.failed.setdefault(int(i), self.ran * self.drive.t_cycle)
                 self.reset(int(i))
-            for i in set(self.over()) - self.ended.keys() - self.failed.keys():
-                self.ended[i] = self.result(i)
+            for lane in set(self.over()) - self.ended.keys() - self.failed.keys():
+                self.ended[lane] = self.result(lane)
             if len(self.failed) + len(self.ended) >= len(self.ready):
                 break
             yield self.ran / self.drive.n_ticks

@@ -71,7 +71,7 @@ def simulate(
     spacing that there is. series: store time series; default True for one case, False for a list (statistics alone,
     sixteen cases side by side). sampling: spacing at which extremes, sums and energies of a lowering are taken where no
     series is stored, a whole number of PLC cycles; default every cycle. 20 ms saves a quarter of the time
-    (docs/validation/step-size.md). end: "programme" ends a lowering within 1,024 PLC cycles after its programme, where
+    (docs/validation/step-size.md). end: "programme" ends a lowering soon after its programme, where
     no series is stored; default after its duration. on_failure: "raise" stops with SimulationError if a case fails,
     "mark" keeps the rest (`status` says which failed). threads: threads that share a batch. store, client: statistics
     alone may be kept in a folder as they finish, so that a run that was killed goes on, and made on a cluster (a

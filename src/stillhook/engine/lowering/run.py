@@ -39,8 +39,8 @@ def peak_interval(duration: float) -> float:
     return float(PEAK_INTERVAL * 2**doubled)
 
 
-SHORT = 1024
-"""Cycles that are run at once where a run may end with its programme."""
+MAY_END = 0.6
+"""Part of the duration from which on a run that may end with its programme is looked at more often."""
 
 ROWS = 5
 """Numbers of one node of the wire: see `stillhook.kernels.lift_driver`."""
@@ -155,7 +155,7 @@ def run_lowerings(
     crane that of all cases, or one for each; several are of one winch type and have one PLC cycle. n_sub steps per PLC
     cycle; a row of the series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer
     list, for messages. sampled: statistics, windows and energies are taken every so many cycles. short: a lowering ends
-    with the piece of `SHORT` cycles in which its programme ends.
+    with the piece in which its programme ends.
     """
     prepared = prepare(crane, cases, n_sub, places)
     return run_blocks(
@@ -202,7 +202,7 @@ class LiftBlock(Block[Ready]):
     ) -> None:
         self.sampled, self.short = sampled, short
         if short:
-            self.longest_piece = SHORT
+            self.short_from = round(MAY_END * ready[0].drive.n_ticks)
         super().__init__(ready, lanes=lanes, n_sub=n_sub, every=every)
         d = self.d
         self.n = ready[0].case.wire.nodes

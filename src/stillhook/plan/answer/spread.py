@@ -44,9 +44,9 @@ def with_intervals(
     is not in them.
 
     found: limits of all tiers with their draws; demands: those of all tiers; forecast, value: what the block was made
-    of. Limits without draws, of other tiers than the twin, are taken as exact. An interval is as wide as draws scatter
-    about the number itself, not about their mean: the least of limits that err is too low on the mean, and the number
-    is off by as much as draws are off it.
+    of. Limits without draws, of other tiers than the twin, are taken as exact. Each end is as far off the number as
+    draws on its side scatter about their median, for waiting has a long tail, and by as much more as the median is off
+    the number: the least of limits that err is too low on the mean, and the number is off by as much as draws are.
     """
     axes, highest = of.axes, max(plan.environment.Hs)
     drawn = drawn_limits(axes, found, of.limits.Hs.shape[1:])
@@ -60,16 +60,27 @@ def with_intervals(
     window = Window.of(value.workability.weather.time, value.workability.weather.step, value.T_R)
     with ThreadPoolExecutor(threads) as pool:
         rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, drawn)))
-    half = t_factor(len(rows))
     for name in rows[0]:
         dims = ("credit", "alternative", *(("over",) if name == "days_gained" else ()))
         middle = block[name].sel(month=0).transpose(*dims).values
-        off = np.sqrt(np.mean([(row[name] - middle) ** 2 for row in rows], axis=0))
+        low, high = ends_of(middle, np.array([row[name] for row in rows]))
         most = 1.0 if name == "operability" else np.inf
         least = -np.inf if name == "days_gained" else 0.0
-        for end, sign in (("low", -1.0), ("high", 1.0)):
-            block[f"{name}_{end}"] = dims, np.clip(middle + sign * half * off, least, most)
+        block[f"{name}_low"], block[f"{name}_high"] = (
+            (dims, np.clip(low, least, most)),
+            (dims, np.clip(high, least, most)),
+        )
     return block
+
+
+def ends_of(value: FloatArray, draws: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Ends of the 95 % intervals of values of which there are draws (m, ...)."""
+    median = np.median(draws, axis=0)
+    apart, bias, half = draws - median, np.abs(median - value), t_factor(len(draws) // 2)
+    below, above = (
+        np.sqrt(np.sum(np.maximum(sign * apart, 0.0) ** 2, axis=0) / (0.5 * len(draws))) for sign in (-1.0, 1.0)
+    )
+    return value - bias - half * below, value + bias + half * above
 
 
 def drawn_limits(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) -> FloatArray | None:

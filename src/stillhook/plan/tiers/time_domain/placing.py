@@ -61,15 +61,15 @@ USUAL_RUNS = 26
 """Runs that the limits of an alternative take in a column, in the example: for progress."""
 UPWARDS = 1.6
 """Where a cell is placed well above a limit, over it."""
-HOPELESS = 32
+HOPELESS = 40
 """Runs that a column may have where the interval of its limit has no end: more of them would hardly give it one."""
 WIDTHS = (0.7, 2.0)
 """Factors on `Search.width` in the weather that is most and least frequent."""
 
 
-FEW_CELLS = 4
-"""Cells of a round that fill two threads with blocks of sixteen runs: where fewer are wanted, lines that would wait for
-others go on as well, for waiting costs as much."""
+FEW_CELLS, FEW_OF = 4, 16
+"""Cells of a round that fill two threads with blocks of sixteen runs: where fewer are wanted, and fewer than one of so
+many columns that are looked at, those that would wait for others go on as well, for waiting costs as much."""
 
 
 def snapped(Hs: float) -> float:
@@ -118,11 +118,12 @@ def cell_above(Hs: Sequence[float], limit: float, highest: float) -> float | Non
 
 def runs_for(n: int, wide: float, search: Search) -> int:
     """How many runs more a column with n of them gets, half of whose interval is so many times what is narrow enough:
-    half of what it would take alone, for others narrow it as well; none where it has as many as it may."""
+    half of what it would take alone, for others narrow it as well; as many again where it has no end; none where the
+    column has as many as it may."""
     most = search.most_seeds if wide < math.inf else HOPELESS
     if n >= most:
         return 0
-    wanted = 0.5 * n * (min(wide, most) ** 2 - 1.0) if wide < math.inf else 0.0
+    wanted = min(0.5 * n * (wide**2 - 1.0), n)
     steps = min(round(wanted / search.more), (most - n) // search.more)
     return search.more * max(steps, 1)
 

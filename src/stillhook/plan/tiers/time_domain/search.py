@@ -19,7 +19,7 @@ from stillhook.base.progress import Progress
 from stillhook.plan.definition.capacities import calm as _calm
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
-from stillhook.plan.definition.rules import Alternative, Limited, Tier
+from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
 from stillhook.plan.tiers.time_domain.curves import (
@@ -46,6 +46,7 @@ from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measur
 from stillhook.plan.tiers.time_domain.placing import (
     BEHIND,
     FEW_CELLS,
+    FEW_OF,
     LEAST_PART,
     WIDTHS,
     Column,
@@ -57,6 +58,7 @@ from stillhook.plan.tiers.time_domain.placing import (
     runs_for,
     usual_runs,
 )
+from stillhook.plan.tiers.time_domain.predictions import least_predicted, predicted_by_rule
 from stillhook.statistics.smooth_field import DRAWS
 
 GOVERNING_MARGIN = 1.1
@@ -148,8 +150,8 @@ class Work:
         """Lines of all phases that can be run, and the lowest limit of those that cannot."""
         columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns()]
         pilots = pilots_of(columns)
-        predictions = _least_predicted(predicted)
-        self.predicted = _predicted_by_rule(predicted)
+        predictions = least_predicted(predicted)
+        self.predicted = predicted_by_rule(predicted)
         for alternative in self.plan.alternatives:
             for column in columns:
                 group = self.groups.setdefault((alternative, column), [])
@@ -184,9 +186,11 @@ class Work:
             self._start(key, group)
         looking = [line for line in self.lines if line.started and not line.resolved]
         before = self._reached()
+
         wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line), patient=True)]
+        few = max(min(FEW_CELLS, len(looking) // FEW_OF), 1)
         for patient in (True, False):  # where most wait for others: for pilots alone, at last for nothing
-            if len(wanted) < FEW_CELLS and (wanted or before == self._reached()):
+            if len(wanted) < few and (wanted or before == self._reached()):
                 wanted = [ask for line in looking for ask in self._next_cells(line, patient=patient)]
         if not wanted:
             return bool(looking)
@@ -237,7 +241,8 @@ class Work:
         self, line: LimitSearch, provisional: float = math.inf, *, patient: bool = False
     ) -> list[CellRequest]:
         """The next cell of a line, or more runs about its limit; none where the limit is found, or where the line waits
-        for other phases: it is inside up to what their limits seem to be, `provisional` [m], and may not matter."""
+        for other phases: it is inside up to what their limits seem to be, `provisional` [m], and may not matter.
+        patient: it waits for pilots, and for other columns whose runs narrow its interval, as well."""
         still = self.plan.environment.calm(0.0)
         calm = CellRequest(line.phase.name, line.winch, line.spot(0.0), 1 if still else self.search.seeds)
         if calm.cell not in self.cells.runs:
@@ -490,30 +495,3 @@ def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
         if ask.cell not in most or most[ask.cell].seeds < ask.seeds:
             most[ask.cell] = ask
     return list(most.values())
-
-
-def _predicted_by_rule(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative, str], dict[Column, float]]:
-    """(phase, alternative, rule) -> predicted limits [m] by column: frequency-domain method, else closed form."""
-    result: dict[tuple[str, Alternative, str], dict[Column, float]] = {}
-    for tier in (Tier.CLOSED_FORM, Tier.FREQUENCY):
-        for limits in (p for p in predicted if p.tier is tier):
-            for rule, Hs in limits.Hs.items():
-                rows = zip(limits.Tp, limits.beta, Hs, strict=True)
-                known = {(float(T), float(beta)): float(h) for T, beta, h in rows if math.isfinite(h)}
-                result.setdefault((limits.phase, limits.alternative, rule), {}).update(known)
-    return result
-
-
-def _least_predicted(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative, Column], tuple[float, Tier]]:
-    """(phase, alternative, column) -> lowest predicted limit [m] and its tier: frequency-domain method, else closed
-    form."""
-    result: dict[tuple[str, Alternative, Column], tuple[float, Tier]] = {}
-    for tier in (Tier.CLOSED_FORM, Tier.FREQUENCY):
-        for limits in (p for p in predicted if p.tier is tier):
-            table = [np.where(np.isnan(row), np.inf, row) for row in limits.Hs.values() if not np.isnan(row).all()]
-            if not table:
-                continue
-            least = np.min(table, axis=0)
-            for T, beta, Hs in zip(limits.Tp, limits.beta, least, strict=True):
-                result[limits.phase, limits.alternative, (float(T), float(beta))] = float(Hs), tier
-    return result
