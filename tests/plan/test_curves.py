@@ -252,3 +252,19 @@ def test_draws_that_lie_off_the_number_widen_both_sides():
     low, high = ends_of(np.array([0.33]), draws)
     assert low[0] < 0.28 - 0.01
     assert high[0] > 0.38
+
+
+def test_cells_close_together_make_no_limit_that_is_far_off():
+    """Two cells a tenth apart whose runs scatter by half say nothing of the growth; what is usual of it does."""
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        columns = []
+        for T in PERIODS:
+            cells = tuple(
+                (h, {"duration": np.ones(16), "x": steep(h) * np.exp(rng.normal(-0.64, 0.5, 16))}) for h in (1.55, 1.7)
+            )
+            columns.append(ColumnRuns(float(T), math.pi, MEASURE, 1.6, 0.0, cells))
+        found = limits(columns)
+        seen = np.isfinite(found.Hs)  # none is seen far above the highest cell
+        assert seen.any(), seed
+        assert (np.abs(np.log(found.Hs[seen] / 1.6)) < 0.25).all(), seed

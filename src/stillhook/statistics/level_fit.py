@@ -40,6 +40,10 @@ SLOPES = (0.05, 6.0)
 threshold faster; the error of a winch that reverses its friction hardly grows."""
 SLOPE, SLOPE_SD = 1.3, 0.8
 """Mean and standard deviation of the exponent of a largest value before any run is known."""
+BETWEEN = 0.3
+"""Standard deviation of the exponents of columns about their mean, over that of what the mean may be. Cells a tenth
+apart say nothing of it: taken from them alone it was up to 0.9; one limit in a thousand was then off by a factor of
+ten, and intervals of all columns of its plan had no ends."""
 OF_SHARE, OF_SHARE_SD = 3.0, 1.5
 """The same of a share of time."""
 BEND_SD = 1.0
@@ -278,9 +282,9 @@ class _Effects:
 
 def _shrunk_to_mean(value: FloatArray, var: FloatArray, prior: tuple[float, float] | None = None) -> _Effects:
     """Values of columns drawn towards their mean, by random effects; one that is not known is that mean. prior: mean
-    and standard deviation before any value is known."""
+    and standard deviation before any value is known; columns differ by `BETWEEN` of that."""
     known = np.isfinite(var) & np.isfinite(value)
-    tau2 = _variance_between(value[known], var[known])
+    tau2 = _variance_between(value[known], var[known], 0.0 if prior is None else (BETWEEN * prior[1]) ** 2)
     w = 1.0 / (var[known] + max(tau2, 1e-12))
     about, certainty = (0.0, 0.0) if prior is None else (prior[0], prior[1] ** -2)
     certainty_of_mean = certainty + float(w.sum())
@@ -293,15 +297,20 @@ def _shrunk_to_mean(value: FloatArray, var: FloatArray, prior: tuple[float, floa
     return _Effects(drawn, left)
 
 
-def _variance_between(value: FloatArray, var: FloatArray) -> float:
-    """Variance of true values about their mean, from values with these sampling variances (DerSimonian and Laird)."""
+def _variance_between(value: FloatArray, var: FloatArray, usual: float = 0.0) -> float:
+    """Variance of true values about their mean, from values with these sampling variances (DerSimonian and Laird);
+    usual: what it is about before any value is known, which it stays where values that err a lot do not say more."""
     if len(value) < 2:
-        return 0.0
+        return usual
     w = 1.0 / np.maximum(var, 1e-12)
     total = float(w.sum())
     mean = float(np.sum(w * value)) / total
     excess = float(np.sum(w * (value - mean) ** 2)) - (len(value) - 1)
-    return max(excess / max(total - float(np.sum(w**2)) / total, 1e-300), 0.0)
+    tau2 = max(excess / max(total - float(np.sum(w**2)) / total, 1e-300), 0.0)
+    if usual == 0.0:
+        return tau2
+    certainty, before = (len(value) - 1) / (2.0 * float(np.mean(var + tau2)) ** 2), 1.0 / usual**2
+    return (certainty * tau2 + before * usual) / (certainty + before)
 
 
 def _location_scale(
