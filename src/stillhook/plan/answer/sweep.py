@@ -269,7 +269,7 @@ def _of_alternative(lines: Lines, quantities: Sequence[str], tolerance: FloatArr
         found.append(ladder.heights_at(np.array([of.measure.to_x(float(x)) for x in tolerance])))
         levels.append(ladder.level[0])
     H = np.min(found, axis=0)
-    return np.sqrt(np.maximum(H**2 - work.swell**2, 0.0)), levels[0]
+    return work.wind_sea(H), levels[0]
 
 
 class Pays(NamedTuple):

@@ -37,7 +37,7 @@ from stillhook.plan.weather.two_systems import swell_forecast
 from stillhook.sea.spectra.directions import relative
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
 from stillhook.weather.limit_text import free_headings
-from stillhook.weather.persistence import Persistence, Window, month_of, persistence, waits, windows_of
+from stillhook.weather.persistence import Persistence, Window, month_of, persistence, waits
 from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
@@ -193,6 +193,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     fixed.
     """
     judge = Workability.of(plan, axes, weather, forecast)
+    window = Window.of(weather.time, weather.step, forecast.T_R)
     persistence_of: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
@@ -201,9 +202,8 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
             persistence_of[credit, alternative] = persistence(
                 good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(judge.seas.Hs)
             )
-            waited[credit, alternative] = waits(
-                windows_of(good, weather.time, weather.step).starts(forecast.T_R), weather.time
-            )
+            can_start = np.any([window.starts(row) for row in good], axis=0)
+            waited[credit, alternative] = waits(can_start, weather.time)
     best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
     return WeatherValue(persistence_of, waited, month_of(weather.time), best, forecast.T_R, judge)
 

@@ -353,14 +353,15 @@ def limits_in_bands(
     )
 
 
+def wind_sea(H: FloatArray, swell: float) -> FloatArray:
+    """Heights of the wind sea in all waves of a height, beside a swell [m]; 0 where the swell alone is higher."""
+    return np.asarray(np.sqrt(np.maximum(H**2 - swell**2, 0.0)))
+
+
 def wind_sea_limits(limits: CurveLimits, swell: float) -> CurveLimits:
     """Limits of all waves as those of the wind sea beside a swell of this height [m]; 0 where the swell alone is
     beyond."""
-
-    def wind_sea(H: FloatArray) -> FloatArray:
-        return np.sqrt(np.maximum(H**2 - swell**2, 0.0))
-
-    tables = {name: wind_sea(getattr(limits, name)) for name in ("Hs", "low", "high", "direct", "draws")}
+    tables = {name: wind_sea(getattr(limits, name), swell) for name in ("Hs", "low", "high", "direct", "draws")}
     return replace(limits, **tables)
 
 

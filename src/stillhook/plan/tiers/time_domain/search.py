@@ -37,6 +37,7 @@ from stillhook.plan.tiers.time_domain.curves import (
     share_used,
     surely_inside,
     top_beyond,
+    wind_sea,
     wind_sea_limits,
     without,
     x_limit_of,
@@ -440,7 +441,7 @@ class Work:
 
     def wind_sea(self, Hs: FloatArray) -> FloatArray:
         """Heights of the wind sea in all waves of a height [m]."""
-        return np.sqrt(np.maximum(Hs**2 - self.swell**2, 0.0))
+        return wind_sea(Hs, self.swell)
 
     def has(self, line: LimitSearch, quantity: str) -> bool:
         """Whether runs of a line determine a quantity."""
