@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stillhook import load_crane
-from stillhook.analysis.controllers import NAMES, Controller, controller, controller_toml, controllers
+from stillhook.analysis.controllers import Controller, controller, controller_toml, controllers
 from stillhook.errors import SpecError, UnitError
 from stillhook.spec.scenario import Mode
 
@@ -28,7 +28,7 @@ def written(folder: Path, text: str, name: str = "soft.toml") -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", [n for n in NAMES if n != "strong-ssc"])
+@pytest.mark.parametrize("name", [m.value for m in CRANE.plant.type.modes if m.compensates])
 def test_plain_names_leave_the_crane_as_it_is(name: str) -> None:
     which = controller(name)
     assert which.on(CRANE) is CRANE

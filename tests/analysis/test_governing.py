@@ -228,13 +228,13 @@ def test_a_controller_by_name_is_tuned_as_the_same_one_made():
     [
         (
             "scc",
-            'Unknown controller "scc". Choose level-1, level-2, ns, hs, ssc, ssc-cubic, strong-ssc or a file that ends in .toml',
+            'Unknown controller "scc". Choose level-1, level-2, ns, hs, ssc, ssc-cubic, position, strong-ssc or a file that ends in .toml',
         ),
         ("manual", '"manual" is not a controller: the operator moves the winch. Choose level-1'),
         (None, "Unknown controller nothing. Give a name (level-1"),
         (
             Controller("mine", Mode.MANUAL),
-            '"manual" has no settings to tune. Choose level-1, level-2, ns, hs, ssc, ssc-cubic.',
+            '"manual" has no settings to tune. Choose level-1, level-2, ns, hs, ssc, ssc-cubic, position.',
         ),
     ],
 )

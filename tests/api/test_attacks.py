@@ -321,7 +321,6 @@ class TestPython:
         ("modes", "text"),
         [
             ("ssc", "give a list"),
-            (None, "give a list"),
             ([], "empty"),
             (["ns", "ns"], '"ns" is named twice'),
             ([5], "not one of"),

@@ -15,7 +15,7 @@ from stillhook.spec.scenario import FrictionModel, Operator, PowerLoss, Sensors,
 BASE = {"load": "80 t", "s_w": "100 m"}
 CRANE = load_crane("nov-250t")
 FIELDS = "name, load, s_w, tip, mode, modes, duration, ramp, warm_up, water, operator, sensors, power_loss, friction, gas_held, commands"
-MODES = "'manual', 'level-1', 'level-2', 'ns', 'hs', 'ssc' or 'ssc-cubic'"
+MODES = "'manual', 'level-1', 'level-2', 'ns', 'hs', 'ssc', 'ssc-cubic' or 'position'"
 
 
 def refusal(make) -> str:
@@ -52,7 +52,7 @@ def test_a_motion_may_be_text_or_object():
     assert Scenario(**BASE, tip=Profile([("0 s", "0 m/s"), ("5 s", "1 m/s"), ("9 s", "0 m/s")])).tip.duration is None
 
 
-@pytest.mark.parametrize("mode", list(Mode))
+@pytest.mark.parametrize("mode", CRANE.plant.type.modes)
 def test_every_mode_is_run(mode):
     data = simulate(CRANE, Scenario(**BASE, mode=mode.value, duration="3 s", warm_up="1 s", tip="sine 0.1 m 6 s"))
     assert data.status.item() == "ok"
@@ -92,7 +92,7 @@ def test_the_same_run_in_another_mode():
     assert other == Scenario(**BASE, mode="hs")
     assert (
         refusal(lambda: case.with_mode("fast"))
-        == 'mode "fast" is not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic.'
+        == 'mode "fast" is not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic, position.'
     )
 
 

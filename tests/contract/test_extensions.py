@@ -49,12 +49,12 @@ def python(*arguments: str, extensions: list[Path], folder: Path) -> subprocess.
     return subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True)
 
 
-def found(crane: str, *commands: str, folder: Path) -> dict[str, Answer]:
-    """Answers of some commands on a crane under the example controller."""
+def found(crane: str, *commands: str, folder: Path, mode: str = "ssc-pi") -> dict[str, Answer]:
+    """Answers of some commands on a crane under a controller, that of the example unless another is named."""
     place = folder / "answers"
     place.mkdir()
-    modules = [folder / "electric.py", folder / "ssc_pi.py"]
-    words = ("-m", "tests.contract.commands", crane, "ssc-pi", str(place), *commands)
+    modules = [folder / "torque_drive.py", folder / "ssc_pi.py"]
+    words = ("-m", "tests.contract.commands", crane, mode, str(place), *commands)
     run = python(*words, extensions=modules, folder=folder)
     assert run.returncode == 0, run.stderr
     return {command: Answer(*answer) for command, answer in json.loads(run.stdout).items()}
@@ -62,15 +62,15 @@ def found(crane: str, *commands: str, folder: Path) -> dict[str, Answer]:
 
 def test_the_pages_print_modules_a_crane_and_their_tests(example: Path) -> None:
     names = {path.name for path in example.iterdir()}
-    assert names == {"ssc_pi.py", "test_ssc_pi.py", "electric.py", "my-winch.toml", "test_electric.py"}
+    assert names == {"ssc_pi.py", "test_ssc_pi.py", "torque_drive.py", "my-winch.toml", "test_torque_drive.py"}
 
 
 @pytest.mark.slow
 def test_both_modules_are_known_by_their_names(example: Path) -> None:
-    modules = [example / "electric.py", example / "ssc_pi.py"]
+    modules = [example / "torque_drive.py", example / "ssc_pi.py"]
     shown = python("-m", "stillhook", "crane", "my-winch.toml", "--json", extensions=modules, folder=example)
     assert shown.returncode == 0, shown.stderr
-    assert '"electric"' in shown.stdout
+    assert '"torque-drive"' in shown.stdout
     helped = python("-m", "stillhook", "compare", "--help", extensions=modules, folder=example)
     assert "ssc-pi" in helped.stdout
 
@@ -84,7 +84,7 @@ def test_every_command_runs_with_the_example_controller(example: Path) -> None:
 @pytest.mark.thorough
 def test_every_command_runs_on_the_example_winch_or_says_why_not(example: Path) -> None:
     crane = str(example / "my-winch.toml")
-    for command, answer in found(crane, *BOTH, folder=example).items():
+    for command, answer in found(crane, *BOTH, folder=example, mode="position").items():
         reason = MEANINGLESS.get(command) or MEANINGLESS.get(command.partition(" ")[0])
         if reason is None:
             assert answer.given, f"{command}: {answer.error}"
@@ -94,7 +94,7 @@ def test_every_command_runs_on_the_example_winch_or_says_why_not(example: Path) 
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", ["ssc_pi", "electric"])
+@pytest.mark.parametrize("name", ["ssc_pi", "torque_drive"])
 def test_the_tests_of_the_examples_pass(name: str, example: Path) -> None:
     run = python("-m", "pytest", "-q", f"test_{name}.py", extensions=[example / f"{name}.py"], folder=example)
     assert run.returncode == 0, run.stdout
@@ -138,12 +138,12 @@ def test_a_controller_that_cannot_be_one_is_refused(before: str, after: str, lin
     ("before", "after", "line"),
     [
         ("def settle(", "def settled(", "mine.py: settle is missing. A winch module needs NAME, TITLE, TABLES"),
-        ('"electric"', '"pure-active"', 'mine.py: the winch type "pure-active" is that of pure_active.py.'),
+        ('"torque-drive"', '"pure-active"', 'mine.py: the winch type "pure-active" is that of pure_active.py.'),
         ('Cause("torque", "time with the motors at their largest torque")', '"torque"', "mine.py: Limits.torque:"),
     ],
 )
 def test_a_winch_type_that_cannot_be_one_is_refused(before: str, after: str, line: str, example: Path) -> None:
-    text = (example / "electric.py").read_text(encoding="utf-8")
+    text = (example / "torque_drive.py").read_text(encoding="utf-8")
     assert before in text
     assert line in refusal(text.replace(before, after, 1), example)
 
@@ -157,23 +157,23 @@ def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_an_exception_in_a_module_names_its_file_and_line(example: Path) -> None:
-    module = example / "electric.py"
+    module = example / "torque_drive.py"
     text = module.read_text(encoding="utf-8")
-    module.write_text(text.replace("e = crane.electric\n", "e = crane.elektric\n"), encoding="utf-8")
-    line = text.splitlines().index("    e = crane.electric") + 1
-    command = ("-m", "stillhook", "compare", "--crane", "my-winch.toml", "--load", "30 t", "--modes", "ns")
+    module.write_text(text.replace("e = crane.torque_drive\n", "e = crane.torqe_drive\n"), encoding="utf-8")
+    line = text.splitlines().index("    e = crane.torque_drive") + 1
+    command = ("-m", "stillhook", "compare", "--crane", "my-winch.toml", "--load", "30 t", "--modes", "position")
     run = python(*command, extensions=[module], folder=example)
     assert Answer(run.returncode, run.stderr).refused, run.stderr
-    assert f"error: electric.py, line {line}: AttributeError:" in run.stderr
+    assert f"error: torque_drive.py, line {line}: AttributeError:" in run.stderr
 
 
 @pytest.mark.slow
 def test_machine_code_of_a_winch_of_the_user_is_not_used_after_an_edit(example: Path) -> None:
-    module = example / "electric.py"
-    say = "from stillhook.kernels.build import _folder; print(_folder('electric', 'driver', ()))"
+    module = example / "torque_drive.py"
+    say = "from stillhook.kernels.build import _folder; print(_folder('torque-drive', 'driver', ()))"
     before = python("-c", say, extensions=[module], folder=example).stdout
     module.write_text(module.read_text(encoding="utf-8") + "# edited\n", encoding="utf-8")
     after = python("-c", say, extensions=[module], folder=example).stdout
-    assert before.startswith("electric-")
-    assert after.startswith("electric-")
+    assert before.startswith("torque-drive-")
+    assert after.startswith("torque-drive-")
     assert before != after

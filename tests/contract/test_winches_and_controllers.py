@@ -9,7 +9,7 @@ import pytest
 from tests.contract.commands import OF_CONTROLLER, OF_OPERATOR, OF_WINCH, answer
 
 from stillhook import Scenario, load_crane
-from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE, Mode
+from stillhook.control.registry import MANUAL_MODE, Mode
 from stillhook.engine.scenario.problem import POSITION, numbers_of, summaries
 from stillhook.library import cranes
 from stillhook.winches import types
@@ -21,7 +21,23 @@ NOT_AT_REST = (*POSITION, "energy_unaccounted")
 """Numbers that a winch in manual mode does not have while it stands still."""
 
 every_winch = pytest.mark.parametrize("winch", CRANES)
-every_mode = pytest.mark.parametrize("mode", Mode)
+every_pair = pytest.mark.parametrize(
+    ("winch", "mode"), [(winch, mode) for winch in CRANES for mode in WINCH_TYPES[winch].modes]
+)
+
+
+def usual_of(winch: str) -> str:
+    """The controller of a winch type where a user names none."""
+    return WINCH_TYPES[winch].default_mode.value
+
+
+def test_a_controller_of_another_kind_of_drive_is_refused_in_one_line(tmp_path: Path) -> None:
+    for winch, crane in CRANES.items():
+        for mode in set(Mode) - set(WINCH_TYPES[winch].modes):
+            for command in ("compare", "run", "map", "envelope", "lower"):
+                found = answer(command, crane, mode.value, tmp_path)
+                assert found.refused, (winch, mode, command, found.error)
+                assert "is for another kind of drive" in found.error
 
 
 def test_the_library_has_a_crane_of_every_winch_type() -> None:
@@ -33,18 +49,18 @@ def test_every_winch_runs_under_every_controller_with_the_numbers_of_its_type() 
     case = Scenario(load="30 t", s_w="100 m", tip="sine 1 m 10 s", duration="20 s", warm_up="10 s")
     for name in CRANES.values():
         crane = load_crane(name)
-        for mode, run in zip(Mode, summaries(crane, [case.with_mode(mode) for mode in Mode]), strict=True):
+        modes = crane.plant.type.modes
+        for mode, run in zip(modes, summaries(crane, [case.with_mode(mode) for mode in modes]), strict=True):
             known = [n for n in numbers_of(crane) if mode.compensates or n not in NOT_AT_REST]
             assert set(run) == {*numbers_of(crane), "status", "notes"}
             assert all(math.isfinite(run[n]) for n in known), (name, mode)
 
 
 @pytest.mark.thorough
-@every_winch
-@every_mode
+@every_pair
 @pytest.mark.parametrize("command", OF_CONTROLLER)
-def test_every_command_runs_on_every_winch_with_every_controller(
-    command: str, mode: Mode, winch: str, tmp_path: Path
+def test_every_command_runs_on_every_winch_with_every_controller_of_its(
+    command: str, winch: str, mode: Mode, tmp_path: Path
 ) -> None:
     found = answer(command, CRANES[winch], mode.value, tmp_path)
     assert found.given or (found.refused and mode is MANUAL_MODE and command not in OF_OPERATOR), found.error
@@ -54,7 +70,7 @@ def test_every_command_runs_on_every_winch_with_every_controller(
 @every_winch
 @pytest.mark.parametrize("command", OF_WINCH)
 def test_every_other_form_of_a_command_runs_on_every_winch(command: str, winch: str, tmp_path: Path) -> None:
-    found = answer(command, CRANES[winch], DEFAULT_MODE.value, tmp_path)
+    found = answer(command, CRANES[winch], usual_of(winch), tmp_path)
     assert found.given, found.error
 
 
@@ -62,5 +78,5 @@ def test_every_other_form_of_a_command_runs_on_every_winch(command: str, winch: 
 @every_winch
 @pytest.mark.parametrize("command", ["map", "calc steady", "uncertainty"])
 def test_quick_commands_run_on_every_winch(command: str, winch: str, tmp_path: Path) -> None:
-    found = answer(command, CRANES[winch], DEFAULT_MODE.value, tmp_path)
+    found = answer(command, CRANES[winch], usual_of(winch), tmp_path)
     assert found.given, found.error

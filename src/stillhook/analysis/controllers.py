@@ -21,7 +21,7 @@ from pydantic import Field, create_model, field_validator
 from stillhook.analysis.kept import kept
 from stillhook.base.choice import nearest
 from stillhook.base.progress import Progress
-from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE, USUAL
+from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE
 from stillhook.engine.arguments import checked_cases, cycles, paired, steps_per_cycle
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import OK, Result, run_cases, summarise, to_dataset
@@ -109,8 +109,11 @@ class Controller:
     def on(self, crane: Crane) -> Crane:
         """The crane with this controller's settings; the crane itself where nothing differs.
 
-        Errors: SpecError, UnitError of one line that names the controller and the field.
+        Errors: SpecError, UnitError of one line that names the controller and the field, or says that it is none of
+        this winch type's.
         """
+        if reason := crane.plant.type.mode_refusal(self.mode):
+            raise SpecError(f'"{crane.name}": {reason}')
         changes = self.changes_on(crane)
         if not changes:
             return crane
@@ -157,6 +160,12 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
         choose = f"Choose {', '.join(NAMES)} or a file that ends in .toml"
         raise SpecError(f"Unknown controller {quote(str(name_or_path))}. {choose}{nearest(str(name_or_path), NAMES)}")
     return _from_file(path)
+
+
+def usual_controllers(crane: Crane) -> str:
+    """Names of the controllers that are compared on this crane where a user names none: "ns,hs,ssc" on a closed
+    circuit."""
+    return ",".join(crane.plant.type.usual_modes)
 
 
 def controllers(names: str) -> list[Controller]:
@@ -305,12 +314,13 @@ class Comparison(NamedTuple):
 def compare(
     crane: Crane,
     case: Scenario,
-    modes: Sequence[Mode | str] = USUAL,
+    modes: Sequence[Mode | str] | None = None,
     *,
     step: str | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Run one scenario under several controllers (default NS, HS and SSC) with time series every 0.1 s.
+    """Run one scenario under several controllers (default the crane's usual ones: NS, HS and SSC on a closed circuit)
+    with time series every 0.1 s.
 
     step: integration step, default as in `simulate`.
 
@@ -323,13 +333,13 @@ def compare(
     >>> list(stillhook.compare(crane, case, ["ns", "ssc"]).table())
     ['ns', 'ssc']
     """
-    chosen = _chosen(modes)
     checked_cases(crane, case)
+    chosen = _chosen(crane.plant.type.usual_modes if modes is None else modes)
     if not isinstance(case, Scenario):
         raise ScenarioError("compare: a list of cases. Give one Scenario, or use simulate.")
     if case.modes:
         raise ScenarioError("modes: a scenario that changes its mode cannot be compared between modes. Use simulate.")
-    check(crane, case)
+    check(crane, case.with_mode(chosen[0]))
     return Comparison(crane, run_labelled(crane, [case.with_mode(m) for m in chosen], step=step, progress=progress))
 
 
@@ -361,7 +371,7 @@ def run_labelled(
 ) -> tuple[ModeRun, ...]:
     """Runs with time series (default every 0.1 s), each with its summary and the notes made before it; see
     `simulate`."""
-    cranes: list[Crane] = paired(crane, cases)[0]
+    cranes, cases = paired(crane, cases)
     n_sub, rows = steps_per_cycle(cranes[0], step), cycles(cranes[0], every)
     results = run_cases(cranes, cases, n_sub=n_sub, lanes=1, every=rows, progress=progress)
     return tuple(ModeRun(c.mode, c, r, summarise(w, c, r)) for w, c, r in zip(cranes, cases, results, strict=True))

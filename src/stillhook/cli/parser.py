@@ -29,6 +29,8 @@ def refuse(options: Mapping[str, Any], reason: str) -> None:
 
 CONTROLLERS = ", ".join(mode.value for mode in Mode if mode.compensates)
 """Controllers as help lists them."""
+USUAL = " Default: the usual ones of the winch type, ns,hs,ssc on a closed circuit."
+"""End of the help of an option that names controllers."""
 MODES = ", ".join(Mode)
 """Controllers and manual mode as help lists them."""
 

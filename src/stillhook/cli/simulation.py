@@ -12,6 +12,7 @@ import typer
 from stillhook.base.extras import need
 from stillhook.cli.parser import (
     MODES,
+    USUAL,
     Json,
     LiftArgument,
     Step,
@@ -125,7 +126,7 @@ def compare(
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
     motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2.8 m 12 s",
-    modes: Annotated[str, typer.Option(help=f"Controllers: {MODES}.")] = "ns,hs,ssc",
+    modes: Annotated[str | None, typer.Option(help=f"Controllers: {MODES}.{USUAL}")] = None,
     position: Annotated[str | None, typer.Option(help=POSITION_HELP)] = None,
     heave: Annotated[
         str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')
@@ -163,7 +164,7 @@ def compare(
         {} if duration is None or isinstance(tip, Recorded) else {"duration": duration}
     )  # a log is cut as it is read
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
-    chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
+    chosen = None if modes is None else [m.strip().lower() for m in modes.split(",") if m.strip()]
     with progress_bar("comparing") as bar:
         progress = started(machine, bar, series=True, report=getattr(tip, "report", ""))
         result = side_by_side(machine, case, chosen, step=step, progress=progress)

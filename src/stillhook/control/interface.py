@@ -30,11 +30,17 @@ SWL_SHARE
     Part of the SWL that it carries (default 1).
 COMPENSATES
     False where it leaves the tip's motion alone (default True).
+DRIVES
+    Kinds of drive that it commands (default ("displacement",)): `DISPLACEMENT`, a closed circuit whose motors'
+    displacement it sets too; `SPEED`, a drive that takes the speed command u_p alone.
 
 `stillhook.control.registry` finds the modules of `stillhook.control.controllers` and of the user.
 """
 
 from typing import NamedTuple
+
+DISPLACEMENT, SPEED = "displacement", "speed"
+"""What a controller commands of a drive: pumps and the displacement of motors, or the speed of the winch alone."""
 
 
 class Setting(NamedTuple):

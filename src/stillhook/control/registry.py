@@ -14,7 +14,7 @@ from typing import Any
 
 from stillhook.base.extensions import extensions, modules_in
 from stillhook.control import controllers
-from stillhook.control.interface import Reading, Sensed, Setting
+from stillhook.control.interface import DISPLACEMENT, SPEED, Reading, Sensed, Setting
 from stillhook.errors import SpecError
 from stillhook.physics.scalar import scalar_of
 from stillhook.units import KINDS
@@ -43,6 +43,7 @@ class ControlLaw:
     usual: bool
     swl_share: float
     compensates: bool
+    drives: tuple[str, ...]  # kinds of drive that it commands
     file: Path
     shipped: bool
 
@@ -120,9 +121,19 @@ def _law(module: ModuleType, shipped: bool) -> ControlLaw:
         usual=getattr(module, "USUAL", False),
         swl_share=getattr(module, "SWL_SHARE", 1.0),
         compensates=getattr(module, "COMPENSATES", True),
+        drives=_drives(module, file.name),
         file=file,
         shipped=shipped,
     )
+
+
+def _drives(module: ModuleType, file: str) -> tuple[str, ...]:
+    """Kinds of drive that a controller commands. Errors: SpecError."""
+    drives = tuple(getattr(module, "DRIVES", (DISPLACEMENT,)))
+    for each in drives:
+        if each not in (DISPLACEMENT, SPEED):
+            raise SpecError(f"{file}: DRIVES: {each!r} is no kind of drive. Choose {DISPLACEMENT} or {SPEED}.")
+    return drives
 
 
 def _settings(record: Any, file: str) -> Iterator[tuple[str, Setting]]:
@@ -184,11 +195,28 @@ def mode_of_code(code: float) -> Mode:
     return list(Mode)[round(code)]
 
 
+def modes_of(drive: str) -> tuple[Mode, ...]:
+    """The controllers of a kind of drive."""
+    return tuple(mode for mode in Mode if drive in mode.law.drives)
+
+
+def usual_of(drive: str) -> tuple[Mode, ...]:
+    """Those that are compared where a user names none."""
+    return tuple(mode for mode in modes_of(drive) if mode.law.usual)
+
+
 MANUAL_MODE = Mode("manual")
 """The mode in which the operator moves the winch."""
 DEFAULT_MODE = Mode("ssc")
-"""The controller where a user names none."""
-USUAL = tuple(mode for mode in Mode if mode.law.usual)
-"""Controllers that are compared where a user names none."""
+"""The controller of a closed circuit where a user names none; `default_of` has that of any drive."""
+USUAL = usual_of(DISPLACEMENT)
+"""Controllers that are compared on closed circuits where a user names none."""
+
+
+def default_of(drive: str) -> Mode:
+    """The controller of a kind of drive where a user names none."""
+    return DEFAULT_MODE if drive in DEFAULT_MODE.law.drives else usual_of(drive)[-1]
+
+
 CLASSIC = tuple(mode for mode in USUAL if mode.law.family == "classic")
 """The classic controllers, with fixed motors, that others are compared with."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -163,7 +164,7 @@ def checked_cases(crane: Crane, case: T | Sequence[T], kinds: Any = SCENARIO) ->
     if not isinstance(crane, Crane):
         raise SpecError(_NO_CRANE.format(units.quote(crane)))
     if isinstance(case, kinds):
-        return [case]
+        return [with_usual_controller(crane, case)]
     cases: list[Any] = list(case) if isinstance(case, Iterable) else [case]
     names = " or ".join(kind.__name__ for kind in kinds)
     if not cases:
@@ -171,7 +172,19 @@ def checked_cases(crane: Crane, case: T | Sequence[T], kinds: Any = SCENARIO) ->
     for i, each in enumerate(cases):
         if not isinstance(each, kinds):
             raise ScenarioError(f"case {i} = {units.quote(each)}: not a {names}. Give one {names}, or a list of them.")
-    return cases
+    return [with_usual_controller(crane, each) for each in cases]
+
+
+def with_usual_controller(crane: Crane, case: T) -> T:
+    """The case with the usual controller of the crane's winch type where it names none and its default is for another
+    kind of drive."""
+    if isinstance(case, InSea):
+        return replace(case, lift=with_usual_controller(crane, case.lift))  # type: ignore[return-value]
+    name = "mode" if isinstance(case, Scenario) else "controller"
+    winch = crane.plant.type
+    if name in case.model_fields_set or getattr(case, name) in winch.modes:
+        return case
+    return case.model_copy(update={name: winch.default_mode})  # type: ignore[return-value]
 
 
 def check_threads(threads: int) -> None:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from pydantic import Field, ValidationError
 
+from stillhook.engine.arguments import with_usual_controller
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.formats.motion.open import read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
@@ -73,7 +74,7 @@ def _case(table: TomlTable) -> CaseFile:
     file = table.read(CaseTables)
     crane = load_crane(table.relative_toml(file.crane))
     case = build_scenario(file.scenario, table.path.parent, table.path.stem)
-    return CaseFile(crane, case, file.step, file.every)
+    return CaseFile(crane, with_usual_controller(crane, case), file.step, file.every)
 
 
 def stored_cases(path: str | Path) -> list[CaseFile]:

@@ -13,6 +13,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
+from stillhook.engine.arguments import with_usual_controller
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.case_file import read_tip
 from stillhook.formats.vessel.open import read_vessel
@@ -363,6 +364,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
     length = file.duration if duration is None else parse(duration, "time", "--duration")
     length = planned(file.stage, file.start, file.water.depth) if length is None else length
     place = place_of(file, table, length, seed) if moving else still_place(file, table)
+    chosen = {"controller": file.controller} if "controller" in file.model_fields_set else {}
     lift = Lowering(
         name=file.name or table.path.stem,
         payload=payload_of(file, table),
@@ -375,13 +377,14 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         z_0=f"{file.start!r} m",
         programme=file.stage,
         winch=file.winch,
-        controller=file.controller,
         duration=f"{length!r} s",
         ramp=f"{file.ramp!r} s",
         rho=f"{file.water.rho!r} kg/m^3",
         sensors=file.sensors,
         friction=file.friction,
+        **chosen,
     )
+    lift = with_usual_controller(crane, lift)
     return LiftFile(
         crane=crane,
         lift=lift,

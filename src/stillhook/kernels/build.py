@@ -22,6 +22,7 @@ from types import ModuleType
 from typing import Any
 
 from stillhook.base.extensions import extension_sources
+from stillhook.control.interface import DISPLACEMENT
 from stillhook.control.registry import CONTROLLERS
 from stillhook.errors import SimulationError
 from stillhook.kernels import control_laws
@@ -126,7 +127,7 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
             module = importlib.util.module_from_spec(spec)
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]
-            module.laws = control_laws.control_laws(extra_controllers)  # type: ignore[attr-defined]
+            module.laws = control_laws.control_laws(extra_controllers, getattr(module.plant, "CONTROL", DISPLACEMENT))  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
             spec.loader.exec_module(module)
             kernels = {each: f for each, f in vars(module).items() if each in ("run", "at_rest")}

@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
-from stillhook.control.interface import Demand
+from stillhook.control.interface import DISPLACEMENT, Demand
 from stillhook.control.plc import command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.physics.records import define
@@ -42,12 +42,12 @@ def label(names: tuple[str, ...]) -> str:
 
 
 @functools.cache
-def control_laws(names: tuple[str, ...]) -> ControlLaws:
-    """The controllers of every kernel, and those named."""
-    laws = [law for law in CONTROLLERS.values() if law.in_every_kernel or law.name in names]
+def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT) -> ControlLaws:
+    """The controllers that every kernel of this kind of drive holds, and those named."""
+    laws = [law for law in CONTROLLERS.values() if (law.in_every_kernel and drive in law.drives) or law.name in names]
     parts = [(f"{law.field}_{part}", cls) for law in laws for part, cls in _parts(law)]
     record: Any = NamedTuple("LawRecord", [("code", float), *parts])  # type: ignore[misc]
-    record.__module__ = f"{__name__} {' '.join(names)}"  # its generated functions are distinguished by it
+    record.__module__ = f"{__name__} {drive} {' '.join(names)}"  # its generated functions are distinguished by it
     names_used: dict[str, Any] = {"Record": record, "Demand": Demand, "observe": observe, "command": command}
     for law in laws:
         names_used[f"cycle_{law.field}"] = law.cycle

@@ -8,6 +8,9 @@ TABLES
     Tables of the crane file that it needs, by name: `base.table.Spec` models.
 SHOWN (optional)
     Its own numbers in a table of runs, with the head of each column (default all of them).
+CONTROL (optional)
+    Kind of drive that controllers command: "displacement" (default), a closed circuit whose motors' displacement they
+    set, or "speed", a drive that takes the speed command u_p alone.
 PATH
     Load path below it, `stillhook.winches.load_path` for wire and load.
 Params, State, Command, Circuit

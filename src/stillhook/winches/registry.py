@@ -13,6 +13,8 @@ from typing import Any
 
 from stillhook.base.extensions import extensions, modules_in
 from stillhook.base.variable import Row, Variable
+from stillhook.control.interface import DISPLACEMENT, SPEED
+from stillhook.control.registry import Mode, default_of, modes_of, usual_of
 from stillhook.errors import SpecError
 from stillhook.winches import types
 from stillhook.winches.interface import Cause, OtherMotors, Parts, Stroke
@@ -99,6 +101,39 @@ class WinchType:
         return getattr(Unspecific, name) if found is None else found
 
     @property
+    def control(self) -> str:
+        """Kind of drive that controllers command."""
+        kind: str = getattr(self.module, "CONTROL", DISPLACEMENT)
+        return kind
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Controllers that it takes."""
+        return modes_of(self.control)
+
+    @property
+    def usual_modes(self) -> tuple[Mode, ...]:
+        """Those that are compared where a user names none."""
+        return usual_of(self.control)
+
+    @property
+    def default_mode(self) -> Mode:
+        """The controller where a user names none."""
+        return default_of(self.control)
+
+    def mode_refusal(self, mode: str) -> str:
+        """Reason why it does not take a controller; "" where it does."""
+        if Mode(mode) in self.modes:
+            return ""
+        has = (
+            "takes a speed command alone" if self.control == SPEED else "is a closed circuit, whose motors are set too"
+        )
+        return (
+            f'"{mode}" is for another kind of drive: winch type "{self.name}" {has}. Choose'
+            f" {', '.join(m.value for m in self.modes)}."
+        )
+
+    @property
     def steady_operation(self) -> bool:
         """Whether the type declares steady operating points."""
         return all(hasattr(self.module, name) for name in STEADY)
@@ -152,6 +187,8 @@ def _type(module: ModuleType) -> WinchType:
                 raise SpecError(
                     f"{file.name}: {record.__name__}.{name}: annotate it as Annotated[float, {kind.__name__}(...)]."
                 )
+    if getattr(module, "CONTROL", DISPLACEMENT) not in (DISPLACEMENT, SPEED):
+        raise SpecError(f"{file.name}: CONTROL = {module.CONTROL!r}. Choose {DISPLACEMENT} or {SPEED}.")
     limits = dict(_annotations(module.Limits, Cause))
     return WinchType(
         name=module.NAME,

@@ -20,7 +20,7 @@ from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_dr
 from stillhook.analysis.uncertainty.report import INSIDE, chance
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.control.registry import CLASSIC, USUAL
+from stillhook.control.registry import CLASSIC
 from stillhook.engine.scenario.problem import numbers_of
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
@@ -42,7 +42,7 @@ INTERVAL = ("low", "share", "high")
 
 def monte_carlo_map(
     crane: Crane,
-    controllers: Sequence[str | Path | Controller] = USUAL,
+    controllers: Sequence[str | Path | Controller] | None = None,
     uncertainty: Uncertainty | None = None,
     *,
     n: int = 64,

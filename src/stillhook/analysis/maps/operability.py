@@ -14,7 +14,6 @@ from stillhook.analysis.axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.maps.result import Map, as_dataset, cause_of
 from stillhook.base.progress import Progress
-from stillhook.control.registry import USUAL
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.engine.scenario.problem import numbers_of, summaries
 from stillhook.errors import ScenarioError, SpecError
@@ -45,7 +44,7 @@ NUMBERS = (
 
 def map_of(
     crane: Crane,
-    controllers: Sequence[str | Path | Controller] = USUAL,
+    controllers: Sequence[str | Path | Controller] | None = None,
     *,
     loads: Texts = LOADS,
     speeds: Texts = SPEEDS,
@@ -143,7 +142,7 @@ class Cells(NamedTuple):
 
 def cells_of(
     crane: Crane,
-    controllers: Sequence[str | Path | Controller] = USUAL,
+    controllers: Sequence[str | Path | Controller] | None = None,
     *,
     loads: Texts = LOADS,
     speeds: Texts = SPEEDS,
@@ -157,14 +156,17 @@ def cells_of(
 ) -> Cells:
     """What a map runs; parameters and errors as in `map_of`."""
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers, periods=periods)
-    chosen = controllers_of(controllers)
+    chosen = controllers_of(controllers, crane)
     base = Scenario(load="0 t", s_w="0 m", duration=duration, warm_up=warm_up)
     waves = _waves(base, axes, period, periods is not None, motion)
     return Cells(axes, chosen, *_runs(crane, chosen, axes, base, waves))
 
 
-def controllers_of(names: Sequence[str | Path | Controller]) -> list[Controller]:
-    """Controllers from names, paths and objects, each once. Errors: SpecError, one line."""
+def controllers_of(names: Sequence[str | Path | Controller] | None, crane: Crane) -> list[Controller]:
+    """Controllers from names, paths and objects, each once; the crane's usual ones for None. Errors: SpecError, one
+    line."""
+    if names is None:
+        names = crane.plant.type.usual_modes
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise SpecError(f'controllers = {quote(names)}: give a list, such as ("ns", "hs", "ssc").')
     chosen = [controller(c) for c in names]

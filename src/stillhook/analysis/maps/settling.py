@@ -16,7 +16,6 @@ from stillhook.analysis.maps.result import Map, as_dataset, cause_of
 from stillhook.analysis.steady.steady_state import layer_row
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.control.registry import USUAL
 from stillhook.engine.arguments import SERIES_STEP, check_threads, steps_per_cycle
 from stillhook.engine.batch import spread
 from stillhook.engine.runner import Ending
@@ -63,7 +62,7 @@ class Response(NamedTuple):
 
 def settling_of(
     crane: Crane,
-    controllers: Sequence[str | Path | Controller] = USUAL,
+    controllers: Sequence[str | Path | Controller] | None = None,
     *,
     loads: Texts = LOADS,
     speeds: Texts = SPEEDS,
@@ -97,7 +96,7 @@ def settling_of(
     """
     check_threads(threads)
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers)
-    chosen = controllers_of(controllers)
+    chosen = controllers_of(controllers, crane)
     dv = parse(wire_step, "speed", "wire_step")
     if dv <= 0.0:
         raise ScenarioError(f'wire_step = "{wire_step}": must be above 0.')

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json, check_out, write_out
+from stillhook.cli.parser import CONTROLLERS, USUAL, Json, check_out, write_out
 from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar
@@ -36,7 +36,7 @@ def envelope(
         list[str] | None,
         typer.Option(help='Payload, such as "100 t"; may be repeated. Without it 0 to the SWL in steps of 20 %.'),
     ] = None,
-    modes: Annotated[str, typer.Option(help=f"{CONTROLLERS}, or controller files, with commas.")] = "ns,hs,ssc",
+    modes: Annotated[str | None, typer.Option(help=f"{CONTROLLERS}, or controller files, with commas.{USUAL}")] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and JSON; nothing is written without it.")
     ] = None,
@@ -50,11 +50,12 @@ def envelope(
 
     Example: stillhook envelope nov-150t --load "90 t" --load "120 t" --modes ns,hs,ssc,ssc-cubic --out envelope
     """
-    from stillhook.analysis.controllers import controllers
+    from stillhook.analysis.controllers import controllers, usual_controllers
     from stillhook.analysis.operating_envelope.load_speed import envelope_at
     from stillhook.library import load_crane
 
-    chosen, crane = controllers(modes), load_crane(name)
+    crane = load_crane(name)
+    chosen = controllers(modes or usual_controllers(crane))
     loads = (
         list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
     )

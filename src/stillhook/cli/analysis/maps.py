@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Store, check_out, client_of, refuse, write_out
+from stillhook.cli.parser import (
+    CONTROLLERS,
+    USUAL,
+    Json,
+    Out,
+    Scheduler,
+    Store,
+    check_out,
+    client_of,
+    refuse,
+    write_out,
+)
 from stillhook.cli.simulation import motion_of
 from stillhook.control.registry import CLASSIC
 from stillhook.errors import MotionError, SpecError
@@ -30,7 +41,9 @@ RANGE = 'list, or "A to B by STEP"'
 
 def show_map(
     crane: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")] = "nov-250t",
-    controllers: Annotated[str, typer.Option(help=f"Names ({CONTROLLERS}, strong-ssc) or TOML files.")] = "ns,hs,ssc",
+    controllers: Annotated[
+        str | None, typer.Option(help=f"Names ({CONTROLLERS}, strong-ssc) or TOML files.{USUAL}")
+    ] = None,
     metric: Annotated[str, typer.Option(help=f"What the table shows: {', '.join(METRICS)}.")] = "e_c_pp",
     loads: Annotated[
         str | None, typer.Option(help=f'Loads: {RANGE}. Default: "20 % to 100 % by 10 %" of the SWL.')
@@ -130,7 +143,7 @@ def _waves(motion: str | None, period: str | None) -> dict[str, Any]:
 
 def _run(
     crane: Crane,
-    controllers: str,
+    controllers: str | None,
     metric: str,
     arguments: dict[str, Any],
     store: Path | None,
@@ -138,14 +151,16 @@ def _run(
     progress: Progress,
 ) -> Map:
     from stillhook.analysis.controllers import controllers as named
+    from stillhook.analysis.controllers import usual_controllers
 
+    chosen = named(controllers or usual_controllers(crane))
     if metric == SETTLING:
         from stillhook.analysis.maps.settling import settling_of
 
-        return settling_of(crane, named(controllers), **arguments, client=client, progress=progress)
+        return settling_of(crane, chosen, **arguments, client=client, progress=progress)
     from stillhook.analysis.maps.operability import map_of
 
-    return map_of(crane, named(controllers), **arguments, store=store, client=client, progress=progress)
+    return map_of(crane, chosen, **arguments, store=store, client=client, progress=progress)
 
 
 def _print(result: Map, metric: str) -> None:

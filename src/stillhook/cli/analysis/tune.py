@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json, check_out, write_out
+from stillhook.cli.parser import CONTROLLERS, USUAL, Json, check_out, write_out
 from stillhook.errors import CommandError
 from stillhook.report.terminal import (
     print_implausible,
@@ -32,7 +32,7 @@ BARS, PARETO, NUMBERS, TRIALS = "before-after.png", "pareto.png", "tune.json", "
 
 def tune(
     crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")],
-    controllers: Annotated[str, typer.Option(help=f"Start: {CONTROLLERS}, strong-ssc, files.")] = "ns,hs,ssc",
+    controllers: Annotated[str | None, typer.Option(help=f"Start: {CONTROLLERS}, strong-ssc, files.{USUAL}")] = None,
     free: Annotated[
         str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")
     ] = None,
@@ -104,11 +104,14 @@ def _split(text: str) -> list[str]:
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
-def _chosen(names: str, crane: Crane, delay: float) -> list[Controller]:
+def _chosen(names: str | None, crane: Crane, delay: float) -> list[Controller]:
     """Where the tunings start; strong SSC is aligned for the delay that is requested."""
-    from stillhook.analysis.controllers import STRONG, controllers, strong_ssc
+    from stillhook.analysis.controllers import STRONG, controllers, strong_ssc, usual_controllers
 
-    return [strong_ssc(crane, delay=delay) if c.name == STRONG else c for c in controllers(names)]
+    return [
+        strong_ssc(crane, delay=delay) if c.name == STRONG else c
+        for c in controllers(names or usual_controllers(crane))
+    ]
 
 
 def _tuned(

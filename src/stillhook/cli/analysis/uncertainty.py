@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 FILES = ("uncertainty.nc", "uncertainty.json", "bands.png", "exceedance.png")
 INDICES = "sensitivity.png"
-MODES = "ns,hs,ssc"
 CASE = {
     "crane": "nov-250t",
     "load": "100 t",
@@ -152,7 +151,7 @@ def uncertainty(
 
 def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, factors: Path | None) -> _Request:
     """Crane and scenario of every controller, and the uncertain factors."""
-    from stillhook.analysis.controllers import controllers
+    from stillhook.analysis.controllers import controllers, usual_controllers
     from stillhook.analysis.uncertainty.draws import Uncertainty, load_uncertainty
 
     if case_file is not None:
@@ -171,7 +170,8 @@ def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, 
             )
     else:
         machine, case = _built(CASE | fields)
-    chosen = controllers(modes if modes is not None else case.mode.value if case_file is not None else MODES)
+    of_case = case.mode.value if case_file is not None else usual_controllers(machine)
+    chosen = controllers(modes or of_case)
     return _Request(
         cranes=[c.on(machine) for c in chosen],
         cases=[case.model_copy(update={"mode": c.mode, "name": c.name}) for c in chosen],

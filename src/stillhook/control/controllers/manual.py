@@ -1,13 +1,14 @@
 """Manual: the operator moves the winch; the tip is not compensated and nothing is fed back."""
 
 from stillhook.control.commands import displacement_min, displacement_ssc, reduction_linear
-from stillhook.control.interface import Demand
+from stillhook.control.interface import DISPLACEMENT, SPEED, Demand
 from stillhook.physics.scalar import scalar
 
 NAME = "manual"
 TITLE = "manual: the operator moves the winch, no heave compensation"
 ORDER = 0
 COMPENSATES = False
+DRIVES = (DISPLACEMENT, SPEED)
 
 
 @scalar

@@ -34,6 +34,8 @@ def check_lift(crane: Crane, case: Lowering) -> None:
     SpecError of an unknown winch type, one line."""
     if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
         raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
+    if case.controller.compensates and (reason := crane.plant.type.mode_refusal(case.controller)):
+        raise LiftError(f"controller: {reason}")
     if case.payload.mass > crane.SWL:
         raise LiftError(
             f'Payload {show(case.payload.mass, "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '

@@ -43,6 +43,9 @@ def check(crane: Crane, case: Scenario) -> None:
     """Refuse what no crane of this kind can do. Errors: ScenarioError, SpecError of an unknown winch type, one
     line."""
     _check_numbers(case)
+    for mode in (case.mode, *(mode for _, mode in case.modes)):
+        if reason := crane.plant.type.mode_refusal(mode):
+            raise ScenarioError(f"mode: {reason}")
     _check_load(crane, case)
     _check_times(crane, case)
     _check_held(crane, case)

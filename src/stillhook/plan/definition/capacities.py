@@ -197,8 +197,10 @@ def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityVa
     if alternative is Alternative.NONE:
         return None
     if alternative is Alternative.CAP:
-        values = [_slowest(plan, phase, str(mode)) for mode in CLASSIC]
-        best = max(values, key=lambda f: f.value)
+        modes = [mode for mode in CLASSIC if mode in plan.crane.plant.type.modes]
+        if not modes:
+            return _slowest(plan, phase, str(plan.crane.plant.type.default_mode))
+        best = max((_slowest(plan, phase, str(mode)) for mode in modes), key=lambda f: f.value)
         return CapacityValue(best.value, f"{best.basis} (the faster classic mode)")
     return _slowest(plan, phase, str(alternative))
 

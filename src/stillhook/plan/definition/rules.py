@@ -216,8 +216,11 @@ ALTERNATIVES = (Alternative.NONE, Alternative.CAP, *(Alternative(mode.value) for
 
 
 def usual_alternatives(crane: Crane) -> tuple[Alternative, ...]:
-    """Alternatives of a plan that names none, on this crane: strong SSC needs a closed circuit."""
-    return tuple(a for a in ALTERNATIVES if a is not Alternative.STRONG_SSC or "active" in crane.circuits)
+    """Alternatives of a plan that names none, on this crane: strong SSC needs a closed circuit, other drives have
+    controllers of their own."""
+    winch = crane.plant.type
+    strong = (Alternative.STRONG_SSC,) if Mode("ssc") in winch.modes and "active" in crane.circuits else ()
+    return (Alternative.NONE, Alternative.CAP, *(Alternative(mode.value) for mode in winch.usual_modes), *strong)
 
 
 class Tier(StrEnum):

@@ -20,7 +20,6 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.progress import Meter, Progress
-from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import Result
 from stillhook.errors import LiftError, ScenarioError, StillhookError
@@ -209,7 +208,7 @@ COMPLIANCE_PERIOD = 1
 def identify_residual(
     crane: Crane,
     duty: Duty,
-    mode: Mode | str = DEFAULT_MODE,
+    mode: Mode | str | None = None,
     *,
     excitation: ExcitationGrid = FINE,
     threads: int = 2,
@@ -230,7 +229,7 @@ def identify_residual(
     Errors: ScenarioError (a load or length that the crane cannot hold), LiftError (manual mode; a tension that the hook
     alone exceeds; nothing sound).
     """
-    mode = mode_of(mode)
+    mode = crane.plant.type.default_mode if mode is None else mode_of(mode)
     if not mode.compensates:
         raise LiftError(
             'residual: mode "manual" does not compensate. Use Residual.constant(1.0), or a mode that compensates.'
@@ -427,7 +426,7 @@ def identify_grid(
     crane: Crane,
     F: Sequence[float],
     s_w: Sequence[float],
-    mode: Mode | str = DEFAULT_MODE,
+    mode: Mode | str | None = None,
     *,
     sensors: Sensors | None = None,
     threads: int = 2,

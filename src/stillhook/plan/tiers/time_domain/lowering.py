@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.arguments import substeps
 from stillhook.engine.lowering.problem import LIFT_STEP
 from stillhook.engine.lowering.run import longest_step
@@ -100,7 +99,7 @@ def winch_of(phase: Phase, alternative: Alternative) -> Winch:
 def machine_of(plan: LiftPlan, winch: Winch) -> tuple[Crane, Mode]:
     """The crane with the settings of the controller, and its mode; the plan's own crane where nothing compensates."""
     if winch.controller is None:
-        return plan.crane, DEFAULT_MODE
+        return plan.crane, plan.crane.plant.type.default_mode
     crane, setting = controlled(plan.crane, winch.controller, plan.sensors)
     return crane, setting.mode
 
