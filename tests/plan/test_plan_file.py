@@ -14,6 +14,7 @@ from stillhook.errors import StillhookError
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, usual_alternatives
 from stillhook.plan.file import copy_plan, load_plan, plans
 from stillhook.plan.limits import limited
+from stillhook.winches.registry import WINCH_TYPES
 
 pytestmark = pytest.mark.slow
 
@@ -90,7 +91,8 @@ def test_the_example_is_the_lift_that_it_says() -> None:
 
 
 def test_strong_ssc_is_no_alternative_by_default_where_there_is_no_closed_circuit():
-    by_default = usual_alternatives(SimpleNamespace(circuits={}))
+    crane = SimpleNamespace(circuits={}, plant=SimpleNamespace(type=WINCH_TYPES["pure-active"]))
+    by_default = usual_alternatives(crane)
     assert set(ALTERNATIVES) - set(by_default) == {Alternative.STRONG_SSC}
 
 
