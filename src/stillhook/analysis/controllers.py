@@ -34,6 +34,7 @@ from stillhook.spec.crane import Control, Crane
 from stillhook.spec.scenario import Mode, Scenario, mode_of
 from stillhook.tables.table import Spec
 from stillhook.units import quote
+from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
     import xarray
@@ -72,7 +73,11 @@ class ActiveSettings(Spec):
     motor: MotorSettings | None = Field(default=None, description="settings of the active motors")  # type: ignore[valid-type]
 
 
-class ControllerFile(Spec):
+DRIVE_TABLES = sorted({path.partition(".")[0] for winch in WINCH_TYPES.values() for path in winch.tuned})
+"""Tables of crane files with settings of a drive, which a controller's file may set too."""
+
+
+class _ControllerFile(Spec):
     """A controller's file."""
 
     mode: Mode = Field(description='motor law, such as "ssc"')
@@ -85,6 +90,10 @@ class ControllerFile(Spec):
         if not isinstance(mode, str) or mode not in PLAIN:
             raise ValueError(f"not a controller of the motors. Choose one of {', '.join(PLAIN)}.")
         return mode
+
+
+_of_drives: dict[str, Any] = dict.fromkeys(DRIVE_TABLES, (dict[str, Any] | None, None))
+ControllerFile = create_model("ControllerFile", __base__=_ControllerFile, **_of_drives)
 
 
 @dataclass(frozen=True)
@@ -215,6 +224,12 @@ def _from_file(path: Path) -> Controller:
 
 def _controller(table: TomlTable) -> Controller:
     mode = table.read(ControllerFile).mode
+    settings = {path for winch in WINCH_TYPES.values() for path in winch.tuned}
+    for path, _ in _values({name: table.data[name] for name in DRIVE_TABLES if name in table.data}):
+        if ".".join(path) not in settings:
+            raise SpecError(
+                f"{table.path.name}: {'.'.join(path)}: no setting of a drive. Choose {', '.join(sorted(settings))}."
+            )
     return Controller(table.path.stem, mode, {key: value for key, value in table.data.items() if key != "mode"})
 
 
@@ -260,16 +275,20 @@ def lateness(crane: Crane, *, delay: float = 0.0) -> float:
 
     Parameters: crane; delay of the motion signal, which the PLC is taken to know [s].
     Errors: StillhookError for a delay outside 0 to 1 s.
+    A winch type without closed circuit has no such term.
     Source: linear model of Moslatt 2020 paper C eqs 8 and 9, paper E eq. 17; the thesis extrapolates nothing.
     Valid: leakage also makes the winch slow, in proportion to speed rather than by a time; that is K_1's to make up
     (`stillhook tune`).
     """
     if not 0.0 <= delay <= LONGEST_DELAY:
         raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to {LONGEST_DELAY:g} s.")
+    late = delay + 0.5 * crane.control.t_cycle + crane.control.computing
+    if not crane.plant.type.steady_operation:
+        return late
     from stillhook.analysis.loop_stability.reduced import eigenfrequency  # heavy: only for strong SSC
 
     oil = eigenfrequency(crane, 1.0)
-    return delay + 0.5 * crane.control.t_cycle + crane.control.computing + 2.0 * oil.zeta / oil.omega_0
+    return late + 2.0 * oil.zeta / oil.omega_0
 
 
 class ModeRun(NamedTuple):

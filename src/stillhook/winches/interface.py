@@ -11,6 +11,9 @@ SHOWN (optional)
 CONTROL (optional)
     Kind of drive that controllers command: "displacement" (default), a closed circuit whose motors' displacement they
     set, or "speed", a drive that takes the speed command u_p alone.
+TUNED (optional)
+    Settings of its drive that `tune` may search, by their path in a crane file, with the ends of the search [SI]:
+    {"electric.speed.K": (1.0, 40.0)}.
 PATH
     Load path below it, `stillhook.winches.load_path` for wire and load.
 Params, State, Command, Circuit

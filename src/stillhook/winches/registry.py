@@ -112,6 +112,12 @@ class WinchType:
         return modes_of(self.control)
 
     @property
+    def tuned(self) -> Mapping[str, tuple[float, float]]:
+        """Settings of its drive that may be tuned: path in a crane file -> ends of the search [SI]."""
+        declared: Mapping[str, tuple[float, float]] = getattr(self.module, "TUNED", {})
+        return declared
+
+    @property
     def usual_modes(self) -> tuple[Mode, ...]:
         """Those that are compared where a user names none."""
         return usual_of(self.control)

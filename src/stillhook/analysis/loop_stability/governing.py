@@ -20,6 +20,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points
 from stillhook.analysis.loop_stability.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
     GAIN_MARGIN,
@@ -32,11 +33,11 @@ from stillhook.analysis.loop_stability.transfer import SampledLoop, position_loo
 from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.analysis.steady.operating_point import NoSteadyOperation
 from stillhook.analysis.steady.steady_state import motor_law, moves
-from stillhook.engine.pack.winch import drum_record, plc_record
+from stillhook.engine.pack.winch import drum_record, pack, plc_record
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Mode
+from stillhook.spec.scenario import Mode, Scenario
 from stillhook.units import show
 
 SLOW = (2.0 / 60.0, 5.0 / 60.0)
@@ -73,8 +74,9 @@ class Place(NamedTuple):
 
 class Governing(NamedTuple):
     """Largest position gain K_p that keeps the margins [1/m], 0 where the winch oscillates without feedback though its
-    load does not ring; the governing loop, with its PLC, at the displacement alpha_m [-]; place: where the complete
-    plant stands, None for the published loop; swings: places where the plant oscillates whatever the gain."""
+    load does not ring; the governing loop, with its PLC, at the displacement alpha_m [-] (NaN of a drive without one);
+    place: where the complete plant stands, None for the published loop; swings: places where the plant oscillates
+    whatever the gain."""
 
     K_p: float
     loop: SampledLoop
@@ -86,7 +88,8 @@ class Governing(NamedTuple):
         """The loop in words."""
         if self.place is None:
             return f"published loop, motors at {self.alpha_m:.2f}"
-        return f"complete plant, {self.place.describe()}, motors at {self.alpha_m:.2f}"
+        motors = "" if math.isnan(self.alpha_m) else f", motors at {self.alpha_m:.2f}"
+        return f"complete plant, {self.place.describe()}{motors}"
 
 
 def with_damped_wire(crane: Crane) -> Crane:
@@ -175,6 +178,9 @@ def governing(
     Errors: StillhookError for a wire that the drum does not hold. Places where nothing holds the load are left out.
     """
     holds, swings = largest_gain(crane, mode, kept, wires=wires, load=load), []
+    if by_engine(crane):
+        places = slow_places(payloads_of_mode(crane, mode, load), wires)
+        return holds._replace(swings=tuple(p for p, loop in engine_loops(crane, mode, places) if swings_alone(loop)))
     for place in slow_places(payloads_of_mode(crane, mode, load), wires):
         real = _plant(crane, mode, place, kept)
         if real is not None and real.K_p == 0.0:
@@ -190,13 +196,65 @@ def largest_gain(
     wires: Sequence[float] = WIRES,
     load: float = math.inf,
 ) -> Governing:
-    """As `governing`, without looking for places where the plant swings: half the work."""
+    """As `governing`, without looking for places where the plant swings: half the work.
+
+    Of a winch type without the closed circuit of the thesis the loop is that of the running engine.
+    """
+    if by_engine(crane):
+        return _of_engine(crane, mode, kept, wires, load)
     margins, still = [_published(crane, mode, kept)], with_damped_wire(crane)
     for place in slow_places(payloads_of_mode(crane, mode, load), wires):
         damped = _plant(still, mode, place, kept)
         if damped is not None:
             margins.append(damped)
     return min(margins, key=lambda g: g.K_p)
+
+
+def by_engine(crane: Crane) -> bool:
+    """Whether margins are those of the linearised engine: no closed form of the thesis holds for the winch type."""
+    return not crane.plant.type.steady_operation
+
+
+def engine_loops(
+    crane: Crane, mode: Mode, places: Sequence[Place], *, delay: float = 0.0
+) -> list[tuple[Place, SampledLoop]]:
+    """The loops of the running engine at places; those that it does not come to are left out. Errors: StillhookError
+    where it comes to none."""
+    case = Scenario(load="0 t", s_w="0 m", mode=mode).model_copy(update={"load": places[0].load, "s_w": places[0].s_w})
+    packed = pack(crane, case)
+    plc = packed.params.plc._replace(gains=None, t_lead=0.0)
+    own = tuple(sorted(packed.settings.items()))
+    loops = _engine_loops(_Keyed(crane, (packed.params._replace(plc=plc), own)), mode, tuple(places), delay)
+    if not loops:
+        raise StillhookError(
+            f'"{crane.name}": the winch diverges at every place that was looked at, such as {places[0].describe()}.'
+            " Check the settings of its drive."
+        )
+    return list(loops)
+
+
+@functools.lru_cache(maxsize=256)
+def _engine_loops(
+    keyed: _Keyed, mode: Mode, places: tuple[Place, ...], delay: float
+) -> tuple[tuple[Place, SampledLoop], ...]:
+    points = engine_points(keyed.machine, mode, places)
+    pairs = zip(places, points, strict=True)
+    return tuple((place, engine_loop(point, delay=delay)) for place, point in pairs if point is not None)
+
+
+def _of_engine(
+    crane: Crane, mode: Mode, kept: tuple[float, float, float], wires: Sequence[float], load: float
+) -> Governing:
+    """The place of the running engine that allows the least gain, with a load that does not ring on its wire."""
+    places = slow_places(payloads_of_mode(crane, mode, load), wires)
+    loops = engine_loops(with_damped_wire(crane), mode, places)
+    found = [Governing(strongest_up_to(loop, *kept), loop, math.nan, place) for place, loop in loops]
+    return min(found, key=lambda g: g.K_p)
+
+
+def swings_alone(loop: SampledLoop) -> bool:
+    """Whether a loop oscillates without any position feedback."""
+    return gain_limit_of(loop)[0] == 0.0
 
 
 def _published(crane: Crane, mode: Mode, kept: tuple[float, float, float]) -> Governing:
@@ -307,8 +365,12 @@ def slow_limit(
     """
     machine = with_damped_wire(crane)
     wires = wire_range(machine) if s_w is None else (s_w,)
+    places = slow_places(payloads_of_mode(machine, mode) if load is None else (load,), wires)
+    if by_engine(crane):
+        found = engine_loops(machine, mode, places, delay=delay)
+        return min(SlowLimit(gain_limit_of(l)[0], p.v_tip, math.nan, p.load, p.s_w) for p, l in found)
     limits = []
-    for place in slow_places(payloads_of_mode(machine, mode) if load is None else (load,), wires):
+    for place in places:
         loop = plant_loop_at(machine, mode, place, delay=delay)
         if loop is not None:
             limits.append(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_of
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced, full_cycles, hold_matrices
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
@@ -35,26 +36,6 @@ if TYPE_CHECKING:
     import control
 
 
-STEP = {
-    "alpha": 1e-6,
-    "alpha_dot": 1e-4,
-    "p": 100.0,
-    "V_o": 1e-7,
-    "omega_m": 1e-4,
-    "s_w": 1e-6,
-    "z": 1e-7,
-    "s_load": 1e-6,
-    "v_load": 1e-5,
-    "u": 1e-6,
-    "s_tip": 1e-6,
-    "v_tip": 1e-5,
-    "F": 10.0,
-}
-"""Half widths of the central differences, SI, by kind of variable: about 1e-6 of what a lift moves, where truncation
-and rounding are both below 1e-6 of the derivative (tested at a quarter and at four times the step)."""
-SMOOTH = 1e-3
-"""Largest relative difference of a derivative from that at a quarter of the step; above it the point sits on a kink of
-the plant."""
 FREE = 100.0
 """Strokes of the displacement controls while differences are taken: an active motor at its stop then still has both
 sides [-]."""
@@ -137,7 +118,7 @@ def linearise(point: OperatingPoint) -> Linear:
         return np.array(_rates_and_outputs(point, x, u_0._replace(**rest), tip, p))
 
     start = np.array([*flatten(point.state), *(getattr(u_0, n) for n in commands), point.tip.s, point.tip.v])
-    J, rough = jacobian(values, start, [_step(n) for n in (*states, *inputs)])
+    J, rough = jacobian(values, start, [step_of(n) for n in (*states, *inputs)])
     n = len(states)
     names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
     kinks = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
@@ -190,46 +171,6 @@ def _free_stops(p: Any) -> Any:
     return p._replace(
         passive=p.passive._replace(pump_servo=free(p.passive.pump_servo), motor_servo=free(p.passive.motor_servo))
     )
-
-
-def _step(name: str) -> float:
-    """Half width of the difference for a variable."""
-    if name in STEP:
-        return STEP[name]
-    kind = (
-        "p"
-        if name.startswith("p_")
-        else "u"
-        if name.startswith("u_")
-        else "alpha_dot"
-        if name.endswith("_dot")
-        else "alpha"
-    )
-    return STEP[kind]
-
-
-def jacobian(
-    f: Callable[[FloatArray], FloatArray], x: FloatArray, steps: list[float]
-) -> tuple[FloatArray, list[tuple[int, int]]]:
-    """Central differences of f at x, and the elements (row, column) that differ from those at a quarter of the step by
-    more than `SMOOTH`, or on both sides of the point: there the function has a kink."""
-    J, rough = np.empty((len(f(x)), len(x))), []
-    centre = f(x)
-    for j, h in enumerate(steps):
-        up, down = f(_moved(x, j, h)), f(_moved(x, j, -h))
-        near_up, near_down = f(_moved(x, j, h / 4.0)), f(_moved(x, j, -h / 4.0))
-        J[:, j], near = (up - down) / (2.0 * h), (near_up - near_down) / (h / 2.0)
-        sides = np.abs((near_up - centre) - (centre - near_down)) / (h / 4.0)
-        noise = 1e-13 * np.abs(centre) / h
-        size = np.abs(J[:, j]) + 1e-9 * np.max(np.abs(J[:, j])) + noise / SMOOTH
-        rough += [(int(i), j) for i in np.nonzero(np.maximum(np.abs(near - J[:, j]), sides / 2.0) > SMOOTH * size)[0]]
-    return J, rough
-
-
-def _moved(x: FloatArray, j: int, h: float) -> FloatArray:
-    y = x.copy()
-    y[j] += h
-    return y
 
 
 def modes(A: FloatArray, names: tuple[str, ...]) -> tuple[PlantMode, ...]:
@@ -348,7 +289,7 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
         [*flatten(point.state), *(getattr(memory, r) for r in REMEMBERED), *(record[i] for i in plc.carried)]
     )
     steps = [STEP["u"] * max(1.0, abs(record[i])) for i in plc.carried]
-    J, _ = jacobian(cycle, start, [*(_step(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *steps])
+    J, _ = jacobian(cycle, start, [*(step_of(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *steps])
     return J[: len(commands)], J[len(commands) :]
 
 

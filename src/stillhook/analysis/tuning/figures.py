@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
@@ -58,9 +59,14 @@ def bars_figure(rows: Mapping[str, Sequence[Rating]], *, title: str = "") -> Fig
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 6.4), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    _bars(upper, [[_at(r)[1] for r in row] for row in rows.values()], "mean error p-p [mm]")
-    _bars(lower, [[_at(r)[0] for r in row] for row in rows.values()], "highest pressure [bar]")
+    errors = [[_at(r)[1] for r in row] for row in rows.values()]
+    if any(math.isnan(r.p_max) for row in rows.values() for r in row):  # a winch without pressure
+        upper = lower = figure.subplots()
+        _bars(upper, errors, "mean error p-p [mm]")
+    else:
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        _bars(upper, errors, "mean error p-p [mm]")
+        _bars(lower, [[_at(r)[0] for r in row] for row in rows.values()], "highest pressure [bar]")
     lower.set_xticks(range(len(rows)), list(rows))
     upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize="small")
     figure.suptitle(title, fontsize="medium")

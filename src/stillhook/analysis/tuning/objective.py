@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.governing import WIRES, Governing, governing
+from stillhook.analysis.loop_stability.governing import WIRES, Governing, by_engine, governing
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, Margins, margins
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
+from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.errors import StillhookError
 from stillhook.sea.motion.motion import Motion, Sine, Sum
@@ -47,6 +48,27 @@ class Objective(StrEnum):
     PRESSURE = "pressure"
     BALANCED = "balanced"
 
+    def check(self, crane: Crane) -> None:
+        """Errors: StillhookError where the winch type has no pressure, and the objective is nothing else."""
+        if self is Objective.PRESSURE and not has_pressure(crane):
+            raise StillhookError(
+                f'objective "pressure": winch type "{crane.plant}" has no p_max. Choose error, worst-error or balanced,'
+                " which is the error alone here."
+            )
+
+
+def has_pressure(crane: Crane) -> bool:
+    """Whether runs of the winch type have a highest pressure."""
+    return any(row.name == PRESSURE for row in crane.plant.type.numbers)
+
+
+PRESSURE = "p_max"
+
+
+def pressure_of(row: Mapping[str, Any]) -> float:
+    """Highest pressure of a run [Pa]; NaN of a winch type that has none."""
+    return float(row.get(PRESSURE, math.nan))
+
 
 WEIGHTS: Mapping[Objective, tuple[float, float, float]] = {
     Objective.ERROR: (1.0, 0.0, 0.0),
@@ -54,7 +76,7 @@ WEIGHTS: Mapping[Objective, tuple[float, float, float]] = {
     Objective.PRESSURE: (0.0, 0.0, 1.0),
     Objective.BALANCED: (0.5, 0.0, 0.5),
 }
-"""Weights of mean error, largest error and highest pressure in the score."""
+"""Weights of mean error, largest error and highest pressure in the score; without a pressure the others count."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +147,8 @@ def usual_speeds(crane: Crane) -> tuple[str, ...]:
     """Peak speeds for this winch: `SPEEDS`, or less of each on one whose NS cannot follow the highest of them. In whole
     m/min."""
     fastest = max(parse(v, "speed", "speeds") for v in SPEEDS)
-    part = min(1.0, FASTEST * speed_limit(crane, CLASSIC[0]) / fastest)
+    classic = CLASSIC[0] if CLASSIC[0] in crane.plant.type.modes else crane.plant.type.default_mode
+    part = min(1.0, FASTEST * top_speed(crane, classic) / fastest)
     return tuple(f"{60.0 * part * parse(v, 'speed', 'speeds'):.0f} m/min" for v in SPEEDS)
 
 
@@ -272,7 +295,7 @@ def fast_candidates(crane: Crane, mode: Mode, like: Scenario) -> list[list[Scena
     A speed that only a constant speed reaches is no speed capacity: the motors of SSC need time to stroke.
     """
     load = 0.0 if crane.hook_mass > 0.0 else like.load
-    v = speed_limit(crane, mode, load) * layer_diameter_at(crane, like.s_w) / crane.drum.d_max
+    v = top_speed(crane, mode, load) * layer_diameter_at(crane, like.s_w) / crane.drum.d_max
     plain = like.model_copy(update={"load": load, "mode": mode})
     return [
         [plain.model_copy(update={"tip": peak_sine(part * v, parse(T, "time"))}) for part in SHARES_OF_FASTEST]
@@ -297,7 +320,7 @@ def scored(
     `relative`)."""
     results, quick = results[: len(cases)], results[len(cases) :]
     e = tuple(float(s["e_c_pp"]) for s in results)
-    p = tuple(float(s["p_max"]) for s in results)
+    p = tuple(pressure_of(s) for s in results)
     capacity = capacity_of(crane, mode, cases)
     broken = [*linear_broken(crane, mode, limits, capacity, wires_of(cases))]
     for name in OURS:
@@ -308,7 +331,7 @@ def scored(
         beyond = attributed_limits(str(summary["status"])) - run.allowed
         if beyond:
             broken.append(f"{', '.join(sorted(beyond))} in a fast run ({run.case.tip.describe()})")
-    if not max(p) <= limits.p_max:
+    if has_pressure(crane) and not max(p) <= limits.p_max:
         broken.append(f"p_max {show(max(p), 'pressure', 4)} above {show(limits.p_max, 'pressure', 4)}")
     u_p = max(float(s["u_p_max"]) for s in results)
     return Score(
@@ -328,12 +351,18 @@ def relative(score: Score, start: Score, objective: Objective) -> Score:
     """The score as a part of that of the start."""
     w = WEIGHTS[objective]
     ours, theirs = ((s.e_c_pp_mean, s.e_c_pp_worst, s.p_max) for s in (score, start))
-    return score._replace(score=sum(a * x / y for a, x, y in zip(w, ours, theirs, strict=True)))
+    parts = [(a, a * x / y) for a, x, y in zip(w, ours, theirs, strict=True) if a > 0.0 and not math.isnan(y)]
+    return score._replace(score=sum(part for _, part in parts) / sum(a for a, _ in parts))
 
 
 def capacity_of(crane: Crane, mode: Mode, cases: Sequence[Scenario]) -> list[float]:
     """Speed with the pumps full for every load among the scenarios, on the published diameter [m/s]."""
-    return [speed_limit(crane, mode, load) for load in sorted({c.load for c in cases})]
+    return [top_speed(crane, mode, load) for load in sorted({c.load for c in cases})]
+
+
+def top_speed(crane: Crane, mode: Mode, load: float | None = None) -> float:
+    """Highest wire speed of a mode with the pumps full, or at full command [m/s]."""
+    return wire_speed_max(crane) if by_engine(crane) else speed_limit(crane, mode, load)
 
 
 def wires_of(cases: Sequence[Scenario]) -> tuple[float, ...]:

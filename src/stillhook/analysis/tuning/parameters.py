@@ -4,10 +4,15 @@ file."""
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from pydantic.fields import FieldInfo
+
 from stillhook.analysis.controllers import Controller
+from stillhook.analysis.loop_stability.governing import by_engine, largest_gain
+from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.reduced import gain_limit
 from stillhook.base.choice import nearest
 from stillhook.control.interface import Setting as ControllerSetting
@@ -16,8 +21,10 @@ from stillhook.engine.pack.winch import gains, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane, own_settings, own_table
 from stillhook.spec.scenario import Mode, mode_of
-from stillhook.units import KINDS, show
+from stillhook.tables.plausible import marks
+from stillhook.units import KINDS, Quantity, show
 from stillhook.variables import BY_NAME
+from stillhook.winches.registry import WINCH_TYPES
 
 FEEDFORWARD = ("K_1", "K_2", "K_p", "t_lead")
 """Settings of the pumps, which all controllers share."""
@@ -45,14 +52,15 @@ class Setting(NamedTuple):
     high: float
 
 
-def tunable(mode: Mode | str) -> tuple[str, ...]:
-    """Names of the settings of a motor law. Errors: StillhookError for a mode without a motor law, or an
-    unknown one."""
+def tunable(mode: Mode | str, crane: Crane | None = None) -> tuple[str, ...]:
+    """Names of the settings of a controller, and of the drive of the crane's winch type. Errors: StillhookError for a
+    mode without settings, or an unknown one."""
     chosen = mode_of(mode)
     if not chosen.compensates:
         others = ", ".join(m.value for m in Mode if m.compensates)
         raise StillhookError(f'"{chosen}" has no settings to tune. Choose {others}.')
-    return (*FEEDFORWARD, *chosen.law.uses, *searched(chosen.law))
+    of_drive = () if crane is None else tuple(crane.plant.type.tuned)
+    return (*FEEDFORWARD, *chosen.law.uses, *searched(chosen.law), *of_drive)
 
 
 def searched(law: ControlLaw) -> dict[str, ControllerSetting]:
@@ -64,8 +72,25 @@ def described(name: str) -> tuple[str, str, str]:
     """Kind, SI unit and meaning of a setting."""
     if name in BY_NAME:
         return BY_NAME[name].kind, BY_NAME[name].unit, BY_NAME[name].meaning
+    if (drive := _drive_field(name)) is not None:
+        kind = next((mark.kind for mark in marks(drive.annotation) if isinstance(mark, Quantity)), "")
+        kind = next((mark.kind for mark in drive.metadata if isinstance(mark, Quantity)), kind)
+        return kind, KINDS[kind].si if kind else "1", str(drive.description)
     setting = next(settings[name] for law in CONTROLLERS.values() if name in (settings := searched(law)))
     return setting.kind, KINDS[setting.kind].si if setting.kind else "1", setting.meaning
+
+
+def _drive_field(path: str) -> FieldInfo | None:
+    """The field of a winch type's tables at a path that its TUNED names; None for any other name."""
+    for winch in WINCH_TYPES.values():
+        if path in winch.tuned:
+            table, *fields = path.split(".")
+            model = winch.tables[table]
+            for name in fields[:-1]:
+                model = model.model_fields[name].annotation
+            field: FieldInfo = model.model_fields[fields[-1]]
+            return field
+    return None
 
 
 def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 0.0) -> tuple[Setting, ...]:
@@ -75,7 +100,7 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
     never lowered.
     Errors: StillhookError for a setting that this law does not know, or one named twice.
     """
-    names = tunable(mode)
+    names = tunable(mode, crane)
     for name in free:
         if name not in names:
             raise StillhookError(
@@ -83,25 +108,42 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
             )
         if list(free).count(name) > 1:
             raise StillhookError(f'free: "{name}" is named twice. Name each setting once.')
-    K_1, K_p_ms = 1.0 / wire_speed_max(crane), gain_limit(crane).K_p_ms
-    motor, c = crane.active.motor, crane.control
+    K_1, K_p_ms = 1.0 / wire_speed_max(crane), _marginal_gain(crane, mode)
     ends = {
         "K_1": (K_1_RANGE[0] * K_1, K_1_RANGE[1] * K_1),
         "K_2": (0.0, K_2_LEAD * K_1),
         "K_p": (K_P_RANGE[0] * K_p_ms, K_P_RANGE[1] * K_p_ms),
         "t_lead": (0.0, delay + LEAD_BEYOND),
-        "u_thr": U_THR_RANGE,
-        "alpha_min": (motor.alpha_min, max(ALPHA_MOST, motor.alpha_min)),
-        "alpha_swl": (motor.alpha_min, 1.0),
-        "alpha_ns": (c.alpha_hs, 1.0),
-        "alpha_hs": (motor.alpha_min, c.alpha_ns),
+        **_of_motors(crane),
         **{name: setting.search for name, setting in searched(mode.law).items() if setting.search is not None},
+        **crane.plant.type.tuned,
     }
     start = present(crane)
     wanted = free or names
     return tuple(
         Setting(n, min(ends[n][0], start[n]), max(ends[n][1], start[n])) for n in wanted if ends[n][1] > ends[n][0]
     )
+
+
+def _marginal_gain(crane: Crane, mode: Mode) -> float:
+    """Position gain of marginal stability [1/m]: of the published loop, or of the running engine."""
+    if not by_engine(crane):
+        return gain_limit(crane).K_p_ms
+    return gain_limit_of(largest_gain(crane, mode).loop)[0]
+
+
+def _of_motors(crane: Crane) -> dict[str, tuple[float, float]]:
+    """Ends of the search of what a closed circuit's motors have; none without one."""
+    if not crane.circuits:
+        return {}
+    least, c = crane.active.motor.alpha_min, crane.control
+    return {
+        "u_thr": U_THR_RANGE,
+        "alpha_min": (least, max(ALPHA_MOST, least)),
+        "alpha_swl": (least, 1.0),
+        "alpha_ns": (c.alpha_hs, 1.0),
+        "alpha_hs": (least, c.alpha_ns),
+    }
 
 
 def present(crane: Crane) -> dict[str, float]:
@@ -114,11 +156,12 @@ def present(crane: Crane) -> dict[str, float]:
         "K_p": g.K_p,
         "t_lead": c.t_lead or 0.0,
         "u_thr": c.u_thr,
-        "alpha_min": crane.active.motor.alpha_min,
+        "alpha_min": crane.plant.type.least_displacement(crane),
         "alpha_swl": alpha_swl,
         "alpha_ns": c.alpha_ns,
         "alpha_hs": c.alpha_hs,
         **_controller_settings(crane),
+        **{path: float(operator.attrgetter(path)(crane)) for path in crane.plant.type.tuned},
     }
 
 
@@ -142,6 +185,8 @@ def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
     for name, value in values.items():
         if not (math.isfinite(value) and (("." in name) or (0.0 <= value and (value <= 1.0 or name in FEEDFORWARD)))):
             raise StillhookError(f"{name} = {value!r}: outside the range of a crane file.")
+    for path in crane.plant.type.tuned.keys() & values.keys():
+        crane = with_value(crane, path, values[path])
     control: dict[str, Any] = {name: value for name, value in values.items() if "." not in name}
     for law in CONTROLLERS.values():
         of_law = {n.partition(".")[2]: value for n, value in values.items() if n.startswith(f"{law.field}.")}
@@ -154,6 +199,12 @@ def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
     motor = crane.active.motor.model_copy(update={"alpha_min": alpha_min})
     active = crane.active.model_copy(update={"motor": motor})
     return crane.model_copy(update={"control": crane.control.model_copy(update=control), "active": active})
+
+
+def with_value(record: Any, path: str, value: Any) -> Any:
+    """A copy of a record with one field, by its dotted path, changed; nothing is checked."""
+    name, _, inner = path.partition(".")
+    return record.model_copy(update={name: with_value(getattr(record, name), inner, value) if inner else value})
 
 
 def _raised(crane: Crane, alpha_min: float, control: Mapping[str, float]) -> dict[str, float]:
@@ -182,14 +233,23 @@ def tuned_controller(crane: Crane, start: Controller, values: Mapping[str, float
         numbers |= _raised(plain, numbers["alpha_min"], numbers)
     old = start.changes_on(crane)
     control, motor = dict(old.get("control", {})), dict(old.get("active", {}).get("motor", {}))
+    drive: dict[str, Any] = {name: table for name, table in old.items() if name not in ("control", "active")}
     for n, v in numbers.items():
-        table, _, name = n.rpartition(".")
-        if table:
-            control[table] = {**control.get(table, {}), name: text_of(n, v)}
+        table, _, leaf = n.rpartition(".")
+        if n in crane.plant.type.tuned:
+            drive = _with_leaf(drive, n, text_of(n, v))
+        elif table:
+            control[table] = {**control.get(table, {}), leaf: text_of(n, v)}
         else:
             (motor if n == "alpha_min" else control)[n] = text_of(n, v)
-    changes: dict[str, Any] = {"control": control} | ({"active": {"motor": motor}} if motor else {})
+    changes: dict[str, Any] = {"control": control} | ({"active": {"motor": motor}} if motor else {}) | drive
     return Controller(name, start.mode, changes)
+
+
+def _with_leaf(tables: Mapping[str, Any], path: str, value: Any) -> dict[str, Any]:
+    """Nested tables with one value more, by its dotted path."""
+    name, _, inner = path.partition(".")
+    return {**tables, name: _with_leaf(tables.get(name, {}), inner, value) if inner else value}
 
 
 def rounded(name: str, value: float) -> float:

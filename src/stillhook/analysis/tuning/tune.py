@@ -31,10 +31,11 @@ from stillhook.analysis.tuning.objective import (
     Score,
     governing_loop,
     parse_limits,
+    pressure_of,
     scenarios,
     scored,
 )
-from stillhook.analysis.tuning.parameters import present, space, tunable, tuned_controller, with_settings
+from stillhook.analysis.tuning.parameters import present, space, tunable, tuned_controller, with_settings, with_value
 from stillhook.analysis.tuning.search import BudgetUsed, Search, Trial
 from stillhook.base.progress import Progress
 from stillhook.engine.scenario.problem import summaries
@@ -137,6 +138,7 @@ def tune(
     start = controller_of(controller)
     tunable(start.mode)
     plain = start.on(crane)
+    Objective(objective).check(crane)
     mode_cases = [c.with_mode(start.mode) for c in (cases if cases is not None else scenarios(crane))]
     settings = space(plain, start.mode, free, delay=max(c.sensors.delay for c in mode_cases))
     if not settings:
@@ -284,7 +286,7 @@ def outcomes(
 
 
 def _outcome(rows: Sequence[Mapping[str, float | str]]) -> Outcome:
-    e, p = np.array([float(r["e_c_pp"]) for r in rows]), np.array([float(r["p_max"]) for r in rows])
+    e, p = np.array([float(r["e_c_pp"]) for r in rows]), np.array([pressure_of(r) for r in rows])
     counts = {name: sum(name in str(r["status"]).split(", ") for r in rows) for name in OURS}
     beyond = tuple(f"{name} in {count} of {len(rows)}" for name, count in counts.items() if count)
     return Outcome(float(np.mean(e)), float(np.max(e)), float(np.max(p)), beyond)
@@ -312,12 +314,6 @@ def scaled(crane: Crane, factors: Mapping[str, float]) -> Crane:
     return crane
 
 
-def with_value(record: Any, path: str, value: Any) -> Any:
-    """A copy of a record with one field, by its dotted path, changed; nothing is checked."""
-    name, _, inner = path.partition(".")
-    return record.model_copy(update={name: with_value(getattr(record, name), inner, value) if inner else value})
-
-
 def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[Scenario]) -> dict[str, list[Outcome]]:
     """Variation -> outcome of every controller, whose settings stay what they are: those of the crane of the file.
 
@@ -325,6 +321,8 @@ def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[
     """
     out = {}
     for name, (factors, late) in VARIATIONS.items():
+        if not crane.circuits and any(path.startswith("active.") for path in factors):
+            continue
         machine = scaled(crane, factors)
         sensed = [
             c.model_copy(update={"sensors": c.sensors.model_copy(update={"delay": c.sensors.delay + late})})
@@ -341,6 +339,12 @@ def _plain(controller: Controller) -> Controller:
 def _fixed(controller: Controller, crane: Crane, machine: Crane) -> Crane:
     """The changed machine under the settings that the controller has on the crane of the file."""
     tuned = controller.on(crane)
+    if not crane.circuits:
+        drive = {path: operator.attrgetter(path)(tuned) for path in crane.plant.type.tuned}
+        machine = machine.model_copy(update={"control": tuned.control})
+        for path, value in drive.items():
+            machine = with_value(machine, path, value)
+        return machine
     motor = tuned.active.motor
     settings = {n: getattr(motor, n) for n in ("alpha_min", "servo", "variant", "offset", "hysteresis")}
     active = machine.active.model_copy(update={"motor": machine.active.motor.model_copy(update=settings)})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, NoReturn
 
 import typer
 
@@ -18,7 +18,7 @@ from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.analysis.loop_stability.governing import Place
-    from stillhook.analysis.loop_stability.stability import BothLoops, Stability
+    from stillhook.analysis.loop_stability.stability import BothLoops, EngineStability, Stability
     from stillhook.spec.crane import Crane
 
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
@@ -64,6 +64,7 @@ def stability(
 
     Example: stillhook stability nov-250t --alpha-m 1 --alpha-m 0.6 --delay "50 ms"
     """
+    from stillhook.analysis.loop_stability.governing import by_engine
     from stillhook.library import load_crane
     from stillhook.tables.plausible import implausible_values
 
@@ -73,6 +74,13 @@ def stability(
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
     mass = None if load is None else parse(load, "mass", "--load")
     wire = None if s_w is None else parse(s_w, "length", "--s-w")
+    if by_engine(crane):
+        refuse(
+            {"--alpha-m": alpha_m, "--layer": layer, "--full": full},
+            f'belongs to closed circuits, and winch type "{crane.plant}" is none; its margins are those of the complete'
+            " plant. Leave it out.",
+        )
+        _of_engine(crane, mass, wire, speed, late, out, json=json)
     if full:
         refuse(
             {"--layer": layer},
@@ -95,6 +103,74 @@ def stability(
         if not json and (full or layer is not None):
             say("pictures and sweeps show the published loop on the full drum; the table is in stability.json")
     raise typer.Exit(0 if all(c.loop.ok for c in answer.columns) else 1)
+
+
+OF_ENGINE = (
+    "load",
+    "s_w",
+    "v_tip",
+    "K_p",
+    "K_p_ms_plc",
+    "omega_c_plc",
+    "gain_margin_plc",
+    "phase_margin_plc",
+    "omega_gc_plc",
+    "delay_margin_plc",
+    "sensitivity_peak_plc",
+    "K_p_strong",
+)
+"""Rows of the margins of a winch type without the closed circuit of the thesis."""
+
+
+def _of_engine(
+    crane: Crane,
+    load: float | None,
+    s_w: float | None,
+    v_tip: float,
+    delay: float,
+    out: Path | None,
+    *,
+    json: bool,
+) -> NoReturn:
+    """Margins out of the linearised engine."""
+    from stillhook.analysis.loop_stability.stability import engine_stability
+    from stillhook.tables.plausible import implausible_values
+
+    where: dict[str, Any] = {} if s_w is None else {"wires": (s_w,)}
+    found = engine_stability(crane, v_tip=v_tip, delay=delay, loads=None if load is None else (load,), **where)
+    table = found.table() | {"notes": list(implausible_values(crane))}
+    if json:
+        print_json(table)
+    else:
+        rows = [[n, _cell(n, getattr(found, n)), display_unit(n), BY_NAME[n].meaning] for n in OF_ENGINE]
+        title = (
+            f"{crane.name}, complete plant with its PLC; cycle {show(found.t_cycle, 'time')}, delay"
+            f" {show(found.delay, 'time')}"
+        )
+        print_table(["", "value", "unit", "meaning"], rows, title=title)
+        print_implausible(crane)
+        print(_engine_verdict(found))
+        if found.swings:
+            print(_swings(found.swings))
+    if out is not None:
+        write_out(out, {"stability.json": table}, quiet=json)
+    raise typer.Exit(0 if found.ok else 1)
+
+
+def _engine_verdict(s: EngineStability) -> str:
+    """Whether the loop is stable and by how much, in a sentence."""
+    if s.ok:
+        dB = 20.0 * math.log10(s.gain_margin_plc)
+        return (
+            f"stable. Gain margin {dB:.3g} dB (K_p can rise by a factor of {s.gain_margin_plc:.3g}), least at"
+            f" {s.place.describe()}"
+        )
+    if s.K_p_ms_plc == 0.0:
+        return f"UNSTABLE, whatever K_p: the winch oscillates without feedback at {s.place.describe()}"
+    return (
+        f"UNSTABLE. K_p {s.K_p:.4g} 1/m, limit {s.K_p_ms_plc:.4g} 1/m at {s.place.describe()}. Lower K_p to"
+        f" {s.K_p_strong:.3g} 1/m or less"
+    )
 
 
 class _Column(NamedTuple):

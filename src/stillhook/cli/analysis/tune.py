@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -124,11 +125,10 @@ def _tuned(
     from stillhook.analysis.tuning.tune import tune as tune_one
 
     tuned, fronts, everything = [], {}, []
-    _ = crane.active  # refused before anything is compiled where the winch has no closed circuit
     say_if_compiling(crane)
     for selected in chosen:
         with progress_bar(f"tuning {selected.name}") as bar:
-            tuning_options = options | {"free": _free_of(selected, options["free"], chosen)}
+            tuning_options = options | {"free": _free_of(selected, options["free"], chosen, crane)}
             tuned.append(tune_one(crane, selected, objective=objective, progress=bar, **tuning_options))
         everything.append(tuned[-1])
         if pareto and tuned[-1].met and not tuned[-1].interrupted:
@@ -144,16 +144,16 @@ def _tuned(
     return tuned, fronts, everything
 
 
-def _free_of(selected: Controller, free: list[str], chosen: list[Controller]) -> list[str]:
+def _free_of(selected: Controller, free: list[str], chosen: list[Controller], crane: Crane) -> list[str]:
     """Of the settings to tune those of this motor law; one that no controller has is left in, to be refused."""
     from stillhook.analysis.tuning.parameters import tunable
 
-    tunable_names = {n for c in chosen for n in tunable(c.mode)}
-    known_to_mode = [n for n in free if n in tunable(selected.mode) or n not in tunable_names]
+    tunable_names = {n for c in chosen for n in tunable(c.mode, crane)}
+    known_to_mode = [n for n in free if n in tunable(selected.mode, crane) or n not in tunable_names]
     if free and not known_to_mode:
         raise CommandError(
             f"--free {','.join(free)}: {selected.name} has none of these settings; it has"
-            f" {', '.join(tunable(selected.mode))}."
+            f" {', '.join(tunable(selected.mode, crane))}."
         )
     return known_to_mode
 
@@ -204,7 +204,7 @@ class _Report:
                 limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}" if slow.K_p_ms > 0.0 else "with any gain"
                 out.append(
                     f"{t.start.name}: margins hold on {wires} of wire only; {limit} the complete plant oscillates with"
-                    f" {slow.place.describe()} (motors at {slow.alpha_m:.2f}), and K_p is"
+                    f" {slow.place.describe()}{_motors(slow.alpha_m)}, and K_p is"
                     f" {show(K_p, 'gain_per_length', 3)}"
                 )
         return out
@@ -289,6 +289,11 @@ class _Report:
             print(f"{name}: front of error and pressure: {shown}")
 
 
+def _motors(alpha_m: float) -> str:
+    """Where the motors stand, in brackets; nothing for a drive without displacement."""
+    return "" if math.isnan(alpha_m) else f" (motors at {alpha_m:.2f})"
+
+
 def _few(points: list[Point], most: int = 5) -> list[Point]:
     """A few points of a front, its ends among them."""
     if len(points) <= most:
@@ -329,7 +334,7 @@ def _outcome_rows(t: Tuned, held_out: tuple[Outcome, Outcome]) -> list[list[str]
             f"{x * 1e3:.1f} mm"
             for x in (score.e_c_pp_mean, score.e_c_pp_worst, outcome.e_c_pp_mean, outcome.e_c_pp_worst)
         ]
-        p = [show(x, "pressure", 4) for x in (score.p_max, outcome.p_max)]
+        p = [_pressure(x, 4) for x in (score.p_max, outcome.p_max)]
         beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in outcome.beyond)]) or "ok"
         name = t.start.name if label == "before" else ""
         rows.append(
@@ -361,10 +366,13 @@ def _short(text: str) -> str:
 
 def _brief(o: Outcome) -> str:
 
-    return (
-        f"{o.e_c_pp_mean * 1e3:.1f} mm,"
-        f" {show(o.p_max, 'pressure', 3)}{'' if not o.beyond else ' (' + '; '.join(o.beyond) + ')'}"
-    )
+    beyond = f" ({'; '.join(o.beyond)})" if o.beyond else ""
+    return f"{o.e_c_pp_mean * 1e3:.1f} mm, {_pressure(o.p_max, 3)}{beyond}"
+
+
+def _pressure(p: float, digits: int) -> str:
+    """A pressure with its unit; a dash where the winch type has none."""
+    return "-" if math.isnan(p) else show(p, "pressure", digits)
 
 
 def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, quiet: bool) -> None:

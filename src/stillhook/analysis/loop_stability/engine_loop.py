@@ -1,0 +1,213 @@
+"""The position loop of any winch type out of its running engine: linearised where the winch compensates a slow tip.
+
+No closed form of the thesis holds for these types. The engine itself is run until it is steady, and its equations and
+the cycle of its PLC are then differentiated about the state that it has come to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_of
+from stillhook.analysis.loop_stability.transfer import SampledLoop, full_cycles, hold_matrices
+from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import code_of
+from stillhook.engine.arguments import STATISTICS_STEP, steps_per_cycle
+from stillhook.engine.pack.winch import gains, pack
+from stillhook.engine.runner import Ending
+from stillhook.engine.scenario.problem import run_cases
+from stillhook.kernels.build import driver
+from stillhook.kernels.lanes import VL, flatten, paths, unflatten
+from stillhook.sea.motion.motion import Profile
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Scenario
+from stillhook.winches.records import Tick, Tip
+
+RISE, SETTLED = 5.0, 40.0
+"""Time in which the tip reaches its speed, and after which the winch is taken to be steady [s]."""
+SOFT = 5.0
+"""Time constant of the position loop while the engine comes to a point [s]: hundreds of times softer than a PLC's, so
+that the loop under test cannot hide it, and fast enough to be settled."""
+MOMENT = 1e-8
+"""Time over which the exact step of the bristle is taken for its rate [s]: a 30,000th of its fastest time constant."""
+STORES = ("V_", "E_", "theta")
+"""How states begin that hold oil, energy or heat for many waves: they stand while the loop is judged. A rail whose
+pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
+REMEMBERED = ("F", "p_mean", "u_m")
+"""What the PLC carries from cycle to cycle besides the memory of the controller."""
+
+
+class EnginePoint(NamedTuple):
+    """A winch that compensates a tip of constant speed: its driver and plant, and where the engine has come to. SI."""
+
+    crane: Crane
+    plant: ModuleType
+    driver: ModuleType
+    params: Any
+    state: Any
+    command: Any
+    memory: Any
+    laws: Any
+    tick: Tick
+    tip: Tip
+    geometry: Any
+
+
+def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float, float]]) -> list[EnginePoint | None]:
+    """The engine at places of payload [kg], wire paid out [m] and speed of the tip, up positive [m/s]; None where the
+    run diverges.
+
+    The position feedback is soft, so that an unstable one does not hide the point. Slow states (oil in an accumulator,
+    a store, a temperature) are where the run has left them.
+    """
+    soft = crane.control.model_copy(update={"K_p": gains(crane).K_1 / SOFT})
+    softened = crane.model_copy(update={"control": soft})
+    cases = [_case(mode, *place) for place in places]
+    n_sub = steps_per_cycle(crane, None, STATISTICS_STEP)
+    results = run_cases(softened, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
+    return [
+        None if result.ending is Ending.DIVERGED else _point(softened, case, result, v_tip)
+        for case, result, (_, _, v_tip) in zip(cases, results, places, strict=True)
+    ]
+
+
+def _case(mode: Mode, load: float, s_w: float, v_tip: float) -> Scenario:
+    speed = f"{v_tip!r} m/s"
+    course = [(0.0, "0 m/s"), (RISE, speed), (SETTLED + RISE, speed), (SETTLED + 2.0 * RISE, "0 m/s")]
+    tip = Profile([(f"{t!r} s", v) for t, v in course])
+    return Scenario(
+        load=f"{float(load)!r} kg",
+        s_w=f"{float(s_w)!r} m",
+        tip=tip,
+        mode=mode,
+        duration=f"{SETTLED!r} s",
+        warm_up="0 s",
+        ramp="0 s",
+    )
+
+
+def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoint:
+    """Where a run has come to, with the commands of the next cycle."""
+    packed = pack(crane, case)
+    d = driver(packed.name, 1, extra_controllers=packed.extra_controllers)
+    laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
+    s_tip = v_tip * (SETTLED - 0.5 * RISE)
+    tick = Tick(*(0.0,) * len(Tick._fields))._replace(
+        s=s_tip, v=v_tip, s_m=s_tip, v_m=v_tip, mode=code_of(case.mode), f_pump=1.0, f_known=1.0, f_passive=1.0
+    )
+    tip, geometry = Tip(s_tip, v_tip), d.geometry(result.state.path.s_w, packed.params)
+    # a second cycle on the first one's memory: the filters have the state that they are asked about
+    u, memory, laws, drive = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
+    memory = memory._replace(datum=memory.datum - drive.e_c)  # no control error, whatever the open loop has gathered
+    return EnginePoint(crane, packed.plant, d, packed.params, result.state, u, memory, laws, tick, tip, geometry)
+
+
+class EngineLinear(NamedTuple):
+    """The plant about a point: A by its states, B by all commands; names of both."""
+
+    A: FloatArray
+    B: FloatArray
+    states: tuple[str, ...]
+    commands: tuple[str, ...]
+
+
+def engine_linear(point: EnginePoint) -> EngineLinear:
+    """The equations of winch and load path differentiated about a point, the bristle as a state of its own."""
+    states = tuple(path.rpartition(".")[2] for path in paths(type(point.state)))
+    commands = tuple(point.command._fields)
+    n = len(states)
+
+    def rates(values: FloatArray) -> FloatArray:
+        x = unflatten(type(point.state), (float(v) for v in values[:n]))
+        u = type(point.command)(*(float(v) for v in values[n:]))
+        return np.array(flatten(_rates(point, x, u)))
+
+    start = np.array([*flatten(point.state), *point.command])
+    names = (*states, *commands)
+    J, _ = jacobian(rates, start, [step_of(name, value) for name, value in zip(names, start, strict=True)])
+    return EngineLinear(J[:, :n], J[:, n:], states, commands)
+
+
+def _rates(point: EnginePoint, x: Any, u: Any) -> Any:
+    """Time derivatives of all states, that of the bristle among them."""
+    d, p, geo = point.driver, point.params, point.geometry
+    rates = d.rates(x, u, geo, point.tip, p)
+    if "z" not in x.winch._fields:
+        return rates
+    q = d.path_point(x, geo, point.tip, p)
+    c = point.plant.circuit(x.winch, q, u, geo, p)
+    z_dot = (point.plant.bristle_after(c, x.winch, p, MOMENT) - x.winch.z) / MOMENT
+    return rates._replace(winch=rates.winch._replace(z=z_dot))
+
+
+def engine_loop(point: EnginePoint, *, delay: float = 0.0) -> SampledLoop:
+    """The position loop at K_p = 1 as the PLC closes it; every other loop of drive and PLC is closed. delay [s] of the
+    position feedback, to which the PLC's computing time is added."""
+    T = point.crane.control.t_cycle
+    linear = engine_linear(point)
+    n, rest = full_cycles(delay + point.crane.control.computing, T)
+    K, M, g = _control_slopes(point, linear.states)
+    A, B, K, M = _standing(linear, K, M)
+    Phi, Gamma = hold_matrices(A, B, T)
+    late = Gamma @ g
+    early = late if rest == 0.0 else hold_matrices(A, (B @ g)[:, None], T - rest)[1][:, 0]
+    size, more = len(linear.states), len(M)
+    closed = np.zeros((size + more, size + more))
+    closed[:size] = np.hstack([Phi, np.zeros((size, more))]) + Gamma @ K
+    closed[size:] = M
+    out = np.zeros(size + more)
+    out[linear.states.index("s_w")] = -1.0
+    pad = np.zeros(more)
+    return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([late - early, pad]), out, T, n)
+
+
+def _standing(
+    linear: EngineLinear, K: FloatArray, M: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """A, B and the slopes of the PLC with what stands while the loop is judged: stores, and the stiffness of the wire,
+    so that wire paid out and a load that follows leave no trace but the output."""
+    names = linear.states
+    stands = np.array([name.startswith(STORES) for name in names])
+    A, B = linear.A.copy(), linear.B.copy()
+    K, M = K.copy(), M.copy()
+    for matrix in (A, K, M):
+        matrix[:, names.index("s_w")] = matrix[:, names.index("s_load")]
+        matrix[:, : len(names)][:, stands] = 0.0
+    A[stands], B[stands] = 0.0, 0.0
+    return A, B, K, M
+
+
+def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of one PLC cycle without position feedback: commands, and what is carried on, by state and what was carried; and
+    the commands by the position feedback's share u_fb of the speed command."""
+    record = flatten(point.laws)
+    carried = [i for i, path in enumerate(paths(type(point.laws))) if "_memory." in path]
+    n = len(states)
+
+    def cycle(values: FloatArray, K_p: float, datum: float) -> list[float]:
+        x = unflatten(type(point.state), (float(v) for v in values[:n]))
+        known = dict(zip(REMEMBERED, (float(v) for v in values[n:]), strict=False))
+        numbers = list(record)
+        for i, value in zip(carried, values[n + len(REMEMBERED) :], strict=True):
+            numbers[i] = float(value)
+        gains = point.params.plc.gains._replace(K_p=K_p)
+        p = point.params._replace(plc=point.params.plc._replace(gains=gains))
+        m = point.memory._replace(datum=datum, **known)
+        laws = unflatten(type(point.laws), iter(numbers))
+        u, m, laws, _ = point.driver.control(x, m, laws, point.tick, point.tip, point.geometry, p)
+        after = flatten(laws)
+        return [*u, *(getattr(m, r) for r in REMEMBERED), *(after[i] for i in carried)]
+
+    values = [getattr(point.memory, r) for r in REMEMBERED] + [record[i] for i in carried]
+    start = np.array([*flatten(point.state), *values])
+    names = (*states, *REMEMBERED, *("" for _ in carried))
+    steps = [step_of(name, value) for name, value in zip(names, start, strict=True)]
+    datum, commands = point.memory.datum, len(point.command)
+    J, _ = jacobian(lambda v: np.array(cycle(v, 0.0, datum)), start, steps)
+    h = STEP["u"]
+    more, less = (np.array(cycle(start, 1.0, datum + way * h)[:commands]) for way in (-1.0, 1.0))
+    return J[:commands], J[commands:], (more - less) / (2.0 * h)
