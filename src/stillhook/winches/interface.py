@@ -64,9 +64,12 @@ refusal(crane, case), notes(crane, held, parts)
     Reason why it cannot run a case ("" where it can), and what to say of it before it runs, in lines.
 stroke(crane, F)
     Tip motion that takes the stroke of what carries the tension F [N], in `Stroke`; None where nothing has one.
+speed_limit(p, geo, F_w, lowering)
+    Highest steady motor speed with tension F_w [N] at the top, hoisting or lowering [rad/s], and the word of the limit
+    that stops it; of types without `steady`, for the envelope and the speeds of a plan.
 steady(p, geo, F_w, omega_m, v_op, alpha_m), carried(p, geo, F_w), mean_pressure(x, p)
-    State and command of a steady speed; `Carried`; mean accumulator pressure. Without them the type has no envelope,
-    no margins of the complete plant and no operating point, and such a question is answered in one line.
+    State and command of a steady speed; `Carried`; mean accumulator pressure. Without them the type has no operating
+    point, and margins are those of the linearised engine.
 """
 
 from __future__ import annotations

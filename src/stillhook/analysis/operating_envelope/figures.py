@@ -163,6 +163,8 @@ def _labels(ax: Any, layer_data: xarray.Dataset, speeds: Sequence[float], tonnes
 
 def _right(layer_data: xarray.Dataset, top: float) -> float:
     """Right end of the speed axis [m/min]."""
+    if "v_w_power" not in layer_data:
+        return max(ROOM * top, 1.0)
     hyperbola = in_display(float(layer_data["v_w_power"].min()), "speed")
     return max(ROOM * top, min(ROOM * hyperbola, MOST_ROOM * top), 1.0)
 
@@ -175,6 +177,8 @@ def _hyperbolas(ax: Any, layer_data: xarray.Dataset, crane: Crane, right: float)
         ("v_w_power_rule", "constant power of the 30 % rule", ":"),
     )
     for name, label, style in both:
+        if name not in layer_data:
+            continue
         weight = layer_data["load"].values + crane.hook_mass
         power = float(np.nanmedian(layer_data[name].values * weight))  # speed times weight is the same at every load
         speeds = _display(power / (loads + crane.hook_mass), "speed")

@@ -12,7 +12,7 @@ import numpy as np
 from stillhook._version import __version__
 from stillhook.analysis.axes import Texts, quantities
 from stillhook.analysis.controllers import Controller, controller
-from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top
+from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top, top_of_drive
 from stillhook.analysis.steady.steady_state import steady, wire_out_on
 from stillhook.base.progress import Meter, Progress
 from stillhook.control.commands import displacement_calc_min
@@ -32,8 +32,14 @@ if TYPE_CHECKING:
 
 PHYSICAL = "physical"
 """Label of what the machine can do whatever the controller."""
-STANDARD = tuple(mode for mode in Mode if mode.law.uses)
-"""Controllers of a range where none are named: those with settings of the motors."""
+
+
+def _standard(crane: Crane) -> Controllers:
+    """Controllers of a range where none are named: those with settings of the motors, or those of the drive."""
+    modes = [mode for mode in crane.plant.type.modes if mode.compensates]
+    return [mode for mode in modes if mode.law.uses] or modes
+
+
 LOADS = tuple(n / 20 for n in range(21))
 """Default loads over the SWL."""
 SPEEDS = 121
@@ -47,7 +53,7 @@ def envelope(
     *,
     layers: Sequence[int] | None = None,
     loads: Texts | None = None,
-    modes: Controllers = STANDARD,
+    modes: Controllers | None = None,
     reserve: float = RESERVE,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
@@ -92,15 +98,17 @@ def envelope_at(
     loads: Sequence[float],
     *,
     layers: Sequence[int] | None = None,
-    modes: Controllers = STANDARD,
+    modes: Controllers | None = None,
     reserve: float = RESERVE,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
     """The same at loads in kg; see `envelope`."""
     if not 0.0 <= reserve <= 1.0:
         raise StillhookError(f"reserve = {reserve:g}: a part of the load, from 0 to 1. Give a value in between.")
-    chosen, kg = _controllers(modes), list(loads)
+    chosen, kg = _controllers(_standard(crane) if modes is None else modes), list(loads)
     numbers = [crane.drum.layers] if layers is None else list(layers)
+    if not crane.plant.type.steady_operation:
+        return _of_drive(crane, kg, numbers, chosen, progress)
     wire = [wire_out_on(crane, n) for n in numbers or [0]]
     cranes = [*(c.on(crane) for c in chosen), crane]
     shape = (len(cranes), len(numbers), len(kg), len(Direction))
@@ -122,6 +130,28 @@ def envelope_at(
     attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve}
     attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, numbers, kg)))
     return _dataset(columns, [*(c.name for c in chosen), PHYSICAL], numbers, kg, attrs)
+
+
+def _of_drive(
+    crane: Crane, kg: list[float], layers: list[int], chosen: Sequence[Controller], progress: Progress | None
+) -> xarray.Dataset:
+    """The range of a winch type that states its own speed limit: v_w_top, omega_m_top and binds alone, for every
+    controller the same."""
+    cranes = [*(c.on(crane) for c in chosen), crane]
+    shape = (len(cranes), len(layers), len(kg), len(Direction))
+    v, omega, binds = np.full(shape, math.nan), np.full(shape, math.nan), np.full(shape, "", dtype=object)
+    meter = Meter(math.prod(shape[:3]), progress)
+    meter.tell()
+    for i, j, k in np.ndindex(*shape[:3]):
+        for n, direction in enumerate(Direction):
+            top = top_of_drive(cranes[i], kg[k], wire_out_on(crane, layers[j]), direction)
+            v[i, j, k, n], omega[i, j, k, n], binds[i, j, k, n] = top
+        meter.part(1.0)(1.0)
+    columns = {"v_w_top": v, "omega_m_top": omega, "binds": binds}
+    columns["load_most"] = np.array([*(c.mode.law.swl_share * crane.SWL for c in chosen), crane.SWL])
+    attrs = {"crane": crane_toml(crane), "stillhook": __version__}
+    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, layers, kg)))
+    return _dataset(columns, [*(c.name for c in chosen), PHYSICAL], layers, kg, attrs)
 
 
 def _notes(
@@ -147,7 +177,7 @@ def _notes(
 def setting_curves(
     crane: Crane,
     *,
-    modes: Controllers = STANDARD,
+    modes: Controllers | None = None,
     v_w: Texts | None = None,
     load: str = "0 t",
     layer: int | None = None,
@@ -165,7 +195,8 @@ def setting_curves(
     [m/s]: the speed at which a mode's motors come down to those of the classic ones, NaN where they never do.
     Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
     """
-    chosen, way, mass = _controllers(modes), Direction(direction), parse(load, "mass", "load")
+    chosen = _controllers(_standard(crane) if modes is None else modes)
+    way, mass = Direction(direction), parse(load, "mass", "load")
     number = crane.drum.layers if layer is None else layer
     stations = [Station(c.on(crane), mass, wire_out_on(crane, number), way) for c in chosen]
     K_wire = 1.0 if layer is None else stations[0].ratio

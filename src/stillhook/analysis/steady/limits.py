@@ -19,8 +19,9 @@ from stillhook.analysis.steady.operating_point import NoSteadyOperation, Operati
 from stillhook.analysis.steady.steady_state import settled
 from stillhook.control.commands import displacement_min
 from stillhook.control.registry import MANUAL_MODE
-from stillhook.engine.pack.winch import gains, motor_law, plc_record, power_most, wire_speed_max
+from stillhook.engine.pack.winch import gains, motor_law, pack, plc_record, power_most, wire_speed_max
 from stillhook.engine.scenario.checks import check, speed_limit
+from stillhook.errors import SpecError
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
@@ -275,6 +276,33 @@ class Station:
         if margin(self.v_beyond) >= 0.0:
             return math.inf
         return float(scipy.optimize.brentq(margin, BREAK_AWAY, self.v_beyond, xtol=V_EXACT))
+
+
+class DriveTop(NamedTuple):
+    """Highest steady wire speed [m/s] and motor speed [rad/s] of a drive, and the limit that stops it."""
+
+    v_w: float
+    omega_m: float
+    binds: str
+
+
+def top_of_drive(crane: Crane, load: float, s_w: float, direction: Direction) -> DriveTop:
+    """Highest steady speed of a winch type that states it, with a payload [kg] and wire paid out [m].
+
+    Errors: SpecError for a type that does not.
+    """
+    winch = crane.plant.type
+    if not hasattr(winch.module, "speed_limit"):
+        raise SpecError(
+            f'"{crane.name}": winch type "{crane.plant}" declares neither steady operation nor a speed limit, on which'
+            " this question rests. Choose another crane, or another question."
+        )
+    case = Scenario(load=f"{float(load)!r} kg", s_w=f"{float(s_w)!r} m", mode=MANUAL_MODE)
+    check(crane, case)
+    p = pack(crane, case).params
+    geo = winch.module.geometry(case.s_w, p)
+    omega, binds = winch.module.speed_limit(p, geo, float(p.hoist.load.W), direction is Direction.LOWERING)
+    return DriveTop(float(omega * geo.r_eff), float(omega), str(binds))
 
 
 def _speed(top: Top) -> float:

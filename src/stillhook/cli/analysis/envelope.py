@@ -84,6 +84,7 @@ def rows(data: xarray.Dataset) -> list[dict[str, Any]]:
                 fields = {
                     v: data[v].values[i, j, k, n]
                     for v in ("v_w_top", "binds", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
+                    if v in data
                 }
                 numbers = {v: float(x) if v != "binds" else str(x) for v, x in fields.items()}
                 place = {
@@ -113,7 +114,8 @@ def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str
 def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> dict[str, Any]:
     """What --json prints and envelope.json holds."""
     places = [
-        {"load": float(load), "layer": int(layer)} | {v: float(data[v].sel(load=load, layer=layer)) for v in _BY_LOAD}
+        {"load": float(load), "layer": int(layer)}
+        | {v: float(data[v].sel(load=load, layer=layer)) for v in _BY_LOAD if v in data}
         for load in data["load"].values
         for layer in data["layer"].values
     ]
@@ -122,7 +124,7 @@ def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> 
 
     return {
         "twin": twin_line(crane),
-        "reserve": data.attrs["reserve"],
+        **({"reserve": data.attrs["reserve"]} if "reserve" in data.attrs else {}),
         "load_most": most,
         "loads": places,
         "notes": _type_notes(data),
@@ -139,11 +141,7 @@ def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> N
         "load",
         "mode",
         "what binds",
-        "speed",
-        "motors",
-        "pumps",
-        "pressure drop",
-        "motor speed",
+        *(title for name, title in _SHOWN.items() if name in data),
         *(f"over {g[-2:].upper()}" for g in gains),
     ]
     body, before = [], None
@@ -156,7 +154,7 @@ def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> N
                 first,
                 label,
                 r["binds"],
-                *(cell(n, r[n]) for n in _SHOWN),
+                *(cell(n, r[n]) for n in _SHOWN if n in data),
                 *(change(r.get(g, math.nan)) for g in gains),
             ]
         )
@@ -178,7 +176,14 @@ def _type_notes(data: xarray.Dataset) -> list[str]:
     return [note for note in str(data.attrs["notes"]).split("; ") if note]
 
 
-_SHOWN = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
+_SHOWN = {
+    "v_w_top": "speed",
+    "alpha_m_top": "motors",
+    "alpha_p_top": "pumps",
+    "dp_m_top": "pressure drop",
+    "omega_m_top": "motor speed",
+}
+"""Numbers of the table, where the winch type has them, with the head of each column."""
 
 
 def _write(
@@ -199,10 +204,13 @@ def _write(
         )
         loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
         by_layer = envelope_at(crane, loads, modes=chosen, layers=every, progress=bar)
-    curves = setting_curves(crane, modes=chosen, layer=layer)
+    closed = crane.plant.type.steady_operation
+    curves = setting_curves(crane, modes=chosen, layer=layer) if closed else None
 
     def pictures() -> dict[str, Any]:
-        made = (figures.load_speed_figure(fine), figures.setting_figure(curves), figures.layer_figure(by_layer))
-        return dict(zip(OUT_FILES[: len(made)], made, strict=True))
+        setting = None if curves is None else figures.setting_figure(curves)
+        made = (figures.load_speed_figure(fine), setting, figures.layer_figure(by_layer))
+        return {name: figure for name, figure in zip(OUT_FILES, made, strict=False) if figure is not None}
 
-    write_out(out, dict(zip(OUT_FILES[3:], (fine, curves, answer), strict=True)), pictures=pictures, quiet=quiet)
+    files = dict(zip(OUT_FILES[3:], (fine, curves, answer), strict=True))
+    write_out(out, {name: file for name, file in files.items() if file is not None}, pictures=pictures, quiet=quiet)

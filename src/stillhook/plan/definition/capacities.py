@@ -237,6 +237,12 @@ def _top_speed(plan: LiftPlan, F: float, s_w: float, name: str) -> CapacityValue
     if load > crane.SWL:
         return CapacityValue(0.0, f"{where}: more than the SWL")
     mode, crane_of_mode = plan.once(_controlled, name)
+    if hasattr(crane.plant.type.module, "speed_limit"):
+        from stillhook.analysis.steady.limits import Direction, top_of_drive  # heavy
+
+        of_drive = [top_of_drive(crane_of_mode, load, s_w, direction) for direction in Direction]
+        v, _, binds = min(of_drive, key=lambda top: top.v_w)
+        return CapacityValue(v, f"{where}: {show(v, 'speed')}, stopped by {binds}")
     if not crane.plant.type.steady_operation:
         v = wire_speed_max(crane_of_mode, 1.0, layer_diameter_at(crane, s_w))
         return CapacityValue(v, f"{where}: {show(v, 'speed')}, the speed at full command")
