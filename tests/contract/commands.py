@@ -170,7 +170,12 @@ class Answer(NamedTuple):
 
 def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
     """Run a command of `BOTH`; its files are written to the folder."""
-    words = {"CRANE": crane, "MODE": mode, "PAIR": mode if mode == "ns" else f"ns,{mode}", "OUT": str(folder / "out")}
+    words = {
+        "CRANE": crane,
+        "MODE": mode,
+        "PAIR": mode if mode in ("ns", "position") else f"ns,{mode}",
+        "OUT": str(folder / "out"),
+    }
     for word, text in FILES.items():
         file = folder / f"{word.lower()}.toml"
         file.write_text(text.replace("CRANE", crane).replace("MODE", mode), encoding="utf-8")

@@ -180,7 +180,7 @@ def governing(
     holds, swings = largest_gain(crane, mode, kept, wires=wires, load=load), []
     if by_engine(crane):
         places = slow_places(payloads_of_mode(crane, mode, load), wires)
-        return holds._replace(swings=tuple(p for p, loop in engine_loops(crane, mode, places) if swings_alone(loop)))
+        return holds._replace(swings=_engine_swings(_engine_key(crane, mode, places[0]), mode, places))
     for place in slow_places(payloads_of_mode(crane, mode, load), wires):
         real = _plant(crane, mode, place, kept)
         if real is not None and real.K_p == 0.0:
@@ -220,17 +220,21 @@ def engine_loops(
 ) -> list[tuple[Place, SampledLoop]]:
     """The loops of the running engine at places; those that it does not come to are left out. Errors: StillhookError
     where it comes to none."""
-    case = Scenario(load="0 t", s_w="0 m", mode=mode).model_copy(update={"load": places[0].load, "s_w": places[0].s_w})
-    packed = pack(crane, case)
-    plc = packed.params.plc._replace(gains=None, t_lead=0.0)
-    own = tuple(sorted(packed.settings.items()))
-    loops = _engine_loops(_Keyed(crane, (packed.params._replace(plc=plc), own)), mode, tuple(places), delay)
+    loops = _engine_loops(_engine_key(crane, mode, places[0]), mode, tuple(places), delay)
     if not loops:
         raise StillhookError(
             f'"{crane.name}": the winch diverges at every place that was looked at, such as {places[0].describe()}.'
             " Check the settings of its drive."
         )
     return list(loops)
+
+
+def _engine_key(crane: Crane, mode: Mode, place: Place) -> _Keyed:
+    """The crane as the loops of its engine see it: neither gains of feedforward and position nor t_lead are in them."""
+    case = Scenario(load="0 t", s_w="0 m", mode=mode).model_copy(update={"load": place.load, "s_w": place.s_w})
+    packed = pack(crane, case)
+    plc = packed.params.plc._replace(gains=None, t_lead=0.0)
+    return _Keyed(crane, (packed.params._replace(plc=plc), tuple(sorted(packed.settings.items()))))
 
 
 @functools.lru_cache(maxsize=256)
@@ -246,10 +250,22 @@ def _of_engine(
     crane: Crane, mode: Mode, kept: tuple[float, float, float], wires: Sequence[float], load: float
 ) -> Governing:
     """The place of the running engine that allows the least gain, with a load that does not ring on its wire."""
-    places = slow_places(payloads_of_mode(crane, mode, load), wires)
-    loops = engine_loops(with_damped_wire(crane), mode, places)
+    places, damped = slow_places(payloads_of_mode(crane, mode, load), wires), with_damped_wire(crane)
+    return _engine_governing(_engine_key(damped, mode, places[0]), mode, places, kept)
+
+
+@functools.lru_cache(maxsize=4096)
+def _engine_governing(
+    keyed: _Keyed, mode: Mode, places: tuple[Place, ...], kept: tuple[float, float, float]
+) -> Governing:
+    loops = engine_loops(keyed.machine, mode, places)
     found = [Governing(strongest_up_to(loop, *kept), loop, math.nan, place) for place, loop in loops]
     return min(found, key=lambda g: g.K_p)
+
+
+@functools.lru_cache(maxsize=4096)
+def _engine_swings(keyed: _Keyed, mode: Mode, places: tuple[Place, ...]) -> tuple[Place, ...]:
+    return tuple(place for place, loop in engine_loops(keyed.machine, mode, places) if swings_alone(loop))
 
 
 def swings_alone(loop: SampledLoop) -> bool:

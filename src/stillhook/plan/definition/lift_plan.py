@@ -279,6 +279,7 @@ class LiftPlan:
             "rigging": self.rigging,
             "wire": self.wire,
             "winch": self.winch,
+            "controller": self.crane.plant.type.default_mode,
         }
         fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
         return Lowering(**fields)
