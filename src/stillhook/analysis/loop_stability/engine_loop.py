@@ -34,7 +34,7 @@ SOFT = 5.0
 that the loop under test cannot hide it, and fast enough to be settled."""
 MOMENT = 1e-8
 """Time over which the exact step of the bristle is taken for its rate [s]: a 30,000th of its fastest time constant."""
-STORES = ("V_", "E_", "theta")
+STORES = ("V_", "E", "theta")
 """How states begin that hold oil, energy or heat for many waves: they stand while the loop is judged. A rail whose
 pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
 REMEMBERED = ("F", "p_mean", "u_m")
