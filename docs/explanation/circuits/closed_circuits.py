@@ -1,12 +1,12 @@
 """Closed circuits: the pure active winch, and the active/passive winch with its passive circuit."""
 
+from sheet import LINES, Sheet
 from symbols import (
     Accumulator,
     Brake,
     Check,
     Drum,
     GasVessel,
-    LINES,
     Payload,
     Pinion,
     PressureTank,
@@ -14,7 +14,6 @@ from symbols import (
     Relief,
     Restrictor,
     Sheave,
-    Sheet,
     Shuttle,
     Tank,
     motor,
@@ -262,7 +261,7 @@ def active_passive() -> Sheet:
     s.shaft((right + 0.75, y_pm), (29.8, y_pm))
     s.turning("omega_m", (right + 1.35, y_pm), "below")
     s.add(Pinion(), (29.8, y_pm))
-    s.flow("Q_pm", (right + 0.25, y_pm - 3.0), "down", kind="b")
+    s.flow("D_pm omega_m", (right + 0.25, y_pm - 3.0), "down", kind="b")
     load_path(s, 31.2, 0.5 * (y_m + y_pm), y_a, rim=0.5 * (y_m - y_pm) - 0.4, r=1.1)
     return s
 

@@ -1,23 +1,25 @@
-"""Draw the circuits of the winch types: python docs/explanation/circuits/make.py [folder]."""
+"""Draw the circuits of the winch types and of the passive compensator as SVG.
+
+python docs/explanation/circuits/draw_circuits.py           beside this script; with a folder, into that
+"""
 
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
 import closed_circuits
-import cylinder_circuits
-import rail_circuits
-from symbols import Sheet
+import further_circuits
+from sheet import Sheet
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
 DRAWINGS: dict[str, Callable[[], Sheet]] = {
     "pure-active": closed_circuits.pure_active,
     "active-passive": closed_circuits.active_passive,
-    "open-circuit": rail_circuits.open_circuit,
-    "secondary": rail_circuits.secondary,
-    "electric": rail_circuits.electric,
-    "cylinder": cylinder_circuits.cylinder,
+    "open-circuit": further_circuits.open_circuit,
+    "secondary": further_circuits.secondary,
+    "cylinder": further_circuits.cylinder,
+    "electric": further_circuits.electric,
+    "phc": further_circuits.phc,
 }
 
 
