@@ -266,8 +266,8 @@ def active_passive() -> Sheet:
     return s
 
 
-def passive_lines(s: Sheet, y_h: float, y_l: float, relief: str = "Q_relief_p") -> None:
-    """What is on high and low side of a circuit with accumulator."""
+def passive_lines(s: Sheet, y_h: float, y_l: float, relief: str = "Q_relief_p", low: str = "Q_low") -> None:
+    """What is on high and low side of a circuit with accumulator; relief, low: letters of two flows."""
     internal_leak(s, 5.4, y_h, y_l, "Q_lp")
     leak_to_tank(s, 7.2, y_h, "Q_lp_ext")
     relief_to_tank(s, 10.0, y_h, relief)
@@ -275,4 +275,5 @@ def passive_lines(s: Sheet, y_h: float, y_l: float, relief: str = "Q_relief_p") 
     s.pipe("b", (22.5, y_l), (22.5, y_l + 1.4))
     s.add(PressureTank(), (22.5, y_l + 2.1))
     s.join("b", (22.5, y_l))
-    s.flow("Q_low", (22.75, y_l + 0.75), "up", kind="b")
+    if low:
+        s.flow(low, (22.75, y_l + 0.75), "up", kind="b")

@@ -31,6 +31,7 @@ from symbols import (
     PrimeMover,
     Proportional43,
     Resistor,
+    Restrictor,
     Sheave,
     ShuttleValve,
     Switch,
@@ -70,7 +71,9 @@ def open_circuit() -> Sheet:
     s.pipe("pilot", (a + 1.3, 11.92), (13.8, 11.92), (13.8, 9.4))
     s.join("b", (13.8, 9.4))
     s.note("counterbalance\nvalve", (a - 2.1, 12.1), "end")
-    s.letter("psi", (14.05, 11.9), "start")
+    s.add(Restrictor(), (13.8, 10.6))
+    s.letter("psi", (13.5, 12.25))
+    s.letter("p_pilot", (14.0, 11.6), "start")
     s.pipe("pilot", (a, 9.7), (8.0, 9.7))
     s.pipe("pilot", (12.9, 9.4), (12.9, 10.15), (6.5, 10.15), (6.5, 9.7), (7.0, 9.7))
     s.add(ShuttleValve(), (7.5, 9.7))
@@ -149,7 +152,7 @@ def secondary() -> Sheet:
     s.note("rail", (9.6, y_h + 0.35), "start")
     s.letter("p_lp", (9.4, y_l - 0.38), "end", LINES["b"]["color"])
     s.note("low side, its pressure is held", (9.6, y_l - 0.38), "start")
-    passive_lines(s, y_h, y_l, "Q_relief")
+    passive_lines(s, y_h, y_l, relief="Q_relief", low="")
     s.add(secondary_unit(), (right, y))
     s.letter("alpha_s", (right + 1.3, y + 0.85))
     s.flow("D_s omega_m", (right + 0.25, y_h - 1.2), "down", kind="a")
