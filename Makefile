@@ -48,6 +48,7 @@ check: $(STAMP)
 
 bench: $(STAMP)
 	@$(BIN)/python -m benchmarks.run
+	@$(BIN)/python -m benchmarks.winch_types
 	@test -z "$(AGAINST)" || $(BIN)/python -m benchmarks.against $(AGAINST)
 
 docs: $(STAMP)
