@@ -24,13 +24,14 @@ class Edges(NamedTuple):
 class Counterbalance(NamedTuple):
     """psi pilot ratio [-]; p_crack pressure that opens it without a pilot [Pa]; i_dp_open inverse of the rise beyond
     that opens it fully [1/Pa]; K_v flow coefficient when open, and of its check valve [m^3/s/Pa^0.5]; p_check pressure
-    that opens the check [Pa]."""
+    that opens the check [Pa]; i_tau inverse time constant of the pilot line [1/s]."""
 
     psi: float
     p_crack: float
     i_dp_open: float
     K_v: float
     p_check: float
+    i_tau: float
 
 
 class Tank(NamedTuple):
@@ -99,10 +100,17 @@ def counterbalance_opening(p_load, p_pilot, cb):
 
     .. math:: y = \mathrm{clip}\Big(\frac{\psi\,p_{pilot} + p_{load} - p_{crack}}{\Delta p_{open}}, 0, 1\Big)
 
-    Parameters: p_load pressure between motor and valve, p_pilot pressure of the other line [Pa].
+    Parameters: p_load pressure between motor and valve, p_pilot pressure in the pilot line, which
+    follows the other line [Pa].
     Valid for a vented valve: the pressure behind it does not act on its spring.
     """
     return clip((cb.psi * p_pilot + p_load - cb.p_crack) * cb.i_dp_open, 0.0, 1.0)
+
+
+@scalar
+def pilot_pressure_rate(p_pilot, p, cb):
+    """Rate of the pressure in the pilot line [Pa/s], which fills from a line at p [Pa] through a damping orifice."""
+    return (p - p_pilot) * cb.i_tau
 
 
 @scalar

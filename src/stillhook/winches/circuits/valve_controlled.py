@@ -64,6 +64,7 @@ class CounterbalanceValve(Spec):
     Q_N: u.Flow = Field(gt=0, description="rated flow when open, either way")
     dp_N: u.Pressure = Field(gt=0, description="pressure drop at the rated flow")
     p_check: u.Pressure = Field(ge=0, description="pressure that opens the check valve")
+    tau_pilot: u.Time = Field(gt=0, description="time constant of the pilot line with its damping orifice")
 
 
 class LoadSensingPumps(Spec):
@@ -204,9 +205,10 @@ class ValveFlows(NamedTuple):
 
 
 @scalar
-def valve_flows(x_v, alpha_p, omega_m, p_a, p_b, p_s, f_pump, A):
+def valve_flows(x_v, alpha_p, omega_m, p_a, p_b, p_s, p_pilot, f_pump, A):
     """All flows of the open circuit. x_v spool position [-], hoisting positive; alpha_p setting of the pumps [-];
-    omega_m [rad/s]; p_a, p_b motor lines, p_s supply [Pa]; f_pump share of the pumps that run [-].
+    omega_m [rad/s]; p_a, p_b motor lines, p_s supply, p_pilot pilot of the counterbalance valve [Pa]; f_pump share of
+    the pumps that run [-].
 
     Hoisting opens P-A (through the check valve) and B-T, lowering P-B and A-T (through the counterbalance valve). Edge
     and valve that the same oil passes count as one orifice: the oil between them is not a volume of its own.
@@ -214,7 +216,7 @@ def valve_flows(x_v, alpha_p, omega_m, p_a, p_b, p_s, f_pump, A):
     e, cb, p_T = A.edges, A.cb, A.tank.p_T
     opening = spool_opening(displacement(x_v, A.spool), e)
     K_up, K_down = e.K_v * fmax(opening, 0.0), e.K_v * fmax(-opening, 0.0)
-    y = counterbalance_opening(p_a, p_b, cb)
+    y = counterbalance_opening(p_a, p_pilot, cb)
     K_cb = cb.K_v * y
     dp_up, dp_down = check_drop(p_s - p_a, cb.p_check), fmax(p_a - p_T, 0.0)
     Q_PA = orifice_flow(in_series(K_up, cb.K_v), dp_up, e.dp_l)
@@ -287,7 +289,7 @@ def valve_circuit(crane: Any) -> ValveCircuit:
         ),
         edges=Edges(flow_coefficient(v.Q_N, v.dp_N), v.deadband, 1.0 / (1.0 - v.deadband), v.dp_laminar),
         spool=Servo(s.omega_n, s.zeta, -1.0, 1.0, NO_LIMIT if s.rate_max is None else s.rate_max),
-        cb=valves.Counterbalance(b.ratio, b.p_crack, 1.0 / b.dp_open, flow_coefficient(b.Q_N, b.dp_N), b.p_check),
+        cb=valves.Counterbalance(b.ratio, b.p_crack, 1.0 / b.dp_open, flow_coefficient(b.Q_N, b.dp_N), b.p_check, 1.0 / b.tau_pilot),
         pump=LoadSensing(
             Q_full=w.D_total * w.omega_p,
             i_tau=1.0 / w.tau,
@@ -327,6 +329,7 @@ def valve_rates(A: ValveCircuit, J: float) -> dict[str, float]:
         "leakage against the oil": max(2.0 * C_leak * A.i_C_h, pump.C_leak * A.i_C_s),
         "motors against the line's oil": spread,
         "pressure control of the pumps": pump.i_tau + math.sqrt(pump.Q_full * pump.i_droop * pump.i_tau * A.i_C_s),
+        "pilot line of the counterbalance valve": cb.i_tau,
         "spool": servo,
     }
 

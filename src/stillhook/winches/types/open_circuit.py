@@ -16,7 +16,7 @@ from stillhook.physics.hydraulics.motor import (
     torque_loss_moving,
 )
 from stillhook.physics.hydraulics.swash import swash_acceleration, swash_rate
-from stillhook.physics.hydraulics.valves import in_series, orifice_flow, spool_for_opening
+from stillhook.physics.hydraulics.valves import in_series, orifice_flow, pilot_pressure_rate, spool_for_opening
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import clip, copysign, fmax, fmin, scalar
 from stillhook.physics.sensor import quantise
@@ -87,6 +87,7 @@ class State(NamedTuple):
     p_a: float  # pressure of line A, hoisting, at the motors [Pa]
     p_b: float  # pressure of line B, lowering [Pa]
     p_s: float  # supply pressure [Pa]
+    p_pilot: float  # pressure in the pilot line of the counterbalance valve [Pa]
     omega_m: float  # motor speed, hoisting positive [rad/s]
     z: float  # bristle, half a step ahead [rad]
 
@@ -213,7 +214,7 @@ def wire_speed(x, geo):
 def circuit(x, q, u, geo, p):
     """The whole winch at an instant: flows of the circuit, friction. q point of the load path."""
     A, h, M = p.A, p.hoist, p.A.motors
-    f = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, u.f_pump, A)
+    f = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, x.p_pilot, u.f_pump, A)
     g = M.count * torque_loss_dry(M.D_max, x.p_a - x.p_b, M.fit) + h.n_motors * system_friction_dry(
         x.omega_m, q.F_w * 0.5 * geo.d, h.friction
     )
@@ -239,6 +240,7 @@ def rates(c, x, q, u, geo, p):
         p_a=f.Q_a * A.i_C_h,
         p_b=f.Q_b * A.i_C_h,
         p_s=f.Q_s * A.i_C_s,
+        p_pilot=pilot_pressure_rate(x.p_pilot, x.p_b, A.cb),
         omega_m=T * geo.i_J,
         z=0.0,
     )
@@ -255,7 +257,7 @@ def start(s_w, tick, p):
     """State before the PLC's first cycle, with s_w of wire out [m]."""
     p_T = p.A.tank.p_T
     return State(
-        x_v=0.0, x_v_dot=0.0, alpha_p=0.0, p_a=p_T, p_b=p_T, p_s=p.A.pump.p_standby, omega_m=0.0, z=0.0
+        x_v=0.0, x_v_dot=0.0, alpha_p=0.0, p_a=p_T, p_b=p_T, p_s=p.A.pump.p_standby, p_pilot=p_T, omega_m=0.0, z=0.0
     )
 
 
@@ -264,7 +266,7 @@ def settle(x, q, u, tick, geo, p):
     """State at rest under the PLC's first commands: line A holds the load, the pumps are at standby."""
     p_a = x.p_b + q.F_w * geo.r_eff / p.A.D_m
     return State(
-        x_v=0.0, x_v_dot=0.0, alpha_p=0.0, p_a=p_a, p_b=x.p_b, p_s=p.A.pump.p_standby, omega_m=0.0, z=0.0
+        x_v=0.0, x_v_dot=0.0, alpha_p=0.0, p_a=p_a, p_b=x.p_b, p_s=p.A.pump.p_standby, p_pilot=x.p_b, omega_m=0.0, z=0.0
     )
 
 
@@ -319,7 +321,7 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
     """Plant commands, the PLC's memory (it holds the filtered pressure drop), signals of the drive."""
     A = p.A
     drive = apply_override(drive, tick)
-    dp = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, tick.f_pump, A).dp_v
+    dp = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, x.p_pilot, tick.f_pump, A).dp_v
     dp = low_pass(m_0.held, dp, A.law.tau_dp, p.plc.t_cycle)
     Q = flow_wanted(drive.u_p, drive.brake, m.idle, r.dp_load - r.dp, A)
     return Command(spool_command(Q, dp, A), tick.f_pump, drive.brake), hold(m, dp), drive
