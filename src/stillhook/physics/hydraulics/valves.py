@@ -3,7 +3,7 @@ valves."""
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import clip, copysign, fmax, sqrt, scalar
+from stillhook.physics.scalar import clip, copysign, fmax, scalar, sqrt
 
 K_LEAST = 1.0e-30
 """Least sum of squared coefficients that is divided by [m^6/s^2/Pa]: two closed edges in series let nothing

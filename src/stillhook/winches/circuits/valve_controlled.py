@@ -175,8 +175,8 @@ class ValveFlows(NamedTuple):
     """opening of the spool's edges, y of the counterbalance valve [-]; dp_v pressure drop over the inlet edge [Pa];
     wanted setting of the pumps [-]; flows [m^3/s]: Q_p pumps, Q_PA ... Q_BT through the edges, Q_int leak A to B, Q_ext
     leak of each motor line and of the pumps, relief and make-up of each line, Q_a, Q_b, Q_s net into the lines;
-    P_valve power lost at the spool and the make-up valves, P_cb at the counterbalance valve with its check, P_tank left in
-    the oil that goes to the tank line [W]."""
+    P_valve power lost at the spool and the make-up valves, P_cb at the counterbalance valve with its check, P_tank left
+    in the oil that goes to the tank line [W]."""
 
     opening: float
     y: float
@@ -289,7 +289,14 @@ def valve_circuit(crane: Any) -> ValveCircuit:
         ),
         edges=Edges(flow_coefficient(v.Q_N, v.dp_N), v.deadband, 1.0 / (1.0 - v.deadband), v.dp_laminar),
         spool=Servo(s.omega_n, s.zeta, -1.0, 1.0, NO_LIMIT if s.rate_max is None else s.rate_max),
-        cb=valves.Counterbalance(b.ratio, b.p_crack, 1.0 / b.dp_open, flow_coefficient(b.Q_N, b.dp_N), b.p_check, 1.0 / b.tau_pilot),
+        cb=valves.Counterbalance(
+            psi=b.ratio,
+            p_crack=b.p_crack,
+            i_dp_open=1.0 / b.dp_open,
+            K_v=flow_coefficient(b.Q_N, b.dp_N),
+            p_check=b.p_check,
+            i_tau=1.0 / b.tau_pilot,
+        ),
         pump=LoadSensing(
             Q_full=w.D_total * w.omega_p,
             i_tau=1.0 / w.tau,
@@ -332,4 +339,3 @@ def valve_rates(A: ValveCircuit, J: float) -> dict[str, float]:
         "pilot line of the counterbalance valve": cb.i_tau,
         "spool": servo,
     }
-

@@ -295,8 +295,8 @@ def sense(x, y, q, m, tick, geo, p):
 
 @scalar
 def flow_wanted(u_p, brake, idle, missing, A):
-    """Flow that the motors shall take [m^3/s], hoisting positive: D omega_ref, and behind a closed brake that is to open
-    what brings line A to the load's pressure; missing pressure of that [Pa]; idle as in
+    """Flow that the motors shall take [m^3/s], hoisting positive: D omega_ref, and behind a closed brake that is to
+    open what brings line A to the load's pressure; missing pressure of that [Pa]; idle as in
     `stillhook.control.commands.idle_time`."""
     filling = FILL_RATE / A.i_C_h * missing if brake > 0.0 and idle < 0.0 else 0.0
     return A.D_m * A.n_full * u_p + filling
@@ -442,7 +442,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
     elif dp + c.pump.dp_margin > c.pump.p_max:
         out.append(
             f"holding the load takes {show(dp, 'pressure')}; the supply of {show(c.pump.p_max, 'pressure')} leaves less"
-            f" than the margin of {show(c.pump.dp_margin, 'pressure')} for the valve: it will hoist slowly or not at all"
+            f" than the margin of {show(c.pump.dp_margin, 'pressure')} for the valve: it will hoist slowly, or not"
         )
     if held.manual and crane.brake is None:
         leak = motor_leakage(0.0, valve_circuit(crane).motors) * dp / c.motor.D_total * r_eff
