@@ -67,8 +67,6 @@ SHOWN = {"p_max": "peak\npressure", "P_hpu_max": "peak\npower", "flow_time": "pu
 FILL_RATE = 15.0
 """Rate at which the hoisting line is brought to the load's pressure behind the closed brake [1/s], as on closed
 circuits. Assumed."""
-SLIPS = 0.05
-"""Motor speed from which a closed brake counts as slipping [rad/s]: beyond the elastic travel of its discs. Assumed."""
 
 
 class Params(NamedTuple):
@@ -358,7 +356,7 @@ def limits(c, x, q, u, p):
         relief=relieves(f.Q_relief_a + f.Q_relief_b + f.Q_relief_s),
         overspeed=1.0 if abs(x.omega_m) > A.n_max else 0.0,
         cavitation=cavitates(x.p_a, x.p_b),
-        brake=1.0 if c.held >= 1.0 and abs(x.omega_m) > SLIPS else 0.0,
+        brake=1.0 if c.held >= 1.0 and p.hoist.bristle.sigma_0 * abs(x.z) >= c.g else 0.0,
     )
 
 
