@@ -1,20 +1,26 @@
 """The open-circuit winch: what its valves let through, closed forms of valve-controlled motors against runs, where its
 energy goes, and its limits by name."""
 
+import ctypes
 import math
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.ctypeslib import ndpointer
 from tests.engine.runs import run_many, run_one
+from tests.engine.test_c99 import SAME, compile_c
 
 from stillhook import Scenario, load_crane, simulate
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import energy_unaccounted
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted
 from stillhook.errors import SpecError, StillhookError
+from stillhook.kernels.build import c_source, driver
 from stillhook.kernels.lanes import VL, flatten
 from stillhook.library import changed
 from stillhook.physics.hydraulics.load_sensing import load_pressure, pressure_wanted
@@ -425,3 +431,22 @@ def test_what_matters_before_a_run_is_said_in_its_notes():
     light = circuit_with(counterbalance={"p_crack": "90 bar"})
     run = simulate(light, Scenario(load="10 t", **(SEA | {"duration": "10 s", "warm_up": "1 s"})))
     assert any("will not hold the load" in note for note in run.notes.item().split("; "))
+
+
+@pytest.mark.thorough
+def test_c_runs_the_same_physics(tmp_path):
+    library = compile_c(c_source("open-circuit"), tmp_path)
+    case = Scenario(**({"load": "10 t"} | SEA))
+    ours, theirs = (
+        ScenarioBlock([Ready(pack(crane(), case), CycleInputs(crane(), case))], lanes=1, n_sub=2, every=1)
+        for _ in range(2)
+    )
+    array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
+    run = library.run_1
+    run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
+    theirs.d = SimpleNamespace(**(vars(driver("open-circuit", 1)) | {"run": run}))
+    for block in (ours, theirs):
+        for _ in block.steps():
+            pass
+    scale = np.maximum(np.max(np.abs(ours.out), axis=0), 1e-9)
+    assert np.max(np.abs(theirs.out - ours.out) / scale) < SAME
