@@ -227,6 +227,20 @@ def step_rows() -> list[tuple[str, ...]]:
     ]
 
 
+def swing_rows() -> list[tuple[str, ...]]:
+    """Swing of the wire speed early and late in a slow lowering, over the damping of the pilot line."""
+    operator = Operator(profile=(("0 s", "0 m/min"), ("2 s", "-5 m/min"), ("60 s", "-5 m/min")))
+    still = {"tip": "still", "warm_up": "0 s", "ramp": "0 s", "duration": "60 s"}
+    case = Scenario(load="10 t", s_w="100 m", mode="manual", operator=operator, **still)
+    rows = []
+    for tau in ("0.1 s", "0.3 s", "1 s", "1.5 s"):
+        run = simulate(with_circuit({"counterbalance": {"tau_pilot": tau}}), case, every="20 ms")
+        t, v = run.time.values, run.v_w.values * 60.0
+        early, late = (np.ptp(v[(t >= a) & (t < a + 6.0)]) for a in (6.0, 54.0))
+        rows.append((tau, f"{early:.2f} m/min", f"{late:.2f} m/min"))
+    return rows
+
+
 def assumed() -> str:
     """How many numbers of the circuit come from where, in a sentence."""
     own = [s for path, s in CRANE.sources.items() if path.startswith("open.")]
@@ -289,6 +303,7 @@ def compute() -> tuple[dict[str, str], Any]:
         "audit": table(("run", "status", "energy unaccounted for"), audit),
         "steps": table(("step", "wire out", "peak pressure"), step_rows()),
         "sources": assumed(),
+        "swing": table(("`tau_pilot`", "swing of the speed after 6 s", "after 54 s"), swing_rows()),
     }, (ratio, power, efficiency, simulate(CRANE, Scenario(load="10 t", **SEA), every="20 ms"))
 
 
