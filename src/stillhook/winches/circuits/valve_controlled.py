@@ -339,3 +339,18 @@ def valve_rates(A: ValveCircuit, J: float) -> dict[str, float]:
         "pilot line of the counterbalance valve": cb.i_tau,
         "spool": servo,
     }
+
+
+def pilot_pressure(Q: float, dp: float, A: ValveCircuit) -> float:
+    """Pressure of line B that opens the counterbalance valve for a steady lowering [Pa], at least that of the tank line.
+
+    Q flow of the motors [m^3/s]; dp = p_a - p_b [Pa]; the spool fully open.
+    """
+    p_b = A.tank.p_T
+    for _ in range(30):
+        drop = max(p_b + dp - A.tank.p_T, 1.0)
+        K_2 = Q * Q / drop
+        rest = 1.0 / max(K_2, 1e-30) - 1.0 / A.edges.K_v**2
+        y = min(1.0 / (rest**0.5 * A.cb.K_v), 1.0) if rest > 0.0 else 1.0
+        p_b = max((A.cb.p_crack + y / A.cb.i_dp_open - dp) / (1.0 + A.cb.psi), A.tank.p_T)
+    return p_b

@@ -44,6 +44,7 @@ from stillhook.winches.circuits.valve_controlled import (
     ValveCircuit,
     ValveFlows,
     full_flow_speed,
+    pilot_pressure,
     valve_circuit,
     valve_flows,
     valve_rates,
@@ -470,7 +471,7 @@ def _passed(omega: float, p: Params, geo: Geometry, F_w: float, lowering: bool) 
     Q = A.D_m * omega
     drop = (Q / A.edges.K_v) ** 2
     if lowering:
-        p_b = _pilot_pressure(Q, dp, p)
+        p_b = pilot_pressure(Q, dp, A)
         p_a, p_in = p_b + dp, p_b
         K = in_series(A.edges.K_v, A.cb.K_v)
         meter_out = p_a - p_T < (Q / K) ** 2
@@ -491,17 +492,3 @@ def _passed(omega: float, p: Params, geo: Geometry, F_w: float, lowering: bool) 
         "valve": drop > p_s - p_in or meter_out,
     }
     return next((name for name, beyond in passed.items() if beyond), "")
-
-
-def _pilot_pressure(Q: float, dp: float, p: Params) -> float:
-    """Pressure of line B that opens the counterbalance valve for a steady lowering [Pa]; dp = p_a - p_b [Pa]. At least
-    that of the tank line."""
-    A = p.A
-    p_b = A.tank.p_T
-    for _ in range(30):
-        drop = max(p_b + dp - A.tank.p_T, 1.0)
-        K_2 = Q * Q / drop
-        rest = 1.0 / max(K_2, 1e-30) - 1.0 / A.edges.K_v**2
-        y = min(1.0 / (rest**0.5 * A.cb.K_v), 1.0) if rest > 0.0 else 1.0
-        p_b = max((A.cb.p_crack + y / A.cb.i_dp_open - dp) / (1.0 + A.cb.psi), A.tank.p_T)
-    return p_b
