@@ -342,7 +342,7 @@ def valve_rates(A: ValveCircuit, J: float) -> dict[str, float]:
 
 
 def pilot_pressure(Q: float, dp: float, A: ValveCircuit) -> float:
-    """Pressure of line B that opens the counterbalance valve for a steady lowering [Pa], at least that of the tank line.
+    """Pressure of line B that opens the counterbalance valve for a steady lowering [Pa], no less than the tank line's.
 
     Q flow of the motors [m^3/s]; dp = p_a - p_b [Pa]; the spool fully open.
     """
