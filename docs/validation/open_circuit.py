@@ -1,0 +1,339 @@
+"""The open-circuit winch beside closed forms of valve-controlled motors, its audit of energy, its steps, and where its
+energy goes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from blocks import claims_table, save, table
+from matplotlib.figure import Figure
+
+from stillhook import Scenario, load_crane, simulate
+from stillhook.engine.pack.winch import pack
+from stillhook.library import changed
+from stillhook.physics.hydraulics.valves import spool_opening
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.spec.scenario import Operator, PowerLoss
+from stillhook.winches.types import open_circuit
+
+PAGE = "open-circuit.md"
+NAME = "utility-20t-open-circuit"
+CRANE = load_crane(NAME)
+BAR = 1.0e5
+MATCHED: dict[str, Any] = {
+    "motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"},
+    "valve": {"Q_N": "80 L/min", "dp_laminar": "0.5 bar"},
+    "counterbalance": {"Q_N": "5000 L/min", "p_check": "0 bar"},
+    "tank": {"p": "0 bar", "conductance": "0 L/min/bar"},
+    "pump": {"p_standby": "200 bar", "p_max": "200 bar", "C_leak": "0 L/min/bar"},
+}
+"""Two equal edges between a constant supply and an empty tank line, and nothing else."""
+SHOWN = ("p_a", "p_b", "p_s", "omega_m", "P_hpu", "y_cb", "x_v")
+FINE = "1 ms"
+CLOSED = 5.0e-3
+"""Relative: what the laminar zone of an edge may take from a closed form of sharp edges."""
+POLES = 1.0e-3
+AUDIT = 1.0e-3
+STEPS = ("5 ms", "2.5 ms", "1.25 ms")
+REFERENCE = "0.3125 ms"
+SEA = {"s_w": "100 m", "tip": "sine 1 m 10 s", "mode": "position", "duration": "60 s", "warm_up": "20 s"}
+
+
+def with_circuit(tables: Mapping[str, Any]) -> Any:
+    """The library's winch with changes in its open circuit."""
+    return changed(CRANE, {"open": dict(tables)})
+
+
+def steady(winch: Any, load: str, speed: str, step: str | None = FINE) -> dict[str, float]:
+    """Mean of each signal over the last second of a steady hoist, or of a lowering below zero."""
+    operator = Operator(profile=(("0 s", "0 m/min"), ("3 s", speed), ("40 s", speed)))
+    case = Scenario(
+        load=load,
+        s_w="150 m",
+        tip="still",
+        mode="manual",
+        operator=operator,
+        duration="40 s",
+        warm_up="0 s",
+        ramp="0 s",
+    )
+    run = simulate(winch, case, every="10 ms", step=step)
+    late = run.time.values > 39.0
+    return {name: float(np.mean(run[name].values[late])) for name in SHOWN}
+
+
+def speed_rows(winch: Any) -> tuple[list[tuple[str, ...]], float]:
+    """Steady speed with the spool at its stop, and the largest difference."""
+    rows, worst, A = [], 0.0, circuit_of(winch)
+    for load in ("2 t", "5 t", "10 t", "15 t"):
+        y = steady(winch, load, "42 m/min")
+        dp = y["p_a"] - y["p_b"]
+        closed = A.edges.K_v / A.D_m * math.sqrt((y["p_s"] - dp) / 2.0)
+        off = y["omega_m"] / closed - 1.0
+        worst = max(worst, abs(off))
+        rows.append(
+            (
+                load,
+                f"{dp / BAR:.1f} bar",
+                f"{y['omega_m'] * 30.0 / math.pi:.1f} rev/min",
+                f"{closed * 30.0 / math.pi:.1f} rev/min",
+                f"{100.0 * off:+.2f} %".replace("-", "−"),
+            )
+        )
+    return rows, worst
+
+
+def circuit_of(winch: Any) -> Any:
+    return pack(winch, Scenario(load="10 t", s_w="100 m", mode="manual")).params.A
+
+
+def power_curve(winch: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Load pressure over that of the supply, power at the shaft over the most that the closed form gives, and
+    efficiency."""
+    A, rows = circuit_of(winch), []
+    for load in ("2 t", "5 t", "8 t", "10 t", "11 t", "12 t", "13 t", "14 t", "16 t", "18 t"):
+        y = steady(winch, load, "42 m/min")
+        dp, p_s = y["p_a"] - y["p_b"], y["p_s"]
+        most = 2.0 / 3.0 * p_s * A.edges.K_v * math.sqrt(p_s / 6.0)
+        shaft = dp * A.D_m * y["omega_m"]
+        rows.append((dp / p_s, shaft / most, shaft / y["P_hpu"]))
+    return tuple(np.array(rows).T)  # type: ignore[return-value]
+
+
+def ratio_of_most_power(ratio: np.ndarray, power: np.ndarray) -> float:
+    """Where a cubic through the squares of the powers has its highest point."""
+    turns = np.roots(np.polyder(np.polyfit(ratio, power**2, 3)))
+    return float(max(turns.real))
+
+
+def pole(opened: float) -> tuple[complex, complex]:
+    """Pole of the two lines and the shaft at a steady hoist of 100 bar from 200 bar: by the winch's own rates, and by
+    Merritt's closed form."""
+    leaks = {"C_1": "0.05 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}
+    no_loss = {"X_1": "0 N m s/rad", "X_2": "0 N m s^2/rad^2/(m^3/rad)^3"}
+    winch = with_circuit({**MATCHED, "motor": {**leaks, "loss": no_loss}})
+    winch = changed(winch, {"friction": {"system": {"Y_5": "0 N m s/rad"}}})
+    p = pack(winch, Scenario(load="10 t", s_w="100 m", mode="manual")).params
+    A, geo = p.A, open_circuit.geometry(100.0, p)
+    u = open_circuit.Command(x_v=opened, f_pump=1.0, brake=0.0)
+    dp, p_s = 100.0 * BAR, 200.0 * BAR
+    omega = A.edges.K_v * float(spool_opening(opened, A.edges)) / A.D_m * math.sqrt((p_s - dp) / 2.0)
+    at = open_circuit.start(100.0, None, p)._replace(
+        x_v=opened, p_a=(p_s + dp) / 2, p_b=(p_s - dp) / 2, p_s=p_s, omega_m=omega
+    )
+    point = open_circuit.PATH.Point(v_w=0.0, F_w=1.0e5, a_load=0.0, k=0.0, stretch=0.0, stretch_rate=0.0)
+    fields = {"p_a": 1.0e3, "p_b": 1.0e3, "omega_m": 1.0e-3}
+
+    def rate(x: Any) -> np.ndarray:
+        c = open_circuit.circuit(x, point, u, geo, p)._replace(g=1.0e-9)
+        r = open_circuit.rates(c, x, point, u, geo, p)
+        return np.array([getattr(r, f) for f in fields])
+
+    def slope(f: str, h: float) -> np.ndarray:
+        up, down = (rate(at._replace(**{f: getattr(at, f) + d})) for d in (h, -h))
+        return (up - down) / (2.0 * h)
+
+    ours = max(np.linalg.eigvals(np.column_stack([slope(f, h) for f, h in fields.items()])), key=lambda z: z.imag)
+    C_t, J = 2.0 / A.i_C_h, 1.0 / geo.i_J
+    K_ce = A.D_m * omega / (2.0 * (p_s - dp)) + A.motors.count * A.motors.C_1 * (2.0 / 3.0 + 1.0 / 6.0)
+    omega_h, zeta = 2.0 * A.D_m / math.sqrt(C_t * J), K_ce / A.D_m * math.sqrt(J / C_t)
+    return complex(ours), omega_h * complex(-zeta, math.sqrt(1.0 - zeta * zeta))
+
+
+def pole_rows() -> tuple[list[tuple[str, ...]], float]:
+    rows, worst = [], 0.0
+    for opened in (0.2, 0.5, 0.9):
+        ours, closed = pole(opened)
+        zetas = [-z.real / abs(z) for z in (ours, closed)]
+        worst = max(worst, abs(abs(ours) / abs(closed) - 1.0), abs(zetas[0] / zetas[1] - 1.0))
+        rows.append(
+            (
+                f"{opened:.1f}",
+                f"{abs(ours):.3f} rad/s",
+                f"{abs(closed):.3f} rad/s",
+                f"{zetas[0]:.5f}",
+                f"{zetas[1]:.5f}",
+            )
+        )
+    return rows, worst
+
+
+def balance_rows() -> tuple[list[tuple[str, ...]], float]:
+    """Pressure of line A while lowering and hoisting at 20 m/min, and the difference by the closed form."""
+    rows, worst, A = [], 0.0, circuit_of(CRANE)
+    for load in ("2 t", "10 t", "20 t"):
+        down, up = (steady(CRANE, load, speed, None) for speed in ("-20 m/min", "20 m/min"))
+        dp, dp_up = down["p_a"] - down["p_b"], up["p_a"] - up["p_b"]
+        p_b = (A.cb.p_crack + down["y_cb"] / A.cb.i_dp_open - dp) / (1.0 + A.cb.psi)
+        K = A.edges.K_v * float(spool_opening(up["x_v"], A.edges))
+        leak = A.motors.count * A.motors.C_1 * dp_up
+        back = A.tank.p_T + ((A.D_m * up["omega_m"] + leak) / K) ** 2
+        ours, theirs = down["p_a"] - up["p_a"], (p_b + dp) - (back + dp_up)
+        worst = max(worst, abs(ours - theirs) / BAR)
+        rows.append(
+            (
+                load,
+                f"{up['p_a'] / BAR:.1f} bar",
+                f"{down['p_a'] / BAR:.1f} bar",
+                f"{ours / BAR:+.1f} bar".replace("-", "−"),
+                f"{theirs / BAR:+.1f} bar".replace("-", "−"),
+            )
+        )
+    return rows, worst
+
+
+AUDITED: dict[str, dict[str, Any]] = {
+    "compensation of 1 m, 10 s with 10 t": {},
+    "the same with an empty hook": {"load": "0 t"},
+    "the same with 20 t, beyond the power": {"load": "20 t"},
+    "3.5 m, 9 s with 2 t: the wire falls slack": {"load": "2 t", "tip": "sine 3.5 m 9 s"},
+    "a power unit is lost": {"power_loss": PowerLoss(time="30 s", unit=2)},
+    "lowering 10 t at 20 m/min": {
+        "mode": "manual",
+        "operator": Operator(profile=(("0 s", "0 m/min"), ("5 s", "-20 m/min"), ("60 s", "-20 m/min"))),
+    },
+    "hoisting 10 t at 20 m/min": {
+        "mode": "manual",
+        "operator": Operator(profile=(("0 s", "0 m/min"), ("5 s", "20 m/min"), ("60 s", "20 m/min"))),
+    },
+}
+
+
+def audit_rows() -> tuple[list[tuple[str, ...]], float, float]:
+    """Energy unaccounted for, and the lowest power of the pumps in any of the runs [W]."""
+    rows, worst, least = [], 0.0, math.inf
+    for name, case in AUDITED.items():
+        run = simulate(CRANE, Scenario(**({"load": "10 t"} | SEA | case)), every="10 ms")
+        left = float(run.energy_unaccounted)
+        worst, least = max(worst, abs(left)), min(least, float(run.P_hpu.min()))
+        rows.append((name, run.status.item(), f"{left:.1e}".replace("-", "−")))
+    return rows, worst, least
+
+
+def step_rows() -> list[tuple[str, ...]]:
+    case = Scenario(load="10 t", **SEA)
+    runs = {step: simulate(CRANE, case, step=step, every="0.1 s") for step in (*STEPS, REFERENCE)}
+    exact = runs[REFERENCE]
+    return [
+        (
+            step,
+            f"{float(abs(runs[step].s_w - exact.s_w).max()) * 1e3:.4f} mm",
+            f"{abs(float(runs[step].p_max) - float(exact.p_max)) / BAR:.4f} bar",
+        )
+        for step in STEPS
+    ]
+
+
+def swing_rows() -> list[tuple[str, ...]]:
+    """Swing of the wire speed early and late in a slow lowering, over the damping of the pilot line."""
+    operator = Operator(profile=(("0 s", "0 m/min"), ("2 s", "-5 m/min"), ("60 s", "-5 m/min")))
+    still = {"tip": "still", "warm_up": "0 s", "ramp": "0 s", "duration": "60 s"}
+    case = Scenario(load="10 t", s_w="100 m", mode="manual", operator=operator, **still)
+    rows = []
+    for tau in ("0.1 s", "0.3 s", "1 s", "1.5 s"):
+        run = simulate(with_circuit({"counterbalance": {"tau_pilot": tau}}), case, every="20 ms")
+        t, v = run.time.values, run.v_w.values * 60.0
+        early, late = (np.ptp(v[(t >= a) & (t < a + 6.0)]) for a in (6.0, 54.0))
+        rows.append((tau, f"{early:.2f} m/min", f"{late:.2f} m/min"))
+    return rows
+
+
+def assumed() -> str:
+    """How many numbers of the circuit come from where, in a sentence."""
+    own = [s for path, s in CRANE.sources.items() if path.startswith("open.")]
+    kinds = {kind: sum(str(s.kind) == kind for s in own) for kind in ("published", "datasheet", "derived", "assumed")}
+    read = ", ".join(f"{n} {kind}" for kind, n in kinds.items())
+    return f"Of the {len(own)} numbers of the circuit: {read}. `stillhook crane {NAME}` names the source of each."
+
+
+def compute() -> tuple[dict[str, str], Any]:
+    matched = with_circuit(MATCHED)
+    speeds, off_speed = speed_rows(matched)
+    ratio, power, efficiency = power_curve(matched)
+    best = ratio_of_most_power(ratio, power)
+    poles, off_poles = pole_rows()
+    balance, off_balance = balance_rows()
+    audit, off_audit, least = audit_rows()
+    found = {
+        "steady speed of a matched symmetric valve": (
+            "`K_v x / D sqrt((p_s − dp_L)/2)`",
+            f"within {100 * off_speed:.2f} %",
+            verdict(off_speed < CLOSED),
+        ),
+        "load pressure of most power, over that of the supply": (
+            "2/3",
+            f"{best:.4f}",
+            verdict(abs(best - 2.0 / 3.0) < CLOSED),
+        ),
+        "most power of the valve": (
+            "`(2/3) p_s K_v sqrt(p_s/6)`",
+            f"within {100 * abs(power.max() - 1.0):.2f} %",
+            verdict(abs(power.max() - 1.0) < CLOSED),
+        ),
+        "efficiency of throttling": (
+            "`dp_L/p_s`",
+            f"within {100 * abs(efficiency / ratio - 1.0).max():.2f} %",
+            verdict(abs(efficiency / ratio - 1.0).max() < CLOSED),
+        ),
+        "frequency and damping of the oil": (
+            "`sqrt(4 beta D²/(V_t J))`, `(K_ce/D) sqrt(beta J/V_t)`",
+            f"within {100 * off_poles:.3f} %",
+            verdict(off_poles < POLES),
+        ),
+        "pressure of line A, lowering less hoisting": (
+            "`(p_crack + y dp_open − dp_L)/(1 + psi)`, see below",
+            f"within {off_balance:.2f} bar",
+            verdict(off_balance < 1.0),
+        ),
+        "least power of the pumps in all runs below": (
+            "never negative",
+            f"{least / 1e3:.2f} kW",
+            verdict(least >= 0.0),
+        ),
+        "energy unaccounted for": ("at most 1e−3", f"{off_audit:.0e}".replace("-", "−"), verdict(off_audit < AUDIT)),
+    }
+    return {
+        "claims": claims_table(found),
+        "speed": table(("load", "`dp_L`", "ours", "closed form", "difference"), speeds),
+        "poles": table(("spool `x_v`", "`omega_h`, ours", "closed form", "damping ratio, ours", "closed form"), poles),
+        "balance": table(("load", "`p_a` hoisting", "`p_a` lowering", "difference", "closed form"), balance),
+        "audit": table(("run", "status", "energy unaccounted for"), audit),
+        "steps": table(("step", "wire out", "peak pressure"), step_rows()),
+        "sources": assumed(),
+        "swing": table(("`tau_pilot`", "swing of the speed after 6 s", "after 54 s"), swing_rows()),
+    }, (ratio, power, efficiency, simulate(CRANE, Scenario(load="10 t", **SEA), every="20 ms"))
+
+
+def verdict(holds: bool) -> str:
+    return "reproduced" if holds else "not reproduced"
+
+
+def draw(shown: Any) -> None:
+    ratio, power, efficiency, run = shown
+    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    line = np.linspace(0.0, 1.0, 201)
+    closed = 1.5 * math.sqrt(3.0) * line * np.sqrt(1.0 - line)
+    left.plot(line, closed, color=COLOURS[0], lw=1.0, label="power, closed form")
+    left.plot(ratio, power, "o", color=COLOURS[0], ms=4, label="power, runs")
+    left.plot(line, line, color=COLOURS[1], lw=1.0, label="efficiency, closed form")
+    left.plot(ratio, efficiency, "s", color=COLOURS[1], ms=4, label="efficiency, runs")
+    left.axvline(2.0 / 3.0, color=GREY, lw=0.8, ls=":")
+    left.set_xlabel("load pressure over supply pressure")
+    left.set_ylabel("over the most power, and part of the pumps' power")
+    t = run.time.values
+    window = (t >= 35.0) & (t <= 50.0)
+    names = {"p_a": "line A, hoisting", "p_b": "line B, lowering", "p_s": "supply"}
+    for colour, (name, text) in zip(COLOURS, names.items(), strict=False):
+        right.plot(t[window], run[name].values[window] / BAR, color=colour, lw=1.2, label=text)
+    right.set_xlabel("time [s]")
+    right.set_ylabel("pressure [bar]")
+    right.set_title("10 t compensated in a sine of 1 m, 10 s", fontsize="medium")
+    right.set_ylim(0.0, 275.0)
+    for ax in (left, right):
+        ax.legend(fontsize="small", frameon=False, loc="upper left" if ax is left else "upper right")
+        ax.grid(alpha=0.3)
+    save(figure, "open-circuit.png")
