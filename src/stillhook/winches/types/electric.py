@@ -52,6 +52,10 @@ PATH = load_path
 CONTROL = "speed"
 TUNED = {"electric.speed.K": (20.0, 2000.0), "electric.speed.T_i": (0.02, 2.0)}
 SHOWN = {"T_m_max": "peak\ntorque", "P_el_max": "peak grid\npower", "theta_max": "highest\ntemperature"}
+TRIP = 1.1
+"""Speed over the highest of the machines at which the drive trips and the brake closes for good [-]. Assumed."""
+TRIPPED, CLOSING = 1.0e-3, 10.0
+"""Share from which a trip goes on by itself [-], and the rate at which it closes the brake [1/s]. Assumed."""
 BISECTIONS = 50
 """Halvings of a search for a speed: to rounding."""
 TABLES = {"electric": Electric}
@@ -84,6 +88,7 @@ class State(NamedTuple):
     T_n: float  # integral part of the speed loop [N m]
     E: float  # energy of the store [J]
     theta: float  # temperature of the windings [K]
+    trip: float  # how far the brake is closed after a trip for overspeed, for good [-]
     z: float  # bristle, half a step ahead [rad]
 
 
@@ -98,7 +103,8 @@ class Command(NamedTuple):
 
 class Circuit(NamedTuple):
     """Everything that the diagram shows at an instant; powers [W], torques of all machines at the shaft [N m]. g level
-    of dry friction, with that of the brake where it is held (above 0.5)."""
+    of dry friction, with that of the brake where it is held (above 0.5); held how far the brake is closed, by the PLC
+    or a trip [-]."""
 
     T_demand: float
     T_ref: float
@@ -145,7 +151,7 @@ class Limits(NamedTuple):
     torque: Annotated[float, Cause("torque", "time with the machines at their largest torque")]
     drive_power: Annotated[float, Cause("power", "time with the machines or their supply at their largest power")]
     temperature: Annotated[float, Cause("temperature", "time with the windings above their highest temperature")]
-    speed: Annotated[float, Cause("overspeed", "time with the machines above their highest speed")]
+    speed: Annotated[float, Cause("overspeed", "time with the machines above their highest speed, or tripped by it")]
     store_full: Annotated[float, Cause("store full", "time with the store full and the braking resistor at its most")]
     store_empty: Annotated[float, Cause("store empty", "time with the store too empty for its power")]
     brake: Annotated[float, Cause("brake slipping", "time with the holding brake slipping")]
@@ -198,17 +204,17 @@ def wire_speed(x, geo):
 @scalar
 def circuit(x, q, u, geo, p):
     """The whole winch at an instant, read along its diagram: speed loop, torque limit, current, DC link, friction. q
-    point of the load path. The closed holding brake carries the load and the drive lets go."""
+    point of the load path. Where the holding brake closes it takes the load over, and the drive lets go."""
     h, M = p.hoist, p.machines
-    open_share = 1.0 - u.brake
+    held = fmax(u.brake, x.trip)
     give, take = supply_limit(x.E, p.store, p.grid), take_limit(x.E, p.store, p.grid)
-    T_demand = open_share * torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, p.speed)
+    T_demand = (1.0 - held) * torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, p.speed)
     T_ref = clip(T_demand, -torque_limit(-x.omega_m, give, take, M), torque_limit(x.omega_m, give, take, M))
     P_dc = link_power(x.i, x.omega_m, M)
     P_el = grid_power(P_dc, x.E, p.store, p.grid)
     P_resistor = resistor_power(x.E, p.store, p.grid)
     P_store = P_el - P_dc - P_resistor
-    g = h.n_motors * system_friction_dry(x.omega_m, q.F_w * 0.5 * geo.d, h.friction) + u.brake * h.T_brake
+    g = h.n_motors * system_friction_dry(x.omega_m, q.F_w * 0.5 * geo.d, h.friction) + held * h.T_brake
     return Circuit(
         T_demand=T_demand,
         T_ref=T_ref,
@@ -219,7 +225,7 @@ def circuit(x, q, u, geo, p):
         P_store=P_store,
         loss_store=store_loss(P_store, x.E, p.store),
         g=g,
-        held=u.brake,
+        held=held,
     )
 
 
@@ -233,18 +239,20 @@ def friction(c, x, p):
 @scalar
 def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
-    M = p.machines
+    h, M = p.hoist, p.machines
     T = c.T - q.F_w * geo.r_eff - friction(c, x, p)
     T_n = integral_rate(x.omega_ref, x.omega_m, c.T_demand, c.T_ref, p.speed)
+    trips = h.T_brake > 0.0 and (abs(x.omega_m) > TRIP * M.n_max or x.trip > TRIPPED)
     heat = (copper_loss(x.i, M) + iron_loss(x.omega_m, M)) / M.count
     return State(
         i=current_rate(x.i, current(c.T_ref, p.machines), p.rate_i),
         omega_m=T * geo.i_J,
         omega_ref=smoothing_rate(x.omega_ref, u.u_p * p.n_full, p.speed),
         T_ff=smoothing_rate(x.T_ff, u.T_ff, p.speed),
-        T_n=(1.0 - u.brake) * T_n - u.brake * p.speed.i_T * x.T_n,
+        T_n=(1.0 - c.held) * T_n - c.held * p.speed.i_T * x.T_n,
         E=c.P_store - c.loss_store,
         theta=heating_rate(x.theta, heat, p.winding),
+        trip=CLOSING * (1.0 - x.trip) if trips else 0.0,
         z=0.0,
     )
 
@@ -258,7 +266,9 @@ def bristle_after(c, x, p, tau):
 @scalar
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the load hangs still; s_w wire out [m]."""
-    return State(i=0.0, omega_m=0.0, omega_ref=0.0, T_ff=0.0, T_n=0.0, E=p.store.E_set, theta=p.theta_0, z=0.0)
+    return State(
+        i=0.0, omega_m=0.0, omega_ref=0.0, T_ff=0.0, T_n=0.0, E=p.store.E_set, theta=p.theta_0, trip=0.0, z=0.0
+    )
 
 
 @scalar
@@ -273,6 +283,7 @@ def settle(x, q, u, tick, geo, p):
         T_n=(1.0 - u.brake) * (T - u.T_ff),
         E=x.E,
         theta=x.theta,
+        trip=0.0,
         z=-u.brake * T / p.hoist.bristle.sigma_0,
     )
 
@@ -324,12 +335,12 @@ SLIPS = 0.999
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
     beyond, torque_held = abs(c.T_demand) > abs(c.T_ref), abs(c.T_ref) >= AT * p.machines.T_max
-    slips = u.brake > 0.5 and p.hoist.bristle.sigma_0 * abs(x.z) >= SLIPS * c.g
+    slips = c.held > 0.5 and p.hoist.bristle.sigma_0 * abs(x.z) >= SLIPS * c.g
     return Limits(
         torque=1.0 if beyond and torque_held else 0.0,
         drive_power=1.0 if beyond and not torque_held else 0.0,
         temperature=1.0 if x.theta > p.winding.theta_max else 0.0,
-        speed=1.0 if abs(x.omega_m) > p.machines.n_max else 0.0,
+        speed=1.0 if abs(x.omega_m) > p.machines.n_max or x.trip > TRIPPED else 0.0,
         store_full=1.0 if x.E > p.store.E_high else 0.0,
         store_empty=1.0 if (x.E - p.store.E_low) * p.store.i_band < 1.0 else 0.0,
         brake=1.0 if slips else 0.0,
@@ -355,8 +366,9 @@ def powers(c, x, q, p):
 
 @scalar
 def through(power):
-    """Power that the energy audit is taken relative to [W]: of the machines, both directions added up."""
-    return abs(power.motor)
+    """Power that the energy audit is taken relative to [W]: of grid and machines, both directions added up, and
+    of the inverters."""
+    return abs(power.grid) + abs(power.motor) + power.inverter
 
 
 @scalar
@@ -395,6 +407,7 @@ def stiffness(p: Params) -> Stiffness:
         "smoothing of the set-points": p.speed.i_tau,
         "limits of the store": (p.store.P_max + p.grid.P_resistor + p.machines.P_max) * p.store.i_band,
         "refilling of the store": p.store.i_tau,
+        "closing of the brake at a trip": CLOSING,
     }
     return Stiffness(modes, viscous=0.0, dry=0.0, n_max=p.machines.n_max)
 
