@@ -69,7 +69,7 @@ _LINES = (
     *("N = kg m/s^2", "kN = 1e3 N", "MN = 1e6 N"),
     *("Pa = N/m^2", "kPa = 1e3 Pa", "MPa = 1e6 Pa", "GPa = 1e9 Pa", "bar = 1e5 Pa"),
     *("J = N m", "kJ = 1e3 J", "MJ = 1e6 J", "W = J/s", "kW = 1e3 W", "MW = 1e6 W", "kWh = 3.6e6 J"),
-    *("kA = 1e3 A", "V = W/A", "kV = 1e3 V", "Ohm = V/A", "mOhm = 1e-3 Ohm", "F = A s/V"),
+    *("kA = 1e3 A", "V = W/A", "kV = 1e3 V", "ohm = V/A", "mohm = 1e-3 ohm", "F = A s/V"),
     "degC = K",
 )
 _DEFINITIONS = {line.partition(" = ")[0]: line.partition(" = ")[2] for line in _LINES}

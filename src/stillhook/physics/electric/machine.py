@@ -15,7 +15,7 @@ STILL = 1.0e-9
 
 class Machines(NamedTuple):
     """count machines of one kind on one shaft; of one: K_t torque constant [N m/A]; R winding, warm, and R_inverter
-    what the inverter loses as one [Ohm]; k_iron iron loss over speed squared [N m s/rad]; P_idle loss of the inverter
+    what the inverter loses as one [ohm]; k_iron iron loss over speed squared [N m s/rad]; P_idle loss of the inverter
     without current [W]. T_max largest torque [N m] and P_max largest power at the shaft [W] of all of them; n_max
     highest speed [rad/s]."""
 

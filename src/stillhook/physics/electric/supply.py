@@ -9,7 +9,7 @@ LEAST_SHARE = 0.25
 
 
 class Store(NamedTuple):
-    """i_C inverse capacitance [1/F]; R internal resistance [Ohm]; E_low, E_high energies at the lowest and the highest
+    """i_C inverse capacitance [1/F]; R internal resistance [ohm]; E_low, E_high energies at the lowest and the highest
     voltage of the DC link, E_set what it is kept at [J]; i_band inverse of the energy over which limits come in at
     both ends [1/J]; i_tau rate at which the grid refills it [1/s]; P_max power of the store [W]."""
 
