@@ -31,7 +31,7 @@ class ElectricMotors(Spec):
     R: u.Resistance = Field(gt=0, description="winding of one, warm")
     k_iron: u.ViscousTorque = Field(ge=0, description="iron loss of one over speed squared")
     T_rated: u.Torque = Field(gt=0, description="torque of one that its cooling holds for ever at standstill")
-    rise: u.Temperature = Field(gt=0, description="temperature rise of the winding at that torque")
+    rise: u.TemperatureRise = Field(gt=0, description="temperature rise of the winding at that torque")
     tau_th: u.Time = Field(gt=0, description="thermal time constant")
     theta_c: u.Temperature = Field(gt=0, description="temperature of the coolant")
     theta_max: u.Temperature = Field(gt=0, description="highest temperature of the winding")
