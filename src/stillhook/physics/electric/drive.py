@@ -8,7 +8,7 @@ from stillhook.physics.scalar import scalar
 CURRENT_RATE = 450.0
 """Fastest rate at which the current loop is integrated [1/s], so that a step of 5 ms follows it (limit 2.6/h).
 
-A loop of 300 Hz has 1885 1/s; its torque is then late by 2.2 ms in place of 0.5 ms. docs/validation/electric-winch.md
+A loop of 300 Hz has 1885 1/s; its torque is then late by 2.2 ms in place of 0.5 ms. docs/validation/electric.md
 shows what that costs."""
 
 
