@@ -94,8 +94,8 @@ def poles(crane: Crane) -> tuple[np.ndarray, np.ndarray]:
 
 
 def step_decay() -> tuple[float, float]:
-    """Decay of a step of the wire in the twin, and the slowest pole with the dead time T of the PLC: the position loop's
-    gain grows by exp(-s T) [1/s]."""
+    """Decay of a step of the wire in the twin, and the slowest pole with the dead time T of the PLC, for which the
+    position loop's gain grows by exp(-s T) [1/s]."""
     operator = Operator(steps=(("20 s", "0.05 m"),))
     result = run(FREE, **(WAVE | {"tip": "still", "operator": operator, "duration": "30 s", "warm_up": "5 s"}))
     e = np.abs(result.column("e_c"))

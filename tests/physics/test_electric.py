@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from tests.engine.runs import run_many, run_one
 
 from stillhook import Scenario, load_crane
+from stillhook.engine.lowering.run import run_lowerings
+from stillhook.engine.lowering.summary import unaccounted
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.problem import Result, energy_unaccounted, limits_passed
 from stillhook.errors import SpecError, UnitError
@@ -21,7 +23,10 @@ from stillhook.library import changed
 from stillhook.physics.electric import machine, supply
 from stillhook.physics.electric.heating import Winding, time_to_limit
 from stillhook.physics.scalar import G
+from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import Operator
 from stillhook.winches.types import electric
 
@@ -30,6 +35,8 @@ FINE = 5
 AUDIT = 3.0e-4
 """Of the energy through grid and machines. Powers are summed once per PLC cycle of 10 ms by trapezoids; the worst seen is 1e-4 in
 runs that go on, 5e-4 where a brake slips, and the specification asks for 1e-3."""
+LOWERING = 1.0e-3
+"""The same of a lowering, as in tests/conservation/test_lowering_energy.py."""
 ROUNDING = 1.0e-9
 """Relative; the same equation written in another order."""
 STATICS = 1.0e-3
@@ -313,6 +320,26 @@ def test_no_run_loses_energy_unseen(case):
     assert abs(energy_unaccounted(WINCH, result)) < AUDIT
     for loss in ("copper", "iron", "inverter", "store", "resistor", "friction"):
         assert joules(result, loss) >= 0.0, loss
+
+
+@pytest.mark.slow
+def test_a_lowering_into_the_water_loses_no_energy_unseen():
+    levels = tuple({"h": f"{h} m", "V": f"{2 * h} m^3", "A33": f"{8 * h} t", "A_p": "20 m^2"} for h in (0.0, 5.0))
+    case = Lowering(
+        payload=Payload(name="box", mass="60 t", height="5 m", C_D=2.0, levels=levels),
+        tip=Sine(amplitude="1 m", period="8 s"),
+        h_tip="20 m",
+        depth="60 m",
+        z_0="2 m",
+        controller="position",
+        programme=(
+            Stage(mode="splash", lower="15 m/min", depth="12 m"),
+            Stage(mode="ahc", lower="30 m/min", depth="40 m"),
+        ),
+        duration="200 s",
+    )
+    result = run_lowerings(CRANE, [case], n_sub=2, lanes=1, every=0)[0]
+    assert abs(unaccounted(WINCH, result)) < LOWERING
 
 
 def test_half_the_step_gives_the_same():
