@@ -401,3 +401,15 @@ def test_before_a_run_it_says_what_the_load_means():
     assert any("through the store" in line for line in lines)
     weak = edited(motor={"T_max": "800 N m"})
     assert any("the load will sink" in line for line in electric.notes(weak, held, parts))
+
+
+def test_the_highest_steady_speed_is_that_of_the_power_that_goes_in_or_comes_back():
+    """A light load is stopped by the full command, SWL by the grid when it goes up and by what can be taken back when it goes down."""
+    light, heavy = (pack(CRANE, Scenario(load=load, s_w="100 m")).params for load in ("0 t", "100 t"))
+    geo = electric.geometry(100.0, heavy)
+    assert electric.speed_limit(light, geo, light.hoist.load.W) == (MOTOR.n_full, "full command")
+    W = heavy.hoist.load.W
+    (up, grid), (down, back) = (electric.speed_limit(heavy, geo, W, lowering) for lowering in (False, True))
+    assert (grid, back) == ("power", "store full")
+    assert up * W * geo.r_eff < CRANE.electric.supply.P_max
+    assert down * W * geo.r_eff > CRANE.electric.supply.P_back + CRANE.electric.supply.P_resistor

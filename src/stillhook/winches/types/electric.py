@@ -413,8 +413,8 @@ def stiffness(p: Params) -> Stiffness:
 
 
 def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) -> tuple[float, str]:
-    """Highest steady motor speed with the tension F_w at the top [N], and its cause: [rad/s], a word of `Limits`. The
-    store is exhausted, and the windings are not yet warm."""
+    """Highest steady motor speed with the tension F_w at the top [N], and its cause: [rad/s], a word of `Limits` or the
+    full command. The store is exhausted, the windings are not yet warm, the braking resistor has its full power."""
     h, sign = p.hoist, -1.0 if lowering else 1.0
 
     def cause(omega: float) -> str:
@@ -428,7 +428,7 @@ def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) ->
         return "power" if abs(T) * omega > p.machines.P_max or P > p.grid.P_max else ""
 
     if not cause(p.n_full):
-        return p.n_full, "overspeed"
+        return p.n_full, "full command"
     low, high = 0.0, p.n_full
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
