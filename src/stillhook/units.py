@@ -60,7 +60,7 @@ def _kinds() -> dict[str, Kind]:
 
 KINDS: Mapping[str, Kind] = MappingProxyType(_kinds())
 
-BASE = ("m", "kg", "s", "K", "rad")
+BASE = ("m", "kg", "s", "K", "rad", "A")
 """Units of the dimensions. Angle is one of them."""
 _LINES = (
     *("mm = 1e-3 m", "cm = 1e-2 m", "km = 1e3 m", "L = 1e-3 m^3", "cc = 1e-6 m^3", "t = 1e3 kg", "te = 1e3 kg"),
@@ -69,6 +69,7 @@ _LINES = (
     *("N = kg m/s^2", "kN = 1e3 N", "MN = 1e6 N"),
     *("Pa = N/m^2", "kPa = 1e3 Pa", "MPa = 1e6 Pa", "GPa = 1e9 Pa", "bar = 1e5 Pa"),
     *("J = N m", "kJ = 1e3 J", "MJ = 1e6 J", "W = J/s", "kW = 1e3 W", "MW = 1e6 W", "kWh = 3.6e6 J"),
+    *("kA = 1e3 A", "V = W/A", "kV = 1e3 V", "ohm = V/A", "mohm = 1e-3 ohm", "F = A s/V"),
     "degC = K",
 )
 _DEFINITIONS = {line.partition(" = ")[0]: line.partition(" = ")[2] for line in _LINES}
@@ -377,7 +378,12 @@ StiffnessTorsion = Annotated[float, Quantity("stiffness_torsion")]
 Inertia = Annotated[float, Quantity("inertia")]
 Energy = Annotated[float, Quantity("energy")]
 Power = Annotated[float, Quantity("power")]
+TorqueConstant = Annotated[float, Quantity("torque_constant")]
+Resistance = Annotated[float, Quantity("resistance")]
+Capacitance = Annotated[float, Quantity("capacitance")]
+Voltage = Annotated[float, Quantity("voltage")]
 Temperature = Annotated[float, Quantity("temperature")]
+TemperatureRise = Annotated[float, Quantity("temperature_rise")]
 GainPerLength = Annotated[float, Quantity("gain_per_length")]
 GainPerPressure = Annotated[float, Quantity("gain_per_pressure")]
 GainPerTime = Annotated[float, Quantity("gain_per_time")]

@@ -1,0 +1,335 @@
+"""An electric winch in the running twin against closed forms: cascade, losses, torque, heat, store; steps, energy."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from blocks import claims_table, save, table
+from matplotlib.figure import Figure
+
+from stillhook import Scenario, load_crane
+from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario.problem import Result, energy_unaccounted, limits_passed, run_cases
+from stillhook.library import changed
+from stillhook.physics.electric import drive, machine
+from stillhook.physics.electric.heating import Winding, time_to_limit
+from stillhook.physics.scalar import G
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Operator
+from stillhook.winches.types import electric
+
+PAGE = "electric.md"
+CRANE = load_crane("nov-100t-electric")
+MOTOR = CRANE.electric.motor
+FRICTIONLESS = {"Y_1": 0.0, "Y_2": "0 N m", "Y_3": "0 N m", "Y_5": "0 N m s/rad", "Y_6": 0.0}
+FREE = changed(CRANE, {"friction": {"system": FRICTIONLESS, "sigma_1_ratio": 0.0}})
+"""The crane without friction."""
+WAVE = {"load": "47 t", "s_w": "200 m", "tip": "sine 1 m 10 s", "duration": "100 s", "warm_up": "40 s"}
+FINE, FINEST = 10, 100
+"""Steps per PLC cycle of 10 ms: of these runs, and of the reference of the table of steps."""
+DEAD_TIME = 0.015
+"""Of the PLC: computing time of a cycle, and half a hold [s]."""
+UNREDUCED = 1.0e9
+"""Rate below which the current loop is then integrated as it is [1/s]."""
+STEPS = (2, 4, 5, 10, 20)
+CASES = {
+    "47 t, 1 m, 10 s": {},
+    "97 t, 1.5 m, 10 s": {"load": "97 t", "tip": "sine 1.5 m 10 s"},
+    "47 t, 1.5 m, 13 s + 0.3 m, 6 s": {"tip": "sine 1.5 m 13 s + sine 0.3 m 6 s"},
+}
+
+
+def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> Result:
+    return run_cases(crane, [Scenario(**({"mode": "position"} | case))], n_sub=n_sub, lanes=1, every=1)[0]
+
+
+def steady(speed: float, duration: float) -> dict[str, Any]:
+    """A steady wire speed by the operator, hoisting positive [m/s]."""
+    profile = (("0 s", "0 m/s"), ("5 s", f"{speed} m/s"), (f"{duration} s", f"{speed} m/s"))
+    return {"mode": "manual", "tip": "still", "operator": Operator(profile=profile), "duration": f"{duration} s"}
+
+
+def joules(result: Result, name: str) -> float:
+    return float(getattr(result.stats.power, name) * result.t_cycle)
+
+
+def counted(result: Result, name: str) -> np.ndarray:
+    return result.column(name)[round(result.warm_up / result.t_cycle) :]
+
+
+def weight(load: float) -> float:
+    return (load + CRANE.hook_mass) * G
+
+
+def poles(crane: Crane) -> tuple[np.ndarray, np.ndarray]:
+    """Of the linearised rates with the position loop closed, and of the polynomial of the cascade [1/s]."""
+    p = pack(crane, Scenario(load="47 t", s_w="100 m")).params
+    geo, F = electric.geometry(100.0, p), p.hoist.load.W
+    q = electric.load_path.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
+    T = F * geo.r_eff
+    names = ("i", "omega_m", "omega_ref", "T_n")
+    i = machine.current(T, p.machines)
+    middle = electric.State(i, 0.0, 0.0, T, 0.0, p.store.E_set, p.theta_0, 0.0, 0.0)
+
+    def rate(v: np.ndarray) -> np.ndarray:
+        x = middle._replace(**{n: getattr(middle, n) + d for n, d in zip(names, v[:4], strict=True)})
+        u = electric.Command(u_p=-p.plc.gains.K_p * v[4], T_ff=0.0, brake=0.0)
+        r = electric.rates(electric.circuit(x, q, u, geo, p), x, q, u, geo, p)
+        return np.array([*(getattr(r, n) for n in names), x.omega_m * geo.r_eff])
+
+    step = (1.0, 0.1, 0.1, 10.0, 1e-3)
+    J = np.column_stack([(rate(e * h) - rate(-e * h)) / (2.0 * h) for e, h in zip(np.eye(5), step, strict=True)])
+    speed, inertia = crane.electric.speed, 1.0 / geo.i_J
+    K, K_i = speed.K, speed.K / speed.T_i
+    loop = np.polymul([inertia / p.rate_i, inertia, K, K_i], [speed.tau_ref, 1.0, 0.0])
+    kappa = crane.control.K_p * MOTOR.n_full * geo.r_eff
+    return np.sort_complex(np.linalg.eigvals(J)), np.sort_complex(
+        np.roots(np.polyadd(loop, kappa * np.array([K, K_i])))
+    )
+
+
+def step_decay() -> tuple[float, float]:
+    """Decay of a step of the wire in the twin, and the slowest pole with the dead time T of the PLC, for which the
+    position loop's gain grows by exp(-s T) [1/s]."""
+    operator = Operator(steps=(("20 s", "0.05 m"),))
+    result = run(FREE, **(WAVE | {"tip": "still", "operator": operator, "duration": "30 s", "warm_up": "5 s"}))
+    e = np.abs(result.column("e_c"))
+    slow = 0.0
+    for _ in range(20):
+        late = changed(FREE, {"control": {"K_p": f"{FREE.control.K_p * math.exp(slow * DEAD_TIME)!r} 1/m"}})
+        slow = float(np.min(np.abs(poles(late)[1])))
+    return -math.log(e[2250] / e[2100]) / 1.5, slow
+
+
+def compute() -> tuple[dict[str, str], Result]:
+    wave = run(**WAVE)
+    return {
+        "claims": claims_table(claims(wave)),
+        "poles": pole_table(),
+        "steps": step_table(),
+        "energy": energy_table(),
+        "limits": limit_table(),
+        "assumed": assumed(),
+    }, wave
+
+
+def row(ours: float, theirs: float, unit: str, digits: int, allowed: float) -> tuple[str, str, str]:
+    """Cells of a claim: theirs, ours with the difference, verdict."""
+    off = ours / theirs - 1.0
+    text = f"{ours:.{digits}f} {unit} ({100.0 * off:+.2g} %)".replace("-", "−")
+    return f"{theirs:.{digits}f} {unit}", text, "reproduced" if abs(off) < allowed else "not reproduced"
+
+
+def claims(wave: Result) -> dict[str, tuple[str, str, str]]:
+    ours, theirs = poles(FREE)
+    far = float(np.max(np.abs(ours - theirs) / np.abs(theirs)))
+    decay, slow = step_decay()
+    hold = run(load="100 t", s_w="10 m", tip="still", duration="60 s", warm_up="10 s")
+    T = weight(100.0e3) * 0.5 * (CRANE.drum.d_max - CRANE.wire.d) / CRANE.i_hD / MOTOR.count
+    hot = changed(CRANE, {"electric": {"motor": {"tau_th": "60 s", "theta_max": "60 degC"}}})
+    warm = run(hot, load="100 t", s_w="10 m", tip="still", duration="60 s", warm_up="1 s")
+    crossed = 0.01 * int(np.argmax(warm.column("theta") > 333.15))
+    rise = MOTOR.rise * (T / MOTOR.T_rated) ** 2
+    heated = 60.0 * math.log(rise / (rise - 30.0))
+    geo = electric.geometry(200.0, pack(CRANE, Scenario(load="47 t", s_w="200 m")).params)
+    inertial = (2.0 * math.pi / 10.0) ** 2 / geo.r_eff / geo.i_J / math.sqrt(2.0)
+    load = weight(47.0e3) * geo.r_eff
+    rms = [math.sqrt(np.mean(counted(r, "T_m")[:6000] ** 2)) for r in (run(FREE, **WAVE), wave)]
+    omega = counted(wave, "omega_m")[:6000]
+    T_f = joules(wave, "friction") / 60.0 / float(np.mean(np.abs(omega)))
+    down = run(**(WAVE | steady(-0.6, 60.0)))
+    P, s_w = counted(down, "P_dc"), counted(down, "s_w")
+    back = -0.01 * float(np.sum(P) - 0.5 * (P[0] + P[-1]))
+    losses = sum(joules(down, name) for name in ("copper", "iron", "inverter", "friction"))
+    M = pack(CRANE, Scenario(load="47 t", s_w="200 m")).params.machines
+    speeds = np.linspace(1.0, M.n_max, 22939)
+    full = [machine.torque_limit(w, 1e9, 1e9, M) >= M.T_max for w in speeds]
+    corner = float(speeds[np.argmin(full)])
+    winding = Winding(300.0, 1.0, 1.0 / 180.0, 400.0)
+    published = time_to_limit(300.0, 100.0 * (47.0 / 26.0) ** 2, winding)
+    grid = changed(CRANE, {"electric": {"supply": {"P_max": "300 kW"}}})
+    hoist = run(grid, load="97 t", s_w="200 m", **steady(1.0, 120.0))
+    p = pack(grid, Scenario(load="97 t", s_w="200 m")).params
+    at_end = electric.geometry(float(hoist.column("s_w")[-1]), p)
+    limit, _ = electric.speed_limit(p, at_end, p.hoist.load.W)
+    return {
+        "poles of position, speed and current loop": (
+            "polynomial of the cascade",
+            f"within {100.0 * far:.1g} %",
+            "reproduced" if far < 1e-4 else "not reproduced",
+        ),
+        "decay of a step of the wire, slowest pole": row(decay, slow, "1/s", 4, 0.01),
+        "`K_e = K_t`: link of a hoist and a lowering, torque of the load": row(*constants(), "V s/rad", 4, 1e-3),
+        "copper loss of holding 100 t, `n R T²/K_t²`": row(
+            joules(hold, "copper") / 5.0e4, MOTOR.count * MOTOR.R * (T / MOTOR.K_t) ** 2 / 1e3, "kW", 4, 1e-3
+        ),
+        "root mean square torque of a sine, no friction": row(rms[0], math.hypot(inertial, load), "N m", 1, 2e-3),
+        "the same with friction": row(rms[1], math.sqrt(inertial**2 + load**2 + T_f**2), "N m", 1, 3e-3),
+        "corner speed `P/T`": row(corner, MOTOR.P_max / MOTOR.T_max, "rad/s", 2, 2e-4),
+        "energy fed back by a lowered load": row(back / 1e6, (released(s_w) - losses) / 1e6, "MJ", 4, 1e-3),
+        "time until the windings are at 60 °C": row(crossed, heated, "s", 2, 2e-3),
+        "overload time of 47 A on 26 A, 180 s (Siemens 1FW6, section 5.3)": (
+            "66 s",
+            f"{published:.1f} s",
+            "reproduced" if round(published) == 66 else "not reproduced",
+        ),
+        "speed of a hoist on 300 kW of grid alone": row(float(hoist.column("omega_m")[-1]), limit, "rad/s", 3, 5e-3),
+    }
+
+
+def released(s_w: np.ndarray) -> float:
+    """Energy that the load gives up while wire is paid out [J]."""
+    return weight(47.0e3) * float(s_w[-1] - s_w[0])
+
+
+def constants() -> tuple[float, float]:
+    """Voltage and torque constant of one machine [V s/rad, N m/A]: a hoist and a lowering at one speed, no friction.
+
+    Losses are the same both ways: what reverses of the link's power is the machines' own. The wire is damped, so that
+    the load does not swing.
+    """
+    calm = changed(FREE, {"wire": {"zeta": 0.5, "zeta_low": 0.5, "zeta_high": 0.5}})
+    ends = []
+    for speed in (0.5, -0.5):
+        result = run(calm, **(WAVE | {"warm_up": "5 s"} | steady(speed, 20.0)))
+        ends.append([float(result.column(name)[-1]) for name in ("P_dc", "i", "omega_m", "s_w")])
+    (P_up, i, omega, s_w), (P_down, *_) = ends
+    r_eff = electric.geometry(s_w, pack(FREE, Scenario(load="47 t", s_w="200 m")).params).r_eff
+    return (P_up - P_down) / (2.0 * MOTOR.count * i * omega), weight(47.0e3) * r_eff / (MOTOR.count * i)
+
+
+def pole_table() -> str:
+    def text(s: complex) -> str:
+        return f"{s.real:.4f}" + (f" ± {abs(s.imag):.4f} i" if abs(s.imag) > 1e-9 else "")
+
+    ours, theirs = poles(FREE)
+    rows = [
+        (text(b), text(a), f"{abs(a - b) / abs(b):.0e}") for a, b in zip(ours, theirs, strict=True) if b.imag >= -1e-9
+    ]
+    return table(("polynomial [1/s]", "linearised rates [1/s]", "difference"), rows)
+
+
+def step_table() -> str:
+    rows = []
+    for name, case in CASES.items():
+        reference = run(n_sub=FINEST, **(WAVE | case))
+
+        def off(result: Result, signal: str, reference: Result = reference) -> float:
+            return float(np.max(np.abs(result.column(signal) - reference.column(signal))))
+
+        for n in STEPS:
+            result = run(n_sub=n, **(WAVE | case))
+            cells = (1e3 * off(result, "s_w"), off(result, "T_m"), off(result, "E_store"))
+            rows.append((name, f"{10.0 / n:g} ms", f"{cells[0]:.4f} mm", f"{cells[1]:.2f} N m", f"{cells[2]:.0f} J"))
+        drive.CURRENT_RATE, kept = UNREDUCED, drive.CURRENT_RATE
+        try:
+            result = run(n_sub=FINEST, **(WAVE | case))
+        finally:
+            drive.CURRENT_RATE = kept
+        cells = (1e3 * off(result, "s_w"), off(result, "T_m"), off(result, "E_store"))
+        current = "0.1 ms, current loop at 300 Hz"
+        rows.append((name, current, f"{cells[0]:.4f} mm", f"{cells[1]:.2f} N m", f"{cells[2]:.0f} J"))
+    return table(("case", "step", "wire out", "torque", "energy of the store"), rows)
+
+
+AUDITED = {
+    "compensation, 47 t, 1 m, 10 s": {},
+    "compensation, 97 t, 1.5 m, 10 s": {"load": "97 t", "tip": "sine 1.5 m 10 s"},
+    "beyond full command, 47 t, 3 m, 10 s": {"tip": "sine 3 m 10 s"},
+    "empty hook": {"load": "0 t"},
+    "hoisting at 0.8 m/s": steady(0.8, 60.0),
+    "lowering at 0.8 m/s": steady(-0.8, 60.0),
+}
+POWERS = ("grid", "tip", "copper", "iron", "inverter", "store", "resistor", "friction")
+
+
+def energy_table() -> str:
+    winch, rows = CRANE.plant.type, []
+    for name, case in AUDITED.items():
+        quarter, usual = (run(n_sub=n, **(WAVE | case)) for n in (8, 2))
+        cells = [f"{joules(usual, each) / 1e3:.1f}" for each in POWERS]
+        missing = [f"{abs(energy_unaccounted(winch, r)):.0e}" for r in (usual, quarter)]
+        rows.append((name, *cells, *missing))
+    heads = ("run", *(f"{each} [kJ]" for each in POWERS), "missing, 5 ms", "1.25 ms")
+    return table(heads, rows)
+
+
+PUSHED: Mapping[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
+    "as it is, 1 m, 10 s": ("nothing", {}, {}),
+    "machines of 1150 N m, 97 t, 1.4 m, 8 s": (
+        "torque",
+        {"electric": {"motor": {"T_max": "1150 N m"}}},
+        {"load": "97 t", "tip": "sine 1.4 m 8 s"},
+    ),
+    "machines of 110 kW, 97 t": ("power", {"electric": {"motor": {"P_max": "110 kW"}}}, {"load": "97 t"}),
+    "windings up to 34 °C": ("temperature", {"electric": {"motor": {"theta_max": "34 degC"}}}, {}),
+    "no margin of speed, 3 m, 10 s": (
+        "overspeed",
+        {"electric": {"motor": {"n_max": "2000 rev/min"}}},
+        {"tip": "sine 3 m 10 s"},
+    ),
+    "80 t lowered with 50 kW of resistor, no grid": (
+        "store full",
+        {"electric": {"supply": {"P_back": "0 kW", "P_resistor": "50 kW"}}},
+        {"load": "80 t", "warm_up": "5 s", **steady(-0.5, 60.0)},
+    ),
+    "97 t hoisted on 300 kW of grid": (
+        "store empty",
+        {"electric": {"supply": {"P_max": "300 kW"}}},
+        {"load": "97 t", **steady(1.0, 120.0)},
+    ),
+    "100 t on the brake of 5560 N m, 3 m, 5 s": (
+        "brake slipping",
+        {"brake": {"T": "5560 N m"}},
+        {"load": "100 t", "s_w": "10 m", "mode": "manual", "tip": "sine 3 m 5 s"},
+    ),
+}
+
+
+def limit_table() -> str:
+    rows = []
+    for name, (expected, changes, case) in PUSHED.items():
+        result = run(changed(CRANE, changes) if changes else CRANE, **(WAVE | case))
+        rows.append((name, expected, ", ".join(limits_passed(CRANE.plant.type, result.stats)) or "nothing"))
+    return table(("run", "expected", "passed"), rows)
+
+
+def assumed() -> str:
+    own = {path: source for path, source in CRANE.sources.items() if path.startswith("electric")}
+    kinds = Counter(source.kind.value for source in own.values())
+    parts = [f"{count} {kind}" for kind, count in sorted(kinds.items())]
+    names = ", ".join(f"`{path.removeprefix('electric.')}`" for path, s in own.items() if s.kind.value == "assumed")
+    return f"Of the {len(own)} numbers of `[electric]`: {', '.join(parts)}. Assumed: {names}."
+
+
+def draw(wave: Result) -> None:
+    figure = Figure(figsize=(10.0, 6.6), layout="constrained")
+    power, torque, store, error = figure.subplots(2, 2).flat
+    from_0 = round(60.0 / wave.t_cycle)
+    t = np.arange(len(wave.column("s_w")))[from_0:] * wave.t_cycle
+
+    def shown(name: str) -> np.ndarray:
+        return wave.column(name)[from_0:]
+
+    power.plot(t, shown("P_dc") / 1e3, color=COLOURS[0], lw=1.3, label="inverters, from the DC link")
+    power.plot(t, shown("P_el") / 1e3, color=COLOURS[1], lw=1.3, label="grid")
+    power.set_ylabel("power [kW]")
+    power.legend(fontsize="small", frameon=False, loc="lower center", ncols=2)
+    power.set_ylim(-400.0, 400.0)
+    torque.plot(t, shown("T_m") / 1e3, color=COLOURS[0], lw=1.3)
+    torque.set_ylabel("torque of all machines [kN m]")
+    store.plot(t, shown("E_store") / 1e6, color=COLOURS[0], lw=1.3)
+    store.set_ylabel("energy of the store [MJ]")
+    error.plot(t, 1e3 * shown("e_c"), color=COLOURS[0], lw=1.3)
+    error.set_ylabel("error of compensation [mm]")
+    for ax in (power, torque, store, error):
+        ax.grid(alpha=0.3)
+        ax.set_xlabel("time [s]")
+    power.axhline(0.0, color=GREY, lw=0.8)
+    figure.suptitle("nov-100t-electric, 47 t, sine of 1 m and 10 s", fontsize="medium")
+    save(figure, "electric.png")

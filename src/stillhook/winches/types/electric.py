@@ -1,0 +1,467 @@
+"""Electric winch: machines with inverters on a DC link with a store turn the drum through gears."""
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from stillhook.base.variable import Row
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import Plc, hold
+from stillhook.physics.electric.drive import (
+    SpeedLoop,
+    current_loop_rate,
+    current_rate,
+    integral_rate,
+    smoothing_rate,
+    torque_demand,
+)
+from stillhook.physics.electric.heating import Winding, heating_rate, time_to_limit
+from stillhook.physics.electric.machine import (
+    Machines,
+    copper_loss,
+    current,
+    inverter_loss,
+    iron_loss,
+    link_power,
+    torque,
+    torque_limit,
+)
+from stillhook.physics.electric.supply import (
+    Grid,
+    Store,
+    grid_power,
+    resistor_power,
+    store_loss,
+    supply_limit,
+    take_limit,
+)
+from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
+from stillhook.physics.load_path.drum import K_wire
+from stillhook.physics.scalar import clip, fmax, fmin, scalar
+from stillhook.physics.sensor import quantise
+from stillhook.units import show
+from stillhook.winches import load_path
+from stillhook.winches.circuits.active import OmegaM
+from stillhook.winches.circuits.electric import Electric, records
+from stillhook.winches.interface import NOT_YET, Cause, Parts, Stiffness
+from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.records import Geometry, Sensors, apply_override
+
+NAME = "electric"
+TITLE = "electric winch: machines with inverters on a DC link with a store"
+PATH = load_path
+CONTROL = "speed"
+TUNED = {"electric.speed.K": (20.0, 2000.0), "electric.speed.T_i": (0.02, 2.0)}
+SHOWN = {"T_m_max": "peak\ntorque", "P_el_max": "peak grid\npower", "theta_max": "highest\ntemperature"}
+TRIP = 1.1
+"""Speed over the highest of the machines at which the drive trips and the brake closes for good [-]. Assumed."""
+TRIPPED, CLOSING = 1.0e-3, 10.0
+"""Share from which a trip goes on by itself [-], and the rate at which it closes the brake [1/s]. Assumed."""
+BISECTIONS = 50
+"""Halvings of a search for a speed: to rounding."""
+TABLES = {"electric": Electric}
+
+
+class Params(NamedTuple):
+    """Parameters of a run; rate_i of the current loop [1/s], n_full motor speed at full command [rad/s], theta_0
+    temperature at the start [K]."""
+
+    machines: Machines
+    rate_i: float
+    speed: SpeedLoop
+    store: Store
+    grid: Grid
+    winding: Winding
+    n_full: float
+    theta_0: float
+    hoist: Hoist
+    plc: Plc
+    sensors: Sensors
+
+
+class State(NamedTuple):
+    """The winch without its load path."""
+
+    i: float  # torque-producing current of one machine [A]
+    omega_m: float  # motor speed, hoisting positive [rad/s]
+    omega_ref: float  # its set-point, smoothed [rad/s]
+    T_ff: float  # feedforward, smoothed [N m]
+    T_n: float  # integral part of the speed loop [N m]
+    E: float  # energy of the store [J]
+    theta: float  # temperature of the windings [K]
+    trip: float  # how far the brake is closed after a trip for overspeed, for good [-]
+    z: float  # bristle, half a step ahead [rad]
+
+
+class Command(NamedTuple):
+    """Held between PLC cycles: u_p motor speed over that at full command [-]; T_ff feedforward of load and acceleration
+    [N m]; brake how far the holding brake is closed [-]."""
+
+    u_p: float
+    T_ff: float
+    brake: float
+
+
+class Circuit(NamedTuple):
+    """Everything that the diagram shows at an instant; powers [W], torques of all machines at the shaft [N m]. g level
+    of dry friction, with that of the brake where it is held (above 0.5); held how far the brake is closed, by the PLC
+    or a trip [-]."""
+
+    T_demand: float
+    T_ref: float
+    T: float
+    P_dc: float
+    P_el: float
+    P_resistor: float
+    P_store: float
+    loss_store: float
+    g: float
+    held: float
+
+
+class Signals(NamedTuple):
+    """Signals of its own."""
+
+    omega_m: OmegaM
+    T_m: Annotated[float, Row("N m", "torque", "hoisting positive", "torque of all machines at the motor shaft")]
+    i: Annotated[float, Row("A", "current", "hoisting positive", "torque-producing current of one machine")]
+    P_el: Annotated[float, Row("W", "power", "to the winch positive", "power from the grid; negative: fed back")]
+    P_dc: Annotated[float, Row("W", "power", "to the winch positive", "power of the inverters from the DC link")]
+    E_store: Annotated[float, Row("J", "energy", "", "energy of the store on the DC link")]
+    theta: Annotated[float, Row("K", "temperature", "", "temperature of the windings")]
+
+
+class Extremes(NamedTuple):
+    """Extremes of its signals over a run."""
+
+    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
+    T_m_max: Annotated[float, Row("N m", "torque", "", "largest torque of all machines", symbol="max|T_m|")]
+    P_el_max: Annotated[float, Row("W", "power", "to the winch positive", "highest power from the grid")]
+    P_el_min: Annotated[float, Row("W", "power", "to the winch positive", "lowest power; negative: most fed back")]
+    E_store_min: Annotated[float, Row("J", "energy", "", "lowest energy of the store", symbol="min E_store")]
+    E_store_max: Annotated[float, Row("J", "energy", "", "highest energy of the store", symbol="max E_store")]
+    theta_max: Annotated[float, Row("K", "temperature", "", "highest temperature of the windings", symbol="max theta")]
+
+
+BLANK = Extremes(0.0, 0.0, -NOT_YET, NOT_YET, NOT_YET, 0.0, 0.0)
+
+
+class Limits(NamedTuple):
+    """1 where a limit is passed at an instant, else 0."""
+
+    torque: Annotated[float, Cause("torque", "time with the machines at their largest torque")]
+    drive_power: Annotated[float, Cause("power", "time with the machines or their supply at their largest power")]
+    temperature: Annotated[float, Cause("temperature", "time with the windings above their highest temperature")]
+    speed: Annotated[float, Cause("overspeed", "time with the machines above their highest speed, or tripped by it")]
+    store_full: Annotated[float, Cause("store full", "time with the store full and the braking resistor at its most")]
+    store_empty: Annotated[float, Cause("store empty", "time with the store too empty for its power")]
+    brake: Annotated[float, Cause("brake slipping", "time with the holding brake slipping")]
+
+
+class Powers(NamedTuple):
+    """Powers [W] of two balances: into the DC link goes the grid's, out of it `shaft` and the losses; into the shaft
+    goes `motor`, which is the same as `shaft`, out of it friction."""
+
+    grid: float
+    motor: float
+    shaft: float
+    copper: float
+    iron: float
+    inverter: float
+    store: float
+    resistor: float
+    friction: float
+
+
+SUPPLIED = ("grid", "motor")
+
+
+@scalar
+def fold_extremes(a, y):
+    """Extremes a with one more cycle of signals y."""
+    return Extremes(
+        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
+        T_m_max=fmax(a.T_m_max, abs(y.T_m)),
+        P_el_max=fmax(a.P_el_max, y.P_el),
+        P_el_min=fmin(a.P_el_min, y.P_el),
+        E_store_min=fmin(a.E_store_min, y.E_store),
+        E_store_max=fmax(a.E_store_max, y.E_store),
+        theta_max=fmax(a.theta_max, y.theta),
+    )
+
+
+@scalar
+def geometry(s_w, p):
+    """The drum during one PLC cycle, with s_w of wire out [m]."""
+    return drum_geometry(s_w, p.hoist)
+
+
+@scalar
+def wire_speed(x, geo):
+    """Wire speed that the winch gives, hoisting positive [m/s]."""
+    return x.omega_m * geo.r_eff
+
+
+@scalar
+def circuit(x, q, u, geo, p):
+    """The whole winch at an instant, read along its diagram: speed loop, torque limit, current, DC link, friction. q
+    point of the load path. Where the holding brake closes it takes the load over, and the drive lets go."""
+    h, M = p.hoist, p.machines
+    held = fmax(u.brake, x.trip)
+    give, take = supply_limit(x.E, p.store, p.grid), take_limit(x.E, p.store, p.grid)
+    T_demand = (1.0 - held) * torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, p.speed)
+    T_ref = clip(T_demand, -torque_limit(-x.omega_m, give, take, M), torque_limit(x.omega_m, give, take, M))
+    P_dc = link_power(x.i, x.omega_m, M)
+    P_el = grid_power(P_dc, x.E, p.store, p.grid)
+    P_resistor = resistor_power(x.E, p.store, p.grid)
+    P_store = P_el - P_dc - P_resistor
+    g = h.n_motors * system_friction_dry(x.omega_m, q.F_w * 0.5 * geo.d, h.friction) + held * h.T_brake
+    return Circuit(
+        T_demand=T_demand,
+        T_ref=T_ref,
+        T=torque(x.i, M),
+        P_dc=P_dc,
+        P_el=P_el,
+        P_resistor=P_resistor,
+        P_store=P_store,
+        loss_store=store_loss(P_store, x.E, p.store),
+        g=g,
+        held=held,
+    )
+
+
+@scalar
+def friction(c, x, p):
+    """Friction torque at the motor shaft, against hoisting positive [N m]."""
+    h = p.hoist
+    return h.n_motors * h.friction.Y_5 * x.omega_m + dry_torque(x.omega_m, x.z, c.g, c.held, h.bristle)
+
+
+@scalar
+def rates(c, x, q, u, geo, p):
+    """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
+    h, M = p.hoist, p.machines
+    T = c.T - q.F_w * geo.r_eff - friction(c, x, p)
+    T_n = integral_rate(x.omega_ref, x.omega_m, c.T_demand, c.T_ref, p.speed)
+    trips = h.T_brake > 0.0 and (abs(x.omega_m) > TRIP * M.n_max or x.trip > TRIPPED)
+    heat = (copper_loss(x.i, M) + iron_loss(x.omega_m, M)) / M.count
+    return State(
+        i=current_rate(x.i, current(c.T_ref, p.machines), p.rate_i),
+        omega_m=T * geo.i_J,
+        omega_ref=smoothing_rate(x.omega_ref, u.u_p * p.n_full, p.speed),
+        T_ff=smoothing_rate(x.T_ff, u.T_ff, p.speed),
+        T_n=(1.0 - c.held) * T_n - c.held * p.speed.i_T * x.T_n,
+        E=c.P_store - c.loss_store,
+        theta=heating_rate(x.theta, heat, p.winding),
+        trip=CLOSING * (1.0 - x.trip) if trips else 0.0,
+        z=0.0,
+    )
+
+
+@scalar
+def bristle_after(c, x, p, tau):
+    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+
+
+@scalar
+def start(s_w, tick, p):
+    """State before the PLC's first cycle: the load hangs still; s_w wire out [m]."""
+    return State(
+        i=0.0, omega_m=0.0, omega_ref=0.0, T_ff=0.0, T_n=0.0, E=p.store.E_set, theta=p.theta_0, trip=0.0, z=0.0
+    )
+
+
+@scalar
+def settle(x, q, u, tick, geo, p):
+    """The state at rest under the PLC's first commands: machines or brake hold the load."""
+    T = q.F_w * geo.r_eff
+    return State(
+        i=current((1.0 - u.brake) * T, p.machines),
+        omega_m=0.0,
+        omega_ref=0.0,
+        T_ff=u.T_ff,
+        T_n=(1.0 - u.brake) * (T - u.T_ff),
+        E=x.E,
+        theta=x.theta,
+        trip=0.0,
+        z=-u.brake * T / p.hoist.bristle.sigma_0,
+    )
+
+
+@scalar
+def sense(x, y, q, m, tick, geo, p):
+    """What the PLC reads: there are no pressures, and the machines have no displacement."""
+    return Sensed(
+        s_tip=tick.s_m,
+        v_tip=tick.v_m,
+        a_tip=tick.a_m,
+        v_op=tick.v_op,
+        s_op=tick.s_op,
+        mode=tick.mode,
+        f_pump=tick.f_known,
+        s_w=quantise(y.s_w + tick.n_s, p.sensors.q_s),
+        F=quantise(q.F_w + tick.n_F, p.sensors.q_F),
+        alpha_m=1.0,
+        K_wire=K_wire(geo.d, p.hoist.drum),
+        dp=0.0,
+        dp_load=0.0,
+        p_hp=0.0,
+    )
+
+
+@scalar
+def actuate(drive, r, x, m_0, m, tick, geo, p):
+    """Commands of the drive, the PLC's memory, signals of the drive. Feedforward: torque of the load from the load
+    cell, and of the acceleration that compensation asks for."""
+    drive = apply_override(drive, tick)
+    a_w = -tick.a_m if m.mode > 0.0 else 0.0
+    T_ff = m.F * geo.r_eff + a_w / (geo.r_eff * geo.i_J)
+    return Command(drive.u_p, T_ff, drive.brake), hold(m, 1.0), drive
+
+
+@scalar
+def signals(c, x, q, u, geo, p):
+    """Its own signals at an instant."""
+    return Signals(omega_m=x.omega_m, T_m=c.T, i=x.i, P_el=c.P_el, P_dc=c.P_dc, E_store=x.E, theta=x.theta)
+
+
+AT = 1.0 - 1.0e-9
+"""Part of the largest torque from which the demand counts as held at it [-]: rounding."""
+SLIPS = 0.999
+"""Part of the level of friction from which the closed brake counts as slipping [-]: it gets there asymptotically."""
+
+
+@scalar
+def limits(c, x, q, u, p):
+    """Which limits are passed now; see `Limits`."""
+    beyond, torque_held = abs(c.T_demand) > abs(c.T_ref), abs(c.T_ref) >= AT * p.machines.T_max
+    slips = c.held > 0.5 and p.hoist.bristle.sigma_0 * abs(x.z) >= SLIPS * c.g
+    return Limits(
+        torque=1.0 if beyond and torque_held else 0.0,
+        drive_power=1.0 if beyond and not torque_held else 0.0,
+        temperature=1.0 if x.theta > p.winding.theta_max else 0.0,
+        speed=1.0 if abs(x.omega_m) > p.machines.n_max or x.trip > TRIPPED else 0.0,
+        store_full=1.0 if x.E > p.store.E_high else 0.0,
+        store_empty=1.0 if (x.E - p.store.E_low) * p.store.i_band < 1.0 else 0.0,
+        brake=1.0 if slips else 0.0,
+    )
+
+
+@scalar
+def powers(c, x, q, p):
+    """Where the power comes from and where it goes [W]; see `Powers`."""
+    M = p.machines
+    return Powers(
+        grid=c.P_el,
+        motor=c.T * x.omega_m,
+        shaft=c.T * x.omega_m,
+        copper=copper_loss(x.i, M),
+        iron=iron_loss(x.omega_m, M),
+        inverter=inverter_loss(x.i, M),
+        store=c.loss_store,
+        resistor=c.P_resistor,
+        friction=friction(c, x, p) * x.omega_m,
+    )
+
+
+@scalar
+def through(power):
+    """Power that the energy audit is taken relative to [W]: of grid and machines, both directions added up, and
+    of the inverters."""
+    return abs(power.grid) + abs(power.motor) + power.inverter
+
+
+@scalar
+def stored_energy(c, x, geo, p):
+    """Energy of shaft and store [J]."""
+    return 0.5 * x.omega_m * x.omega_m / geo.i_J + x.E
+
+
+def pack(crane: Any, case: Any, parts: Parts) -> Params:
+    """Records of a run."""
+    return Params(*records(crane.electric), parts.hoist, parts.plc, parts.sensors)
+
+
+def motors(crane: Any) -> tuple[Any, ...]:
+    """Sets of motors on the shaft."""
+    return (crane.electric.motor,)
+
+
+def full_speed(crane: Any, alpha_m: float) -> float:
+    """Motor speed at full command [rad/s], whatever displacement."""
+    return float(crane.electric.motor.n_full)
+
+
+def lag(crane: Any) -> float:
+    """Time by which the drive lags its command [s]: smoothing and current loop; the acceleration is fed forward."""
+    return float(crane.electric.speed.tau_ref + 1.0 / current_loop_rate(crane.electric.inverter.omega_i))
+
+
+def stiffness(p: Params) -> Stiffness:
+    """Fast modes of the winch [1/s], from which the longest step follows."""
+    J = shaft_inertia_without_wire(p.hoist)
+    modes = {
+        "current control": p.rate_i,
+        "speed control": math.sqrt(p.speed.K * p.rate_i / J),  # with its current loop: s^2 + rate s + rate K / J
+        "integral part of the speed control": p.speed.i_T,
+        "smoothing of the set-points": p.speed.i_tau,
+        "limits of the store": (p.store.P_max + p.grid.P_resistor + p.machines.P_max) * p.store.i_band,
+        "refilling of the store": p.store.i_tau,
+        "closing of the brake at a trip": CLOSING,
+    }
+    return Stiffness(modes, viscous=0.0, dry=0.0, n_max=p.machines.n_max)
+
+
+def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) -> tuple[float, str]:
+    """Highest steady motor speed with the tension F_w at the top [N], and its cause: [rad/s], a word of `Limits` or the
+    full command. The store is exhausted, the windings are not yet warm, the braking resistor has its full power."""
+    h, sign = p.hoist, -1.0 if lowering else 1.0
+
+    def cause(omega: float) -> str:
+        dry = system_friction_dry(omega, F_w * 0.5 * geo.d, h.friction)
+        T = F_w * geo.r_eff + sign * h.n_motors * (dry + h.friction.Y_5 * omega)
+        P = link_power(current(T, p.machines), sign * omega, p.machines)
+        if abs(T) > p.machines.T_max:
+            return "torque"
+        if P < -(p.grid.P_back + p.grid.P_resistor):
+            return "store full"
+        return "power" if abs(T) * omega > p.machines.P_max or P > p.grid.P_max else ""
+
+    if not cause(p.n_full):
+        return p.n_full, "full command"
+    low, high = 0.0, p.n_full
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if cause(middle) else (middle, high)
+    return low, cause(high)
+
+
+def refusal(crane: Any, case: Any) -> str:
+    """Reason why it cannot run a case."""
+    return f'gas_held: "{crane.name}" has no accumulator. Leave it out.' if case.gas_held else ""
+
+
+def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
+    """What the winch type means for a weight and a motion."""
+    drive = records(crane.electric)
+    M, store = drive.machines, drive.store
+    T = held.W * 0.5 * held.d / crane.i_hD
+    out = []
+    if T > M.T_max:
+        out.append(
+            f"holding the load takes {show(T, 'torque')} at the motor shaft, more than the {show(M.T_max, 'torque')} of"
+            " the machines: the load will sink"
+        )
+    end = time_to_limit(drive.theta_0, copper_loss(current(T, M), M) / M.count, drive.winding)
+    if end < math.inf:
+        out.append(
+            f"holding the load brings the windings to {show(drive.winding.theta_max, 'temperature')} after"
+            f" {show(end, 'time', 2)}"
+        )
+    swing, usable = held.W * held.s_tip_pp, store.E_high - store.E_low
+    if held.compensates and swing > 0.5 * usable:
+        out.append(
+            f"a swing of the tip moves {show(swing, 'energy', 3)} through the store, which holds"
+            f" {show(usable, 'energy', 3)} between its limits: expect it full or empty"
+        )
+    return out
