@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from stillhook import load_crane
 from stillhook.cli import run
 
 CASE = """
@@ -168,6 +169,21 @@ class Answer(NamedTuple):
         return self.code == 2 and len(lines) == 1 and lines[0].startswith("error: ")
 
 
+SMALL_SWL = 60.0e3
+"""SWL below which loads and payload are those of a small crane [kg]."""
+SMALLER = {"30 t": "10 t", "20 t": "6 t", "manifold-60t": "spool-20t"}
+"""Loads and payload of the commands, for a small crane."""
+
+
+def sized(text: str, crane: str) -> str:
+    """A command line or file with loads that the crane carries."""
+    if load_crane(crane).SWL >= SMALL_SWL:
+        return text
+    for large, small in SMALLER.items():
+        text = text.replace(large, small)
+    return text
+
+
 def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
     """Run a command of `BOTH`; its files are written to the folder."""
     words = {
@@ -178,11 +194,11 @@ def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
     }
     for word, text in FILES.items():
         file = folder / f"{word.lower()}.toml"
-        file.write_text(text.replace("CRANE", crane).replace("MODE", mode), encoding="utf-8")
+        file.write_text(sized(text, crane).replace("CRANE", crane).replace("MODE", mode), encoding="utf-8")
         words[word] = str(file)
     error = io.StringIO()
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
-        code = run([words.get(word, word) for word in shlex.split(BOTH[command])])
+        code = run([words.get(word, word) for word in shlex.split(sized(BOTH[command], crane))])
     return Answer(code, error.getvalue())
 
 

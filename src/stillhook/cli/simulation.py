@@ -63,11 +63,14 @@ HEADERS = {
     "u_p_max": "pump\nuse",
     "saturation_time": "pump\nsaturated",
 }
+OF_DRIVE = {"u_p_max": "command\nused", "saturation_time": "command\nsaturated"}
+"""Heads of the same where a drive takes a speed command."""
 
 
 def headers(crane: Crane) -> list[str]:
     """Heads of the columns of a table of runs."""
-    return [*HEADERS.values(), *crane.plant.type.shown.values(), "status"]
+    common = HEADERS if crane.circuits else HEADERS | OF_DRIVE
+    return [*common.values(), *crane.plant.type.shown.values(), "status"]
 
 
 def row(crane: Crane, summary: dict[str, Any]) -> list[str]:

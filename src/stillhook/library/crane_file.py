@@ -42,8 +42,8 @@ def cranes() -> tuple[str, ...]:
     """Names of the library's cranes.
 
     >>> import stillhook
-    >>> stillhook.cranes()
-    ('deep-250t', 'nov-100t-pure-active', 'nov-150t', 'nov-250t')
+    >>> stillhook.cranes()[:3]
+    ('deep-250t', 'nov-100t-cylinder', 'nov-100t-electric')
     """
     return shelf("cranes")
 

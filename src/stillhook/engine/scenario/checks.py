@@ -266,7 +266,7 @@ def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:
         speed = "speed of tip and operator" if case.operator.profile else "tip speed"
         out.append(
             f"{speed} {show(v, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this"
-            f" load and layer (motors at {alpha:.2f}): the pumps will saturate"
+            f" load and layer{_saturates(crane, alpha)}"
         )
     limit = min(_speed_limits(crane, case, d, alpha), default=math.inf)
     omega = min(v / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
@@ -275,6 +275,13 @@ def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:
             f"motors would turn {show(omega, 'rotation')}, above their limit {show(limit, 'rotation')} at this load"
         )
     return out
+
+
+def _saturates(crane: Crane, alpha: float) -> str:
+    """What a speed beyond the winch's means for its drive."""
+    if not crane.circuits:
+        return ": the drive's command will saturate"
+    return f" (motors at {alpha:.2f}): the pumps will saturate"
 
 
 def speed_limit(motor: MotorSet, alpha: float) -> float:
