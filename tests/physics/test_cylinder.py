@@ -155,7 +155,11 @@ def test_a_metre_of_wave_passes_no_limit():
         ("cylinder stroke", {}, {"tip": "sine 4 m 40 s"}),
         ("pump flow", {}, {"tip": "sine 2 m 9 s"}),
         ("rod speed", {"cylinder": {"v_max": "0.2 m/s"}}, {}),
-        ("relief", {"cylinder": {"passive": {"p_min": "60 bar", "accumulator": {"gas": {"p_0": "60 bar"}}}}}, {"load": "95 t"}),
+        (
+            "relief",
+            {"cylinder": {"passive": {"p_min": "60 bar", "accumulator": {"gas": {"p_0": "60 bar"}}}}},
+            {"load": "95 t"},
+        ),
         ("accumulator", {"cylinder": {"passive": {"accumulator": {"V_stroke": "241.3 L"}}}}, {"tip": "sine 4 m 40 s"}),
         ("power", {"hpu": {"P_max": "15 kW", "P_back": "0 kW"}}, {}),
         ("boost", {"cylinder": {"boost": {"Q_max": "2 L/min"}}}, {}),
@@ -229,7 +233,13 @@ def test_half_the_step_gives_the_same():
 
 def test_sixteen_lanes_give_the_bits_of_one():
     cases = [
-        Scenario(**(CASE | {"load": f"{5 + 5 * i} t", "tip": f"sine {0.4 + 0.15 * i:.2f} m {7 + i % 5} s", "duration": "40 s"}), mode="position")
+        Scenario(
+            **(
+                CASE
+                | {"load": f"{5 + 5 * i} t", "tip": f"sine {0.4 + 0.15 * i:.2f} m {7 + i % 5} s", "duration": "40 s"}
+            ),
+            mode="position",
+        )
         for i in range(16)
     ]
     many = run_many(CRANE, cases, n_sub=2)

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.physics.friction import Bristle
 from stillhook.physics.hydraulics.accumulator import Accumulator
-from stillhook.physics.hydraulics.cylinder import Chambers, Ends, RodFriction
+from stillhook.physics.hydraulics.cylinder import Chambers, Ends, RodFriction, rod_friction_dry
 from stillhook.physics.hydraulics.lines import (
     Boost,
     Flushing,
@@ -22,12 +22,13 @@ from stillhook.physics.hydraulics.lines import (
     relief_flow,
 )
 from stillhook.physics.hydraulics.swash import Servo
+from stillhook.physics.load_path.drum import wire_damping
 from stillhook.physics.scalar import scalar
 from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
 from stillhook.winches.circuits import tables
-from stillhook.winches.circuits.active import NEAR_LIMIT
-from stillhook.winches.interface import Parts, Stroke
+from stillhook.winches.circuits.active import NEAR_LIMIT, servo_rate
+from stillhook.winches.interface import Parts, Stiffness, Stroke
 
 NO_LIMIT = 1.0e30
 """Stands for a limit that a crane file does not name [SI]."""
@@ -287,6 +288,37 @@ def cylinder_drive(crane: Any, gas: Any, hoist: Any) -> CylinderDrive:
     )
 
 
+def cylinder_stiffness(C: CylinderDrive, h: Any) -> Stiffness:
+    """Fast modes of the winch; the rod is the inertia, so that friction and wire are among them. h the Hoist of the
+    run."""
+    A, acc, m, s = C.chambers, C.accumulator, 1.0 / C.i_m, C.bristle
+    least, most = A.V_line, A.V_line + max(A.A_a, A.A_b) * A.x_max
+    k_oil = A.beta * max(A.A_a, A.A_b) ** 2 * (1.0 / least + 1.0 / most)
+    k_wire = h.wire.EA / (h.wire.L_0 + max(h.s_w_0, 0.0))
+    c_wire = float(wire_damping(h.s_w_0, h.load.m, h.wire))
+    g = float(rod_friction_dry(0.0, C.n_f * h.load.W, C.friction))
+    rates = {
+        "boost valve against the cylinder's oil": C.boost.G * A.beta / least,
+        "relief valve against the cylinder's oil": C.relief.G * A.beta / least,
+        "flushing valve against the cylinder's oil": C.flushing.G * A.beta / least,
+        "leakage against the cylinder's oil": C.C_leak * A.beta / least,
+        "rod on the cylinder's oil": math.sqrt(k_oil / m),
+        "rod on its end stop": math.sqrt(C.ends.k / m),
+        "rod in its cushion": C.ends.c / m,
+        "rod on the wire": C.n_f * math.sqrt(k_wire / m) + C.n_f**2 * c_wire / m,
+        "rod on the accumulator's trapped oil": A.A_p * math.sqrt(acc.i_C / m),
+        "passive relief valve against the trapped oil": C.passive_relief.G * acc.i_C,
+        "friction of the accumulator piston": A.A_p**2 * acc.R / m,
+        "viscous friction of the rod": C.friction.b / m,
+        "bristle of the rod": (s.sigma_1 + math.sqrt(s.sigma_0 * m)) / m,
+        "regularised friction of the rod": g * s.i_omega_r / m if s.regular > 0.5 else 0.0,
+        "pump displacement control": servo_rate(C.servo),
+        "speed of the winch": C.i_tau,
+    }
+    v_max = C.n_f * C.Q_p / min(A.A_a, A.A_b) + C.v_winch
+    return Stiffness(rates, viscous=0.0, dry=0.0, n_max=v_max / (0.5 * h.drum.d_max * h.i_i))
+
+
 def motors(crane: Any) -> tuple[Any, ...]:
     """The drum's motors are not modelled: the winch is a source of speed."""
     return ()
@@ -352,7 +384,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
         out.append(f"the gas is set to {p_gas}, an end of its range; the pumps hold {show(abs(dp), 'pressure')}")
     if held.compensates and held.s_tip_pp > free.length:
         out.append(
-            f"compensating {show(held.s_tip_pp, 'length')} takes more wire than the {show(free.length, 'length')} of the"
-            f" {free.basis}: the rod will run into its ends"
+            f"compensating {show(held.s_tip_pp, 'length')} takes more wire than {show(free.length, 'length')}:"
+            f" {free.basis}; the rod will run into its ends"
         )
     return out

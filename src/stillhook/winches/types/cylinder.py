@@ -10,7 +10,6 @@ The operator's speed is made by the winch, an ideal source of speed up to its ow
 drum stands on its brake. In manual mode the rod is locked, by the PLC's brake signal.
 """
 
-import math
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
@@ -53,7 +52,6 @@ from stillhook.winches.circuits.active import (
     out_of_boost,
     out_of_power,
     relieves,
-    servo_rate,
 )
 from stillhook.winches.circuits.cylinder import (
     FILL_MOST,
@@ -64,6 +62,7 @@ from stillhook.winches.circuits.cylinder import (
     charge,
     cylinder_drive,
     cylinder_flows,
+    cylinder_stiffness,
     full_speed,
     full_wire_speed,
     gas_pressure_set,
@@ -469,34 +468,8 @@ def pack(crane: Any, case: Any, parts: Parts) -> Params:
 
 
 def stiffness(p: Params) -> Stiffness:
-    """Fast modes of the winch; the rod is the inertia, so that friction and wire are among them."""
-    C, h = p.cylinder, p.hoist
-    A, acc, m, s = C.chambers, C.accumulator, 1.0 / C.i_m, C.bristle
-    least, most = A.V_line, A.V_line + max(A.A_a, A.A_b) * A.x_max
-    k_oil = A.beta * max(A.A_a, A.A_b) ** 2 * (1.0 / least + 1.0 / most)
-    k_wire, F = h.wire.EA / (h.wire.L_0 + max(h.s_w_0, 0.0)), C.n_f * h.load.W
-    c_wire = drum_geometry(h.s_w_0, h).c
-    g = rod_friction_dry(0.0, F, C.friction)
-    rates = {
-        "boost valve against the cylinder's oil": C.boost.G * A.beta / least,
-        "relief valve against the cylinder's oil": C.relief.G * A.beta / least,
-        "flushing valve against the cylinder's oil": C.flushing.G * A.beta / least,
-        "leakage against the cylinder's oil": C.C_leak * A.beta / least,
-        "rod on the cylinder's oil": math.sqrt(k_oil / m),
-        "rod on its end stop": math.sqrt(C.ends.k / m),
-        "rod in its cushion": C.ends.c / m,
-        "rod on the wire": C.n_f * math.sqrt(k_wire / m) + C.n_f**2 * c_wire / m,
-        "rod on the accumulator's trapped oil": A.A_p * math.sqrt(acc.i_C / m),
-        "passive relief valve against the trapped oil": C.passive_relief.G * acc.i_C,
-        "friction of the accumulator piston": A.A_p**2 * acc.R / m,
-        "viscous friction of the rod": C.friction.b / m,
-        "bristle of the rod": (s.sigma_1 + math.sqrt(s.sigma_0 * m)) / m,
-        "regularised friction of the rod": g * s.i_omega_r / m if s.regular > 0.5 else 0.0,
-        "pump displacement control": servo_rate(C.servo),
-        "speed of the winch": C.i_tau,
-    }
-    v_max = C.n_f * C.Q_p / min(A.A_a, A.A_b) + C.v_winch
-    return Stiffness(rates, viscous=0.0, dry=0.0, n_max=v_max / (0.5 * h.drum.d_max * h.i_i))
+    """Fast modes of the winch."""
+    return cylinder_stiffness(p.cylinder, p.hoist)
 
 
 def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) -> tuple[float, str]:
