@@ -212,7 +212,8 @@ def cylinder_flows(alpha_p, p_a, p_b, f_pump, C):
     """All flows of the closed circuit. alpha_p pump setting [-]; p_a, p_b [Pa]; f_pump share of the pumps that run
     [-].
 
-    Source: the lines of Moslatt 2020 E eq. 11, with a cylinder in place of the motors.
+    Source: the lines of Moslatt 2020 E eq. 11, with a cylinder in place of the motors. Differs from the closed circuits
+    of rotating winches: relief valves open into the other line, so that pumps may push a rod against its end.
     """
     Q_p = f_pump * C.Q_p * alpha_p
     Q_int = internal_leakage(C.C_leak, p_a - p_b)
@@ -220,6 +221,7 @@ def cylinder_flows(alpha_p, p_a, p_b, f_pump, C):
     Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, C.boost)
     Q_relief_a, Q_relief_b = relief_flow(p_a, C.relief), relief_flow(p_b, C.relief)
     Q_flush_a, Q_flush_b = flushing_flow(p_a, p_b, C.flushing), flushing_flow(p_b, p_a, C.flushing)
+    Q_ab = Q_p - Q_int - Q_relief_a + Q_relief_b
     return CylinderFlows(
         Q_p=Q_p,
         Q_int=Q_int,
@@ -231,8 +233,8 @@ def cylinder_flows(alpha_p, p_a, p_b, f_pump, C):
         Q_relief_b=Q_relief_b,
         Q_flush_a=Q_flush_a,
         Q_flush_b=Q_flush_b,
-        Q_a=Q_p - Q_int - Q_ext_a + Q_boost_a - Q_relief_a - Q_flush_a,
-        Q_b=Q_int - Q_p - Q_ext_b + Q_boost_b - Q_relief_b - Q_flush_b,
+        Q_a=Q_ab - Q_ext_a + Q_boost_a - Q_flush_a,
+        Q_b=-Q_ab - Q_ext_b + Q_boost_b - Q_flush_b,
     )
 
 

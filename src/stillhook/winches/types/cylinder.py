@@ -14,7 +14,7 @@ from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
 from stillhook.control.interface import Sensed
-from stillhook.control.plc import ActuatorCommands, Plc, hold
+from stillhook.control.plc import MANUAL, ActuatorCommands, Plc, hold
 from stillhook.errors import SpecError
 from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
@@ -330,16 +330,17 @@ def settle(x, q, u, tick, geo, p):
 
 @scalar
 def sense(x, y, q, m, tick, geo, p):
-    """What the PLC reads. The operator's speed goes to the winch: the cylinder compensates the tip and his set-point's
-    error alone."""
+    """What the PLC reads. The operator's speed goes to the winch: the cylinder compensates the tip and, by the drum's
+    encoder, what the winch lags."""
     C = p.cylinder
+    behind = clip(tick.v_op, -C.v_winch, C.v_winch) - x.v_drum
     F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
     p_o = accumulator_pressure(x.V_o, C.accumulator)
     return Sensed(
         s_tip=tick.s_m,
         v_tip=tick.v_m,
         a_tip=tick.a_m,
-        v_op=0.0,
+        v_op=behind if tick.mode > MANUAL else 0.0,
         s_op=tick.s_op,
         mode=tick.mode,
         f_pump=tick.f_known,
@@ -409,7 +410,7 @@ def powers(c, x, q, p):
         winch=q.F_w * x.v_drum,
         friction=friction(c, x, p) * v,
         leakage=f.Q_int * dp + f.Q_ext_a * x.p_a + f.Q_ext_b * x.p_b + c.Q_leak * c.p_hp,
-        relief=f.Q_relief_a * x.p_a + f.Q_relief_b * x.p_b + c.Q_relief_p * c.p_hp,
+        relief=(f.Q_relief_a - f.Q_relief_b) * dp + c.Q_relief_p * c.p_hp,
         flushing=f.Q_flush_a * x.p_a + f.Q_flush_b * x.p_b,
         cushion=-cushion_force(x.x_rod, v, C.ends) * v,
         carried=-carried,
