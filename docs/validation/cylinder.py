@@ -161,7 +161,9 @@ def gain_rows() -> list[tuple[str, ...]]:
     for K_p in GAINS:
         crane = changed(CRANE, {"control": {"K_p": f"{K_p} 1/m"}})
         found = [run(crane, every=None, tip=SINE, load=load) for load in ("10 t", "50 t", "100 t")]
-        rows.append((f"{K_p:g} 1/m", *(f"{1e3 * float(r.e_c_pp):.1f} mm ({100.0 * float(r.eta_c):.1f} %)" for r in found)))
+        rows.append(
+            (f"{K_p:g} 1/m", *(f"{1e3 * float(r.e_c_pp):.1f} mm ({100.0 * float(r.eta_c):.1f} %)" for r in found))
+        )
     return rows
 
 
@@ -177,9 +179,7 @@ def compute() -> tuple[dict[str, str], tuple[dict[str, Compared], list[tuple[flo
     pairs, waves = {name: compared(tip) for name, tip in TIPS.items()}, harmonics()
     audits = audited()
     losses = ("pump", "boost", "make_up", "winch", "tip", "friction", "leakage", "relief", "flushing", "cushion")
-    rows = [
-        (name, *(f"{1e-3 * joules[k]:.0f}" for k in losses), f"{abs(part):.1e}") for name, part, joules in audits
-    ]
+    rows = [(name, *(f"{1e-3 * joules[k]:.0f}" for k in losses), f"{abs(part):.1e}") for name, part, joules in audits]
     return {
         "claims": claims_table(claims(pairs, waves, audits)),
         "harmonics": table(
@@ -256,10 +256,17 @@ def draw(shown: tuple[dict[str, Compared], list[tuple[float, float, float]]]) ->
         ax.set_xlabel("time [s]")
         ax.set_ylabel("wire taken in [m]")
         ax.grid(alpha=0.3)
-    axes[0, 0].legend(fontsize="small", frameon=False, loc="lower right")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
     r = np.linspace(0.05, 1.0, 200)
     last = axes[1, 1]
-    last.plot(r, 2.0 / math.pi * (np.arcsin(r) + r * np.sqrt(1.0 - r * r)), color="black", lw=0.9, ls=":", label="clipped sine")
+    last.plot(
+        r,
+        2.0 / math.pi * (np.arcsin(r) + r * np.sqrt(1.0 - r * r)),
+        color="black",
+        lw=0.9,
+        ls=":",
+        label="clipped sine",
+    )
     last.plot([w[0] for w in waves], [w[2] for w in waves], "o", color=COLOURS[0], label="twin, feedforward alone")
     last.set_title("first harmonic beyond full speed", fontsize="medium")
     last.set_xlabel("full wire speed over the tip's [-]")

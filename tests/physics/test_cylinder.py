@@ -1,15 +1,22 @@
 """The compensating cylinder: closed forms against the running twin, an ideal compensator beside it, joules, limits."""
 
+import ctypes
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from numpy.ctypeslib import ndpointer
 from tests.engine.runs import run_many, run_one
+from tests.engine.test_c99 import SAME as SAME_IN_C
+from tests.engine.test_c99 import compile_c
 
 from stillhook import Scenario, load_crane, simulate
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack, wire_speed_max
-from stillhook.engine.scenario.problem import energy_unaccounted
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted
 from stillhook.errors import ScenarioError, SpecError, UnitError
+from stillhook.kernels.build import c_source, driver
 from stillhook.library.crane_file import changed
 from stillhook.physics.hydraulics import cylinder as phys
 from stillhook.physics.scalar import G
@@ -277,9 +284,20 @@ def test_a_drum_without_a_brake_is_refused():
 def test_the_speed_limit_is_the_flow_until_the_circuit_cannot_carry_the_load():
     p = pack(CRANE, Scenario(**CASE, mode="position")).params
     geo, W = winch.geometry(100.0, p), p.hoist.load.W
-    v, cause = winch.speed_limit(p, geo, W)
-    assert (v * geo.r_eff, cause) == (pytest.approx(wire_speed_max(CRANE)), "pump flow")
+    for lowering in (False, True):
+        v, cause = winch.speed_limit(p, geo, W, lowering=lowering)
+        assert cause == "pump flow"
+        assert 0.99 * wire_speed_max(CRANE) < v * geo.r_eff < wire_speed_max(CRANE)
     assert winch.speed_limit(p, geo, 2.0 * W) == (0.0, "relief")  # the gas is set to the load
+
+
+def test_the_twin_reaches_the_speed_limit_of_hoisting():
+    run = series(tip="sine 3 m 12 s", load="22 t")
+    full = run.alpha_p.values == 1.0
+    steady = full & np.roll(full, 50) & (np.abs(run.x_rod.values - 1.5) < 1.3)
+    p = pack(CRANE, Scenario(**(CASE | {"load": "22 t"}), mode="position")).params
+    v, _ = winch.speed_limit(p, winch.geometry(100.0, p), p.hoist.load.W)
+    assert run.v_w.values[steady].mean() == pytest.approx(v * TABLE.falls, rel=FULL)
 
 
 @pytest.mark.parametrize("v", [-0.3, 0.0, 0.3])
@@ -289,3 +307,27 @@ def test_cushions_never_push_the_rod_and_stops_never_pull_it(v):
         assert phys.cushion_force(x, v, ends) * v <= 0.0
         assert phys.stop_force(x, ends) * (x - 1.5) <= 0.0
     assert phys.cushion_force(0.02, 0.3, ends) == 0.0  # out of the end it moves freely
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("lanes", [1, 16])
+def test_the_same_in_c(lanes, tmp_path):
+    library = compile_c(c_source("cylinder"), tmp_path)
+    cases = [
+        Scenario(**(CASE | {"load": f"{10 + 5 * i} t", "duration": "30 s", "warm_up": "10 s"}), mode="position")
+        for i in range(lanes)
+    ]
+    blocks = []
+    for in_c in (False, True):
+        ready = [Ready(pack(CRANE, case), CycleInputs(CRANE, case)) for case in cases]
+        block = ScenarioBlock(ready, lanes=lanes, n_sub=2, every=1)
+        if in_c:
+            array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
+            run = getattr(library, f"run_{lanes}")
+            run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
+            block.d = SimpleNamespace(**(vars(driver("cylinder", lanes)) | {"run": run}))
+        for _ in block.steps():
+            pass
+        blocks.append(block)
+    scale = np.maximum(np.max(np.abs(blocks[0].out), axis=0), 1e-9)
+    assert np.max(np.abs(blocks[1].out - blocks[0].out) / scale) < SAME_IN_C

@@ -383,10 +383,10 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
             f" {show(t.relief.p - t.boost.p, 'pressure')} up to the relief valves: the rod will run into its end"
         )
     elif abs(dp) > OFF:
-        out.append(f"the gas is set to {p_gas}, an end of its range; the pumps hold {show(abs(dp), 'pressure')}")
+        out.append(f"the gas is set to {p_gas}, an end of its range, and the pumps hold {show(abs(dp), 'pressure')}")
     if held.compensates and held.s_tip_pp > free.length:
         out.append(
             f"compensating {show(held.s_tip_pp, 'length')} takes more wire than {show(free.length, 'length')}:"
-            f" {free.basis}; the rod will run into its ends"
+            f" {free.basis}, so the rod will run into its ends"
         )
     return out

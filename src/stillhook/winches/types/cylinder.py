@@ -31,7 +31,7 @@ from stillhook.physics.hydraulics.cylinder import (
     stop_energy,
     stop_force,
 )
-from stillhook.physics.hydraulics.lines import relief_flow
+from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
@@ -481,7 +481,8 @@ def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) ->
     dp = (-F if lowering else F) / (C.chambers.A_b if lowering else C.chambers.A_a)  # against the pumps
     if boost + dp > C.relief.p:
         return 0.0, "relief"
-    speeds = {"pump flow": C.Q_p / C.chambers.A_a, "rod speed": C.v_rod}
+    leak = float(internal_leakage(C.C_leak, dp) + external_leakage(C.C_leak, boost + fmax(dp, 0.0)))
+    speeds = {"pump flow": (C.Q_p - leak) / C.chambers.A_a, "rod speed": C.v_rod}
     if dp > 0.0:
         speeds["power"] = p.plc.power.P_max / (dp * C.chambers.A_a)
     elif dp < 0.0:
