@@ -16,7 +16,7 @@ from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_o
 from stillhook.analysis.loop_stability.transfer import SampledLoop, full_cycles, hold_matrices
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import code_of
-from stillhook.engine.arguments import RK4_LIMIT, STATISTICS_STEP, fastest_rates, steps_per_cycle, substeps
+from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.pack.winch import gains, pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import run_cases
@@ -71,8 +71,7 @@ def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float,
     soft = crane.control.model_copy(update={"K_p": gains(crane).K_1 / SOFT})
     softened = crane.model_copy(update={"control": soft})
     cases = [_case(crane, mode, *place) for place in places]
-    fastest = max(max(fastest_rates(pack(softened, case)).values()) for case in cases)
-    n_sub = max(steps_per_cycle(crane, None, STATISTICS_STEP), substeps(crane.control.t_cycle, RK4_LIMIT / fastest))
+    n_sub = steps_of_cases(softened, cases, STATISTICS_STEP)
     results = run_cases(softened, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
     return [
         None if result.ending is Ending.DIVERGED else _point(softened, case, result, v_tip)

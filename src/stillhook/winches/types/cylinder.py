@@ -476,8 +476,14 @@ def stiffness(p: Params) -> Stiffness:
 def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) -> tuple[float, str]:
     """Highest steady rod speed with tension F_w at the top [N], rod at mid stroke, and the limit's cause."""
     C, boost = p.cylinder, p.cylinder.boost.p
-    g = float(rod_friction_dry(C.v_rod, C.n_f * F_w, C.friction))
-    F = C.n_f * F_w - C.chambers.A_p * float(accumulator_pressure(C.V_mid, C.accumulator)) + (-g if lowering else g)
+    v = C.Q_p / C.chambers.A_a
+    lost = float(rod_friction_dry(v, C.n_f * F_w, C.friction)) + C.friction.b * v
+    lost += C.chambers.A_p * float(piston_loss(C.chambers.A_p * v, C.accumulator))
+    F = (
+        C.n_f * F_w
+        - C.chambers.A_p * float(accumulator_pressure(C.V_mid, C.accumulator))
+        + (-lost if lowering else lost)
+    )
     dp = (-F if lowering else F) / (C.chambers.A_b if lowering else C.chambers.A_a)  # against the pumps
     if boost + dp > C.relief.p:
         return 0.0, "relief"
