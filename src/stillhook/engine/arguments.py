@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stillhook import units
 from stillhook._version import __version__
-from stillhook.engine.pack.winch import Packed
+from stillhook.engine.pack.winch import Packed, pack
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.kernels.build import kernel_hash
 from stillhook.physics.friction import system_friction_dry
@@ -209,6 +209,13 @@ def steps_per_cycle(crane: Crane, step: str | None, default: float = SERIES_STEP
             f'Use for instance "{t_cycle / 5 * 1e3:g} ms" or "{t_cycle / 2 * 1e3:g} ms".'
         )
     return n
+
+
+def steps_of_cases(crane: Crane, cases: Sequence[Scenario], longest: float) -> int:
+    """Steps per PLC cycle of at most `longest` [s] that the integration of every case can follow."""
+    fastest = max((max(fastest_rates(pack(crane, case)).values()) for case in cases), default=0.0)
+    least = steps_per_cycle(crane, None, longest)
+    return max(least, substeps(crane.control.t_cycle, RK4_LIMIT / fastest)) if fastest > 0.0 else least
 
 
 def cycles(crane: Crane, every: str | None, name: str = "every") -> int:

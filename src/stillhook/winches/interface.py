@@ -52,6 +52,9 @@ and, where they mean something for the type,
 
 lag(crane)
     Time by which the drive lags its command [s] (default 0); K_2 = K_1 lag.
+full_wire_speed(crane)
+    Wire speed at full command [m/s] of a winch that has the same on every layer (default None: motor speed at full
+    command, by gear and diameter). Its PLC reads K_wire = 1.
 least_displacement(crane)
     Smallest displacement of the motors [-] (default 1: fixed).
 pump_units(crane), pump_flows(crane)
@@ -92,6 +95,7 @@ class Parts(NamedTuple):
     sensors: Any
     active: Callable[[Any], Any]  # crane -> ActiveCircuit
     passive: Callable[[Any, bool], Any]  # crane, whether the gas is held -> PassiveCircuit
+    gas: Callable[[Any], Any]  # table of an accumulator -> Gas
 
 
 class Stiffness(NamedTuple):

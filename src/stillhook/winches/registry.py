@@ -50,6 +50,10 @@ class Unspecific:
         return 0.0
 
     @staticmethod
+    def full_wire_speed(crane: Any) -> float | None:
+        return None
+
+    @staticmethod
     def least_displacement(crane: Any) -> float:
         return 1.0
 

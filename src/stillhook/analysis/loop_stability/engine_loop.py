@@ -16,12 +16,13 @@ from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_o
 from stillhook.analysis.loop_stability.transfer import SampledLoop, full_cycles, hold_matrices
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import code_of
-from stillhook.engine.arguments import STATISTICS_STEP, steps_per_cycle
+from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.pack.winch import gains, pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import run_cases
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL, flatten, paths, unflatten
+from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Profile
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
@@ -29,6 +30,9 @@ from stillhook.winches.records import Tick, Tip
 
 RISE, SETTLED = 5.0, 40.0
 """Time in which the tip reaches its speed, and after which the winch is taken to be steady [s]."""
+STROKE_USED = 0.3
+"""Part of the stroke of what carries the load that the tip may take until then [-]: from mid stroke, well short of an
+end."""
 SOFT = 5.0
 """Time constant of the position loop while the engine comes to a point [s]: hundreds of times softer than a PLC's, so
 that the loop under test cannot hide it, and fast enough to be settled."""
@@ -66,8 +70,8 @@ def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float,
     """
     soft = crane.control.model_copy(update={"K_p": gains(crane).K_1 / SOFT})
     softened = crane.model_copy(update={"control": soft})
-    cases = [_case(mode, *place) for place in places]
-    n_sub = steps_per_cycle(crane, None, STATISTICS_STEP)
+    cases = [_case(crane, mode, *place) for place in places]
+    n_sub = steps_of_cases(softened, cases, STATISTICS_STEP)
     results = run_cases(softened, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
     return [
         None if result.ending is Ending.DIVERGED else _point(softened, case, result, v_tip)
@@ -75,19 +79,27 @@ def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float,
     ]
 
 
-def _case(mode: Mode, load: float, s_w: float, v_tip: float) -> Scenario:
-    speed = f"{v_tip!r} m/s"
-    course = [(0.0, "0 m/s"), (RISE, speed), (SETTLED + RISE, speed), (SETTLED + 2.0 * RISE, "0 m/s")]
+def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float) -> Scenario:
+    speed, time = f"{v_tip!r} m/s", _time(crane, load, v_tip)
+    course = [(0.0, "0 m/s"), (RISE, speed), (time + RISE, speed), (time + 2.0 * RISE, "0 m/s")]
     tip = Profile([(f"{t!r} s", v) for t, v in course])
     return Scenario(
         load=f"{float(load)!r} kg",
         s_w=f"{float(s_w)!r} m",
         tip=tip,
         mode=mode,
-        duration=f"{SETTLED!r} s",
+        duration=f"{time!r} s",
         warm_up="0 s",
         ramp="0 s",
     )
+
+
+def _time(crane: Crane, load: float, v_tip: float) -> float:
+    """Time that a run takes to its point [s]: less where the winch's stroke would end before."""
+    stroke = crane.plant.type.stroke(crane, (load + crane.hook_mass) * G)
+    if stroke is None or v_tip == 0.0:
+        return SETTLED
+    return min(SETTLED, 0.5 * RISE + STROKE_USED * float(stroke.length) / abs(v_tip))
 
 
 def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoint:
@@ -95,7 +107,7 @@ def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoi
     packed = pack(crane, case)
     d = driver(packed.name, 1, extra_controllers=packed.extra_controllers)
     laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
-    s_tip = v_tip * (SETTLED - 0.5 * RISE)
+    s_tip = v_tip * (case.duration - 0.5 * RISE)
     tick = Tick(*(0.0,) * len(Tick._fields))._replace(
         s=s_tip, v=v_tip, s_m=s_tip, v_m=v_tip, mode=code_of(case.mode), f_pump=1.0, f_known=1.0, f_passive=1.0
     )

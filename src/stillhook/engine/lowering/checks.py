@@ -16,7 +16,6 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, Stage, StageMode
 from stillhook.spec.scenario import LONGEST
 from stillhook.units import show
-from stillhook.winches.load_path import drum_geometry
 
 COUPLING = 0.1
 """Largest mass that the stiff wire feigns in one step, h^2 k / 4, over the winch's at the wire, J / r_eff^2; at 1 they
@@ -159,7 +158,7 @@ def fastest_of_lift(packed: PackedLift) -> tuple[str, float]:
     rates = {
         k: v / RK4_LIMIT for k, v in fastest_rates(packed.winch._replace(params=p._replace(hoist=hoist)), top).items()
     }
-    geo = drum_geometry(packed.winch.s_w, hoist)
+    geo = packed.winch.plant.geometry(packed.winch.s_w, p._replace(hoist=hoist))
     k_0 = packed.lift.rope.EA / (hoist.wire.L_0 * packed.lift.rope.EA / hoist.wire.EA)
     rates["wire against the winch's inertia"] = math.sqrt(0.25 * k_0 * geo.r_eff**2 * geo.i_J / COUPLING)
     load, covered = packed.lift.load, WettedLevel(*packed.table[-1].tolist())

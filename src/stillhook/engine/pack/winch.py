@@ -63,6 +63,9 @@ class Packed(NamedTuple):
 
 def wire_speed_max(crane: Crane, alpha_m: float = 1.0, d: float | None = None) -> float:
     """Wire speed with the pumps full and no leakage [m/s], on diameter d [m] (default: the published outer one)."""
+    direct: float | None = crane.plant.type.full_wire_speed(crane)
+    if direct is not None:
+        return direct
     return motor_speed_max(crane, alpha_m) / crane.i_hD * (crane.drum.d_max if d is None else d) / 2.0
 
 
@@ -369,7 +372,7 @@ def pack(crane: Crane, case: Scenario) -> Packed:
 
 def parts_of(hoist: Hoist | None = None, plc: Plc | None = None, sensors: Sensors | None = None) -> Parts:
     """What winch types pack their records from."""
-    return Parts(hoist=hoist, plc=plc, sensors=sensors, active=active_record, passive=passive_record)
+    return Parts(hoist=hoist, plc=plc, sensors=sensors, active=active_record, passive=passive_record, gas=gas_record)
 
 
 def motor_law(

@@ -14,7 +14,7 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.progress import Progress
-from stillhook.engine.arguments import STATISTICS_STEP, steps_per_cycle
+from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.scenario.problem import Result, run_cases
 from stillhook.errors import LiftError
 from stillhook.kernels.lanes import VL
@@ -97,7 +97,7 @@ def run_twin(
 ) -> list[Result]:
     """Runs with a series, sixteen side by side; spacing of the rows at most [s], in full PLC cycles."""
     rows = max(1, math.floor(spacing / crane.control.t_cycle + 1e-9))
-    n_sub = steps_per_cycle(crane, None, STATISTICS_STEP)
+    n_sub = steps_of_cases(crane, cases, STATISTICS_STEP)
     return run_cases(crane, cases, n_sub=n_sub, lanes=VL, every=rows, threads=threads, progress=progress)
 
 

@@ -1,0 +1,276 @@
+"""The compensating cylinder against closed forms and an ideal compensator; step size; where its energy goes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from blocks import claims_table, save, table, verdict
+from matplotlib.figure import Figure
+
+from stillhook import Scenario, load_crane, simulate
+from stillhook.engine.pack.winch import pack, wire_speed_max
+from stillhook.engine.scenario.problem import energy_unaccounted, run_cases
+from stillhook.library.crane_file import changed
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.spec.scenario import Operator
+from stillhook.units import show
+from stillhook.winches.load_path import Point
+from stillhook.winches.types import cylinder as winch
+
+PAGE = "cylinder.md"
+CRANE = load_crane("nov-100t-cylinder")
+TABLE = CRANE.cylinder
+CASE = {"load": "50 t", "s_w": "100 m", "mode": "position", "duration": "60 s", "warm_up": "20 s"}
+SINE = "sine 1 m 10 s"
+FREE = {
+    "pump": {"C_leak": "0 L/min/bar"},
+    "friction": {"F_c": "1e-3 N", "mu": 0.0, "b": "0 N s/m", "sigma_1_ratio": 0.0},
+    "passive": {"accumulator": {"R_piston": "0 bar/(L/min)"}},
+}
+"""The cylinder without friction and leak."""
+TIPS = {"within all limits": SINE, "faster than the pumps": "sine 2 m 9 s", "longer than the stroke": "sine 4 m 40 s"}
+SHARES = (0.4, 0.6, 0.8, 0.95)
+"""Full wire speed over the tip's."""
+STEPS = ("5 ms", "2.5 ms", "2 ms", "1 ms", "0.5 ms")
+HOIST = Operator(profile=(("0 s", "0 m/min"), ("10 s", "20 m/min"), ("50 s", "20 m/min"), ("55 s", "0 m/min")))
+ENERGY = {
+    "wave of 1 m": {"tip": SINE},
+    "hoisting in the wave": {"tip": SINE, "operator": HOIST, "s_w": "200 m"},
+    "faster than the pumps": {"tip": TIPS["faster than the pumps"]},
+    "into both end stops": {"tip": TIPS["longer than the stroke"], "duration": "120 s"},
+}
+GAINS = (0.1, 0.2, 0.4, 0.8)
+"""Position gains K_p [1/m]."""
+
+
+class Compared(NamedTuple):
+    """Wire taken in by the twin and by an ideal compensator [m] over time [s]."""
+
+    t: np.ndarray
+    s_tip: np.ndarray
+    ours: np.ndarray
+    ideal: np.ndarray
+    status: str
+
+
+def run(crane: Any = CRANE, every: str | None = "10 ms", **case: Any) -> Any:
+    return simulate(crane, Scenario(**(CASE | case)), every=every)
+
+
+def eigenfrequency() -> tuple[float, float]:
+    """Of the rod on its oil at mid stroke [rad/s]: sqrt(4 beta A^2 / (V_t m)), and of the twin's own rates."""
+    V_t = 2.0 * TABLE.line.V + TABLE.A_a * TABLE.x_max
+    closed = math.sqrt(4.0 * TABLE.line.bulk_modulus * TABLE.A_a**2 / (V_t * TABLE.m))
+    p = pack(changed(CRANE, {"cylinder": FREE}), Scenario(**CASE, tip=SINE)).params
+    geo, q = winch.geometry(100.0, p), Point(0.0, p.hoist.load.W, 0.0, 1.0, 0.0, 0.0)
+    u = winch.Command(0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    p_0 = 0.5 * (TABLE.boost.p + p.cylinder.flushing.p)  # boost and flushing valves are both shut
+    x_0 = winch.start(100.0, None, p)._replace(p_a=p_0, p_b=p_0)
+    names, steps = ("p_a", "p_b", "x_rod", "v_rod"), (1e3, 1e3, 1e-4, 1e-5)
+
+    def rate(name: str, h: float) -> np.ndarray:
+        x = x_0._replace(**{name: getattr(x_0, name) + h})
+        r = winch.rates(winch.circuit(x, q, u, geo, p), x, q, u, geo, p)
+        return np.array([getattr(r, n) for n in names])
+
+    J = [(rate(n, h) - rate(n, -h)) / (2.0 * h) for n, h in zip(names, steps, strict=True)]
+    return closed, float(np.abs(np.linalg.eigvals(np.array(J).T).imag).max())
+
+
+def full_speed() -> tuple[float, float]:
+    """Wire speed with full pumps [m/s]: falls Q / A, and of a run."""
+    found = run(changed(CRANE, {"cylinder": {"pump": FREE["pump"]}}), tip="sine 3 m 12 s", load="5 t")
+    full = np.abs(found.alpha_p.values) == 1.0
+    steady = full & np.roll(full, 50) & (np.abs(found.x_rod.values - 0.5 * TABLE.x_max) < 1.3)
+    closed = TABLE.falls * sum(TABLE.pump.D) * TABLE.pump.omega_p / TABLE.A_a
+    return closed, float(np.abs(found.v_w.values[steady]).mean())
+
+
+def stroke() -> tuple[float, float]:
+    """Wire between both end stops [m]: falls times stroke, and of a run."""
+    found = run(tip="sine 4.5 m 40 s", duration="120 s")
+    return TABLE.falls * TABLE.x_max, float(np.ptp(found.s_w.values))
+
+
+def harmonics() -> list[tuple[float, float, float]]:
+    """Share of full speed, first harmonic of the wire's speed over the tip's: of a clipped sine, and of runs without
+    position feedback."""
+    period, out = 8.0, []
+    crane = changed(CRANE, {"control": {"K_p": "0 1/m"}, "cylinder": {"pump": FREE["pump"]}})
+    for r in SHARES:
+        height = wire_speed_max(CRANE) / r * period / (2.0 * math.pi)
+        found = run(crane, tip=f"sine {height!r} m {period} s", load="5 t", duration="40 s", warm_up="10 s")
+        last = slice(found.time.size - round(3.0 * period / 0.01), None)
+        turn = np.exp(-2j * math.pi * found.time.values[last] / period)
+        ours = abs(np.mean(found.v_w.values[last] * turn) / np.mean(found.v_tip.values[last] * turn))
+        out.append((r, 2.0 / math.pi * (math.asin(r) + r * math.sqrt(1.0 - r * r)), float(ours)))
+    return out
+
+
+def compared(tip: str) -> Compared:
+    """Twin and ideal compensator: a position-controlled cylinder with limited speed and stroke, without internals."""
+    found = run(tip=tip, duration="80 s")
+    t, s, v = (found[n].values for n in ("time", "s_tip", "v_tip"))
+    v_max, half, y = wire_speed_max(CRANE), 0.5 * TABLE.falls * TABLE.x_max, np.zeros(found.time.size)
+    for i in range(len(t) - 1):
+        speed = min(max(-v[i] - CRANE.control.K_p * v_max * (s[i] - s[0] + y[i]), -v_max), v_max)
+        y[i + 1] = min(max(y[i] + speed * (t[i + 1] - t[i]), -half), half)
+    return Compared(t, s, found.s_w.values[0] - found.s_w.values, y, found.status.item())
+
+
+def audited() -> list[tuple[str, float, Any]]:
+    """Case, part of the energy that is not accounted for, powers summed up [J]."""
+    cases = [Scenario(**(CASE | case)) for case in ENERGY.values()]
+    results = run_cases(CRANE, cases, n_sub=5, lanes=1, every=0)
+    out = []
+    for name, result in zip(ENERGY, results, strict=True):
+        joules = {k: v * result.t_cycle for k, v in result.stats.power._asdict().items()}
+        out.append((name, energy_unaccounted(CRANE.plant.type, result), joules))
+    return out
+
+
+def step_rows() -> list[tuple[str, ...]]:
+    """Error and peak pressure by step, and what they differ by from a quarter of the step."""
+    found = {
+        h: simulate(CRANE, Scenario(**CASE, tip=SINE), step=h)
+        for h in sorted({*STEPS, *(_quarter(h) for h in STEPS)}, key=lambda h: float(h.split()[0]))
+    }
+    rows = []
+    for h in STEPS:
+        here, fine = found[h], found[_quarter(h)]
+        rows.append(
+            (
+                h,
+                f"{1e3 * float(here.e_c_pp):.3f} mm",
+                f"{1e3 * abs(float(here.e_c_pp) - float(fine.e_c_pp)):.4f} mm",
+                show(float(here.p_max), "pressure", 5),
+                f"{1e-5 * abs(float(here.p_max) - float(fine.p_max)):.4f} bar",
+            )
+        )
+    return rows
+
+
+def _quarter(h: str) -> str:
+    return f"{float(h.split()[0]) / 4.0:g} ms"
+
+
+def gain_rows() -> list[tuple[str, ...]]:
+    rows = []
+    for K_p in GAINS:
+        crane = changed(CRANE, {"control": {"K_p": f"{K_p} 1/m"}})
+        found = [run(crane, every=None, tip=SINE, load=load) for load in ("10 t", "50 t", "100 t")]
+        rows.append(
+            (f"{K_p:g} 1/m", *(f"{1e3 * float(r.e_c_pp):.1f} mm ({100.0 * float(r.eta_c):.1f} %)" for r in found))
+        )
+    return rows
+
+
+def assumed_rows() -> list[tuple[str, ...]]:
+    kinds: dict[str, list[str]] = {}
+    for place, source in sorted(CRANE.sources.items()):
+        if place.startswith("cylinder."):
+            kinds.setdefault(source.kind.value, []).append(f"`{place.removeprefix('cylinder.')}`")
+    return [(kind, str(len(places)), ", ".join(places)) for kind, places in sorted(kinds.items())]
+
+
+def compute() -> tuple[dict[str, str], tuple[dict[str, Compared], list[tuple[float, float, float]]]]:
+    pairs, waves = {name: compared(tip) for name, tip in TIPS.items()}, harmonics()
+    audits = audited()
+    losses = ("pump", "boost", "make_up", "winch", "tip", "friction", "leakage", "relief", "flushing", "cushion")
+    rows = [(name, *(f"{1e-3 * joules[k]:.0f}" for k in losses), f"{abs(part):.1e}") for name, part, joules in audits]
+    return {
+        "claims": claims_table(claims(pairs, waves, audits)),
+        "harmonics": table(
+            ("full speed over the tip's", "closed form", "ours", "left over, closed form", "ours"),
+            [
+                (f"{r:g}", f"{closed:.4f}", f"{ours:.4f}", f"{1.0 - closed:.4f}", f"{1.0 - ours:.4f}")
+                for r, closed, ours in waves
+            ],
+        ),
+        "ideal": table(
+            ("tip", "motion, peak to peak", "left over, ideal", "left over, ours", "largest difference", "status"),
+            [ideal_row(name, pair) for name, pair in pairs.items()],
+        ),
+        "gains": table(("K_p", "10 t", "50 t", "100 t"), gain_rows()),
+        "energy": table(("kJ", *(k.replace("_", " ") for k in losses), "not accounted for"), rows),
+        "steps": table(("step", "error p-p", "to a quarter of it", "peak pressure", "to a quarter of it"), step_rows()),
+        "sources": table(("kind", "numbers", "which"), assumed_rows()),
+    }, (pairs, waves)
+
+
+def ideal_row(name: str, pair: Compared) -> tuple[str, ...]:
+    late = pair.t > 20.0
+    left = [np.ptp((pair.s_tip + y)[late]) for y in (pair.ideal, pair.ours)]
+    return (
+        f"{name} (`{TIPS[name]}`)",
+        f"{np.ptp(pair.s_tip):.2f} m",
+        *(f"{1e3 * x:.0f} mm" for x in left),
+        f"{1e3 * np.abs(pair.ours - pair.ideal).max():.0f} mm",
+        pair.status,
+    )
+
+
+def claims(
+    pairs: dict[str, Compared], waves: list[tuple[float, float, float]], audits: list[tuple[str, float, Any]]
+) -> dict[str, tuple[str, str, str]]:
+    w, w_ours = eigenfrequency()
+    v, v_ours = full_speed()
+    s, s_ours = stroke()
+    harmonic = max(abs(ours / closed - 1.0) for _, closed, ours in waves)
+    ideal = max(float(np.abs(p.ours - p.ideal).max() / np.ptp(p.s_tip)) for p in pairs.values())
+    audit = max(abs(part) for _, part, _ in audits)
+    no = "not reproduced"
+    return {
+        "eigenfrequency of the rod on its oil": (
+            f"{w:.4f} rad/s",
+            f"{w_ours:.4f} rad/s",
+            verdict(abs(w_ours / w - 1.0) < 1e-3, no),
+        ),
+        "wire speed with full pumps": (f"{v:.4f} m/s", f"{v_ours:.4f} m/s", verdict(abs(v_ours / v - 1.0) < 3e-3, no)),
+        "wire between the end stops": (f"{s:.4f} m", f"{s_ours:.4f} m", verdict(abs(s_ours / s - 1.0) < 1.5e-3, no)),
+        "first harmonic beyond full speed": (
+            "clipped sine",
+            f"within {100.0 * harmonic:.2g} %",
+            verdict(harmonic < 0.01, no),
+        ),
+        "wire moved, within and beyond speed and stroke": (
+            "ideal compensator",
+            f"within {100.0 * ideal:.2g} % of the tip's motion",
+            verdict(ideal < 0.02, no),
+        ),
+        "energy of a run": ("nothing lost", f"{audit:.1e} not accounted for", verdict(audit < 1e-3, no)),
+    }
+
+
+def draw(shown: tuple[dict[str, Compared], list[tuple[float, float, float]]]) -> None:
+    pairs, waves = shown
+    figure = Figure(figsize=(10.0, 6.4), layout="constrained")
+    axes = figure.subplots(2, 2)
+    for ax, (name, pair) in zip(axes.flat, pairs.items(), strict=False):
+        ax.plot(pair.t, -pair.s_tip, color=GREY, lw=1.0, label="asked: tip mirrored")
+        ax.plot(pair.t, pair.ours, color=COLOURS[0], lw=1.6, label="twin")
+        ax.plot(pair.t, pair.ideal, color="black", lw=0.9, ls=":", label="ideal compensator")
+        ax.set_title(name, fontsize="medium")
+        ax.set_xlabel("time [s]")
+        ax.set_ylabel("wire taken in [m]")
+        ax.grid(alpha=0.3)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
+    r = np.linspace(0.05, 1.0, 200)
+    last = axes[1, 1]
+    last.plot(
+        r,
+        2.0 / math.pi * (np.arcsin(r) + r * np.sqrt(1.0 - r * r)),
+        color="black",
+        lw=0.9,
+        ls=":",
+        label="clipped sine",
+    )
+    last.plot([w[0] for w in waves], [w[2] for w in waves], "o", color=COLOURS[0], label="twin, feedforward alone")
+    last.set_title("first harmonic beyond full speed", fontsize="medium")
+    last.set_xlabel("full wire speed over the tip's [-]")
+    last.set_ylabel("speed of wire over that of the tip [-]")
+    last.legend(fontsize="small", frameon=False)
+    last.grid(alpha=0.3)
+    save(figure, "cylinder.png")

@@ -1,0 +1,497 @@
+"""Cylinder-compensated winch: a cylinder in the wire's path compensates heave, the drum stands on its brake (thesis
+figure 1.7 and section 1.2.2).
+
+The rod carries a sheave that takes `falls` of wire in for its travel. Lines A and B of the cylinder are in closed
+circuit with servo-controlled pumps, so that rod speed is flow over area; a third chamber on an accumulator carries the
+weight. A servo-pump and not a proportional valve, because a valve throttles away what compensation takes and never
+returns what a falling load gives.
+
+The operator's speed is made by the winch, an ideal source of speed up to its own limit; where he asks for none, the
+drum stands on its brake. In manual mode the rod is locked, by the PLC's brake signal.
+"""
+
+from typing import Annotated, Any, NamedTuple
+
+from stillhook.base.variable import Row
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import MANUAL, ActuatorCommands, Plc, hold
+from stillhook.errors import SpecError
+from stillhook.physics.friction import bristle_update, dry_torque
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
+from stillhook.physics.hydraulics.cylinder import (
+    carried_power,
+    chamber_a,
+    chamber_b,
+    cushion_force,
+    in_cushion,
+    oil_energy,
+    pressure_rate,
+    rod_force,
+    rod_friction_dry,
+    stop_energy,
+    stop_force,
+)
+from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
+from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
+from stillhook.physics.records import replace
+from stillhook.physics.scalar import clip, fmax, fmin, scalar
+from stillhook.physics.sensor import quantise
+from stillhook.winches import load_path
+from stillhook.winches.circuits.active import (
+    AlphaP,
+    BoostLimit,
+    CavitationLimit,
+    HydraulicPower,
+    PowerLimit,
+    PressureA,
+    PressureB,
+    PumpShare,
+    ReliefFlow,
+    ReliefLimit,
+    cavitates,
+    out_of_boost,
+    out_of_power,
+    relieves,
+)
+from stillhook.winches.circuits.cylinder import (
+    FILL_MOST,
+    MAKE_UP_RATE,
+    CylinderDrive,
+    CylinderFlows,
+    CylinderTable,
+    charge,
+    cylinder_drive,
+    cylinder_flows,
+    cylinder_stiffness,
+    full_speed,
+    full_wire_speed,
+    gas_pressure_set,
+    lag,
+    motors,
+    notes,
+    pump_flows,
+    pump_units,
+    refusal,
+    stroke,
+)
+from stillhook.winches.interface import NOT_YET, Cause, Parts, Stiffness
+from stillhook.winches.load_path import Hoist, drum_geometry
+from stillhook.winches.records import Geometry, Sensors, apply_override
+
+NAME = "cylinder"
+TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates heave, the drum stands on its brake"
+PATH = load_path
+CONTROL = "speed"
+TABLES = {"cylinder": CylinderTable}
+__all__ = ["NAME", "PATH", "TITLE", "charge", "full_speed", "full_wire_speed", "lag", "motors", "notes", "pump_flows"]
+__all__ += ["pump_units", "refusal", "stroke"]
+
+
+class Params(NamedTuple):
+    cylinder: CylinderDrive
+    hoist: Hoist
+    plc: Plc
+    sensors: Sensors
+
+
+class State(NamedTuple):
+    """The winch without its load path."""
+
+    alpha_p: float  # setting of the pumps [-]
+    alpha_p_dot: float  # its rate [1/s]
+    p_a: float  # pressure of line A, hoisting [Pa]
+    p_b: float  # pressure of line B, lowering [Pa]
+    V_o: float  # oil in the accumulator [m^3]
+    x_rod: float  # how far the rod is out [m]
+    v_rod: float  # its speed, out and hoisting positive [m/s]
+    v_drum: float  # wire speed of the drum, hoisting positive [m/s]
+    z: float  # bristle of rod and sheaves, half a step ahead [m]
+
+
+class Command(NamedTuple):
+    """Held between PLC cycles: u_p pumps [-]; u_raw what was demanded of them [-]; v_drum speed demanded of the winch
+    [m/s]; Q_make_up into the accumulator [m^3/s]; f_pump share of the pumps that run; brake how far the rod is
+    locked."""
+
+    u_p: float
+    u_raw: float
+    v_drum: float
+    Q_make_up: float
+    f_pump: float
+    brake: float
+
+
+class Circuit(NamedTuple):
+    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], forces on the rod [N]. g level of
+    dry friction, with that of the lock where it is held (above 0.5); F_brake tension that the drum's brake holds."""
+
+    f: CylinderFlows
+    alpha_p: float
+    Q_leak: float
+    Q_relief_p: float
+    Q_o: float
+    p_o: float
+    p_hp: float
+    F_end: float
+    g: float
+    held: float
+    F_brake: float
+
+
+RodPlace = Annotated[float, Row("m", "length", "out and hoisting positive", "travel of the rod from its retracted end")]
+RodSpeed = Annotated[float, Row("m/s", "speed", "out and hoisting positive", "speed of the rod")]
+RodFriction = Annotated[
+    float, Row("N", "force", "against hoisting positive", "friction of rod, guides and sheaves at the rod")
+]
+
+
+class Signals(NamedTuple):
+    """Signals of its own."""
+
+    alpha_p: AlphaP
+    p_a: PressureA
+    p_b: PressureB
+    x_rod: RodPlace
+    v_rod: RodSpeed
+    F_f: RodFriction
+    Q_relief: ReliefFlow
+    f_pump: PumpShare
+    P_hpu: HydraulicPower
+    p_hp: Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the chamber on the accumulator")]
+    V_acc: Annotated[float, Row("m^3", "volume", "from the oil end", "oil in the accumulator")]
+    v_drum: Annotated[float, Row("m/s", "speed", "hoisting positive", "wire speed of the drum")]
+
+
+class Extremes(NamedTuple):
+    """Extremes of its signals over a run."""
+
+    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
+    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
+    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
+    x_rod_min: Annotated[float, Row("m", "length", "", "least travel of the rod", symbol="min x")]
+    x_rod_max: Annotated[float, Row("m", "length", "", "largest travel of the rod", symbol="max x")]
+    v_rod_max: Annotated[float, Row("m/s", "speed", "", "highest rod speed", symbol="max|v|")]
+    P_hpu_max: Annotated[
+        float,
+        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
+    ]
+
+
+class Limits(NamedTuple):
+    """1 where a limit is passed at an instant, else 0."""
+
+    stroke: Annotated[float, Cause("cylinder stroke", "time with the rod in the cushion of an end", symbol="t_end")]
+    flow: Annotated[float, Cause("pump flow", "time with more asked of the pumps than their full flow")]
+    rod_speed: Annotated[float, Cause("rod speed", "time with the rod above the speed of its seals")]
+    relief: ReliefLimit
+    cavitation: CavitationLimit
+    accumulator: Annotated[float, Cause("accumulator", "time with the accumulator piston at an end")]
+    power: PowerLimit
+    boost: BoostLimit
+    slip: Annotated[float, Cause("brake", "time with more tension than the brake of the standing drum holds")]
+    drum_speed: Annotated[float, Cause("winch speed", "time with more speed asked of the winch than it has")]
+
+
+class Powers(NamedTuple):
+    """Powers [W]: pumps, boost, make-up and winch go in, the rest goes out."""
+
+    pump: float
+    boost: float
+    make_up: float
+    winch: float
+    friction: float
+    leakage: float
+    relief: float
+    flushing: float
+    cushion: float
+    carried: float  # compression that oil takes along into and out of the chambers
+    accumulator: float
+    piston: float
+
+
+SUPPLIED = ("pump", "boost", "make_up", "winch")
+BLANK = Extremes(0.0, NOT_YET, 0.0, NOT_YET, -NOT_YET, 0.0, -NOT_YET)
+SHOWN = {"p_max": "peak\npressure", "x_rod_max": "most\nstroke", "stroke_time": "stroke\nlimit"}
+
+
+@scalar
+def fold_extremes(a, y):
+    """Extremes with one more cycle; y Signals."""
+    return Extremes(
+        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
+        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
+        alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
+        x_rod_min=fmin(a.x_rod_min, y.x_rod),
+        x_rod_max=fmax(a.x_rod_max, y.x_rod),
+        v_rod_max=fmax(a.v_rod_max, abs(y.v_rod)),
+        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
+    )
+
+
+@scalar
+def geometry(s_w, p):
+    """Layer, diameter and damping of the wire as for every drum; r_eff wire over travel of the rod [-] and i_J inverse
+    of its mass [1/kg]: at the port the winch is the rod."""
+    g, C = drum_geometry(s_w, p.hoist), p.cylinder
+    return Geometry(layers=g.layers, d=g.d, r_eff=C.n_f, i_J=C.i_m, c=g.c)
+
+
+@scalar
+def wire_speed(x, geo):
+    """Wire speed that rod and drum give, hoisting positive [m/s]."""
+    return x.v_rod * geo.r_eff + x.v_drum
+
+
+@scalar
+def circuit(x, q, u, geo, p):
+    """The whole winch at an instant, read along its diagram: closed circuit, accumulator, rod. q point of the load
+    path."""
+    C = p.cylinder
+    alpha_p = displacement(x.alpha_p, C.servo)
+    p_o = accumulator_pressure(x.V_o, C.accumulator)
+    Q_leak, Q_relief_p = C.accumulator.C_leak * p_o, relief_flow(p_o, C.passive_relief)
+    Q_o = u.Q_make_up - C.chambers.A_p * x.v_rod - Q_leak - Q_relief_p
+    return Circuit(
+        f=cylinder_flows(alpha_p, x.p_a, x.p_b, u.f_pump, C),
+        alpha_p=alpha_p,
+        Q_leak=Q_leak,
+        Q_relief_p=Q_relief_p,
+        Q_o=Q_o,
+        p_o=p_o,
+        p_hp=p_o + piston_loss(Q_o, C.accumulator),
+        F_end=stop_force(x.x_rod, C.ends) + cushion_force(x.x_rod, x.v_rod, C.ends),
+        g=rod_friction_dry(x.v_rod, C.n_f * q.F_w, C.friction) + u.brake * C.F_lock,
+        held=u.brake,
+        F_brake=p.hoist.T_brake / (0.5 * geo.d * p.hoist.i_i),
+    )
+
+
+@scalar
+def friction(c, x, p):
+    """Friction of rod, guides and sheaves, with the lock, against hoisting positive [N]."""
+    C = p.cylinder
+    return C.friction.b * x.v_rod + dry_torque(x.v_rod, x.z, c.g, c.held, C.bristle)
+
+
+@scalar
+def rates(c, x, q, u, geo, p):
+    """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
+    C = p.cylinder
+    F = rod_force(x.p_a, x.p_b, c.p_hp, C.chambers) - C.n_f * q.F_w - friction(c, x, p) + c.F_end
+    V_a, V_b = chamber_a(x.x_rod, C.chambers), chamber_b(x.x_rod, C.chambers)
+    return State(
+        alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, C.servo),
+        alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, C.servo),
+        p_a=pressure_rate(c.f.Q_a, C.chambers.A_a * x.v_rod, V_a, C.chambers.beta),
+        p_b=pressure_rate(c.f.Q_b, -C.chambers.A_b * x.v_rod, V_b, C.chambers.beta),
+        V_o=c.Q_o,
+        x_rod=x.v_rod,
+        v_rod=F * C.i_m,
+        v_drum=(clip(u.v_drum, -C.v_winch, C.v_winch) - x.v_drum) * C.i_tau,
+        z=0.0,
+    )
+
+
+@scalar
+def bristle_after(c, x, p, tau):
+    """The bristle's deflection tau [s] later, at the present speed and friction level [m]."""
+    return bristle_update(x.v_rod, x.z, c.g, c.held, tau, p.cylinder.bristle)
+
+
+@scalar
+def start(s_w, tick, p):
+    """State before the PLC's first cycle: the rod at mid stroke, the accumulator too; s_w wire out [m]."""
+    C = p.cylinder
+    return State(
+        alpha_p=0.0,
+        alpha_p_dot=0.0,
+        p_a=C.boost.p,
+        p_b=C.boost.p,
+        V_o=C.V_mid,
+        x_rod=0.5 * C.chambers.x_max,
+        v_rod=0.0,
+        v_drum=0.0,
+        z=0.0,
+    )
+
+
+with_pressures = replace(State, "p_a", "p_b")
+
+
+@scalar
+def settle(x, q, u, tick, geo, p):
+    """The state at rest under the PLC's first commands: what the accumulator does not carry is on line A, or on line B
+    where it carries too much."""
+    C = p.cylinder
+    A, boost = C.chambers, C.boost.p
+    F = C.n_f * q.F_w - rod_force(boost, boost, accumulator_pressure(x.V_o, C.accumulator), A)
+    return with_pressures(x, boost + fmax(F, 0.0) / A.A_a, boost + fmax(-F, 0.0) / A.A_b)
+
+
+@scalar
+def sense(x, y, q, m, tick, geo, p):
+    """What the PLC reads. The operator's speed goes to the winch: the cylinder compensates the tip and, by the drum's
+    encoder, what the winch lags."""
+    C = p.cylinder
+    behind = clip(tick.v_op, -C.v_winch, C.v_winch) - x.v_drum
+    F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
+    p_o = accumulator_pressure(x.V_o, C.accumulator)
+    return Sensed(
+        s_tip=tick.s_m,
+        v_tip=tick.v_m,
+        a_tip=tick.a_m,
+        v_op=behind if tick.mode > MANUAL else 0.0,
+        s_op=tick.s_op,
+        mode=tick.mode,
+        f_pump=tick.f_known,
+        s_w=quantise(y.s_w + tick.n_s, p.sensors.q_s),
+        F=F,
+        alpha_m=1.0,
+        K_wire=1.0,
+        dp=x.p_a - x.p_b,
+        dp_load=(C.n_f * F - C.chambers.A_p * p_o) / C.chambers.A_a,
+        p_hp=p_o,
+    )
+
+
+with_command = replace(ActuatorCommands, "u_p")
+
+
+@scalar
+def actuate(drive, r, x, m_0, m, tick, geo, p):
+    """Plant commands, the PLC's memory and the signals of the drive. Behind the locked rod the pumps bring the cylinder
+    to the load before it opens; what the accumulator has lost of its oil is made up for slowly."""
+    C = p.cylinder
+    drive = apply_override(drive, tick)
+    fill = clip(C.K_fill * (r.dp_load - r.dp), -FILL_MOST, FILL_MOST) if m.idle < 0.0 else 0.0
+    u_p = fill if drive.brake > 0.0 else drive.u_p
+    lost = C.V_mid - C.chambers.A_p * (x.x_rod - 0.5 * C.chambers.x_max) - x.V_o
+    u = Command(
+        u_p=u_p,
+        u_raw=drive.u_raw,
+        v_drum=tick.v_op,
+        Q_make_up=clip(MAKE_UP_RATE * lost, 0.0, C.Q_make_up),
+        f_pump=tick.f_pump,
+        brake=drive.brake,
+    )
+    return u, hold(m, 1.0), with_command(drive, u_p)
+
+
+@scalar
+def signals(c, x, q, u, geo, p):
+    """Its own signals at an instant."""
+    return Signals(
+        alpha_p=c.alpha_p,
+        p_a=x.p_a,
+        p_b=x.p_b,
+        x_rod=x.x_rod,
+        v_rod=x.v_rod,
+        F_f=friction(c, x, p),
+        Q_relief=c.f.Q_relief_a + c.f.Q_relief_b + c.Q_relief_p,
+        f_pump=u.f_pump,
+        P_hpu=c.f.Q_p * (x.p_a - x.p_b),
+        p_hp=c.p_hp,
+        V_acc=x.V_o,
+        v_drum=x.v_drum,
+    )
+
+
+@scalar
+def powers(c, x, q, p):
+    """Where the power comes from and where it goes [W]; see `Powers`. What goes into the accumulator is counted as
+    power."""
+    f, C, v = c.f, p.cylinder, x.v_rod
+    A, dp = C.chambers, x.p_a - x.p_b
+    carried = carried_power(x.p_a, A.A_a * v, A.beta) - carried_power(x.p_b, A.A_b * v, A.beta)
+    return Powers(
+        pump=f.Q_p * dp,
+        boost=x.p_a * f.Q_boost_a + x.p_b * f.Q_boost_b,
+        make_up=(c.Q_o + A.A_p * v + c.Q_leak + c.Q_relief_p) * c.p_hp,
+        winch=q.F_w * x.v_drum,
+        friction=friction(c, x, p) * v,
+        leakage=f.Q_int * dp + f.Q_ext_a * x.p_a + f.Q_ext_b * x.p_b + c.Q_leak * c.p_hp,
+        relief=(f.Q_relief_a - f.Q_relief_b) * dp + c.Q_relief_p * c.p_hp,
+        flushing=f.Q_flush_a * x.p_a + f.Q_flush_b * x.p_b,
+        cushion=-cushion_force(x.x_rod, v, C.ends) * v,
+        carried=-carried,
+        accumulator=c.Q_o * c.p_o,
+        piston=c.Q_o * (c.p_hp - c.p_o),
+    )
+
+
+@scalar
+def through(power):
+    """Power that the energy audit is taken relative to [W]: through pumps and winch, both directions added up."""
+    return abs(power.pump) + abs(power.winch)
+
+
+@scalar
+def stored_energy(c, x, geo, p):
+    """Energy stored in the rod, its end stops and the two lines [J]; the accumulator's is counted as power."""
+    C = p.cylinder
+    A = C.chambers
+    oil = oil_energy(x.p_a, chamber_a(x.x_rod, A), A.beta) + oil_energy(x.p_b, chamber_b(x.x_rod, A), A.beta)
+    return 0.5 * x.v_rod * x.v_rod / C.i_m + stop_energy(x.x_rod, C.ends) + oil
+
+
+@scalar
+def limits(c, x, q, u, p):
+    """Which limits are passed now; see `Limits`."""
+    C = p.cylinder
+    stands = u.v_drum == 0.0
+    return Limits(
+        stroke=in_cushion(x.x_rod, C.ends),
+        flow=1.0 if abs(u.u_raw) > 1.0 else 0.0,
+        rod_speed=1.0 if abs(x.v_rod) > C.v_rod else 0.0,
+        relief=relieves(c.f.Q_relief_a + c.f.Q_relief_b + c.Q_relief_p),
+        cavitation=cavitates(x.p_a, x.p_b),
+        accumulator=1.0 if x.V_o <= 0.0 or x.V_o >= C.accumulator.V_stroke else 0.0,
+        power=out_of_power(c.f.Q_p * (x.p_a - x.p_b), u.f_pump, p.plc, C),
+        boost=out_of_boost(c.f, C),
+        slip=1.0 if stands and q.F_w > c.F_brake else 0.0,
+        drum_speed=1.0 if abs(u.v_drum) > C.v_winch else 0.0,
+    )
+
+
+def pack(crane: Any, case: Any, parts: Parts) -> Params:
+    """Records of a run: the gas is set to the load, and the torque limit of the power units counts at the pumps'
+    speed."""
+    t, plc, T = crane.cylinder, parts.plc, None if crane.hpu is None else crane.hpu.T_max
+    acc = t.passive.accumulator
+    gas = acc.gas.model_copy(update={"p_0": gas_pressure_set(t, parts.hoist.load.W)})
+    try:
+        fitted = parts.gas(acc.model_copy(update={"gas": gas}))
+    except SpecError as problem:
+        raise SpecError(str(problem).replace("passive.accumulator", "cylinder.passive.accumulator")) from None
+    if T is not None:
+        plc = plc._replace(power=plc.power._replace(P_max=min(plc.power.P_max, T * t.pump.omega_p)))
+    return Params(cylinder_drive(crane, fitted, parts.hoist), parts.hoist, plc, parts.sensors)
+
+
+def stiffness(p: Params) -> Stiffness:
+    """Fast modes of the winch."""
+    return cylinder_stiffness(p.cylinder, p.hoist)
+
+
+def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) -> tuple[float, str]:
+    """Highest steady rod speed with tension F_w at the top [N], rod at mid stroke, and the limit's cause."""
+    C, boost = p.cylinder, p.cylinder.boost.p
+    v = C.Q_p / C.chambers.A_a
+    lost = float(rod_friction_dry(v, C.n_f * F_w, C.friction)) + C.friction.b * v
+    lost += C.chambers.A_p * float(piston_loss(C.chambers.A_p * v, C.accumulator))
+    F = (
+        C.n_f * F_w
+        - C.chambers.A_p * float(accumulator_pressure(C.V_mid, C.accumulator))
+        + (-lost if lowering else lost)
+    )
+    dp = (-F if lowering else F) / (C.chambers.A_b if lowering else C.chambers.A_a)  # against the pumps
+    if boost + dp > C.relief.p:
+        return 0.0, "relief"
+    leak = float(internal_leakage(C.C_leak, dp) + external_leakage(C.C_leak, boost + fmax(dp, 0.0)))
+    speeds = {"pump flow": (C.Q_p - leak) / C.chambers.A_a, "rod speed": C.v_rod}
+    if dp > 0.0:
+        speeds["power"] = p.plc.power.P_max / (dp * C.chambers.A_a)
+    elif dp < 0.0:
+        speeds["power"] = C.P_back / (-dp * C.chambers.A_a)
+    cause = min(speeds, key=lambda name: speeds[name])
+    return speeds[cause], cause

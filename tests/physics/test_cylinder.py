@@ -1,0 +1,335 @@
+"""The compensating cylinder: closed forms against the running twin, an ideal compensator beside it, joules, limits."""
+
+import ctypes
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.ctypeslib import ndpointer
+from tests.engine.runs import run_many, run_one
+from tests.engine.test_c99 import SAME as SAME_IN_C
+from tests.engine.test_c99 import compile_c
+
+from stillhook import Scenario, load_crane, simulate
+from stillhook.engine.inputs import CycleInputs
+from stillhook.engine.pack.winch import pack, wire_speed_max
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted
+from stillhook.errors import ScenarioError, SpecError, UnitError
+from stillhook.kernels.build import c_source, driver
+from stillhook.library.crane_file import changed
+from stillhook.physics.hydraulics import cylinder as phys
+from stillhook.physics.scalar import G
+from stillhook.spec.scenario import Operator
+from stillhook.winches.load_path import Point
+from stillhook.winches.types import cylinder as winch
+
+CRANE = load_crane("nov-100t-cylinder")
+TABLE = CRANE.cylinder
+CASE = {"load": "50 t", "s_w": "100 m", "tip": "sine 1 m 10 s", "duration": "60 s", "warm_up": "20 s"}
+AUDIT = 1.0e-3
+"""Of the energy through pumps and winch: what the specification asks for. Powers are summed once per PLC cycle."""
+FREQUENCY = 1.0e-3
+"""The gas adds a thousandth to the oil's stiffness, which is half of that in the frequency."""
+FULL = 3.0e-3
+"""Of the speed: what boost and flushing valves add and take meanwhile, and the oil that the gas compresses."""
+LIMIT = 1.0e-2
+"""Of the speed: the limit is that of mid stroke and of a load that does not swing."""
+LOSSLESS = {
+    "pump": {"C_leak": "0 L/min/bar"},
+    "friction": {"F_c": "1e-3 N", "mu": 0.0, "b": "0 N s/m", "sigma_1_ratio": 0.0},
+    "passive": {"accumulator": {"R_piston": "0 bar/(L/min)"}},
+}
+FOLLOWS = 0.02
+"""Of the tip's motion, peak to peak: what friction, oil and pumps keep of it beside a compensator without internals."""
+
+
+def with_cylinder(**changes):
+    return changed(CRANE, {"cylinder": changes})
+
+
+def series(crane=CRANE, every="10 ms", **case):
+    return simulate(crane, Scenario(**(CASE | {"mode": "position"} | case)), every=every)
+
+
+def rod_jacobian(x_rod: float) -> np.ndarray:
+    """d(p_a', p_b', x', v')/d(p_a, p_b, x, v) of the twin's own rates, without leak, valves and friction."""
+    crane = with_cylinder(**LOSSLESS)
+    p = pack(crane, Scenario(**CASE, mode="position")).params
+    geo = winch.geometry(100.0, p)
+    q = Point(0.0, p.hoist.load.W, 0.0, 1.0, 0.0, 0.0)
+    u = winch.Command(0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    p_0 = 0.5 * (TABLE.boost.p + p.cylinder.flushing.p)  # between boost and flushing valves: both shut
+    x_0 = winch.start(100.0, None, p)._replace(p_a=p_0, p_b=p_0, x_rod=x_rod)
+    names, steps = ("p_a", "p_b", "x_rod", "v_rod"), (1e3, 1e3, 1e-4, 1e-5)
+
+    def rate(x):
+        r = winch.rates(winch.circuit(x, q, u, geo, p), x, q, u, geo, p)
+        return np.array([getattr(r, name) for name in names])
+
+    def slope(name, h):
+        value = getattr(x_0, name)
+        return (rate(x_0._replace(**{name: value + h})) - rate(x_0._replace(**{name: value - h}))) / (2.0 * h)
+
+    return np.array([slope(name, h) for name, h in zip(names, steps, strict=True)]).T
+
+
+def test_the_rod_rings_on_its_oil_at_the_textbook_frequency():
+    """sqrt(4 beta A^2 / (V_t m)) at mid stroke, V_t oil of both sides (Merritt)."""
+    V_t = 2.0 * TABLE.line.V + TABLE.A_a * TABLE.x_max
+    expected = math.sqrt(4.0 * TABLE.line.bulk_modulus * TABLE.A_a**2 / (V_t * TABLE.m))
+    rings = np.abs(np.linalg.eigvals(rod_jacobian(0.5 * TABLE.x_max)).imag).max()
+    assert rings == pytest.approx(expected, rel=FREQUENCY)
+
+
+def test_mid_stroke_is_where_the_oil_is_softest():
+    mid, out = (np.abs(np.linalg.eigvals(rod_jacobian(x)).imag).max() for x in (1.5, 2.5))
+    assert mid < out
+
+
+def test_full_command_gives_flow_over_area_times_falls():
+    """Pumps full and the rod on its way, a light load that hardly swings: falls times Q / A."""
+    crane = with_cylinder(pump={"C_leak": "0 L/min/bar"})
+    run = series(crane, tip="sine 3 m 12 s", load="5 t")
+    full = np.abs(run.alpha_p.values) == 1.0
+    steady = full & np.roll(full, 50) & (np.abs(run.x_rod.values - 1.5) < 1.3)
+    expected = TABLE.falls * sum(TABLE.pump.D) * TABLE.pump.omega_p / TABLE.A_a
+    assert steady.sum() > 1000
+    assert np.abs(run.v_w.values[steady]).mean() == pytest.approx(expected, rel=FULL)
+    assert wire_speed_max(crane) == pytest.approx(expected, rel=1e-12)
+    assert wire_speed_max(crane, d=2.5) == wire_speed_max(crane)  # the layer has no say
+
+
+def test_wire_moved_is_falls_times_stroke_and_ends_at_the_stops():
+    run = series(tip="sine 4.5 m 40 s", duration="120 s")
+    x, s_w = run.x_rod.values, run.s_w.values
+    np.testing.assert_allclose(s_w - s_w[0], TABLE.falls * (x[0] - x), atol=1e-6)
+    pushed = TABLE.A_a * float(run.p_a.max()) + TABLE.passive.A * float(run.p_hp.max())
+    give = 2.0 * pushed / TABLE.stops.k  # a sudden load on a spring: at most twice what it stands on
+    assert x.max() == pytest.approx(TABLE.x_max, abs=give)
+    assert x.min() == pytest.approx(0.0, abs=give)
+    assert np.ptp(s_w) == pytest.approx(TABLE.falls * TABLE.x_max, abs=2.0 * TABLE.falls * give)
+    assert "cylinder stroke" in run.status.item()
+
+
+def first_harmonic(t, y, period):
+    n = int(period / (t[1] - t[0]) + 0.5)
+    last = slice(len(t) - 3 * n, len(t))
+    return 2.0 * np.mean(y[last] * np.exp(-2j * math.pi * t[last] / period))
+
+
+@pytest.mark.parametrize("r", [0.5, 0.7, 0.9])
+def test_beyond_full_speed_the_first_harmonic_is_that_of_a_clipped_sine(r):
+    """Feedforward alone clips the speed: (2/pi)(asin r + r sqrt(1 - r^2)) of the tip's, r full speed over the tip's."""
+    period, v = 8.0, wire_speed_max(CRANE)
+    height = v / r * period / (2.0 * math.pi)
+    crane = changed(CRANE, {"control": {"K_p": "0 1/m"}, "cylinder": LOSSLESS})
+    run = series(crane, tip=f"sine {height!r} m {period} s", duration="40 s", warm_up="10 s")
+    t = run.time.values
+    ratio = abs(first_harmonic(t, run.v_w.values, period) / first_harmonic(t, run.v_tip.values, period))
+    assert ratio == pytest.approx(2.0 / math.pi * (math.asin(r) + r * math.sqrt(1.0 - r * r)), rel=0.01)
+    assert "pump flow" in run.status.item()
+
+
+def ideal_compensator(t, s_tip, v_tip, v_max, length, k):
+    """Wire taken in by a position-controlled cylinder with limited speed and stroke and no internals [m], as SIMO's
+    heave compensator is: explicit steps of the series."""
+    y = np.zeros(len(t))
+    for i in range(len(t) - 1):
+        v = min(max(-v_tip[i] - k * (s_tip[i] - s_tip[0] + y[i]), -v_max), v_max)
+        y[i + 1] = min(max(y[i] + v * (t[i + 1] - t[i]), -0.5 * length), 0.5 * length)
+    return y
+
+
+@pytest.mark.parametrize("tip", ["sine 1 m 10 s", "sine 2 m 9 s", "sine 4 m 40 s"], ids=["within", "speed", "stroke"])
+def test_an_ideal_compensator_moves_the_wire_alike(tip):
+    """Peer without oil: same law, limited speed and stroke. The twin differs by what its internals keep."""
+    run = series(tip=tip, duration="80 s")
+    t, s_tip, v_tip = (run[name].values for name in ("time", "s_tip", "v_tip"))
+    v_max = wire_speed_max(CRANE)
+    ideal = ideal_compensator(t, s_tip, v_tip, v_max, TABLE.falls * TABLE.x_max, CRANE.control.K_p * v_max)
+    taken_in = run.s_w.values[0] - run.s_w.values
+    assert np.abs(taken_in - ideal).max() < FOLLOWS * np.ptp(s_tip)
+
+
+def test_a_metre_of_wave_passes_no_limit():
+    run = series(every=None)
+    assert run.status.item() == "ok"
+    assert float(run.eta_c) > 0.97
+
+
+@pytest.mark.parametrize(
+    ("cause", "changes", "case"),
+    [
+        ("cylinder stroke", {}, {"tip": "sine 4 m 40 s"}),
+        ("pump flow", {}, {"tip": "sine 2 m 9 s"}),
+        ("rod speed", {"cylinder": {"v_max": "0.2 m/s"}}, {}),
+        (
+            "relief",
+            {"cylinder": {"passive": {"p_min": "60 bar", "accumulator": {"gas": {"p_0": "60 bar"}}}}},
+            {"load": "95 t"},
+        ),
+        ("accumulator", {"cylinder": {"passive": {"accumulator": {"V_stroke": "241.3 L"}}}}, {"tip": "sine 4 m 40 s"}),
+        ("power", {"hpu": {"P_max": "15 kW", "P_back": "0 kW"}}, {}),
+        ("boost", {"cylinder": {"boost": {"Q_max": "2 L/min"}}}, {}),
+        ("cavitation", {"cylinder": {"boost": {"Q_max": "0.1 L/min"}}}, {"duration": "120 s"}),
+        ("brake", {"brake": {"T": "5.57 kN m"}}, {"load": "100 t", "tip": "sine 1.2 m 8 s"}),
+        ("winch speed", {}, {"operator": Operator(profile=(("0 s", "0 m/min"), ("20 s", "-55 m/min")))}),
+    ],
+)
+def test_each_limit_is_named(cause, changes, case):
+    run = simulate(changed(CRANE, changes), Scenario(**(CASE | {"mode": "position"} | case)))
+    assert cause in run.status.item().split(", ")
+    assert cause not in series(every=None).status.item()
+
+
+HOISTING = Operator(profile=(("0 s", "0 m/min"), ("10 s", "20 m/min"), ("50 s", "20 m/min"), ("55 s", "0 m/min")))
+
+
+def test_in_manual_mode_the_drum_hoists_and_the_rod_stands_locked():
+    run = series(mode="manual", operator=HOISTING, tip="still", s_w="200 m", duration="80 s", warm_up="0 s")
+    wound = 20.0 / 60.0 * (5.0 + 40.0 + 2.5)
+    assert float(run.s_w[0] - run.s_w[-1]) == pytest.approx(wound, abs=0.02)
+    assert np.ptp(run.x_rod.values) < 2e-3
+    assert float(run.v_drum.max()) == pytest.approx(20.0 / 60.0, rel=1e-3)
+
+
+def test_while_compensating_the_drum_moves_for_the_operator_alone():
+    still, hoisted = series(), series(operator=HOISTING, duration="80 s", s_w="200 m")
+    assert np.all(still.v_drum.values == 0.0)
+    assert abs(float(hoisted.e_c.values[-1000:].mean())) < 0.02
+    assert np.ptp(hoisted.x_rod.values) < 1.3  # 2 m of wave on two falls, and what the winch lags
+
+
+def test_what_the_gas_does_not_carry_is_on_line_a():
+    """At rest p_a A - p_b A + p_o A_p = falls W, by hand."""
+    tight = with_cylinder(passive={"accumulator": {"C_leak": "0 L/min/bar"}})
+    run = series(tight, tip="still", load="100 t", duration="30 s", warm_up="0 s")
+    W = (100e3 + CRANE.hook_mass) * G
+    p_a, p_b, p_hp = (float(run[name][0]) for name in ("p_a", "p_b", "p_hp"))
+    assert p_a * TABLE.A_a - p_b * TABLE.A_b + p_hp * TABLE.passive.A == pytest.approx(TABLE.falls * W, rel=1e-9)
+
+
+CASES = {
+    "wave": {},
+    "operator": {"operator": HOISTING, "s_w": "200 m"},
+    "manual": {"mode": "manual", "operator": HOISTING, "tip": "still", "s_w": "200 m"},
+    "ends": {"tip": "sine 4 m 40 s", "duration": "120 s"},
+    "saturated": {"tip": "sine 2 m 9 s"},
+    "regularised": {"friction": "regularised"},
+    "modes": {"mode": "manual", "modes": (("20 s", "position"), ("45 s", "manual"))},
+}
+
+
+@pytest.mark.parametrize("name", sorted(CASES))
+def test_no_energy_is_lost_unseen(name):
+    result = run_one(CRANE, Scenario(**(CASE | {"mode": "position"} | CASES[name])), n_sub=5, every=0)
+    assert abs(energy_unaccounted(CRANE.plant.type, result)) < AUDIT
+    for loss in ("friction", "leakage", "relief", "flushing", "cushion", "piston"):
+        assert getattr(result.stats.power, loss) >= 0.0, loss
+
+
+def test_unequal_areas_lose_no_energy_unseen_either():
+    crane = with_cylinder(A_b="270 cm^2")
+    result = run_one(crane, Scenario(**CASE, mode="position"), n_sub=5, every=0)
+    assert abs(energy_unaccounted(crane.plant.type, result)) < AUDIT
+
+
+def test_half_the_step_gives_the_same():
+    e = [float(simulate(CRANE, Scenario(**CASE, mode="position"), step=h).e_c_pp) for h in ("5 ms", "1 ms")]
+    assert e[0] == pytest.approx(e[1], abs=1e-4)  # the tenth of a millimetre that default steps may cost
+
+
+def test_sixteen_lanes_give_the_bits_of_one():
+    cases = [
+        Scenario(
+            **(
+                CASE
+                | {"load": f"{5 + 5 * i} t", "tip": f"sine {0.4 + 0.15 * i:.2f} m {7 + i % 5} s", "duration": "40 s"}
+            ),
+            mode="position",
+        )
+        for i in range(16)
+    ]
+    many = run_many(CRANE, cases, n_sub=2)
+    for case, together in zip(cases[::5], many[::5], strict=True):
+        alone = run_one(CRANE, case, n_sub=2, every=0)
+        assert alone.state == together.state
+        assert alone.stats == together.stats
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"A_b": "100 cm^2"}, "closed circuit"),
+        ({"x_max": "30 m"}, "V_stroke"),
+        ({"stops": {"x_c": "2 m"}}, "two cushions"),
+        ({"passive": {"p_min": "300 bar"}}, "must rise in this order"),
+        ({"relief": {"p": "26 bar"}}, "Raise relief.p"),
+        ({"falls": 2.5}, "whole number"),
+        ({"A_a": "302 cm"}, "cm^2"),
+        ({"bore": "280 mm"}, "unknown field"),
+    ],
+)
+def test_a_cylinder_that_cannot_be_is_refused_in_one_line(changes, text):
+    with pytest.raises((SpecError, UnitError), match=text.replace("^", r"\^")) as error:
+        with_cylinder(**changes)
+    assert "\n" not in str(error.value)
+
+
+def test_a_drum_without_a_brake_is_refused():
+    fields = CRANE.model_copy(update={"brake": None})
+    with pytest.raises((SpecError, ScenarioError), match=r"Add a table \[brake\]"):
+        simulate(fields, Scenario(**CASE, mode="position"))
+
+
+def test_the_speed_limit_is_the_flow_until_the_circuit_cannot_carry_the_load():
+    p = pack(CRANE, Scenario(**CASE, mode="position")).params
+    geo, W = winch.geometry(100.0, p), p.hoist.load.W
+    for lowering in (False, True):
+        v, cause = winch.speed_limit(p, geo, W, lowering=lowering)
+        assert cause == "pump flow"
+        assert 0.99 * wire_speed_max(CRANE) < v * geo.r_eff < wire_speed_max(CRANE)
+    assert winch.speed_limit(p, geo, 2.0 * W) == (0.0, "relief")  # the gas is set to the load
+
+
+def test_the_twin_reaches_the_speed_limit_of_hoisting():
+    run = series(tip="sine 3 m 12 s", load="22 t")
+    full = run.alpha_p.values == 1.0
+    steady = full & np.roll(full, 50) & (np.abs(run.x_rod.values - 1.5) < 1.3)
+    p = pack(CRANE, Scenario(**(CASE | {"load": "22 t"}), mode="position")).params
+    v, _ = winch.speed_limit(p, winch.geometry(100.0, p), p.hoist.load.W)
+    assert run.v_w.values[steady].mean() == pytest.approx(v * TABLE.falls, rel=LIMIT)
+
+
+@pytest.mark.parametrize("v", [-0.3, 0.0, 0.3])
+def test_cushions_never_push_the_rod_and_stops_never_pull_it(v):
+    ends = phys.Ends(x_max=3.0, x_c=0.05, i_x_c=20.0, c=3e6, k=2e9)
+    for x in np.linspace(-0.001, 3.001, 301):
+        assert phys.cushion_force(x, v, ends) * v <= 0.0
+        assert phys.stop_force(x, ends) * (x - 1.5) <= 0.0
+    assert phys.cushion_force(0.02, 0.3, ends) == 0.0  # out of the end it moves freely
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("lanes", [1, 16])
+def test_the_same_in_c(lanes, tmp_path):
+    library = compile_c(c_source("cylinder"), tmp_path)
+    cases = [
+        Scenario(**(CASE | {"load": f"{10 + 5 * i} t", "duration": "30 s", "warm_up": "10 s"}), mode="position")
+        for i in range(lanes)
+    ]
+    blocks = []
+    for in_c in (False, True):
+        ready = [Ready(pack(CRANE, case), CycleInputs(CRANE, case)) for case in cases]
+        block = ScenarioBlock(ready, lanes=lanes, n_sub=2, every=1)
+        if in_c:
+            array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
+            run = getattr(library, f"run_{lanes}")
+            run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
+            block.d = SimpleNamespace(**(vars(driver("cylinder", lanes)) | {"run": run}))
+        for _ in block.steps():
+            pass
+        blocks.append(block)
+    scale = np.maximum(np.max(np.abs(blocks[0].out), axis=0), 1e-9)
+    assert np.max(np.abs(blocks[1].out - blocks[0].out) / scale) < SAME_IN_C
