@@ -21,6 +21,8 @@ from typing import NamedTuple
 HERE = Path(__file__).resolve().parent
 CASES = (
     "controllers_at_their_best",
+    "cylinder",
+    "electric",
     "feedforward_gains",
     "frequency_domain_method",
     "friction_coverage",
@@ -29,6 +31,7 @@ CASES = (
     "limit_curves",
     "offshore_100t",
     "offshore_200t",
+    "open_circuit",
     "paper_a_motor_models",
     "paper_c_90t",
     "paper_c_envelope",
