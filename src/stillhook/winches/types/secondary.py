@@ -3,7 +3,7 @@ the energy (Moslatt 2020 section 1.2.2, figures 1.10 and 1.12; paper E section 1
 
 from typing import Annotated, Any, NamedTuple
 
-from stillhook.control.commands import make_up, within_power
+from stillhook.control.commands import SMALL, make_up, within_power
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import MANUAL, Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
@@ -64,9 +64,6 @@ MOVES = 1.0e-3
 """Motor speed at which the breakaway of a steady speed is taken [rad/s]: next to nothing."""
 BISECTIONS = 40
 """Halvings of the speed's range: to the last digit of a float."""
-SLIPS = 0.5
-"""Motor speed at which a closed holding brake counts as slipping [rad/s]: what its discs give elastically is below a
-hundredth of that. Assumed."""
 
 
 TABLES = {"secondary": Secondary}
@@ -360,7 +357,8 @@ def signals(c, x, q, u, geo, p):
 
 @scalar
 def limits(c, x, q, u, p):
-    """Which limits are passed now; see `Limits`."""
+    """Which limits are passed now; see `Limits`. A brake that has closed may find the winch at the speed that counts as
+    standing; beyond it it slips."""
     return Limits(
         torque=1.0 if abs(c.T_ref) >= c.T_most else 0.0,
         rail=1.0 if c.p_r < p.p_min else 0.0,
@@ -368,7 +366,7 @@ def limits(c, x, q, u, p):
         stroke=1.0 if x.V_o <= 0.0 or x.V_o >= p.rail.accumulator.V_stroke else 0.0,
         overspeed=1.0 if abs(x.omega_m) > p.rail.n_full else 0.0,
         power=out_of_power(power_units(c, p), u.f_pump, p.plc, p),
-        brake=1.0 if u.brake >= 1.0 and abs(x.omega_m) > SLIPS else 0.0,
+        brake=1.0 if u.brake >= 1.0 and abs(x.omega_m) > SMALL * p.drive.n_full else 0.0,
     )
 
 
