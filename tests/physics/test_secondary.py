@@ -1,23 +1,30 @@
 """Secondary control: the rail keeps the energy, the setting makes the torque, and a lost load does not run away."""
 
+import ctypes
 import math
 import types
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.ctypeslib import ndpointer
 from scipy.signal import lsim
 from tests.engine.runs import run_many, run_one
+from tests.engine.test_c99 import compile_c
 
-from stillhook import Scenario, load_crane, simulate
+from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted
-from stillhook.errors import SpecError
+from stillhook.errors import SpecError, UnitError
+from stillhook.kernels.build import c_source, driver
 from stillhook.kernels.lanes import VL, flatten
 from stillhook.library import changed
+from stillhook.library.catalogue import read_payload
 from stillhook.physics.scalar import G
+from stillhook.spec.lift.lowering import Lowering, Stage
 from stillhook.spec.scenario import Operator, PowerLoss
 from stillhook.winches.records import Tick
 from stillhook.winches.types import secondary
@@ -38,6 +45,8 @@ LINEAR = 0.02
 """Response of the running twin against the linear loop, of the step: cycles of 10 ms hold the set-point."""
 INTERPRETED = 1.0e-9
 """Relative: exp of the kernels differs from the library's in the last digits."""
+SAME_IN_C = 1.0e-9
+"""Relative: the compilers fuse different operations; a minute of feedback keeps the difference near 1e-11."""
 HALVED = (0.15, 0.35)
 """Error after half the step over that before: a quarter, for a method of second order."""
 
@@ -76,8 +85,9 @@ def crane(ideal: bool = False):
     return changed(found, IDEAL) if ideal else found
 
 
-def run(ideal: bool = False, **case: Any):
-    return simulate(crane(ideal), Scenario(**(BASE | case)))
+def run(ideal: bool = False, every: str | None = None, **case: Any):
+    options = {} if every is None else {"every": every}
+    return simulate(crane(ideal), Scenario(**(BASE | case)), **options)
 
 
 def moves(speed: str) -> dict[str, Any]:
@@ -125,11 +135,11 @@ def test_no_joule_is_lost(case):
 
 
 def test_over_a_period_the_pumps_give_what_is_lost_and_no_more():
-    """In a steady swell gas, shaft and load come back to where they were: what pumps and tip give is lost."""
+    """In a steady swell gas, shaft and load come back to where they were: what pumps, boost and tip give is lost."""
     result = run_one(crane(), Scenario(**(BASE | {"warm_up": "700 s", "duration": "800 s"})), n_sub=2, every=0)
     power = result.stats.power._asdict()
     lost = sum(power[name] for name in ("friction", "leakage", "relief", "piston", "wire", "drag"))
-    given = power["pump"] + power["tip"]
+    given = power["pump"] + power["boost"] + power["tip"]
     assert power["pump"] > 0.0
     assert given == pytest.approx(lost, rel=OVER_A_PERIOD)
 
@@ -233,15 +243,17 @@ def test_the_natural_frequency_of_the_speed_loop_is_that_of_gain_pressure_and_in
 
 def test_the_running_twin_answers_a_speed_command_as_the_linear_loop_does():
     """An empty hook on the wire adds its mass to the shaft's inertia."""
-    result = run(ideal=True, **(moves("10 m/min") | {"load": "0 t", "gas_held": True, "duration": "40 s"}))
+    result = run(
+        ideal=True, **(moves("10 m/min") | {"load": "0 t", "gas_held": True, "duration": "40 s"}), every="0.01 s"
+    )
     p = params(ideal=True, load="0 t")
     geo = secondary.geometry(400.0, p)
     J = 1.0 / geo.i_J
     K = crane().secondary.drive.K * J / (J + p.hoist.load.m * geo.r_eff**2)
     w, zeta, T_i = crane().secondary.unit.servo.omega_n, crane().secondary.unit.servo.zeta, crane().secondary.drive.T_i
-    held = np.roll(result.omega_ref.values, 1)  # commands take effect a cycle later
+    held = np.append(0.0, result.omega_ref.values[:-1])  # commands take effect a cycle later
     loop = ([K * w * w, K * w * w / T_i], [1.0, 2.0 * zeta * w, w * w, K * w * w, K * w * w / T_i])
-    _, expected, _ = lsim(loop, held, result.time.values)
+    _, expected, _ = lsim(loop, held, result.time.values, interp=False)
     size = np.max(np.abs(expected))
     assert size > 20.0
     assert np.max(np.abs(result.omega_m.values - expected)) < LINEAR * size
@@ -283,10 +295,15 @@ def unguarded(p: Any) -> Any:
 def test_a_winch_that_loses_its_load_does_not_run_away(load):
     """The setting goes back as soon as the load cell says so, and the speed control stops the drum."""
     p = params(load=load, mode="manual", tip="still")
-    x, highest = after(3.0, p, 0.0, 0.0)
+    x, highest = after(3.0, p, 0.0, 1.0)
     assert highest < p.rail.n_full
     assert abs(x.omega_m) < 0.02 * p.drive.n_full
-    assert after(3.0, unguarded(p), 0.0, 0.0)[1] > highest
+    assert after(3.0, unguarded(p), 0.0, 1.0)[1] > 1.5 * highest
+
+
+def test_the_guard_keeps_a_lost_swl_below_the_speed_limit_where_the_speed_control_alone_does_not():
+    p = params(load="250 t", mode="manual", tip="still")
+    assert after(2.0, p, 0.0, 1.0)[1] < p.rail.n_full < after(2.0, unguarded(p), 0.0, 1.0)[1]
 
 
 def test_beyond_its_speed_limit_a_unit_may_brake_and_no_longer_drive():
@@ -304,7 +321,9 @@ def test_a_load_cell_that_reads_nothing_lets_the_load_sag_and_the_integral_takes
     x, highest = after(6.0, p, p.hoist.load.W, 0.0)
     assert 5.0 < highest < p.drive.n_full  # it sags
     assert abs(x.omega_m) < 1.0  # and stands again
-    assert x.T_I == pytest.approx(p.hoist.load.W * secondary.geometry(200.0, p).r_eff, rel=0.15)  # less friction
+    _, q, u, geo = moving(p, 0.0)
+    T = q.F_w * geo.r_eff
+    assert T - secondary.circuit(x, q, u, geo, p).g < x.T_I < T  # friction holds the rest
 
 
 # Limits
@@ -329,7 +348,7 @@ def test_half_the_swl_on_a_sine_of_one_metre_passes_no_limit():
         ("rail pressure", moves("55 m/min")),
         ("accumulator", moves("55 m/min")),
         ("relief", moves("-55 m/min")),
-        ("brake", moves("0 m/min") | {"tip": "sine 4 m 6 s", "load": "250 t"}),
+        ("brake", moves("0 m/min") | {"tip": "sine 4 m 4.5 s", "load": "250 t"}),
     ],
 )
 def test_what_is_passed_is_named(limit, case):
@@ -365,7 +384,7 @@ def test_more_load_is_never_faster_and_a_load_beyond_the_units_does_not_move():
     geo = secondary.geometry(200.0, p)
     for lowering in (False, True):
         speeds = [secondary.speed_limit(p, geo, m * 1e3 * G, lowering)[0] for m in range(0, 300, 25)]
-        assert all(a >= b for a, b in zip(speeds, speeds[1:], strict=False))
+        assert all(a >= b for a, b in pairwise(speeds))
     assert secondary.speed_limit(p, geo, 600e3 * G) == (0.0, "torque")
 
 
@@ -405,10 +424,52 @@ def test_sixteen_lanes_give_the_bits_of_one():
 
 
 def test_half_the_step_makes_a_quarter_of_the_error():
-    """Where the motion is smooth: regularised friction, no accumulator at an end."""
-    case = Scenario(**(BASE | {"friction": "regularised", "duration": "20 s", "warm_up": "5 s"}))
-    s_w = [run_one(crane(), case, n_sub=n, every=0).state.path.s_w for n in (4, 8, 64)]
+    case = Scenario(**(BASE | {"duration": "8 s", "warm_up": "5 s"}))
+    s_w = [run_one(crane(), case, n_sub=n, every=0).state.path.s_w for n in (2, 4, 64)]
     assert HALVED[0] * abs(s_w[0] - s_w[2]) < abs(s_w[1] - s_w[2]) < HALVED[1] * abs(s_w[0] - s_w[2])
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("lanes", [1, VL])
+def test_c_runs_the_same_physics(lanes, tmp_path):
+    library = compile_c(c_source(secondary.NAME), tmp_path)
+    run = getattr(library, f"run_{lanes}")
+    array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
+    run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
+    rows = []
+    for c in (False, True):
+        ready = [Ready(pack(crane(), case), CycleInputs(crane(), case)) for case in mixed(lanes)]
+        block = ScenarioBlock(ready, lanes=lanes, n_sub=2, every=1)
+        if c:
+            block.d = types.SimpleNamespace(**(vars(driver(secondary.NAME, lanes)) | {"run": run}))
+        for _ in block.steps():
+            pass
+        rows.append(block.out)
+    scale = np.maximum(np.max(np.abs(rows[0]), axis=0), 1e-9)
+    assert np.max(np.abs(rows[1] - rows[0]) / scale) < SAME_IN_C
+
+
+@pytest.mark.thorough
+def test_a_payload_is_lowered_set_down_and_left_without_losing_a_joule():
+    stages = (
+        Stage(mode="manual", lower="30 m/min", depth="20 m"),
+        Stage(mode="landing", lower="6 m/min", hold="150 kN", landed=True),
+        Stage(mode="manual", lower="6 m/min", time="10 s"),
+    )
+    tip = Sine(amplitude="0.3 m", period="10 s")
+    case = Lowering(
+        payload=read_payload("suction-anchor-85t"),
+        h_tip="40 m",
+        depth="40 m",
+        z_0="3 m",
+        duration="400 s",
+        programme=stages,
+        controller="position",
+        tip=tip,
+    )
+    result = simulate(crane(), case)
+    assert abs(float(result.energy_unaccounted)) < AUDIT
+    assert float(result.omega_m_max) < crane().secondary.unit.n_max_full  # the guard: set down, it does not run away
 
 
 # Its tables
@@ -421,15 +482,15 @@ def test_half_the_step_makes_a_quarter_of_the_error():
         ({"drive": {"n_full": "2100 rev/min"}}, "drive.n_full 2100 rev/min is not below unit.n_max_full 2000 rev/min"),
         ({"drive": {"K": "60 1/s"}}, "drive.K 60 1/s makes the speed control unstable"),
         ({"drive": {"T_i": "0.05 s"}}, "Lower drive.K or raise drive.T_i"),
-        ({"unit": {"D_max": "355 cm^3"}}, 'secondary.unit.D_max = "355 cm^3": unit "cm^3" is not one of cm^3/rev'),
+        ({"unit": {"D_max": "355 cm^3"}}, 'secondary.unit.D_max = "355 cm^3": unit "cm^3" is not one of m^3/rad'),
         ({"unit": {"count": 0}}, "secondary.unit.count = 0: it must be greater than or equal to 1"),
         ({"drive": {"load_ahead": 0.5}}, "secondary.drive.load_ahead = 0.5: it must be greater than or equal to 1"),
-        ({"accumulator": {"V_stroke": "9 m^3"}}, "gas.V_0 5000 L is not above half of V_stroke"),
+        ({"accumulator": {"V_stroke": "11 m^3"}}, "gas.V_0 5000 L is not above half of V_stroke"),
         ({"accumulator": {"V_strok": "9 m^3"}}, "unknown field"),
     ],
 )
 def test_a_table_that_cannot_be_is_refused_in_one_line(changes, text):
-    with pytest.raises(SpecError) as refused:
+    with pytest.raises((SpecError, UnitError)) as refused:
         changed(crane(), {"secondary": changes})
     assert text in str(refused.value)
     assert "\n" not in str(refused.value)
@@ -450,7 +511,7 @@ def test_the_largest_speed_gain_is_where_the_loop_begins_to_swing():
     p = params(ideal=True, load="0 t", gas_held=True)
     for share, stable in ((0.99, True), (1.01, False)):
         found = poles(p._replace(drive=p.drive._replace(K=share * K)))
-        assert (np.max(found.real) < 0.0) is stable
+        assert bool(np.max(found.real) < 0.0) is stable
 
 
 def test_compiled_physics_is_the_physics_that_python_runs():
@@ -467,3 +528,15 @@ def test_compiled_physics_is_the_physics_that_python_runs():
         found.append(series)
     scale = np.max(np.abs(found[1]), axis=0) + 1e-6
     assert np.max(np.abs(found[0] - found[1]) / scale) < INTERPRETED
+
+
+def notes(**case: Any) -> str:
+    return str(run(**case).notes.values)
+
+
+def test_units_too_small_for_the_load_and_a_stroke_too_short_for_the_motion_are_said_before_a_run():
+    weak = changed(crane(), {"secondary": {"unit": {"count": 7}}, "inertia": {"J_m_eff": "4.27 kg m^2"}})
+    case = Scenario(**(BASE | {"load": "250 t"}))
+    assert "of the secondary units at 280 bar: the load will sink" in str(simulate(weak, case).notes.values)
+    assert "the piston will run into its ends" in notes(load="250 t", tip="sine 8 m 30 s")
+    assert "the piston" not in notes(load="250 t", tip="sine 8 m 30 s", gas_held=True)

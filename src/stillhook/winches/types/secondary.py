@@ -144,9 +144,11 @@ class Limits(NamedTuple):
 
 
 class Powers(NamedTuple):
-    """Powers [W]: the pumps' goes in, the rest goes out; gas: into the accumulator, and back."""
+    """Powers [W]: that of the pumps goes in, and that of the boost, which replaces in the low side what leaves the
+    circuit; the rest goes out. gas: into the accumulator, and back."""
 
     pump: float
+    boost: float
     friction: float
     leakage: float
     relief: float
@@ -154,7 +156,7 @@ class Powers(NamedTuple):
     gas: float
 
 
-SUPPLIED = ("pump",)
+SUPPLIED = ("pump", "boost")
 
 
 @scalar
@@ -375,14 +377,14 @@ def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     p_lp = p.rail.settings.p_lp
     dp = c.p_r - p_lp
-    Q_low = c.D_s * x.omega_m + c.Q_lp - c.Q_rp  # into the low side, whose pressure is held
     return Powers(
         pump=c.Q_rp * dp,
+        boost=p_lp * (c.Q_lp_ext + c.Q_relief),
         friction=friction(c, x, p) * x.omega_m,
         leakage=c.Q_lp * dp + c.Q_lp_ext * c.p_r,
         relief=c.Q_relief * c.p_r,
         piston=c.Q_o * (c.p_r - c.p_o),
-        gas=c.Q_o * c.p_o + p_lp * Q_low,
+        gas=c.Q_o * (c.p_o - p_lp),
     )
 
 
