@@ -367,6 +367,11 @@ def test_every_limit_has_a_case_above():
     }
 
 
+def test_the_units_hold_the_swl_on_the_lowest_pressure_of_the_rail():
+    rail, T = crane().secondary, (crane().SWL + crane().hook_mass) * G * 0.5 * crane().drum.d_max / crane().i_hD
+    assert T < rail.unit.D_total * (rail.p_min - rail.p_lp)
+
+
 @pytest.mark.parametrize("lowering", [False, True])
 def test_the_steady_speed_limit_is_where_a_run_passes_the_power_units(lowering):
     p = params(load="200 t")
