@@ -316,8 +316,8 @@ def claims() -> dict[str, tuple[str, str, str]]:
 
 
 def steps() -> list[tuple[str, str, str]]:
-    """Error of the wire paid out after 8 s, by step."""
-    scenario = case(duration="8 s", warm_up="5 s")
+    """Error of the wire paid out after 12 s, by step."""
+    scenario = case(duration="12 s", warm_up="5 s")
     s_w = {n: run_one(crane(), scenario, n).state.path.s_w for n in (*STEPS, FINEST)}
     errors = [abs(s_w[n] - s_w[FINEST]) for n in STEPS]
     ratios = ["", *(f"{b / a:.2f}" for a, b in pairwise(errors))]

@@ -14,7 +14,7 @@ from scipy.signal import lsim
 from tests.engine.runs import run_many, run_one
 from tests.engine.test_c99 import compile_c
 
-from stillhook import Scenario, Sine, load_crane, simulate
+from stillhook import Scenario, Sine, cli, load_crane, simulate
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted
@@ -43,6 +43,9 @@ FIRST_ORDER = 0.01
 """Poles where a displacement control with a damping ratio of 5 stands for one of first order."""
 LINEAR = 0.02
 """Response of the running twin against the linear loop, of the step: cycles of 10 ms hold the set-point."""
+GUARD = 1.15
+"""Peak of the speed without the guard over that with it: at SWL a fifth more, with less load two thirds; the rest is the time
+that the swash plates take."""
 INTERPRETED = 1.0e-9
 """Relative: exp of the kernels differs from the library's in the last digits."""
 SAME_IN_C = 1.0e-9
@@ -259,6 +262,19 @@ def test_the_running_twin_answers_a_speed_command_as_the_linear_loop_does():
     assert np.max(np.abs(result.omega_m.values - expected)) < LINEAR * size
 
 
+@pytest.mark.thorough
+def test_the_library_crane_is_stable_and_the_gain_of_a_damped_bare_loop_is_not(capsys, tmp_path):
+    """Friction that falls with speed takes damping from the speed control at SWL."""
+    soft = tmp_path / "soft.toml"
+    soft.write_text('base = "nov-250t-secondary"\n[secondary.drive]\nK = "8.6 1/s"\n')
+    told = []
+    for name in ("nov-250t-secondary", str(soft)):
+        cli.run(["stability", name])
+        told.append(capsys.readouterr().out)
+    assert "stable. Gain margin" in told[0]
+    assert "UNSTABLE" in told[1]
+
+
 # A lost load
 
 
@@ -291,19 +307,14 @@ def unguarded(p: Any) -> Any:
     return p._replace(drive=p.drive._replace(most=1e9))
 
 
-@pytest.mark.parametrize("load", ["60 t", "125 t"])
+@pytest.mark.parametrize("load", ["60 t", "125 t", "250 t"])
 def test_a_winch_that_loses_its_load_does_not_run_away(load):
     """The setting goes back as soon as the load cell says so, and the speed control stops the drum."""
     p = params(load=load, mode="manual", tip="still")
     x, highest = after(3.0, p, 0.0, 1.0)
     assert highest < p.rail.n_full
     assert abs(x.omega_m) < 0.02 * p.drive.n_full
-    assert after(3.0, unguarded(p), 0.0, 1.0)[1] > 1.5 * highest
-
-
-def test_the_guard_keeps_a_lost_swl_below_the_speed_limit_where_the_speed_control_alone_does_not():
-    p = params(load="250 t", mode="manual", tip="still")
-    assert after(2.0, p, 0.0, 1.0)[1] < p.rail.n_full < after(2.0, unguarded(p), 0.0, 1.0)[1]
+    assert after(3.0, unguarded(p), 0.0, 1.0)[1] > GUARD * highest
 
 
 def test_beyond_its_speed_limit_a_unit_may_brake_and_no_longer_drive():
@@ -429,7 +440,7 @@ def test_sixteen_lanes_give_the_bits_of_one():
 
 
 def test_half_the_step_makes_a_quarter_of_the_error():
-    case = Scenario(**(BASE | {"duration": "8 s", "warm_up": "5 s"}))
+    case = Scenario(**(BASE | {"duration": "12 s", "warm_up": "5 s"}))
     s_w = [run_one(crane(), case, n_sub=n, every=0).state.path.s_w for n in (2, 4, 64)]
     assert HALVED[0] * abs(s_w[0] - s_w[2]) < abs(s_w[1] - s_w[2]) < HALVED[1] * abs(s_w[0] - s_w[2])
 

@@ -59,7 +59,7 @@ SHOWN = {
     "torque_time": "torque\nlimit",
     "stroke_time": "accumulator\nat its end",
 }
-TUNED = {"secondary.drive.K": (2.0, 30.0), "secondary.drive.T_i": (0.1, 5.0)}
+TUNED = {"secondary.drive.K": (4.0, 25.0), "secondary.drive.T_i": (0.2, 5.0)}
 MOVES = 1.0e-3
 """Motor speed at which the breakaway of a steady speed is taken [rad/s]: next to nothing."""
 BISECTIONS = 40
