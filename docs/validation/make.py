@@ -46,6 +46,7 @@ CASES = (
     "paper_e_scenario_3",
     "payload_in_water",
     "power_unit_loss",
+    "secondary",
     "splash_mode",
     "threshold_study",
     "truth_defects",

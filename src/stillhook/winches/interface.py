@@ -88,7 +88,7 @@ NOT_YET = 1.0e300
 
 class Parts(NamedTuple):
     """What a run gives every winch type to pack: records of drum, wire and load, PLC and sensors, and functions that
-    pack closed circuits."""
+    pack closed circuits and accumulators."""
 
     hoist: Any
     plc: Any
@@ -96,6 +96,7 @@ class Parts(NamedTuple):
     active: Callable[[Any], Any]  # crane -> ActiveCircuit
     passive: Callable[[Any, bool], Any]  # crane, whether the gas is held -> PassiveCircuit
     gas: Callable[[Any], Any]  # table of an accumulator -> Gas
+    accumulator: Callable[[Any, Any, bool, str], Any]  # its table, that of its line, gas held, place -> Accumulator
 
 
 class Stiffness(NamedTuple):

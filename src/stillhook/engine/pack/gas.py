@@ -21,43 +21,46 @@ COLDEST, HOTTEST = 200.0, 500.0
 state."""
 
 
-def gas_record(acc: Accumulator) -> Gas:
-    """The engine's gas: a polynomial through the gas law over the piston's stroke, checked against the law itself.
+def gas_record(acc: Accumulator, circuit: str = "passive") -> Gas:
+    """The engine's gas: a polynomial through the gas law over the piston's stroke, checked against the law itself;
+    circuit: table that the accumulator is in.
 
     Errors: SpecError where real gas is requested and its library is missing, or the stroke is too large for the fit.
     """
     gas, law = acc.gas, acc
     if gas.model is GasModel.POLYTROPIC:  # its ratio depends on no pressure: one fit for every charge
         law = acc.model_copy(update={"gas": gas.model_copy(update={"p_0": 1.0})})
-    return Gas(*(gas.p_0 * i for i in _coefficients(law)))
+    return Gas(*(gas.p_0 * i for i in _coefficients(law, circuit)))
 
 
 @functools.lru_cache(maxsize=256)
-def _coefficients(acc: Accumulator) -> tuple[float, ...]:
+def _coefficients(acc: Accumulator, circuit: str) -> tuple[float, ...]:
     """Coefficients of the gas pressure over p_0 in the piston's place."""
     gas = acc.gas
     xi = np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
-    ratio = pressure_ratio(acc, xi)
+    ratio = pressure_ratio(acc, xi, circuit)
     c = chebyshev.cheb2poly(chebyshev.chebfit(xi, ratio, DEGREE))
     fine = np.linspace(-1.0, 1.0, 201)
-    worst = float(np.max(np.abs(np.polynomial.polynomial.polyval(fine, c) / pressure_ratio(acc, fine) - 1.0)))
+    worst = float(np.max(np.abs(np.polynomial.polynomial.polyval(fine, c) / pressure_ratio(acc, fine, circuit) - 1.0)))
     if worst > FIT_TOLERANCE:
         raise SpecError(
-            f"passive.accumulator: V_stroke {acc.V_stroke:g} m^3 is too large for the gas volume {gas.V_0:g} m^3: the"
+            f"{circuit}.accumulator: V_stroke {acc.V_stroke:g} m^3 is too large for the gas volume {gas.V_0:g} m^3: the"
             f" gas law is fitted to {worst:.0e} only (allowed {FIT_TOLERANCE:.0e}). Raise gas.V_0 or lower V_stroke."
         )
     return tuple(float(i) for i in c)
 
 
-def pressure_ratio(acc: Accumulator, xi: NDArray[np.float64]) -> NDArray[np.float64]:
+def pressure_ratio(acc: Accumulator, xi: NDArray[np.float64], circuit: str = "passive") -> NDArray[np.float64]:
     """Gas pressure over p_0 by the chosen law, with the piston at xi (-1 oil end, 0 mid stroke, 1 gas end)."""
     volume_ratio = 1.0 - 0.5 * acc.V_stroke * xi / acc.gas.V_0
     if acc.gas.model is GasModel.POLYTROPIC:
         return np.asarray(polytropic_ratio(volume_ratio, acc.gas.n))
-    return nitrogen_isentrope(acc.gas.p_0, acc.gas.T_0, volume_ratio)
+    return nitrogen_isentrope(acc.gas.p_0, acc.gas.T_0, volume_ratio, circuit)
 
 
-def nitrogen_isentrope(p_0: float, T_0: float, volume_ratio: NDArray[np.float64]) -> NDArray[np.float64]:
+def nitrogen_isentrope(
+    p_0: float, T_0: float, volume_ratio: NDArray[np.float64], circuit: str = "passive"
+) -> NDArray[np.float64]:
     """Pressure ratio p / p_0 of nitrogen at constant entropy for volume ratios V / V_0; p_0 gauge [Pa], T_0 [K].
 
     Source: Helmholtz equation of Span et al. (2000) through CoolProp. The ratio is of gauge pressures.
@@ -66,10 +69,10 @@ def nitrogen_isentrope(p_0: float, T_0: float, volume_ratio: NDArray[np.float64]
         from CoolProp.CoolProp import PropsSI  # heavy and optional: only where real gas is requested
     except ImportError:
         raise SpecError(
-            'passive.accumulator.gas.model = "nitrogen": the property library is not installed. '
+            f'{circuit}.accumulator.gas.model = "nitrogen": the property library is not installed. '
             'Install it with pip install "stillhook[gas]", or use model = "polytropic".'
         ) from None
-    place = f"passive.accumulator.gas: nitrogen at p_0 {show(p_0, 'pressure')} and T_0 {show(T_0, 'temperature')}"
+    place = f"{circuit}.accumulator.gas: nitrogen at p_0 {show(p_0, 'pressure')} and T_0 {show(T_0, 'temperature')}"
     if not COLDEST <= T_0 <= HOTTEST:
         raise SpecError(
             f"{place}: T_0 must be between {show(COLDEST, 'temperature')} and {show(HOTTEST, 'temperature')}. Check its"

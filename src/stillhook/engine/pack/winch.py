@@ -163,20 +163,13 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
     """The passive circuit; gas_held: its accumulator has so large a bank that its pressure stands."""
     p = crane.passive
     assert p is not None
-    acc, pump = _with_constant_pressure(p.accumulator) if gas_held else p.accumulator, _pumps(p)
+    acc, pump = p.accumulator, _pumps(p)
     return PassiveCircuit(
         pumps=pump,
         pump_servo=servo_record(p.pump.servo, -1.0),
         motors=_motors(p),
         motor_servo=servo_record(p.motor.servo, p.motor.alpha_min),
-        accumulator=Accumulator(
-            V_stroke=acc.V_stroke,
-            i_half=2.0 / acc.V_stroke,
-            i_C=1.0 / capacitance(p.line.V, p.line.bulk_modulus),
-            R=acc.R_piston,
-            C_leak=acc.C_leak,
-            gas=gas_record(acc),
-        ),
+        accumulator=accumulator_record(acc, p.line, gas_held, "passive"),
         relief=Relief(p.relief.p, p.relief.conductance),
         settings=PassiveSettings(
             D_m_max=p.motor.D_total,
@@ -188,6 +181,20 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
         ),
         n_full=p.motor.n_max_full,
         n_max=p.motor.n_max,
+    )
+
+
+def accumulator_record(table: circuits.Accumulator, line: circuits.Line, gas_held: bool, circuit: str) -> Accumulator:
+    """An accumulator with the oil of its line; gas_held: with so large a bank that its pressure stands; circuit: name
+    of its table."""
+    acc = _with_constant_pressure(table) if gas_held else table
+    return Accumulator(
+        V_stroke=acc.V_stroke,
+        i_half=2.0 / acc.V_stroke,
+        i_C=1.0 / capacitance(line.V, line.bulk_modulus),
+        R=acc.R_piston,
+        C_leak=acc.C_leak,
+        gas=gas_record(acc, circuit),
     )
 
 
@@ -372,7 +379,15 @@ def pack(crane: Crane, case: Scenario) -> Packed:
 
 def parts_of(hoist: Hoist | None = None, plc: Plc | None = None, sensors: Sensors | None = None) -> Parts:
     """What winch types pack their records from."""
-    return Parts(hoist=hoist, plc=plc, sensors=sensors, active=active_record, passive=passive_record, gas=gas_record)
+    return Parts(
+        hoist=hoist,
+        plc=plc,
+        sensors=sensors,
+        active=active_record,
+        passive=passive_record,
+        gas=gas_record,
+        accumulator=accumulator_record,
+    )
 
 
 def motor_law(
