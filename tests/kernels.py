@@ -19,7 +19,15 @@ from stillhook.validate.synthetic.reference.laws import ReferenceCrane
 from stillhook.validate.synthetic.reference.pack import simulate_reference
 
 ROOT = Path(__file__).resolve().parents[1]
-CRANES = {"active-passive": "nov-250t", "pure-active": "nov-100t-pure-active", "truth": "nov-250t"}
+CRANES = {
+    "active-passive": "nov-250t",
+    "cylinder": "nov-100t-cylinder",
+    "electric": "nov-100t-electric",
+    "open-circuit": "utility-20t-open-circuit",
+    "pure-active": "nov-100t-pure-active",
+    "secondary": "nov-250t-secondary",
+    "truth": "nov-250t",
+}
 
 
 class Kernel(NamedTuple):
@@ -33,12 +41,20 @@ PROCESSES = (
         Kernel("active-passive", VL),
         Kernel("active-passive", VL, "lift_driver"),
         Kernel("truth", 1),
+        Kernel("electric", VL),
+        Kernel("electric", 1),
+        Kernel("cylinder", VL),
     ),
     (
         Kernel("pure-active", VL),
         Kernel("pure-active", 1),
         Kernel("active-passive", 1),
         Kernel("active-passive", 1, "lift_driver"),
+        Kernel("secondary", VL),
+        Kernel("secondary", 1),
+        Kernel("open-circuit", VL),
+        Kernel("open-circuit", 1),
+        Kernel("cylinder", 1),
     ),
 )
 

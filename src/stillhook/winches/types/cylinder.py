@@ -334,13 +334,14 @@ def sense(x, y, q, m, tick, geo, p):
     encoder, what the winch lags."""
     C = p.cylinder
     behind = clip(tick.v_op, -C.v_winch, C.v_winch) - x.v_drum
+    v_op = behind if tick.mode > MANUAL else 0.0
     F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
     p_o = accumulator_pressure(x.V_o, C.accumulator)
     return Sensed(
         s_tip=tick.s_m,
         v_tip=tick.v_m,
         a_tip=tick.a_m,
-        v_op=behind if tick.mode > MANUAL else 0.0,
+        v_op=v_op,
         s_op=tick.s_op,
         mode=tick.mode,
         f_pump=tick.f_known,
