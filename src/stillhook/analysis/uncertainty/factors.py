@@ -243,17 +243,30 @@ class Factor:
         return ""
 
 
-RATES = tuple(f"{circuit}.{unit}.servo.rate_max" for circuit in ("active", "passive") for unit in ("pump", "motor"))
-OPTIONAL = ("active.boost.Q_max", "control.compute_share", "hpu.P_max", "hpu.P_back", *RATES)
+RATES = tuple(
+    f"{unit}.servo.rate_max"
+    for unit in (
+        *(f"{circuit}.{part}" for circuit in CIRCUITS for part in ("pump", "motor")),
+        *("secondary.unit", "secondary.pump", "open.valve", "cylinder.pump"),
+    )
+)
+OPTIONAL = (
+    *("active.boost.Q_max", "cylinder.boost.Q_max", "control.compute_share", "hpu.P_max", "hpu.P_back"),
+    *RATES,
+)
 """Fields that a crane file may leave out, without a default."""
 
 
 def missing(crane: Crane, path: str) -> bool:
-    """Whether a crane leaves out a field, or its circuit."""
+    """Whether a crane leaves out a field, or the table that it is in."""
     table = path.partition(".")[0]
-    if table in Crane.model_fields and crane.table(table) is None:
+    if table not in _REQUIRED and crane.table(table) is None:
         return True
     return path in OPTIONAL and operator.attrgetter(path)(crane) is None
+
+
+_REQUIRED = frozenset(name for name, field in Crane.model_fields.items() if field.is_required())
+"""Fields and tables that every crane has."""
 
 
 def damping_range(wire: Wire) -> tuple[float, float]:

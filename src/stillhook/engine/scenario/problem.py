@@ -20,7 +20,7 @@ from stillhook.engine.arguments import (
     check_step,
     labelled,
     paired,
-    steps_per_cycle,
+    steps_for,
     summary_columns,
 )
 from stillhook.engine.batch import Row, run_batch, scenario_as_bytes
@@ -393,7 +393,7 @@ def summaries(
     or runs other code.
     """
     cranes, cases = paired(crane, case)
-    n_sub = steps_per_cycle(cranes[0], step, STATISTICS_STEP)
+    n_sub = steps_for(cranes, cases, step, STATISTICS_STEP)
     return run_batch(
         ScenarioProblem(), cranes, cases, n_sub=n_sub, threads=threads, store=store, client=client, progress=progress
     )
