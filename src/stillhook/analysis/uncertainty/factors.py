@@ -228,10 +228,13 @@ class Factor:
     def absent(self, crane: Crane, case: Scenario) -> str:
         """Reason why it has no effect here; "" where it has one."""
         tables = {t.path.partition(".")[0] for t in self.targets}
-        if not crane.circuits and tables <= {*CIRCUITS, "hpu"}:
+        lacking = all(table in Crane.model_fields and crane.table(table) is None for table in tables)
+        if lacking and not crane.circuits and tables & {*CIRCUITS, "hpu"}:
             return f'"{crane.name}" has no closed circuit. Leave it out.'
-        if "passive" not in crane.circuits and tables == {"passive"}:
+        if lacking and "passive" in tables:
             return f'"{crane.name}" has no passive circuit. Leave it out.'
+        if lacking:
+            return f'"{crane.name}" has no table [{self.targets[0].path.partition(".")[0]}]. Leave it out.'
         if all(missing(crane, t.path) for t in self.targets):
             return f'"{crane.name}" does not give {self.targets[0].path}. State it, or leave it out.'
         if self.name == "motor_offset" and crane.active.motor.variant is ServoVariant.CLOSED_LOOP:
@@ -260,13 +263,9 @@ OPTIONAL = (
 def missing(crane: Crane, path: str) -> bool:
     """Whether a crane leaves out a field, or the table that it is in."""
     table = path.partition(".")[0]
-    if table not in _REQUIRED and crane.table(table) is None:
+    if table in Crane.model_fields and crane.table(table) is None:
         return True
     return path in OPTIONAL and operator.attrgetter(path)(crane) is None
-
-
-_REQUIRED = frozenset(name for name, field in Crane.model_fields.items() if field.is_required())
-"""Fields and tables that every crane has."""
 
 
 def damping_range(wire: Wire) -> tuple[float, float]:
