@@ -69,10 +69,10 @@ class LoweringProblem:
 
         each_case(cranes, cases, check)
 
-    def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int]:
+    def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int, bool]:
         lift = _lift(case)
         water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
-        return lift.duration, lift.wire.nodes, water, _stages(case)
+        return lift.duration, lift.wire.nodes, water, _stages(case), lift.compensator is not None
 
     def seconds(self, crane: Crane, case: Case) -> float:
         return _lift(case).duration
