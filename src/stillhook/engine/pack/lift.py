@@ -92,9 +92,7 @@ def field_record(waves: WaveField | None) -> Field:
     return STILL_WATER if waves is None else Field(waves.z_0, 1.0 / waves.ds, waves.w.shape[1] - 1.0)
 
 
-def at_rest(
-    s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: Element, stretch: float
-) -> FloatArray:
+def at_rest(s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: Element, stretch: float) -> FloatArray:
     """Displacements [m] of nodes and payload under their own weights, from the crane tip down; k_0 stiffness from drum
     to tip [N/m], stretch of slings and compensator [m]."""
     below = F_sling + np.cumsum(weights[::-1])[::-1]

@@ -25,6 +25,10 @@ class GasForce(NamedTuple):
     c_9: float
     c_10: float
     c_11: float
+    c_12: float
+    c_13: float
+    c_14: float
+    c_15: float
 
 
 class Compensator(NamedTuple):
@@ -69,34 +73,39 @@ def gas_force(xi, gas):
     taken as empty. Valid between the ends of the stroke.
     """
     c = gas
-    lo = c.c_0 + xi * (c.c_1 + xi * (c.c_2 + xi * (c.c_3 + xi * (c.c_4 + xi * c.c_5))))
-    hi = c.c_6 + xi * (c.c_7 + xi * (c.c_8 + xi * (c.c_9 + xi * (c.c_10 + xi * c.c_11))))
+    a = c.c_0 + xi * (c.c_1 + xi * (c.c_2 + xi * c.c_3))
+    b = c.c_4 + xi * (c.c_5 + xi * (c.c_6 + xi * c.c_7))
+    d = c.c_8 + xi * (c.c_9 + xi * (c.c_10 + xi * c.c_11))
+    e = c.c_12 + xi * (c.c_13 + xi * (c.c_14 + xi * c.c_15))
     x_2 = xi * xi
-    return lo + x_2 * x_2 * x_2 * hi
+    x_4 = x_2 * x_2
+    return a + x_4 * (b + x_4 * (d + x_4 * e))
 
 
 @scalar
 def gas_slope(xi, gas):
     """Rise of `gas_force` with xi [N]; times 2 / x_max it is the stiffness, n p A^2 / V."""
     c = gas
-    lo = c.c_1 + xi * (2.0 * c.c_2 + xi * (3.0 * c.c_3 + xi * (4.0 * c.c_4 + xi * (5.0 * c.c_5 + xi * 6.0 * c.c_6))))
-    hi = 7.0 * c.c_7 + xi * (8.0 * c.c_8 + xi * (9.0 * c.c_9 + xi * (10.0 * c.c_10 + xi * 11.0 * c.c_11)))
+    a = c.c_1 + xi * (2.0 * c.c_2 + xi * (3.0 * c.c_3 + xi * 4.0 * c.c_4))
+    b = 5.0 * c.c_5 + xi * (6.0 * c.c_6 + xi * (7.0 * c.c_7 + xi * 8.0 * c.c_8))
+    d = 9.0 * c.c_9 + xi * (10.0 * c.c_10 + xi * (11.0 * c.c_11 + xi * 12.0 * c.c_12))
+    e = 13.0 * c.c_13 + xi * (14.0 * c.c_14 + xi * 15.0 * c.c_15)
     x_2 = xi * xi
-    return lo + x_2 * x_2 * x_2 * hi
+    x_4 = x_2 * x_2
+    return a + x_4 * (b + x_4 * (d + x_4 * e))
 
 
 @scalar
 def gas_work(xi, gas):
     """Integral of `gas_force` over xi from mid stroke [N]; times x_max / 2 it is energy."""
     c = gas
-    lo = c.c_0 + xi * (
-        c.c_1 / 2.0 + xi * (c.c_2 / 3.0 + xi * (c.c_3 / 4.0 + xi * (c.c_4 / 5.0 + xi * c.c_5 / 6.0)))
-    )
-    hi = c.c_6 / 7.0 + xi * (
-        c.c_7 / 8.0 + xi * (c.c_8 / 9.0 + xi * (c.c_9 / 10.0 + xi * (c.c_10 / 11.0 + xi * c.c_11 / 12.0)))
-    )
+    a = c.c_0 + xi * (c.c_1 * (1.0 / 2.0) + xi * (c.c_2 * (1.0 / 3.0) + xi * c.c_3 * (1.0 / 4.0)))
+    b = c.c_4 * (1.0 / 5.0) + xi * (c.c_5 * (1.0 / 6.0) + xi * (c.c_6 * (1.0 / 7.0) + xi * c.c_7 * (1.0 / 8.0)))
+    d = c.c_8 * (1.0 / 9.0) + xi * (c.c_9 * (1.0 / 10.0) + xi * (c.c_10 * (1.0 / 11.0) + xi * c.c_11 * (1.0 / 12.0)))
+    e = c.c_12 * (1.0 / 13.0) + xi * (c.c_13 * (1.0 / 14.0) + xi * (c.c_14 * (1.0 / 15.0) + xi * c.c_15 * (1.0 / 16.0)))
     x_2 = xi * xi
-    return xi * (lo + x_2 * x_2 * x_2 * hi)
+    x_4 = x_2 * x_2
+    return xi * (a + x_4 * (b + x_4 * (d + x_4 * e)))
 
 
 @scalar
