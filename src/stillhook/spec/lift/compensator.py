@@ -80,12 +80,12 @@ class Compensator(Record):
             return lo
         if self.force(hi) <= F:
             return hi
-        ratio = (self.area * self.p_0 / F) ** (1.0 / self.n)
+        ratio = float((self.area * self.p_0 / F) ** (1.0 / self.n))
         return min(max((1.0 - ratio) * self.V_0 / self.area, lo), hi)
 
     def hanging_stroke(self, F: float, z: float, weight: float) -> float:
-        """Stroke with F [N] on the rod [m]; z height of the cylinder's lower end above still water with the rod fully in
-        [m], weight that of a cubic metre of water [N/m^3]. The further the rod is out, the less deep is the
+        """Stroke with F [N] on the rod [m]; z height of the cylinder's lower end above still water with the rod fully
+        in [m], weight that of a cubic metre of water [N/m^3]. The further the rod is out, the less deep is the
         cylinder."""
         lo, hi = 0.0, self.stroke
         for _ in range(HALVINGS):
