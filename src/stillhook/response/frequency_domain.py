@@ -68,8 +68,8 @@ class Sigmas(NamedTuple):
 
 
 class Strokes(NamedTuple):
-    """Of a passive heave compensator in n sea states: deviations of its stroke [m] and of the rod's speed [m/s], and its
-    linear damping [N s/m]."""
+    """Of a passive heave compensator in n sea states: deviations of its stroke [m] and of the rod's speed [m/s], and
+    its linear damping [N s/m]."""
 
     stroke: FloatArray
     rate: FloatArray

@@ -166,7 +166,7 @@ def _lift(case: Case) -> Lowering:
 
 
 @functools.cache
-def _columns(plant: str, stages: int, intervals: int, linked: bool) -> tuple[str, ...]:  # noqa: FBT001
+def _columns(plant: str, stages: int, intervals: int, linked: bool) -> tuple[str, ...]:
     winch = WINCH_TYPES[plant]
     names = stage_numbers_of(winch, compensator=linked)
     of_stages = (f"{i} {name}" for i in range(stages) for name in names)
