@@ -81,7 +81,7 @@ def amplitudes(y: np.ndarray, dt: float, omegas: list[float]) -> list[float]:
 
 def gas_volume(link: Compensator, W: float) -> float:
     """Volume at which the gas carries W [m^3]."""
-    return link.V_0 * (link.p_0 * link.area / W) ** (1.0 / link.n)
+    return float(link.V_0 * (link.p_0 * link.area / W) ** (1.0 / link.n))
 
 
 class Transfer(NamedTuple):
@@ -189,7 +189,7 @@ def audit() -> list[tuple[str, float, float]]:
 def irregular(sigma: float) -> tuple[IrregularTip, Forcing]:
     """A tip that moves at random with this deviation [m] about 8 s, and the same as a forcing."""
     length, k = 1200.0, np.arange(1, 400)
-    omega = 2.0 * math.pi / length * k
+    omega = np.asarray(2.0 * math.pi / length * k, dtype=np.float64)
     S = np.exp(-0.5 * ((omega - 0.8) / 0.12) ** 2)
     S *= sigma**2 / S.sum()
     phases = np.random.default_rng(3).random(len(k))
@@ -217,7 +217,7 @@ def linear() -> list[tuple[str, float, float, float, float]]:
         s, way = compensated_sigmas(forcing, load, BRAKE)
         assert way is not None
         r = run(case, every=2)
-        stroke, moved = (float(np.std(column(r, name)[len(r.series) // 20 :])) for name in ("s_c", "s_load"))
+        stroke, moved = (float(np.std(column(r, name, 1140.0))) for name in ("s_c", "s_load"))
         out.append((name, stroke, float(way.stroke[0]), moved, float(s.load[0])))
     return out
 
