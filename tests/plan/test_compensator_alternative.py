@@ -25,7 +25,7 @@ SEAS = """
 unit = "phc-60t"
 
 [environment]
-Hs = ["0.5 m", "1 m", "4 m"]
+Hs = ["0.5 m", "1 m", "8 m"]
 Tp = ["6 s", "9 s"]
 headings = ["180 deg"]
 
