@@ -181,6 +181,10 @@ def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None
     other here, such as the pressure it is charged to for a lift.
 
     Errors: LiftError of one line that names the file.
+
+    >>> import stillhook
+    >>> stillhook.read_compensator("phc-150t", {"p_0": "90 bar"}).stroke
+    4.0
     """
     name = str(name_or_path)
     if name in compensators():
