@@ -102,17 +102,17 @@ OF_RUN = (
 """Numbers of the whole run alone."""
 
 
-def numbers_of(winch: WinchType, *, compensator: bool) -> tuple[str, ...]:
+def numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
     """Numbers that the whole run and each stage have alike."""
     return (*NUMBERS, *(OF_COMPENSATOR if compensator else ()), *(row.name for row in winch.numbers))
 
 
-def stage_numbers_of(winch: WinchType, *, compensator: bool) -> tuple[str, ...]:
+def stage_numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
     """Numbers of a stage."""
     return ("t_begin", *numbers_of(winch, compensator=compensator))
 
 
-def run_numbers_of(winch: WinchType, *, compensator: bool) -> tuple[str, ...]:
+def run_numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
     """Numbers of the whole run."""
     return (*numbers_of(winch, compensator=compensator), *OF_RUN)
 
