@@ -14,6 +14,9 @@ from stillhook.engine.lowering.run import LiftResult, run_lowerings
 from stillhook.engine.lowering.summary import status, stroke_notes, total, unaccounted
 from stillhook.engine.pack.compensator import compensator_record
 from stillhook.errors import StillhookError
+from stillhook.kernels.build import driver
+from stillhook.kernels.c99.library import Entry
+from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.physics.load_path.compensator import gas_force, gas_slope, gas_work, place_of
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
@@ -337,3 +340,16 @@ def test_it_works_below_every_winch_of_the_library(name: str) -> None:
     r = run_lowerings(crane, [case], n_sub=4, lanes=1, every=1)[0]
     hook, load = (amplitudes(column(r, each, 80.0), r.dt, [omega, omega_n])[0] for each in ("s_hook", "s_load"))
     assert load / hook == pytest.approx(1.0 / abs((omega / omega_n) ** 2 - 1.0), rel=10.0 * TRANSFER)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["lift_driver", "compensated_lift_driver"])
+def test_kernels_of_lowerings_are_translated_to_c(kind: str) -> None:
+    """Else they would run by Numba alone, and not where only a C compiler is installed."""
+    run_of = driver("pure-active", 1, kind).run
+    if not isinstance(run_of, Entry):
+        pytest.skip("kernels are compiled by Numba here")
+    for kernel in run_of.library.entries.values():
+        t = Translator()
+        t.function(kernel, entry_types(kernel), export="kernel")
+        assert "kernel" in t.source()

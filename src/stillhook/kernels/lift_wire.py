@@ -347,9 +347,9 @@ def wire_step(A, B, N, T, t, tau, h):
         q_h, v_h = row[ROW + Q + l], row[ROW + V + l]
         R = e.m * (5.0 * v_h + row[V + l]) + lift.hook.m * v_h - 0.5 * h * (row[ROW + W + l] + e.k * (q_h - row[Q + l]))
         A_h = 0.5 * s.d + lift.hook.m - s.off * row[C + l]
-        pull = pull_between(A, l, row, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, lift)
-        row[ROW + D + l] = pull.v_up
-        row[2 * ROW + D + l] = pull.v_down
+        ends = pull_between(A, l, row, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, lift)
+        row[ROW + D + l] = ends.v_up
+        row[2 * ROW + D + l] = ends.v_down
     finish(A, B, N, t + h, h)
 
 
