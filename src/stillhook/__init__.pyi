@@ -13,6 +13,7 @@ from stillhook.formats.motion.open import read_tip_motion as read_tip_motion
 from stillhook.formats.results import load_run as load_run
 from stillhook.formats.results import save_run as save_run
 from stillhook.formats.vessel.open import read_vessel as read_vessel
+from stillhook.library.catalogue import read_compensator as read_compensator
 from stillhook.library.catalogue import read_payload as read_payload
 from stillhook.library.crane_file import cranes as cranes
 from stillhook.library.crane_file import load_crane as load_crane

@@ -18,6 +18,7 @@ FILES = {
     FileKind.CASE: LIBRARY / "demo" / "2-swell.toml",
     FileKind.CRANE: LIBRARY / "cranes" / "nov-250t.toml",
     FileKind.PAYLOAD: LIBRARY / "payloads" / "manifold-60t.toml",
+    FileKind.COMPENSATOR: LIBRARY / "compensators" / "phc-60t.toml",
     FileKind.FRICTION: LIBRARY / "friction" / "crane-1.toml",
     FileKind.MOTOR: LIBRARY / "motors" / "A6VM170.toml",
     FileKind.RULES: PACKAGE / "plan" / "definition" / "rule_sets" / "offshore-lift.toml",
@@ -68,11 +69,12 @@ def test_every_kind_of_file_is_known_by_its_tables(files):
     assert {kind: kind_of_toml(toml_text(path)) for kind, path in files.items()} == {kind: kind for kind in files}
 
 
-@pytest.mark.parametrize("folder", ["cranes", "payloads", "lifts", "plans", "friction", "motors"])
+@pytest.mark.parametrize("folder", ["cranes", "payloads", "compensators", "lifts", "plans", "friction", "motors"])
 def test_every_file_of_the_library_is_known_as_what_it_is(folder):
     of = {
         "cranes": FileKind.CRANE,
         "payloads": FileKind.PAYLOAD,
+        "compensators": FileKind.COMPENSATOR,
         "lifts": FileKind.LIFT,
         "plans": FileKind.PLAN,
         "friction": FileKind.FRICTION,

@@ -217,3 +217,29 @@ def test_deep_water_motions_over_shallow_water_are_noted(tmp_path):
     (note,) = load_lift(written(tmp_path, text)).notes
     assert "are for deep water; 30 m are shallow to waves of 12 s" in note
     assert not load_lift(written(tmp_path, GOOD)).notes
+
+
+def test_a_compensator_is_of_the_library_with_what_the_file_changes(tmp_path):
+    lift = load_lift(changed(tmp_path, "[sea]", '[compensator]\nunit = "phc-60t"\np_0 = "90 bar"\n[sea]')).lift
+    assert lift.compensator.name == "phc-60t"
+    assert lift.compensator.p_0 == pytest.approx(9e6)
+    assert load_lift(changed(tmp_path, "[sea]", '[compensator]\nunit = "phc-60t"\n[sea]')).lift.compensator.p_0 > 1e7
+    assert load_lift(written(tmp_path, GOOD)).lift.compensator is None
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ('unit = "phc-6t"', 'No compensator "phc-6t": the library has'),
+        ('unit = "phc-60t"\nstrok = "3 m"', 'unknown field; did you mean "stroke"?'),
+        ('unit = "phc-60t"\nV_0 = "100 L"', "no gas would be left"),
+        ('stroke = "3 m"', "missing"),
+        ("unit = 3", "give a name of the library, or the path of a file."),
+    ],
+)
+def test_a_wrong_compensator_is_said_in_one_line(tmp_path, table, says):
+    with pytest.raises(StillhookError) as problem:
+        load_lift(changed(tmp_path, "[sea]", f"[compensator]\n{table}\n[sea]"))
+    assert says in str(problem.value)
+    assert str(problem.value).startswith("lift.toml:")
+    assert "\n" not in str(problem.value)

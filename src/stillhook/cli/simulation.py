@@ -360,6 +360,12 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     print(
         f"largest tension at the crane tip: {show(answer['F_w_max'], 'force')}, SWL and hook: {show(allowed, 'force')}"
     )
+    if (unit := file.lift.compensator) is not None:
+        low, high = (show(answer[name], "length") for name in ("s_c_min", "s_c_max"))
+        print(
+            f"compensator {unit.name}: stroke {low} to {high} of {show(unit.stroke, 'length')},"
+            f" gas up to {show(answer['p_c_max'], 'pressure')}"
+        )
     if not math.isnan(answer["t_landed"]):
         slack = answer["sling_slack_landed_time"]
         after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""

@@ -19,7 +19,7 @@ from stillhook.formats.case_file import read_tip
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.library import load_crane
-from stillhook.library.catalogue import read_payload, vessel_file, vessels
+from stillhook.library.catalogue import read_compensator, read_payload, vessel_file, vessels
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
 from stillhook.library.toml.tree import shelf, toml_text
@@ -33,6 +33,7 @@ from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion, wave_field
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
@@ -104,6 +105,7 @@ class PlaceTables(Spec):
     boom: BoomTable | None = None
     water: WaterTable = Field(description="table [water] with depth")
     rigging: Part[Rigging] = Field(default_factory=Rigging)
+    compensator: Any = Field(default=None, description="library name, compensator file or a table [compensator]")
     wire: Part[DeepWire] = Field(default_factory=DeepWire)
     winch: Part[WinchSettings] = Field(default_factory=WinchSettings)
     sensors: Part[Sensors] = Field(default_factory=Sensors)
@@ -132,6 +134,25 @@ def payload_of(file: PlaceTables, table: TomlTable) -> Payload:
     if not isinstance(file.payload, str) or not file.payload.strip():
         raise table.wrong("give a name of the library, the path of a file, or a table [payload].", "payload")
     return read_payload(table.relative_toml(file.payload))
+
+
+def compensator_of(file: PlaceTables, table: TomlTable) -> Compensator | None:
+    """A passive heave compensator of the library, a file seen from this one, or a table [compensator], whose `unit`
+    names one of these for what the table leaves out."""
+    given = file.compensator
+    if given is None:
+        return None
+    if isinstance(given, str) and given.strip():
+        given = {"unit": given}
+    if not isinstance(given, Mapping):
+        raise table.wrong("give a name of the library, the path of a file, or a table [compensator].", "compensator")
+    own = {key: value for key, value in given.items() if key != "unit"}
+    name = given.get("unit")
+    if name is None:
+        return Compensator(**own)
+    if not isinstance(name, str) or not name.strip():
+        raise table.wrong("give a name of the library, or the path of a file.", "compensator", "unit")
+    return read_compensator(table.relative_toml(name), own)
 
 
 SHORTEST_SEA = 60.0
@@ -369,6 +390,7 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         name=file.name or table.path.stem,
         payload=payload_of(file, table),
         rigging=file.rigging,
+        compensator=compensator_of(file, table),
         wire=file.wire,
         tip=place.tip,
         waves=place.waves,

@@ -107,21 +107,31 @@ def is_compiled(plant: str, lanes: int, kind: str = "driver", extra_controllers:
     return any(cache_folder(_folder(plant, kind, extra_controllers), lanes).rglob("*.nbc"))
 
 
-BASE = {"lift_driver": "lift_wire", "lift_wire": "driver"}
-"""What a file of a driver builds on."""
+BASE = {
+    "lift_driver": "lift_wire",
+    "lift_wire": "driver",
+    "compensated_lift_driver": "compensated_lift_wire",
+    "compensated_lift_wire": "driver",
+}
+"""What a driver builds on. A compensated one is made of the same file, with a passive heave compensator above the
+slings."""
+
+COMPENSATED = "compensated_"
 
 
 def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> ModuleType:
     """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
 
-    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering (see `BASE`).
+    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering (see `BASE`), and
+    "compensated_lift_driver" for one with a passive heave compensator.
     extra_controllers: those that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`.
     """
     name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *extra_controllers))}]"
     base = driver(plant, lanes, BASE[kind], extra_controllers) if kind in BASE else None
     with LOCK:
         if name not in sys.modules:
-            spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{kind}.py"))
+            file = Path(__file__).with_name(f"{kind.removeprefix(COMPENSATED)}.py")
+            spec = importlib.util.spec_from_file_location(name, file)
             assert spec is not None
             assert spec.loader is not None
             module = importlib.util.module_from_spec(spec)
@@ -129,6 +139,7 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
             module.LANES = lanes  # type: ignore[attr-defined]
             module.laws = control_laws.control_laws(extra_controllers, getattr(module.plant, "CONTROL", DISPLACEMENT))  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
+            module.compensated = kind.startswith(COMPENSATED)  # type: ignore[attr-defined]
             spec.loader.exec_module(module)
             kernels = {each: f for each, f in vars(module).items() if each in ("run", "at_rest")}
             vars(module).update(_machine_code(kernels, _folder(plant, kind, extra_controllers), lanes))

@@ -13,6 +13,7 @@ from stillhook.kernels.statistics import window_add, window_turn
 from stillhook.physics.load_path.payload import submergence, water_force, wetted
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import align_stack, fmax, scalar
+from stillhook.winches.compensator import CompensatorSignals, CompensatorStats, compensator_signals
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import (
     NEVER,
@@ -26,6 +27,7 @@ from stillhook.winches.suspended_load import (
 )
 
 base = base  # type: ignore[name-defined]  # noqa: F821
+compensated = base.compensated
 winch, plant = base.base, base.base.plant
 LANES, Lane, Command, Signals, Stats = base.LANES, base.Lane, winch.Command, winch.Signals, winch.Stats
 circuit, geometry, sense, stored_energy = plant.circuit, plant.geometry, plant.sense, plant.stored_energy
@@ -55,12 +57,13 @@ SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "do
 PATH = X + offset(winch.State, "path", LANES)
 X_S, X_V = (PATH + offset(winch.path.State, f, LANES) for f in ("s_load", "v_load"))
 S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
-NY, NLY = size(Signals), size(LiftSignals)
+NY, NLY = size(Signals), size(LiftSignals) + (size(CompensatorSignals) if compensated else 0)
 NS = NY + NLY
 SIGNALS = 4
 """Windowed signals: control error while compensating, tip, payload and hook against the path that the joystick
 commands."""
-NST, NT = size(Stats), size(Stats) + size(LiftStats)
+NST = size(Stats)
+NT = NST + size(LiftStats) + (size(CompensatorStats) if compensated else 0)
 NG = NT + SIGNALS
 """Numbers that are kept of a stage."""
 F_W, V_TIP, V_W = (Y + offset(Signals, f, LANES) for f in ("F_w", "v_tip", "v_w"))
@@ -70,6 +73,28 @@ NP = 5 + SIGNALS
 largest speeds of tip and wire either way, and the windowed signals' largest peak-to-peak of a window that ends in
 it."""
 STAGE_SIZE = size(Stage)
+
+SIGNALS_OF_LIFT = (*LiftSignals._fields, *(CompensatorSignals._fields if compensated else ()))
+"""Columns of a series in addition to those of the winch."""
+
+
+if compensated:
+    put_cy = access(CompensatorSignals, LANES).store
+    CY = offset(Lane, "cy", LANES)
+
+    @scalar
+    def put_signals(A, l, b, hook, row):
+        """The lift's signals of one lane; hook: its row in the wire, the payload's next to it."""
+        put_ly(A, LY + l, row)
+        x, rate = hook[Q + l] - hook[ROW + Q + l], hook[V + l] - hook[ROW + V + l]
+        put_cy(A, CY + l, compensator_signals(x, rate, b.lift.sling, b.link))
+
+else:
+
+    @scalar
+    def put_signals(A, l, b, hook, row):
+        """The lift's signals of one lane; hook: its row in the wire, the payload's next to it."""
+        put_ly(A, LY + l, row)
 
 
 @scalar
@@ -212,9 +237,11 @@ def cycle(A, B, N, T, t, w):
         z, water = b.lift.z_ref + s_load, b.hang.water
         force = water_force(z, v_load, wetted(b.h_wet, b.lo, b.hi), water, b.lift.load)
         h = submergence(z, water.eta, b.lift.load.H)
-        put_ly(
+        put_signals(
             A,
-            LY + l,
+            l,
+            b,
+            hook,
             LiftSignals(
                 z_load=z,
                 s_hook=hook[Q + l],

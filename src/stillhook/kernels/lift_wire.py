@@ -1,7 +1,8 @@
 """Wire, hook, slings and payload of a lowering below any winch plant, for one trajectory or sixteen side by side.
 
 `stillhook.kernels.build` executes this file once per plant and lane count with `base`, the plant's own driver, set; it
-is never imported by name. `stillhook.kernels.lift_driver` lets it run.
+is never imported by name. `stillhook.kernels.lift_driver` lets it run. With `compensated` set a passive heave
+compensator sits above the slings.
 In every step the wire, hook and payload go first, by the implicit midpoint rule, with the wire's top end moved as tip
 and winch will move it; then the winch by Runge-Kutta, with the wire's first node moving evenly. Every trajectory goes
 through the same operations in the same order, whatever the lane count: the bits are the same.
@@ -11,6 +12,13 @@ from typing import NamedTuple
 
 from stillhook.control.supervisor import Stage
 from stillhook.kernels.lanes import access, offset, size
+from stillhook.physics.load_path.compensator import (
+    Compensator,
+    compensator_energy,
+    compensator_mean,
+    gas_law,
+    pull_of_compensator,
+)
 from stillhook.physics.load_path.payload import (
     LEVELS,
     Heights,
@@ -25,6 +33,7 @@ from stillhook.physics.load_path.payload import (
 from stillhook.physics.load_path.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.records import fields, replace
 from stillhook.physics.scalar import scalar
+from stillhook.winches.compensator import CompensatorSignals, CompensatorStats, fold_compensator
 from stillhook.winches.records import Geometry
 from stillhook.winches.suspended_load import (
     SNAP,
@@ -47,6 +56,7 @@ from stillhook.winches.suspended_load import (
 )
 
 base = base  # type: ignore[name-defined]  # noqa: F821
+compensated = compensated  # type: ignore[name-defined]  # noqa: F821
 LANES, X, GEO, wire_speed = base.LANES, base.X, base.GEO, base.plant.wire_speed
 
 Lane = NamedTuple(
@@ -54,12 +64,15 @@ Lane = NamedTuple(
     [
         *fields(base.Lane),
         ("ls", LiftStats),
+        *([("cs", CompensatorStats)] if compensated else []),
         ("ly", LiftSignals),
+        *([("cy", CompensatorSignals)] if compensated else []),
         ("hang", Hanging),
         ("solve", Solve),
         ("sums", Sums),
         ("F_s", float),
         ("lift", Lift),
+        *([("link", Compensator)] if compensated else []),
         ("stage", Stage),
         ("lo", WettedLevel),
         ("hi", WettedLevel),
@@ -68,7 +81,7 @@ Lane = NamedTuple(
     ],
 )
 """Everything that one trajectory carries, relative the rows of its wire; begins as the lane of
-`stillhook.kernels.driver` does."""
+`stillhook.kernels.driver` does. Statistics follow each other, and so do signals."""
 
 Q, V, W, C, D = (f * LANES for f in range(5))
 ROW = 5 * LANES
@@ -100,6 +113,79 @@ ONE_BY_ONE = LANES
 """Lanes of a loop that is left to the compiler: one over `LANES` is marked to be run side by side."""
 HALF = (LEVELS - 1) // 2
 """First stride of the search for a level."""
+
+
+if compensated:
+    get_link, put_cs = access(Compensator, LANES).load, store(CompensatorStats)
+    LINK, CS = offset(Lane, "link", LANES), offset(Lane, "cs", LANES)
+
+    @scalar
+    def pull_between(A, l, row, A_up, R_up, A_down, R_down, h, lift):
+        """What joins hook and payload over a step; row before that of the hook."""
+        link, q, v = get_link(A, LINK + l), row[ROW + Q + l], row[ROW + V + l]
+        x = q - row[2 * ROW + Q + l]
+        law = gas_law(x, v - row[2 * ROW + V + l], lift.z_ref + q + link.z_c, h, link)
+        return pull_of_compensator(x, A_up, R_up, A_down, R_down, h, law, lift.sling, link)
+
+    @scalar
+    def mean_between(A, l, row, x, rate, h, lift):
+        """Its force over the step [N], and the part of it that the sea does [N]; row of the hook."""
+        link = get_link(A, LINK + l)
+        law = gas_law(x, row[V + l] - row[ROW + V + l], lift.z_ref + row[Q + l] + link.z_c, h, link)
+        return compensator_mean(x, rate, h, law, lift.sling, link), law.sea
+
+    @scalar
+    def energy_between(A, l, x, lift):
+        """Energy in it [J]."""
+        return compensator_energy(x, lift.sling, get_link(A, LINK + l))
+
+    @scalar
+    def lost_between(F, sea, rate, h):
+        """Work of the ends on it over a step, but for that against the sea [J]."""
+        return (F - sea) * rate * h
+
+    @scalar
+    def with_sea(work, sea, rate, h):
+        """Work of buoyancy, and that of the sea on the rod [J]."""
+        return work - sea * rate * h
+
+    @scalar
+    def put_statistics(A, l, b, stats, t, h, x, rate, sea):
+        """Statistics of one lane after a step."""
+        put_ls(A, LS + l, stats)
+        put_cs(A, CS + l, fold_compensator(b.cs, t, h, x, rate, sea, b.hang.grounded, b.lift.sling, b.link))
+
+else:
+
+    @scalar
+    def pull_between(A, l, row, A_up, R_up, A_down, R_down, h, lift):
+        """What joins hook and payload over a step; row before that of the hook."""
+        return pull_of_sling(row[ROW + Q + l] - row[2 * ROW + Q + l], A_up, R_up, A_down, R_down, h, lift.sling)
+
+    @scalar
+    def mean_between(A, l, row, x, rate, h, lift):
+        """Its force over the step [N], and the part of it that the sea does [N]."""
+        return sling_mean(x, rate, h, lift.sling), 0.0
+
+    @scalar
+    def energy_between(A, l, x, lift):
+        """Energy in it [J]."""
+        return sling_energy(x, lift.sling)
+
+    @scalar
+    def lost_between(F, sea, rate, h):
+        """Work of the ends on it over a step, but for that against the sea [J]."""
+        return F * rate * h
+
+    @scalar
+    def with_sea(work, sea, rate, h):
+        """Work of buoyancy, and that of the sea on the rod [J]."""
+        return work
+
+    @scalar
+    def put_statistics(A, l, b, stats, t, h, x, rate, sea):
+        """Statistics of one lane after a step."""
+        put_ls(A, LS + l, stats)
 
 
 @scalar
@@ -208,7 +294,7 @@ def relay(A, B, N):
         moved, strained = 0.5 * b.sums.damping, 0.5 * b.sums.gravity
         brought = (new.m - old.m) * moved + (new.k - old.k) * strained
         v_h, v_p, x = hook[V + l], hook[ROW + V + l], hook[Q + l] - hook[ROW + Q + l]
-        ends = 0.5 * b.lift.hook.m * v_h * v_h + 0.5 * b.lift.load.m * v_p * v_p + sling_energy(x, b.lift.sling)
+        ends = 0.5 * b.lift.hook.m * v_h * v_h + 0.5 * b.lift.load.m * v_p * v_p + energy_between(A, l, x, b.lift)
         put_works(A, WORKS + l, with_relay(b.hang.works, b.hang.works.relay + brought))
         put_element(A, ELEMENT + l, new)
         A[E_NOW + l] = new.m * moved + new.k * strained + ends
@@ -259,12 +345,11 @@ def wire_step(A, B, N, T, t, tau, h):
     for l in range(LANES):
         e, s, lift = get_element(A, ELEMENT + l), get_solve(A, SOLVE + l), get_lift(A, LIFT + l)
         q_h, v_h = row[ROW + Q + l], row[ROW + V + l]
-        q_p = row[2 * ROW + Q + l]
         R = e.m * (5.0 * v_h + row[V + l]) + lift.hook.m * v_h - 0.5 * h * (row[ROW + W + l] + e.k * (q_h - row[Q + l]))
         A_h = 0.5 * s.d + lift.hook.m - s.off * row[C + l]
-        sling = pull_of_sling(q_h - q_p, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, lift.sling)
-        row[ROW + D + l] = sling.v_up
-        row[2 * ROW + D + l] = sling.v_down
+        ends = pull_between(A, l, row, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, lift)
+        row[ROW + D + l] = ends.v_up
+        row[2 * ROW + D + l] = ends.v_down
     finish(A, B, N, t + h, h)
 
 
@@ -278,9 +363,10 @@ def finish(A, B, N, t, h):
         v_h, v_p = hook[D + l], hook[ROW + D + l]
         x_0 = hook[Q + l] - hook[ROW + Q + l]
         dv = 2.0 * (v_p - hook[ROW + V + l])
-        F_s = sling_mean(x_0, v_h - v_p, h, lift.sling)
-        x_1 = x_0 + h * (v_h - v_p)
-        lost = F_s * (v_h - v_p) * h - (sling_energy(x_1, lift.sling) - sling_energy(x_0, lift.sling))
+        rate = v_h - v_p
+        F_s, sea = mean_between(A, l, hook, x_0, rate, h, lift)
+        x_1 = x_0 + h * rate
+        lost = lost_between(F_s, sea, rate, h) - (energy_between(A, l, x_1, lift) - energy_between(A, l, x_0, lift))
         f, w = s.force, g.works
         put_works(
             A,
@@ -289,7 +375,7 @@ def finish(A, B, N, t, h):
                 top=w.top,
                 damping=w.damping + lost,
                 gravity=w.gravity + h * lift.load.W * v_p,
-                buoyancy=w.buoyancy + h * f.buoyancy * v_p,
+                buoyancy=with_sea(w.buoyancy + h * f.buoyancy * v_p, sea, rate, h),
                 inertia=w.inertia + (h * f.inertia - f.m_a * dv) * v_p,
                 drag=w.drag + h * (f.drag - f.damping * (v_p - s.v_mid)) * v_p,
                 slam=w.slam + h * f.slam * v_p,
@@ -306,7 +392,8 @@ def finish(A, B, N, t, h):
         since = g.since_taut + h if F_s > 0.0 else 0.0
         snapping = 1.0 if F_s > 0.0 and since < SNAP and b.ls.slack + b.ls.slack_landed > 0.0 else 0.0
         z, v = lift.z_ref + hook[ROW + Q + l], hook[ROW + V + l]
-        put_ls(A, LS + l, fold_step(b.ls, t, h, z_0, v_0, z, v, F_s, snapping, f, g.grounded, lift.load))
+        stats = fold_step(b.ls, t, h, z_0, v_0, z, v, F_s, snapping, f, g.grounded, lift.load)
+        put_statistics(A, l, b, stats, t, h, x_1, rate, sea)
         A[GROUNDED + l] = on_ground(g.grounded, z, lift.load)
         A[A_LOAD + l] = dv / h
         A[SINCE + l] = since

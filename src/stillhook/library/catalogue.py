@@ -1,4 +1,5 @@
-"""What the library holds by name: motors, leak tables of pumps, system frictions, payloads, vessels, weather."""
+"""What the library holds by name: motors, leak tables of pumps, system frictions, payloads, compensators, vessels,
+weather."""
 
 from __future__ import annotations
 
@@ -28,6 +29,7 @@ from stillhook.library.toml.tree import (
     values,
 )
 from stillhook.spec.crane import Source, SystemFriction
+from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.payload import Payload
 from stillhook.tables.table import Spec
 from stillhook.units import quote
@@ -164,6 +166,52 @@ def _without_lists(table: Mapping[str, Any]) -> dict[str, Any]:
             item = {str(i): row for i, row in enumerate(item, 1)}
         out[key] = _without_lists(item) if isinstance(item, Mapping) else item
     return out
+
+
+COMPENSATORS = "compensators"
+
+
+def compensators() -> tuple[str, ...]:
+    """Names of the library's passive heave compensators."""
+    return shelf(COMPENSATORS)
+
+
+def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Compensator:
+    """A passive heave compensator of the library by name, or one described in a TOML file; changes: fields that are
+    other here, such as the pressure it is charged to for a lift.
+
+    Errors: LiftError of one line that names the file.
+
+    >>> import stillhook
+    >>> stillhook.read_compensator("phc-150t", {"p_0": "90 bar"}).stroke
+    4.0
+    """
+    name = str(name_or_path)
+    if name in compensators():
+        return _compensator(library_table(COMPENSATORS, name, "compensator"), f"{name}.toml", changes, user=False)
+    path = Path(name)
+    if path.suffix != ".toml":
+        raise LiftError(unknown_name("compensator", name, compensators(), FileKind.COMPENSATOR))
+    try:
+        table = parsed(toml_text(path), path.name, FileKind.COMPENSATOR, start="Give its stroke, area, p_0 and V_0.")
+        return _compensator(table, path.name, changes, user=True)
+    except StillhookError as problem:
+        raise LiftError(str(problem)) from None
+
+
+def _compensator(table: Mapping[str, Any], label: str, changes: Mapping[str, Any] | None, *, user: bool) -> Compensator:
+    changed = dict(changes or {})
+    fields = tree(table, label, user=user)
+    stated = {
+        path: source
+        for path, source in sources(fields)
+        if path not in LABELS and path != "source" and path not in changed
+    }
+    try:
+        return Compensator(**{"name": Path(label).stem, **values(fields), **changed, "sources": stated})
+    except StillhookError as problem:
+        line = str(problem)
+        raise LiftError(line if line.startswith(label) else f"{label}: {line}") from None
 
 
 def vessels() -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from stillhook._version import __version__
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
 from stillhook.errors import PlanError, ScenarioError, WeatherError
-from stillhook.formats.lift_file import PlaceTables, depth_notes, payload_of, still_place
+from stillhook.formats.lift_file import PlaceTables, compensator_of, depth_notes, payload_of, still_place
 from stillhook.formats.weather.file import SENSES
 from stillhook.formats.weather.times import ORDERS
 from stillhook.kernels.build import results_hash
@@ -49,6 +49,7 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
+from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.table import Part, Spec, Text, with_place
@@ -185,6 +186,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     weather = None if file.weather is None else _weather(file.weather, table.path.parent)
     crane = _certified(load_crane(table.relative_toml(file.crane)), file.synthetic_certificate, table)
     at, vessel = _place(file, table)
+    unit = compensator_of(file, table)
     plan = LiftPlan(
         name=_label(file.name or table.path.stem, table),
         crane=crane,
@@ -204,7 +206,8 @@ def _plan(table: TomlTable) -> LiftPlan:
         wire=file.wire,
         winch=file.winch,
         sensors=file.sensors,
-        alternatives=file.alternatives or usual_alternatives(crane),
+        alternatives=_alternatives(file, table, crane, unit),
+        compensator=unit,
         weather=weather,
         load_chart=_chart(file, table, crane),
         credits_synthetic=file.synthetic_certificate is not None,
@@ -218,9 +221,10 @@ def _plan(table: TomlTable) -> LiftPlan:
         *(() if plan.load_chart is None else plan.load_chart.notes(phases)),
     )
     plan = replace(plan, notes=notes)
-    check_tips(plan, None if file.boom is None else file.boom.boom)
+    for each in dict.fromkeys(plan.under(a) for a in plan.alternatives):
+        check_tips(each, None if file.boom is None else file.boom.boom)
+        check_wire(each)
     check_chart(plan)
-    check_wire(plan)
     if plan.weather is not None:
         check_headings(plan, plan.weather.ship, plan.weather.ship is not None)
     return replace(plan, digest=_digest(plan))
@@ -241,6 +245,20 @@ def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, Rao]:
             'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
         )
     return TipPoint(place.at.x, place.at.y, place.h_tip), place.vessel
+
+
+def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: Compensator | None) -> tuple[Alternative, ...]:
+    """Alternatives side by side: those of the file, else the usual ones, with a compensator where there is one."""
+    named = file.alternatives
+    if named is None:
+        return (*usual_alternatives(crane), *(() if unit is None else (Alternative.PHC,)))
+    if Alternative.PHC in named and unit is None:
+        raise table.wrong(
+            '"phc" needs a compensator. Write a table [compensator] with unit = "phc-150t".', "alternatives"
+        )
+    if Alternative.PHC not in named and unit is not None:
+        raise table.wrong('[compensator] is given and not used. Add "phc", or leave the table out.', "alternatives")
+    return named
 
 
 def _certified(crane: Crane, envelope: Envelope | None, table: TomlTable) -> Crane:
@@ -322,6 +340,7 @@ def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
 def _doubts(plan: LiftPlan) -> tuple[str, ...]:
     """Notes on numbers outside of what was ever built."""
     parts: dict[str, BaseModel] = {"crane": plan.crane, "payload": plan.payload, "environment": plan.environment}
+    parts |= {} if plan.compensator is None else {"compensator": plan.compensator}
     parts |= {"rigging": plan.rigging, "wire": plan.wire, "winch": plan.winch, "sensors": plan.sensors}
     return tuple(note for name, part in parts.items() for note in implausible_values(part, name))
 
@@ -356,6 +375,8 @@ def _digest(plan: LiftPlan) -> str:
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
         "alternatives": [a.value for a in plan.alternatives],
     }
+    if plan.compensator is not None:
+        content_of_plan["compensator"] = plan.compensator.model_dump(mode="json")
     if plan.environment.swell is None:
         del content_of_plan["environment"]["swell"]
     if plan.load_chart is not None:

@@ -183,18 +183,19 @@ def _between(H: FloatArray, y: FloatArray, i: int) -> float:
 def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
     """The rules of a phase with their limits in SI, in the order of the rule set.
 
-    Left out are: rules that the phase turns off; in compensated phases those of the winch for none (it stands on its
-    brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of compensation;
-    quantities and capacities that the winch type does not have, such as an accumulator's on a pure active winch.
-    Remembered as long as the plan lives. Errors: PlanError, UnitError as
+    Left out are: rules that the phase turns off; in compensated phases those of the winch for none and phc (it stands
+    on its brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of
+    compensation; quantities and capacities that the winch type does not have, such as an accumulator's on a pure active
+    winch. Remembered as long as the plan lives. Errors: PlanError, UnitError as
     `stillhook.plan.definition.rules_file.rules_of`.
     """
-    return plan.once(_limited, phase, alternative)
+    return plan.under(alternative).once(_limited, phase, alternative)
 
 
 def limits_in(plan: LiftPlan, demand: Demand, *, most: float | None = None) -> Limits:
     """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase; none beside a
     swell."""
+    plan = plan.under(demand.alternative)
     phase = plan.phase(demand.phase)
     still = calm(plan, phase) if plan.environment.calm(0.0) else None
     return limits_of(demand, limited(plan, phase, demand.alternative), still, most=most)
@@ -214,7 +215,7 @@ def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:
     needs = QUANTITIES[rule.quantity].needs
     if not phase.compensated:
         return "compensation" not in needs
-    if alternative is Alternative.NONE:
+    if alternative.stands:
         return "hydraulics" not in needs and "turning" not in needs
     return alternative.twin or "hydraulics" not in needs
 

@@ -21,7 +21,7 @@ from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
 from stillhook.plan.answer.sweep import answer_of, sweep_blocks
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Demand, Seas, Tier
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limits_in
 from stillhook.plan.result import CREDITS, PlanResult, not_compared
@@ -122,7 +122,7 @@ def plan(
     facts["runs"] |= {"wall": time.perf_counter() - begun}
     parts.at(1.0)
     data = dataset_of(lift_plan, of, forecast).assign_attrs(digest=facts["digest"])
-    followed = any(phase.compensated for phase in lift_plan.phases)
+    followed = any(phase.compensated for phase in lift_plan.phases) or Alternative.PHC in axes.alternatives
     if line := not_compared(data, blocks.get("weather"), facts["tiers"], compensated=followed):
         facts["remarks"].insert(0, line)
     return PlanResult(data, facts, blocks)

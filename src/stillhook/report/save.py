@@ -73,7 +73,7 @@ def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> FloatAr
     free [N]."""
     s = settings(crane, lift)
     h = np.clip(run["eta"].values - run["z_load"].values, 0.0, lift.payload.reach(lift.rho))
-    hook = (lift.payload.mass - lift.rho * lift.payload.at(h, lift.rho).V + crane.hook_mass) * G
+    hook = (lift.payload.mass - lift.rho * lift.payload.at(h, lift.rho).V + crane.hook_mass + lift.link_mass) * G
     return np.asarray(hook + np.array([wire_weight(float(x), s) for x in run["s_w"].values]))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 SPEEDS = np.geomspace(1e-4, 10.0, 36)
 """Deviations of the payload's speed through the water [m/s] at which everything is calculated; between them in
 logarithms, to 0.2 %."""
+RATES = np.geomspace(1e-3, 3.0, 16)
+"""Deviations of the speed of a compensator's rod [m/s] at which its damping is taken."""
 SLOW = np.geomspace(0.01, 8.0, 400)
 """Frequencies on which the remnant of the winch is taken to the load [rad/s]."""
 BLOCK = 1024
@@ -64,7 +67,46 @@ class Sigmas(NamedTuple):
     drag: FloatArray
 
 
+class Strokes(NamedTuple):
+    """Of a passive heave compensator in n sea states: deviations of its stroke [m] and of the rod's speed [m/s], and
+    its linear damping [N s/m]."""
+
+    stroke: FloatArray
+    rate: FloatArray
+    c: FloatArray
+
+
 def sigmas(forcing: Forcing, load: SuspendedLoad, residual: Residual) -> Sigmas:
+    """Standard deviations in every sea state; 0 in a calm one, NaN in a missing one, with a passive heave compensator
+    where the load has one."""
+    return compensated_sigmas(forcing, load, residual)[0]
+
+
+def compensated_sigmas(forcing: Forcing, load: SuspendedLoad, residual: Residual) -> tuple[Sigmas, Strokes | None]:
+    """As `sigmas`, and what the rod of a passive heave compensator does; None where there is none, or it stands at an
+    end of its stroke.
+
+    Orifice and seals agree with the motion where the rod, damped as for some speed, has the deviation of that speed:
+    that is searched among `RATES`, from above. The rod's speed follows from the force on it at its mean frequency.
+    """
+    link = load.link
+    if link is None or not link.moves:
+        return _sigmas(forcing, load, residual), None
+    levels = RATES if link.lossy else RATES[:1]
+    damping = link.damping(levels)
+    each = [_sigmas(forcing, replace(load, end=replace(load.end, c_s=float(c))), residual) for c in damping]
+    force, rate = (np.array([getattr(s, name) for s in each]) for name in ("sling", "sling_rate"))
+    omega = np.divide(rate, force, out=np.zeros_like(rate), where=force > 0.0)
+    give = 1.0 / np.hypot(load.end.k_s, omega * damping[:, None])
+    rows = np.concatenate([np.array(each), np.stack([force * give, rate * give], axis=1)], axis=1)
+    place, share = _agreement(2.0 * np.log(np.maximum(rows[:, -1].T, LEAST)), levels)
+    sea, upper = np.arange(len(forcing)), np.minimum(place + 1, len(levels) - 1)
+    out = rows[place, :, sea] + share[:, None] * (rows[upper, :, sea] - rows[place, :, sea])
+    c = damping[place] + share * (damping[upper] - damping[place])
+    return Sigmas(*out[:, :-2].T), Strokes(out[:, -2], out[:, -1], c)
+
+
+def _sigmas(forcing: Forcing, load: SuspendedLoad, residual: Residual) -> Sigmas:
     """Standard deviations in every sea state; 0 in a calm one, NaN in a missing one.
 
     Drag and motion agree where the speed through the water with the drag of some speed has the deviation of that speed.
@@ -274,7 +316,9 @@ def frequency_response(
         raise LiftError(f"duration {duration:g} s must be longer than 0 s. Enter the length of the operation.")
     valid = np.isfinite(forcing.tip).all(axis=1)
     z, v, a = (forcing.deviation(order) for order in range(3))
-    with_winch, braked = (sigmas(forcing, load, winch) for winch in (residual, Residual.constant(1.0)))
+    (with_winch, strokes), (braked, strokes_braked) = (
+        compensated_sigmas(forcing, load, winch) for winch in (residual, Residual.constant(1.0))
+    )
     columns = {"sigma_z": z, "sigma_v": v, "sigma_a": a, "T_z": zero_crossing_period(z, v)}
     columns["z_mpm"] = most_probable_maximum(z, columns["T_z"], duration)
     columns["v_mpm"] = most_probable_maximum(v, zero_crossing_period(v, a), duration)
@@ -286,8 +330,10 @@ def frequency_response(
         "eta_sigma_wire": _less(with_winch.u, z),
         "eta_sigma_load": _less(with_winch.load, z),
     }
-    for suffix, s in (("", with_winch), ("_braked", braked)):
+    for suffix, s, way in (("", with_winch, strokes), ("_braked", braked, strokes_braked)):
         columns |= {f"{name}{suffix}": values for name, values in _of_load(s, load, duration).items()}
+        if way is not None:
+            columns |= {f"{name}{suffix}": values for name, values in _of_stroke(way, duration).items()}
     labels = list(names) if names is not None else [str(i) for i in range(len(forcing))]
     data = xarray.Dataset(
         {name: ("case", np.where(valid, values, np.nan), attributes_of(name)) for name, values in columns.items()},
@@ -320,6 +366,12 @@ def _of_load(s: Sigmas, load: SuspendedLoad, duration: float) -> dict[str, Float
         "slack_rate": rate,
         "slack_chance": chance_below_zero(rate, duration),
     }
+
+
+def _of_stroke(way: Strokes, duration: float) -> dict[str, FloatArray]:
+    """Statistics of the stroke of a compensator about that at rest."""
+    T = zero_crossing_period(way.stroke, way.rate)
+    return {"sigma_s_c": way.stroke, "s_c_mpm": most_probable_maximum(way.stroke, T, duration)}
 
 
 def _less(sigma: FloatArray, z: FloatArray) -> FloatArray:

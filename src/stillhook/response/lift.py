@@ -27,7 +27,7 @@ from stillhook.response.forcing import (
     forcing_of_series,
     forcing_of_states,
 )
-from stillhook.response.frequency_domain import attributes_of, frequency_response, sigmas
+from stillhook.response.frequency_domain import attributes_of, compensated_sigmas, frequency_response
 from stillhook.response.suspended_load import SuspendedLoad, answers, natural_periods, suspended_load
 from stillhook.response.winch.identify import Steps, identify_residual
 from stillhook.response.winch.linear_form import Residual, neighbours
@@ -385,7 +385,24 @@ def notes_of(response: LiftResponse, file: LiftFile) -> list[str]:
     clear, load = file.lift.depth + response.z, file.lift.payload
     if response.z < 0.0 and clear < load.height:
         notes.append(f"{show(clear, 'length')} above the seabed: added mass and drag grow there, which is left out")
-    return notes
+    return [*notes, *_stroke_notes(response)]
+
+
+def _stroke_notes(response: LiftResponse) -> list[str]:
+    """What holds of a passive heave compensator as long as it does not come to an end of its stroke."""
+    link = response.load.link
+    if link is None:
+        return []
+    at = f"{show(link.s, 'length')} of {show(link.s_max, 'length')} of stroke"
+    if not link.moves:
+        return [f"compensator: the load hangs at {at}: an end stop, and the slings alone are calculated with"]
+    most = float(np.nanmax(response.data["s_c_mpm"].values, initial=0.0))
+    if most > link.room:
+        return [
+            f"compensator: the load hangs at {at}, and the rod moves by {show(most, 'length')} (most probable largest):"
+            " it comes to an end of its stroke, and the method is linear. Simulate the lowering in time"
+        ]
+    return [f"compensator: the load hangs at {at}, linear about it"]
 
 
 def stamped(data: xarray.Dataset, answer: dict[str, Any]) -> xarray.Dataset:
@@ -407,10 +424,12 @@ def spectra(response: LiftResponse) -> dict[str, FloatArray]:
         ("load, winch on its brake", Residual.constant(1.0)),
         ("load, compensated", response.residual),
     ):
-        drag = sigmas(f, load, residual).drag[0]
+        motion, way = compensated_sigmas(f, load, residual)
+        drag = motion.drag[0]
+        damped = load if way is None else replace(load, end=replace(load.end, c_s=float(way.c[0])))
         compliance = 0.0 if residual.compliance is None or sigma_v == 0.0 else residual.compliance.at(f.omega, sigma_v)
         C = residual.gaussian(f.omega, sigma_v)
-        answer = answers(f.omega, load, drag, compliance)["load"]
+        answer = answers(f.omega, damped, drag, compliance)["load"]
         mixed = 2.0 * (answer.u * C * np.conj(answer.wave) * f.cross[0]).real
         if residual is response.residual:
             densities["wire's upper end, compensated"] = np.abs(C) ** 2 * f.tip[0] / f.width

@@ -16,6 +16,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.engine.pack.programme import hanging, wire_strength
 from stillhook.errors import LiftError
 from stillhook.physics.scalar import G
+from stillhook.response.compensator import LinearCompensator, linear_compensator
 from stillhook.response.winch.duty import Duty
 from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.realisation import decay
@@ -264,6 +265,7 @@ class SuspendedLoad:
     depth: float = math.inf  # of the water [m]
     sensors: Sensors = field(default_factory=Sensors)  # of the winch
     V: float = 0.0  # mean speed of the payload through the water, either sign [m/s]; adds to the damping by drag
+    link: LinearCompensator | None = None  # passive heave compensator; the springs of `end` are its own
 
     @property
     def duty(self) -> Duty:
@@ -317,21 +319,24 @@ def suspended_load(crane: Crane, lift: Lowering, z: float) -> SuspendedLoad:
             f"z {show(z, 'length')}: hook and rigging do not fit under the crane tip at {show(lift.h_tip, 'length')}."
         )
     wet = load.covered(rho) if z < 0.0 else None
-    k_s = lift.rigging.stiffness
+    k_s, unit, link = lift.rigging.stiffness, lift.compensator, linear_compensator(lift, z)
+    cylinder, rod_mass = (0.0, 0.0) if unit is None else (unit.mass_cylinder, unit.mass_rod)
+    c_s = 2.0 * lift.rigging.zeta * math.sqrt(k_s * load.mass)
+    gas = link is not None and link.moves
     end = End(
-        m=load.mass,
+        m=load.mass + rod_mass,
         A33=wet.A33 if wet else 0.0,
-        m_h=crane.hook_mass,
-        k_s=k_s,
-        c_s=2.0 * lift.rigging.zeta * math.sqrt(k_s * load.mass),
+        m_h=crane.hook_mass + cylinder,
+        k_s=link.k if link is not None and gas else k_s,
+        c_s=0.0 if gas else c_s,
     )
     mu, L = crane.wire.mass_per_length, still.s_w
-    F_sling = still.F_hook - crane.hook_mass * G
+    F_sling = still.F_hook - (crane.hook_mass + cylinder) * G
     omega = math.sqrt(EA / (crane.wire.L_0 + L) / (end.moving + end.m_h + mu * L / 3.0))
     k_top = EA / crane.wire.L_0 if crane.wire.L_0 > 0.0 else math.inf
     rod = Rod(L=L, EA=EA, mu=mu, w=(still.F_tip - still.F_hook) / L, beta=2.0 * crane.wire.zeta / omega, k_top=k_top)
     under = {"B": load.drag(rho), "C_lin": load.C_lin, "rho_V": rho * wet.V, "z": z + load.height / 2.0} if wet else {}
-    return SuspendedLoad(rod, end, L, still.F_tip, F_sling, depth=lift.depth, sensors=lift.sensors, **under)
+    return SuspendedLoad(rod, end, L, still.F_tip, F_sling, depth=lift.depth, sensors=lift.sensors, link=link, **under)
 
 
 def drag_of_gaussian(B: float, sigma_v: ArrayLike, V: float = 0.0) -> FloatArray:

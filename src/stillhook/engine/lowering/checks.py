@@ -5,7 +5,7 @@ import math
 from stillhook.control.supervisor import Stage as Row
 from stillhook.engine.arguments import RK4_LIMIT, fastest_rates, step_advice
 from stillhook.engine.pack.lift import PackedLift
-from stillhook.engine.pack.programme import hanging, payload_weight
+from stillhook.engine.pack.programme import hanging, hook_height, payload_weight
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import LiftError, SpecError
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
@@ -35,10 +35,11 @@ def check_lift(crane: Crane, case: Lowering) -> None:
         raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
     if case.controller.compensates and (reason := crane.plant.type.mode_refusal(case.controller)):
         raise LiftError(f"controller: {reason}")
-    if case.payload.mass > crane.SWL:
+    load, unit = case.payload.mass + case.link_mass, "" if case.compensator is None else " with its compensator"
+    if load > crane.SWL:
         raise LiftError(
-            f'Payload {show(case.payload.mass, "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '
-            f"({100.0 * case.payload.mass / crane.SWL:.5g} %). Lower the mass or choose another crane."
+            f'Payload{unit} {show(load, "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '
+            f"({100.0 * load / crane.SWL:.5g} %). Lower the mass or choose another crane."
         )
     _check_places(crane, case)
 
@@ -56,7 +57,7 @@ def check_sea(case: Lowering) -> None:
 
 def _check_places(crane: Crane, case: Lowering) -> None:
     """The load hangs between crane tip and seabed at the start, on wire that there is."""
-    z_0, top = show(case.z_0, "length"), case.h_tip - case.rigging.height - case.payload.height
+    z_0, top = show(case.z_0, "length"), case.h_tip - hook_height(case, case.z_0)
     if case.z_0 <= -case.depth:
         raise LiftError(
             f"z_0 = {z_0}: the payload would lie on the seabed, {show(case.depth, 'length')} down. Start above it."
@@ -99,7 +100,7 @@ def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
 
 def _check_hold(crane: Crane, case: Lowering, stage: Stage, where: str) -> None:
     """A load is landed only if the wire carries less than its weight."""
-    hangs = payload_weight(case, -math.inf) + crane.hook_mass * G
+    hangs = payload_weight(case, -math.inf) + (crane.hook_mass + case.link_mass) * G
     if stage.hold is not None and stage.hold >= hangs:
         raise LiftError(
             f"{where}: hold = {show(stage.hold, 'force')} would lift the load again: payload and hook weigh"
@@ -109,7 +110,7 @@ def _check_hold(crane: Crane, case: Lowering, stage: Stage, where: str) -> None:
 
 def _check_tip(crane: Crane, case: Lowering, wire: float, where: str) -> None:
     """Static tension at the crane tip with so much wire out, the payload hanging free."""
-    z = case.h_tip - wire - case.rigging.height - case.payload.height
+    z = case.h_tip - wire - hook_height(case, -case.depth)
     F, most = hanging(crane, case, z).F_tip, tip_capacity(crane)
     if F > most:
         raise LiftError(

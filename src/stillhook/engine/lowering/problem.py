@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import functools
 import hashlib
 import json
@@ -69,10 +70,10 @@ class LoweringProblem:
 
         each_case(cranes, cases, check)
 
-    def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int]:
+    def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int, bool]:
         lift = _lift(case)
         water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
-        return lift.duration, lift.wire.nodes, water, _stages(case)
+        return lift.duration, lift.wire.nodes, water, _stages(case), lift.compensator is not None
 
     def seconds(self, crane: Crane, case: Case) -> float:
         return _lift(case).duration
@@ -86,7 +87,7 @@ class LoweringProblem:
     def columns(self, crane: Crane, case: Case) -> tuple[str, ...]:
         """Names of all numbers in one row: of the run, then of each stage."""
         winch = crane.plant.type
-        return _columns(winch.name, _stages(case), _intervals(case))
+        return _columns(winch.name, _stages(case), _intervals(case), _compensated(case))
 
     def identity(self) -> Callable[[Case], bytes]:
         return _Texts(b"%d%s " % (self.sampled, b" short" * self.short))
@@ -103,8 +104,9 @@ class LoweringProblem:
     def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
         run, stages = lift_summary(crane, _lift(case), result)
         winch = crane.plant.type
-        numbers = [run[name] for name in run_numbers_of(winch)]
-        numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch)]
+        linked = _compensated(case)
+        numbers = [run[name] for name in run_numbers_of(winch, compensator=linked)]
+        numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch, compensator=linked)]
         peaks = np.full((_intervals(case), len(PEAKS)), math.nan)
         if result.ending is not Ending.DIVERGED:
             n = min(len(peaks), len(result.peaks))
@@ -125,16 +127,19 @@ class LoweringProblem:
         winch = (crane if isinstance(crane, Crane) else crane[0]).plant.type
         lifts = [_lift(c) for c in cases]
         n_stages = max(_stages(c) for c in cases)
-        of_run = ("status", *run_numbers_of(winch), "notes")
+        linked = any(_compensated(c) for c in cases)
+        if linked:  # numbers of a compensator that some cases do not have
+            rows = [collections.defaultdict(lambda: math.nan, row) for row in rows]
+        of_run = ("status", *run_numbers_of(winch, compensator=linked), "notes")
         columns = summary_columns([{name: row[name] for name in of_run} for row in rows], single=single)
-        of_stages = stage_numbers_of(winch)
+        of_stages = stage_numbers_of(winch, compensator=linked)
         intervals = max(_intervals(c) for c in cases)
         stages = np.full((len(cases), n_stages, len(of_stages)), math.nan)
         peaks = np.full((len(cases), intervals, len(PEAKS)), math.nan)
         for i, (row, each) in enumerate(zip(rows, cases, strict=True)):
-            here = self.columns(crane if isinstance(crane, Crane) else crane[i], each)
+            here = _columns(winch.name, _stages(each), _intervals(each), linked)
             numbers = np.fromiter(map(row.__getitem__, here), dtype=np.float64, count=len(here))
-            begin, end = len(run_numbers_of(winch)), len(here) - _intervals(each) * len(PEAKS)
+            begin, end = len(of_run) - 2, len(here) - _intervals(each) * len(PEAKS)
             stages[i, : _stages(each)] = numbers[begin:end].reshape(-1, len(of_stages))
             peaks[i, : _intervals(each)] = numbers[end:].reshape(-1, len(PEAKS))
         for dim, prefix, table, of in (("stage", "stage", stages, of_stages), ("interval", "peak", peaks, PEAKS)):
@@ -161,11 +166,17 @@ def _lift(case: Case) -> Lowering:
 
 
 @functools.cache
-def _columns(plant: str, stages: int, intervals: int) -> tuple[str, ...]:
+def _columns(plant: str, stages: int, intervals: int, linked: bool) -> tuple[str, ...]:
     winch = WINCH_TYPES[plant]
-    of_stages = (f"{i} {name}" for i in range(stages) for name in stage_numbers_of(winch))
+    names = stage_numbers_of(winch, compensator=linked)
+    of_stages = (f"{i} {name}" for i in range(stages) for name in names)
     of_intervals = (f"{i} peak {name}" for i in range(intervals) for name in PEAKS)
-    return (*run_numbers_of(winch), *of_stages, *of_intervals)
+    return (*run_numbers_of(winch, compensator=linked), *of_stages, *of_intervals)
+
+
+def _compensated(case: Case) -> bool:
+    """Whether a passive heave compensator is above the slings."""
+    return _lift(case).compensator is not None
 
 
 def _intervals(case: Case) -> int:

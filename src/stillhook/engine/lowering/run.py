@@ -22,8 +22,9 @@ from stillhook.physics.records import fields
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
+from stillhook.winches.compensator import CompensatorStats, blank_compensator_stats
 from stillhook.winches.records import Geometry, Tick, Tip
-from stillhook.winches.suspended_load import Hanging, LiftSignals, LiftStats, Solve, blank_lift_stats
+from stillhook.winches.suspended_load import Hanging, LiftStats, Solve, blank_lift_stats
 
 PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
 """Largest and least numbers that are kept of every interval of a run; a peak-to-peak is that of a window which ends in
@@ -53,11 +54,13 @@ start."""
 
 class StageResult(NamedTuple):
     """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook
-    [m], over the whole stage where that is shorter."""
+    [m], over the whole stage where that is shorter; link: of a compensator above the slings, None where there is
+    none."""
 
     stats: Any
     lift: LiftStats
     span: tuple[float, float, float, float]
+    link: CompensatorStats | None = None
 
 
 class LiftResult(NamedTuple):
@@ -158,17 +161,24 @@ def run_lowerings(
     with the piece in which its programme ends.
     """
     prepared = prepare(crane, cases, n_sub, places)
-    return run_blocks(
-        prepared,
-        LiftBlock,
-        n_sub=n_sub,
-        lanes=lanes,
-        every=every,
-        threads=threads,
-        progress=progress,
-        sampled=sampled,
-        short=short,
-    )
+    results: dict[int, LiftResult] = {}
+    for block in (LiftBlock, CompensatedBlock):
+        of_block = [i for i, r in enumerate(prepared) if (r.packed.link is not None) is block.compensated]
+        if not of_block:
+            continue
+        made = run_blocks(
+            [prepared[i] for i in of_block],
+            block,
+            n_sub=n_sub,
+            lanes=lanes,
+            every=every,
+            threads=threads,
+            progress=progress,
+            sampled=sampled,
+            short=short,
+        )
+        results.update(zip(of_block, made, strict=True))
+    return [results[i] for i in range(len(prepared))]
 
 
 @functools.cache
@@ -181,6 +191,7 @@ class LiftBlock(Block[Ready]):
     """Lowerings of equal length side by side; missing lanes repeat the first case."""
 
     kind = "lift_driver"
+    compensated = False
 
     @staticmethod
     def alike(r: Ready) -> tuple[int, int, int, float]:
@@ -215,8 +226,20 @@ class LiftBlock(Block[Ready]):
         interval = peak_interval(self.drive.n_ticks * self.drive.t_cycle)
         self.n_peak = max(round(interval / (sampled * self.drive.t_cycle)), 1) * sampled
         self.P = np.full((self.drive.n_ticks // self.n_peak + 1, d.NP, lanes), -np.inf)
-        self.first = np.array(flatten(blank(d.Stats, ready[0].winch.plant)) + flatten(blank_lift_stats()))
+        self.first = np.array(flatten(blank(d.Stats, ready[0].winch.plant)) + flatten(self.blank_lift()))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
+
+    def blank_lift(self) -> tuple[Any, ...]:
+        """Statistics of the lift that are of nothing yet."""
+        return (blank_lift_stats(),)
+
+    def more_records(self, packed: PackedLift) -> dict[str, Any]:
+        """Records of a lane in addition to those of every lift."""
+        return {}
+
+    def link_stats(self, row: Sequence[float]) -> CompensatorStats | None:
+        """Statistics of what joins hook and payload, where it is more than slings."""
+        return None
 
     def _stages(self) -> FloatArray:
         """Stages of every lane; a shorter programme goes no further than its last."""
@@ -260,7 +283,8 @@ class LiftBlock(Block[Ready]):
             p=packed.params,
             lift=r.packed.lift,
             solve=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
-            F_s=r.packed.lift.sling.k * float(r.packed.q[-2] - r.packed.q[-1]),
+            F_s=r.packed.F_sling,
+            **self.more_records(r.packed),
         )
         return flatten(lane)
 
@@ -353,7 +377,7 @@ class LiftBlock(Block[Ready]):
         t_cycle, (ending, t_end) = self.drive.t_cycle, self.ending(l)
         hang: Hanging = self.part("hang", l)
         last = int(hang.stage)
-        self.G[last, : self.d.NT, l] = flatten((self.part("st", l), self.part("ls", l)))
+        self.G[last, : self.d.NT, l] = self._statistics(l)
         best = self.W.reshape(-1, self.d.SIGNALS, len(self.lanes))[2]
         self.G[last, self.d.NT :, l] = best[:, l]
         self.starts[last, l] = hang.k_stage * t_cycle
@@ -372,7 +396,7 @@ class LiftBlock(Block[Ready]):
             v=self.B[:, 1, l].copy(),
             series=self.series(l),
             peaks=self._peaks(l),
-            signals=(*self.d.Signals._fields, *LiftSignals._fields),
+            signals=(*self.d.Signals._fields, *self.d.SIGNALS_OF_LIFT),
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
             interval=self.sampled * t_cycle,
@@ -389,7 +413,31 @@ class LiftBlock(Block[Ready]):
         row = self.G[s, :, l].tolist()
         e_c, tip, load, hook = row[self.d.NT :]
         stats, lift = record_of(self.d.Stats)(row, 0), record_of(LiftStats)(row, size(self.d.Stats))
-        return StageResult(stats, lift, (e_c, tip, load, hook))
+        return StageResult(stats, lift, (e_c, tip, load, hook), self.link_stats(row))
+
+    def _statistics(self, l: int) -> list[float]:
+        """Statistics of lane l in the stage that runs."""
+        return flatten((self.part("st", l), self.part("ls", l)))
+
+
+class CompensatedBlock(LiftBlock):
+    """Lowerings with a passive heave compensator above the slings."""
+
+    kind = "compensated_lift_driver"
+    compensated = True
+
+    def blank_lift(self) -> tuple[Any, ...]:
+        return blank_lift_stats(), blank_compensator_stats()
+
+    def more_records(self, packed: PackedLift) -> dict[str, Any]:
+        return {"link": packed.link, "cs": blank_compensator_stats()}
+
+    def link_stats(self, row: Sequence[float]) -> CompensatorStats | None:
+        stats: CompensatorStats = record_of(CompensatorStats)(row, size(self.d.Stats) + size(LiftStats))
+        return stats
+
+    def _statistics(self, l: int) -> list[float]:
+        return flatten((self.part("st", l), self.part("ls", l), self.part("cs", l)))
 
 
 def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> FloatArray:

@@ -25,16 +25,19 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
+from stillhook.winches.compensator import CompensatorStats
 from stillhook.winches.registry import WinchType
 from stillhook.winches.suspended_load import NEVER, LiftStats
 
 AUDIT = 0.01
 """Energy not recovered, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below
 1e-3."""
+STROKE = "compensator stroke"
+"""Word for a limit: the rod of a passive heave compensator came to an end of its stroke."""
 AUDIT_FLOOR = 1.0e4
 """Energy below which nothing moves that an audit could judge [J]: a tonne by a metre."""
-LOWEST = {"e_min", "em_min", "tip_min", "F_min", "F_s_min", "z_min", "v_min", "t_landed"}
-SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "through", "slack", "slack_landed"}
+LOWEST = {"e_min", "em_min", "tip_min", "F_min", "F_s_min", "z_min", "v_min", "t_landed", "t_out", "t_in"}
+SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "through", "slack", "slack_landed", "out", "inside"}
 
 
 NUMBERS = (
@@ -71,6 +74,17 @@ NUMBERS = (
     "wire_time",
 )
 """Numbers that the whole run and each stage have alike, in addition to those of the winch type."""
+OF_COMPENSATOR = (
+    "s_c_min",
+    "s_c_max",
+    "v_c_max",
+    "p_c_max",
+    "extended_time",
+    "retracted_time",
+    "t_extended",
+    "t_retracted",
+)
+"""The same of a passive heave compensator, where there is one."""
 OF_RUN = (
     "z_load_end",
     "s_w_end",
@@ -88,19 +102,19 @@ OF_RUN = (
 """Numbers of the whole run alone."""
 
 
-def numbers_of(winch: WinchType) -> tuple[str, ...]:
+def numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
     """Numbers that the whole run and each stage have alike."""
-    return (*NUMBERS, *(row.name for row in winch.numbers))
+    return (*NUMBERS, *(OF_COMPENSATOR if compensator else ()), *(row.name for row in winch.numbers))
 
 
-def stage_numbers_of(winch: WinchType) -> tuple[str, ...]:
+def stage_numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
     """Numbers of a stage."""
-    return ("t_begin", *numbers_of(winch))
+    return ("t_begin", *numbers_of(winch, compensator=compensator))
 
 
-def run_numbers_of(winch: WinchType) -> tuple[str, ...]:
+def run_numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
     """Numbers of the whole run."""
-    return (*numbers_of(winch), *OF_RUN)
+    return (*numbers_of(winch, compensator=compensator), *OF_RUN)
 
 
 def merged(parts: Sequence[Any]) -> Any:
@@ -133,7 +147,8 @@ def total(result: LiftResult) -> StageResult:
     compensated = [p for p in parts if p.span[0] > 0.0] or parts
     span = tuple(max(p.span[i] for p in compensated) for i in range(4))
     stats, lift = merged([p.stats for p in parts]), merged([p.lift for p in parts])
-    return StageResult(stats, lift, (span[0], span[1], span[2], span[3]))
+    links = [p.link for p in parts if p.link is not None]
+    return StageResult(stats, lift, (span[0], span[1], span[2], span[3]), merged(links) if links else None)
 
 
 def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = None) -> float:
@@ -157,13 +172,16 @@ def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = No
 def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.problem`, and "sling"
     (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a stage that does not
-    land), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed
+    land), "compensator stroke" (the rod of a passive heave compensator came to an end of its stroke while the load hung
+    free), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed
     out), "unfinished". "audit" is not judged where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
     beyond = limits_passed(crane.plant.type, r.stats)
     if r.lift.slack > 0.0:
         beyond.append("sling")
+    if r.link is not None and r.link.out + r.link.inside > 0.0:
+        beyond.append(STROKE)
     if unplanned_touches(case, result):
         beyond.append("touchdown")
     if r.stats.common.F_max > tip_capacity(crane):
@@ -218,7 +236,22 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
         "t_landed": ls.t_landed if touched else math.nan,
         "v_landed": ls.v_landed if touched else math.nan,
         "v_hit_max": ls.v_hit if touched else math.nan,
+        **({} if r.link is None else compensator_numbers(r.link)),
         **winch_numbers(winch, r.stats, result.interval),
+    }
+
+
+def compensator_numbers(link: CompensatorStats) -> dict[str, float]:
+    """Numbers of a passive heave compensator; NaN for what did not happen."""
+    return {
+        "s_c_min": _finite(link.s_c_min),
+        "s_c_max": _finite(link.s_c_max),
+        "v_c_max": link.v_c,
+        "p_c_max": link.p_c,
+        "extended_time": link.out,
+        "retracted_time": link.inside,
+        "t_extended": _finite(link.t_out),
+        "t_retracted": _finite(link.t_in),
     }
 
 
@@ -233,7 +266,7 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     r = total(result)
     winch = crane.plant.type
     run = stage_numbers(winch, result, r)
-    blank = dict.fromkeys(stage_numbers_of(winch), math.nan)
+    blank = dict.fromkeys(stage_numbers_of(winch, compensator=r.link is not None), math.nan)
     rows = [dict(blank) for _ in names]
     for (i, part), start in zip(result.stages, result.starts, strict=True):
         rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(winch, result, part)}
@@ -283,6 +316,9 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
             notes_of_run.append(
                 f'stage "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}'
             )
+    for i, s in result.stages:
+        if s.link is not None:
+            notes_of_run.extend(f'stage "{names[i]}": {line}' for line in stroke_notes(s.link))
     for i, touch in unplanned_touches(case, result):
         notes_of_run.append(
             f'stage "{names[i]}" does not land, and the load touches the seabed in it after'
@@ -301,6 +337,14 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
             f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme'
         )
     return notes_of_run
+
+
+def stroke_notes(link: CompensatorStats) -> list[str]:
+    """Ends of its stroke that a compensator came to, a line each."""
+    ends = (("extended", link.t_out, link.out), ("retracted", link.t_in, link.inside))
+    return [
+        f"compensator fully {word} first after {show(t, 'time')}, for {lasts:.2f} s" for word, t, lasts in ends if lasts
+    ]
 
 
 def held_load(crane: Crane, case: Lowering, s_tip_pp: float) -> HeldLoad:

@@ -14,9 +14,11 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.control.registry import code_of
 from stillhook.control.supervisor import Watch, supervisor_at_rest
+from stillhook.engine.pack.compensator import compensator_record
 from stillhook.engine.pack.payload import pack_payload, wetted_at
-from stillhook.engine.pack.programme import Programme, hanging, pack_programme, wire_strength
+from stillhook.engine.pack.programme import Programme, hanging, pack_programme, static_stroke, wire_strength
 from stillhook.engine.pack.winch import Packed, pack
+from stillhook.physics.load_path.compensator import Compensator, compensator_energy
 from stillhook.physics.load_path.drum import Load, Wire
 from stillhook.physics.load_path.payload import Heights, Water, heights, submergence
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
@@ -36,7 +38,8 @@ STILL_WATER = Field(z_w=1.0, i_ds=1.0, last=1.0)
 class PackedLift(NamedTuple):
     """Plant and its records with the wire from drum to tip as wire; lift; memory before the first cycle; displacements
     (n + 2,) [m] and weights (n + 1,) [N] of the wire's nodes, the last displacement that of the payload; table of the
-    payload and its added mass at the start [kg]; programme."""
+    payload and its added mass at the start [kg]; programme; F_sling tension of the slings at the start [N]; link:
+    compensator above them, None where there is none."""
 
     winch: Packed
     lift: Lift
@@ -46,6 +49,8 @@ class PackedLift(NamedTuple):
     table: FloatArray
     m_a: float
     programme: Programme
+    F_sling: float
+    link: Compensator | None
 
 
 def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
@@ -53,7 +58,7 @@ def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
     it."""
     return Scenario.model_construct(
         name=case.name,
-        load=case.payload.mass,
+        load=case.payload.mass + case.link_mass,
         s_w=s_w,
         tip=case.tip,
         mode=case.controller,
@@ -87,12 +92,20 @@ def field_record(waves: WaveField | None) -> Field:
     return STILL_WATER if waves is None else Field(waves.z_0, 1.0 / waves.ds, waves.w.shape[1] - 1.0)
 
 
-def at_rest(lift: Lift, s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: Element) -> FloatArray:
+def at_rest(s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: Element, stretch: float) -> FloatArray:
     """Displacements [m] of nodes and payload under their own weights, from the crane tip down; k_0 stiffness from drum
-    to tip [N/m]."""
+    to tip [N/m], stretch of slings and compensator [m]."""
     below = F_sling + np.cumsum(weights[::-1])[::-1]
     nodes = s_tip - below[0] / k_0 - np.concatenate([[0.0], np.cumsum(below[1:]) / e.k])
-    return np.append(nodes, nodes[-1] - F_sling / lift.sling.k)
+    return np.append(nodes, nodes[-1] - stretch)
+
+
+def stretch_at_rest(F: float, s: float, sling: Sling, link: Compensator | None) -> float:
+    """Stretch of slings, and of a compensator above them with the stroke s [m], under F [N]: at its stops the slings
+    carry the rest."""
+    if link is None or s <= 0.0:
+        return F / sling.k
+    return link.e + s + (max(F - link.F_out, 0.0) / sling.k if s >= link.x_max else 0.0)
 
 
 def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
@@ -104,7 +117,12 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     wet = wetted_at(submergence(case.z_0, 0.0, load.reach), table)
     m_s, r = load.m, case.rigging
     sling = Sling(k=r.stiffness, c=2.0 * r.zeta * math.sqrt(r.stiffness * m_s))
-    hook = Hook(crane.hook_mass, crane.hook_mass * G)
+    hook, link = Hook(crane.hook_mass, crane.hook_mass * G), None
+    unit = case.compensator
+    if unit is not None:
+        link = compensator_record(unit, sling.k, case.rho, case.payload.height + r.height)
+        hook = Hook(hook.m + unit.mass_cylinder, hook.W + unit.mass_cylinder * G)
+        load = load._replace(m=load.m + unit.mass_rod, W=load.W + unit.mass_rod * G)
     rope = rope_record(crane, case, hook.m + load.m)
     e, n = element(s_w, wet.A33, rope), case.wire.nodes
     parts = np.array([element_weight(float(i), e.l, rope) for i in range(n)])
@@ -126,14 +144,16 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
         z_ref=0.0,
         t_cycle=settings.t_cycle,
     )
-    q = at_rest(lift, s_tip, k_0, weights, F_sling, e)
+    stretch = stretch_at_rest(F_sling, static_stroke(case, case.z_0), sling, link)
+    q = at_rest(s_tip, k_0, weights, F_sling, e, stretch)
     lift = lift._replace(z_ref=case.z_0 + s_tip - float(q[-1]))
     sup = supervisor_at_rest(Watch(t=0.0, s_w=s_w, F=F_top, s_tip=0.0, v_tip=0.0), settings)
     z = case.z_0 + s_tip
     at = heights(z, wetted_at(submergence(z, 0.0, load.reach), table))
     levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
     still = Water(*[0.0] * len(Water._fields))
-    E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2)) + 0.5 * sling.k * (q[-2] - q[-1]) ** 2
+    E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2))
+    E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else compensator_energy(stretch, sling, link)
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
         sup=sup,
@@ -163,6 +183,8 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
         table=table,
         m_a=wet.A33,
         programme=programme,
+        F_sling=sling.k * float(q[-2] - q[-1]) if link is None else F_sling,
+        link=link,
     )
 
 

@@ -76,10 +76,9 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
 
     .. math:: e = \frac{F_{tip} L_0}{E A} + \int_0^\ell \frac{F(s)}{E A} ds, \qquad s_w = \ell - e
     """
-    load = lift.payload
-    F_hook = payload_weight(lift, z) + crane.hook_mass * G
+    F_hook = payload_weight(lift, z) + (crane.hook_mass + lift.link_mass) * G
     EA, steel = wire_strength(crane)
-    top = z + load.height + lift.rigging.height
+    top = z + hook_height(lift, z)
     length, wet = lift.h_tip - top, max(-top, 0.0)
     dry, q = length - wet, crane.wire.mass_per_length * G
     q_wet = q - lift.rho * steel * G
@@ -95,6 +94,23 @@ def payload_weight(lift: Lowering, z: float) -> float:
     h = min(max(-z, 0.0), load.reach(lift.rho))
     V = float(load.at(np.array([h]), lift.rho).V[0])
     return (load.mass - lift.rho * V) * G
+
+
+def hook_height(lift: Lowering, z: float) -> float:
+    """Height of the hook above the payload's underside, which hangs still at z above still water [m]: payload,
+    slings, and a compensator with the stroke that the load draws out."""
+    height = lift.payload.height + lift.rigging.height
+    unit = lift.compensator
+    return height if unit is None else height + unit.length + static_stroke(lift, z)
+
+
+def static_stroke(lift: Lowering, z: float) -> float:
+    """Stroke of the compensator with the payload hanging still at z above still water [m]."""
+    unit = lift.compensator
+    if unit is None:
+        return 0.0
+    height = lift.payload.height + lift.rigging.height
+    return unit.hanging_stroke(payload_weight(lift, z) + unit.mass_rod * G, z + height, lift.rho * G)
 
 
 def pack_programme(crane: Crane, lift: Lowering) -> Programme:
@@ -216,7 +232,7 @@ def _wire_for(crane: Crane, lift: Lowering, stage: Stage, where: str) -> float:
             f"{where}: depth = {show(depth, 'length')} is below the seabed at {show(lift.depth, 'length')}. "
             "End it above the bottom, or with landed = true."
         )
-    room = lift.h_tip - lift.payload.height - lift.rigging.height
+    room = lift.h_tip - hook_height(lift, -depth)
     if -depth > room:
         raise LiftError(
             f"{where}: depth = {show(depth, 'length')} lifts the underside {show(-depth, 'length')} above the water,"

@@ -27,6 +27,7 @@ class FileKind(Enum):
     CASE = auto()
     CRANE = auto()
     PAYLOAD = auto()
+    COMPENSATOR = auto()
     CONTROLLER = auto()
     FRICTION = auto()
     MOTOR = auto()

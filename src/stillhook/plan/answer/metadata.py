@@ -42,6 +42,7 @@ from stillhook.weather.series import Weather
 
 DESCRIPTIONS: Mapping[Alternative, str] = {
     Alternative.NONE: "winch on its brake in every phase: nothing is compensated",
+    Alternative.PHC: "winch on its brake in every phase, a passive heave compensator between hook and slings",
     Alternative.CAP: f"a flat {CAP:.0%} of the tip's vertical motion taken away where the winch compensates",
     **{
         Alternative(mode.value): f"twin of the winch under {mode.law.title}; the crane's own settings"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Parts, Progress
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.definition.lift_plan import LiftPlan
@@ -23,7 +24,7 @@ from stillhook.plan.tiers.situations import Looks, Situation, looked_at, natural
 from stillhook.plan.tiers.winch_residual import Way, ways
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import sigmas
-from stillhook.response.suspended_load import natural_periods, suspended_load
+from stillhook.response.suspended_load import SuspendedLoad, natural_periods, suspended_load
 from stillhook.units import show
 
 if TYPE_CHECKING:
@@ -194,11 +195,12 @@ def depth_profile(
     """
     at, winch = _water_phase(plan), _winch(plan, alternatives, progress)
     forcing, z = _forcing(plan, at, Hs, [Tp], beta), np.linspace(-plan.payload.reach(plan.rho), -plan.depth, PLACES)
-    hangs = [suspended_load(plan.crane, plan.hanging(float(x), plan.tip_of(at).z), float(x)) for x in z]
+    hangs = _hanging(plan, at, z)
     columns = {name: np.full((len(alternatives), len(z)), np.nan) for name in QUANTITIES}
     over = ("alternative", "z")
     for i, alternative in enumerate(alternatives):
-        for k, load in enumerate(hangs if winch[alternative].known else []):
+        below = hangs if alternative is not Alternative.PHC else _hanging(plan.under(alternative), at, z)
+        for k, load in enumerate(below if winch[alternative].known else []):
             part = Part(load, HELD, 0.0, forcing, sigmas(forcing, load, winch[alternative].at(load.s_w)))
             values = of_load([part], quantiles(plan))
             for name in QUANTITIES:
@@ -226,16 +228,21 @@ def efficiency(
     """
     at, winch, periods = _water_phase(plan), _winch(plan, alternatives, progress), list(plan.environment.Tp)
     forcing = _forcing(plan, at, Hs, periods, beta)
-    load = suspended_load(plan.crane, plan.hanging(z, plan.tip_of(at).z), z)
     tip = forcing.deviation()
     columns = {name: np.full((len(alternatives), len(periods)), np.nan) for name in ("eta_wire", "eta_load")}
     for i, alternative in enumerate(alternatives):
         if winch[alternative].known:
+            (load,) = _hanging(plan.under(alternative), at, np.array([z]))
             residual = sigmas(forcing, load, winch[alternative].at(load.s_w))
             columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - residual.u / tip, 1.0 - residual.load / tip
     data = {name: (("alternative", "period"), values) for name, values in columns.items()}
     coords = {"alternative": [str(a) for a in alternatives], "period": np.array(periods)}
     return labelled(data, coords, {"Hs": Hs, "beta": beta, "z": z})
+
+
+def _hanging(plan: LiftPlan, at: Phase, z: FloatArray) -> list[SuspendedLoad]:
+    """What hangs below the crane tip of a phase, with the underside at heights z [m]."""
+    return [suspended_load(plan.crane, plan.hanging(float(x), plan.tip_of(at).z), float(x)) for x in z]
 
 
 def _water_phase(plan: LiftPlan) -> Phase:

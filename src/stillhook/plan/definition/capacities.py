@@ -194,7 +194,7 @@ def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityVa
     both directions."""
     if not phase.compensated:
         return _slowest(plan, phase, "manual")
-    if alternative is Alternative.NONE:
+    if alternative.stands:
         return None
     if alternative is Alternative.CAP:
         modes = [mode for mode in CLASSIC if mode in plan.crane.plant.type.modes]

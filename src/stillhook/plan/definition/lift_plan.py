@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
@@ -31,6 +31,7 @@ from stillhook.sea.vessel.boom import Boom
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, StageMode, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import Number, Record, Sensors
@@ -220,7 +221,8 @@ class LiftPlan:
     T_POP planned time of the operation [s] (T_POP_given: not the sum of the phases), T_C
     contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; credits_synthetic: whether
     the crane's certificate is one that the plan assumes, to show what a validation is worth; load_chart in place of
-    the crane's one SWL; digest of every input.
+    the crane's one SWL; compensator that hangs in the alternative phc, linked: whether it hangs (`under`); digest of
+    every input.
     """
 
     name: str
@@ -244,6 +246,8 @@ class LiftPlan:
     alternatives: tuple[Alternative, ...] = ALTERNATIVES
     weather: WeatherUse | None = None
     load_chart: CraneChart | None = None
+    compensator: Compensator | None = None
+    linked: bool = False
     credits_synthetic: bool = False
     source: str = ""
     digest: str = ""
@@ -257,6 +261,11 @@ class LiftPlan:
             self.memo[key] = function(self, *arguments, **none)
         value: Value = self.memo[key]
         return value
+
+    def under(self, alternative: Alternative) -> LiftPlan:
+        """The plan as an alternative hangs: with the compensator in the load path under phc, as it is otherwise."""
+        linked = alternative is Alternative.PHC and self.compensator is not None
+        return self if linked is self.linked else self.once(_with_link, linked)
 
     def phase(self, name: str) -> Phase:
         """The phase of this name."""
@@ -277,12 +286,18 @@ class LiftPlan:
             "name": self.name,
             "payload": self.payload,
             "rigging": self.rigging,
+            "compensator": self.compensator if self.linked else None,
             "wire": self.wire,
             "winch": self.winch,
             "controller": self.crane.plant.type.default_mode,
         }
         fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
         return Lowering(**fields)
+
+
+def _with_link(plan: LiftPlan, linked: bool) -> LiftPlan:
+    """The plan with or without the compensator in the load path."""
+    return replace(plan, linked=linked)
 
 
 def check_chart(plan: LiftPlan) -> None:
@@ -321,6 +336,8 @@ def check_sinks(payload: Payload, rho: float) -> None:
 def check_tips(plan: LiftPlan, boom: Boom | None) -> None:
     """The crane reaches every place that a phase names, and what hangs fits under it."""
     room = plan.payload.height + plan.rigging.height
+    if plan.linked and plan.compensator is not None:
+        room += plan.compensator.length + plan.compensator.stroke
     for phase in plan.phases:
         try:
             at = plan.tip_of(phase)

@@ -3,7 +3,8 @@ which clause.
 
 What a phase of a lift asks in sea states: quantities that rules are held against, from one tier of the model.
 
-What the winch may be taken for: no compensation, the flat cap, and the twin under each controller.
+What the winch may be taken for: no compensation, the flat cap, the twin under each controller, and a winch that stands
+above a passive heave compensator.
 """
 
 from __future__ import annotations
@@ -185,10 +186,11 @@ ROUNDING = 1e-9
 
 class Alternative(StrEnum):
     """One way to account for the winch; the limits of all of them are listed side by side: no compensation, the
-    flat cap, and one for each controller."""
+    flat cap, a passive heave compensator below a winch that stands, and one for each controller."""
 
     NONE = "none"
     CAP = "cap-80"
+    PHC = "phc"
     vars().update({mode.name: mode.value for mode in Mode if mode.compensates})
     STRONG_SSC = STRONG
 
@@ -196,7 +198,12 @@ class Alternative(StrEnum):
     def twin(self) -> bool:
         """Whether the twin computes the compensation (else it is 0, or the flat cap of
         `stillhook.spec.validity.CAP`)."""
-        return self not in (Alternative.NONE, Alternative.CAP)
+        return self not in (Alternative.NONE, Alternative.CAP, Alternative.PHC)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the winch is on its brake where other alternatives compensate."""
+        return self in (Alternative.NONE, Alternative.PHC)
 
     @property
     def classic(self) -> bool:
@@ -208,9 +215,10 @@ class Alternative(StrEnum):
         """What tables and pictures call it."""
         if self is Alternative.STRONG_SSC:
             return "strong SSC"
-        return Mode(self.value).law.label if self.twin else {"none": "none", "cap-80": "80 % cap"}[self.value]
+        return Mode(self.value).law.label if self.twin else _LABELS[self.value]
 
 
+_LABELS = {"none": "none", "cap-80": "80 % cap", "phc": "passive compensator"}
 ALTERNATIVES = (Alternative.NONE, Alternative.CAP, *(Alternative(mode.value) for mode in USUAL), Alternative.STRONG_SSC)
 """Alternatives of a plan that names none."""
 

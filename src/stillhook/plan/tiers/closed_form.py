@@ -113,7 +113,8 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     included, and the waves down there. On the seabed: taking up the load with what the winch leaves of the tip's speed.
     Quantities that it does not know are left out.
     """
-    residual = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
+    residual = 1.0 if alternative.stands or not phase.compensated else 1.0 - CAP
+    plan = plan.under(alternative)
     values, notes = plan.once(_values, phase, seas, residual), _notes(plan, phase, seas, alternative)
     return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, values, notes=notes)
 
@@ -181,6 +182,8 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
         )
     if alternative.twin and phase.compensated:
         notes.append(f"the closed form cannot represent a twin: credited with {CAP:.0%}")
+    if alternative is Alternative.PHC:
+        notes.append("the closed form does not know a passive compensator: it hangs as a weight, as stiff as slings")
     if phase.winch is StageMode.SPLASH:
         notes.append("splash mode of the winch is not credited: treated as a winch at rest")
     if phase.kind is PhaseKind.LIFT_OFF:

@@ -20,14 +20,15 @@ from stillhook.plan.definition.rules import Alternative, Demand, Level, Seas, Ti
 from stillhook.plan.tiers.situations import Looks, Situation, looked_at
 from stillhook.plan.tiers.winch_residual import BRAKE, Way, ways
 from stillhook.response.forcing import Forcing, forcing_of_seas
-from stillhook.response.frequency_domain import Sigmas, sigmas
-from stillhook.response.suspended_load import SuspendedLoad, mean_drag
+from stillhook.response.frequency_domain import Sigmas, compensated_sigmas, sigmas
+from stillhook.response.suspended_load import SuspendedLoad, mean_drag, suspended_load
 from stillhook.response.winch.duty import Duty
 from stillhook.response.winch.linear_form import Residual
 from stillhook.statistics.extremes import (
     MPM,
     P90,
     largest_of_parts,
+    most_probable_maximum,
     rate_below_zero,
     share_beyond,
     speed_at_crossing,
@@ -44,6 +45,9 @@ STANDING = (
         " often and the residual is smaller"
     ),
 )
+LINEAR = "the compensator is linear about the stroke at rest, up to an end of its stroke"
+OF_TIP = ("v_tip_max", "s_tip_pp", "v_w_demand")
+"""Quantities that follow from the tip alone."""
 UNUSABLE = "the controller may not be used at this load and layer: not simulated"
 QUANTILES = {Level.MPM: MPM, Level.P90: P90}
 """Probability that a largest value stays below its level."""
@@ -147,10 +151,14 @@ def demands(
     """As `frequency`, for seas whose forcing is known; the heights and periods of `seas` are only labels here."""
 
     def one(phase: Phase, parts: Sequence[Situation], alternative: Alternative) -> list[Demand]:
-        """A phase under one alternative; under all of them where the winch does not follow the tip."""
+        """A phase under one alternative; under all of them where the winch does not follow the tip, but for the one
+        with a compensator in the load path."""
+        if alternative is Alternative.PHC:
+            return [_on_compensator(plan.under(alternative), phase, parts, forcing, seas)]
         if not phase.compensated:
             shared = _phase(plan, phase, Alternative.NONE, parts, forcing, None)
-            return [Demand(phase.name, a, Tier.FREQUENCY, seas, shared, notes=ALIKE) for a in alternatives]
+            alike = [a for a in alternatives if a is not Alternative.PHC]
+            return [Demand(phase.name, a, Tier.FREQUENCY, seas, shared, notes=ALIKE) for a in alike]
         if winch[alternative].known:
             values = _phase(plan, phase, alternative, parts, forcing, winch[alternative])
             notes = STANDING if alternative.twin and phase.speed else ()
@@ -158,13 +166,39 @@ def demands(
             values, notes = _unusable(plan, phase, parts, forcing), (winch[alternative].reason,)
         return [Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=notes)]
 
+    plain = [a for a in alternatives if a is not Alternative.PHC][:1]
+    linked = [a for a in alternatives if a is Alternative.PHC]
     asked = [
-        (phase, parts, a) for phase, parts in phases for a in (alternatives if phase.compensated else alternatives[:1])
+        (phase, parts, a) for phase, parts in phases for a in (alternatives if phase.compensated else [*plain, *linked])
     ]
     if threads <= 1:
         return [demand for each in asked for demand in one(*each)]
     with ThreadPoolExecutor(threads) as pool:
         return [demand for made in pool.map(one, *zip(*asked, strict=True)) for demand in made]
+
+
+def _on_compensator(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip, seas: Seas) -> Demand:
+    """Demand of a phase with the compensator in the load path and the winch on its brake. Not determined in seas in
+    which its rod comes to an end of its stroke: nothing is linear there."""
+    hangs = [replace(s, load=plan.once(_linked_load, s.z, plan.tip_of(phase).z)) for s in parts]
+    values = dict(_phase(plan, phase, Alternative.PHC, hangs, forcing, None))
+    beyond = np.zeros(len(seas), dtype=np.bool_)
+    for s in hangs:
+        way = compensated_sigmas(forcing[s.x, s.y], s.load, BRAKE)[1]
+        if way is not None and s.load.link is not None:
+            largest = most_probable_maximum(way.stroke, zero_crossing_period(way.stroke, way.rate), s.time)
+            beyond |= largest > s.load.link.room
+    notes: tuple[str, ...] = (LINEAR,)
+    if beyond.any():
+        notes = (f"{LINEAR}; {int(beyond.sum())} of {len(seas)} seas are beyond",)
+    if any(s.load.link is not None and not s.load.link.moves for s in hangs):
+        notes = (*notes, "the load hangs at an end of the compensator's stroke on a part of the way")
+    of_load = {name: np.where(beyond & ~np.isin(name, OF_TIP), np.nan, x) for name, x in values.items()}
+    return Demand(phase.name, Alternative.PHC, Tier.FREQUENCY, seas, of_load, notes=notes)
+
+
+def _linked_load(plan: LiftPlan, z: float, h_tip: float | None) -> SuspendedLoad:
+    return suspended_load(plan.crane, plan.hanging(z, h_tip), z)
 
 
 def _unusable(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip) -> Mapping[str, FloatArray]:

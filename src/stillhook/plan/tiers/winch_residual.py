@@ -117,7 +117,7 @@ def ways(
     set_up = {alternative: controlled(crane, alternative, duties[0].sensors) for alternative in twins}
     winches = [Winch(set_up[a][0], duty, set_up[a][1].mode) for duty in chosen for a in twins]
     made = identify_many(winches, threads=threads, progress=progress)
-    result = {Alternative.NONE: Way((0.0,), (BRAKE,)), Alternative.CAP: Way((0.0,), (FLAT,))}
+    result = {a: Way((0.0,), (BRAKE,)) for a in Alternative if a.stands} | {Alternative.CAP: Way((0.0,), (FLAT,))}
     for i, alternative in enumerate(twins):
         identified = made[i :: len(twins)]
         reason = next((str(problem) for problem in identified if isinstance(problem, StillhookError)), "")

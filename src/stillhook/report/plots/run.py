@@ -333,7 +333,9 @@ def _bounds(run: xarray.Dataset, lift: Lowering, row: TimeSegment) -> Bounds:
     z = run["z_load"].values[row.first : row.last + 1]
     H, rig = lift.payload.height, lift.rigging.height
     low = float(z.min()) - 0.3 * H - 1.0
-    high = float(z.max()) + H + rig + 0.3 * H + 1.0
+    unit = lift.compensator
+    link = 0.0 if unit is None else unit.length + unit.stroke
+    high = float(z.max()) + H + rig + link + 0.3 * H + 1.0
     return Bounds(low, high, max(0.25 * (high - low), 0.75 * _width(lift)))
 
 
@@ -348,7 +350,11 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
 
     z, eta = float(run["z_load"][i]), float(run["eta"][i])
     H, half, w = lift.payload.height, bounds.half, 0.5 * _width(lift)
-    top, hook = z + H, z + H + lift.rigging.height
+    top, hook, unit = z + H, z + H + lift.rigging.height, lift.compensator
+    if unit is not None:
+        s = float(run["s_c"][i])
+        ax.plot([0.0, 0.0], [hook, hook + s], color=STEEL, lw=2.0)
+        ax.plot([0.0, 0.0], [hook + s, hook + s + unit.length], color="black", lw=5.0, solid_capstyle="butt")
     ax.fill_between([-half, half], bounds.low, min(max(eta, bounds.low), bounds.high), color=WATER, lw=0)
     if -lift.depth > bounds.low:
         ax.fill_between([-half, half], bounds.low, -lift.depth, color=SEABED, lw=0)
@@ -362,8 +368,9 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
             color=COLOURS[1],
             lw=1.0,
         )
-    ax.plot([0.0, 0.0], [hook, bounds.high], color="black", lw=1.2)
-    ax.plot([0.0], [hook], marker="s", color="black", ms=4)
+    hung = hook if unit is None else hook + float(run["s_c"][i]) + unit.length
+    ax.plot([0.0, 0.0], [hung, bounds.high], color="black", lw=1.2)
+    ax.plot([0.0], [hung], marker="s", color="black", ms=4)
     ax.set(xlim=(-half, half), ylim=(bounds.low, bounds.high))
     ax.set_aspect("equal")
     ax.set_xticks([])

@@ -20,6 +20,7 @@ from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField, band, realise, samples, tip_motion, wave_field
+from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
 
@@ -216,6 +217,7 @@ class Lowering(Record):
     name: str = ""
     payload: Payload
     rigging: Rigging = Field(default_factory=Rigging)
+    compensator: Compensator | None = Field(default=None, description="passive heave compensator above the slings")
     wire: DeepWire = Field(default_factory=DeepWire)
     tip: SerializeAsAny[Motion] = Field(default_factory=Still)
     waves: WaveField | None = None
@@ -230,6 +232,11 @@ class Lowering(Record):
     rho: u.Density = Field(default=RHO_SEA, gt=0)
     sensors: Sensors = Field(default_factory=Sensors)
     friction: FrictionModel = FrictionModel.LUGRE
+
+    @property
+    def link_mass(self) -> float:
+        """Mass between hook and slings, that of a compensator [kg]."""
+        return 0.0 if self.compensator is None else self.compensator.mass
 
 
 @dataclass(frozen=True, eq=False)

@@ -168,7 +168,7 @@ class Cells:
     def course(self, phase: Phase, winch: Winch, spot: SeaState) -> Course:
         """What is run of a phase in the seas of a column: about its worst height where it is a long way."""
         worst = self.plan.once(worst_places, phase)
-        return self.plan.once(course_of, phase, winch, *worst.get((spot.Tp, spot.beta), (None, None)))
+        return winch.hangs(self.plan).once(course_of, phase, winch, *worst.get((spot.Tp, spot.beta), (None, None)))
 
     def request(self, wanted: Sequence[CellRequest], progress: Progress | None = None) -> None:
         """Run what is wanted and not there yet, all of it together."""
@@ -277,7 +277,7 @@ class Cells:
         """Runs of a cell that are still missing."""
         phase, course = self.plan.phase(request.phase), self._course_of(request)
         crane, mode = self.plan.once(machine_of, request.winch)
-        calm = self.plan.once(lowering_of, phase, course, mode)
+        calm = request.winch.hangs(self.plan).once(lowering_of, phase, course, mode)
         first = len(self._durations(request)) + 1
         self.n_runs += request.seeds - first + 1
         self.seconds += course.duration * (request.seeds - first + 1)

@@ -64,10 +64,16 @@ in water (assumed)."""
 
 class Winch(NamedTuple):
     """What the winch makes of the tip's motion. left: part of it that the wire's top end has where the winch stands;
-    controller: the alternative whose controller compensates the motion, None where none does."""
+    controller: the alternative whose controller compensates the motion, None where none does; below: alternative whose
+    passive compensator hangs below it, None where none does."""
 
     left: float = 1.0
     controller: Alternative | None = None
+    below: Alternative | None = None
+
+    def hangs(self, plan: LiftPlan) -> LiftPlan:
+        """The plan with what hangs below."""
+        return plan.under(self.below or Alternative.NONE)
 
 
 @dataclass(frozen=True)
@@ -89,6 +95,8 @@ class Course:
 def winch_of(phase: Phase, alternative: Alternative) -> Winch:
     """How an alternative runs the winch in a phase. Where nothing follows the tip all alternatives are one and the same
     run."""
+    if alternative is Alternative.PHC:
+        return Winch(below=alternative)
     if not phase.compensated or alternative is Alternative.NONE:
         return Winch()
     if alternative is Alternative.CAP:
@@ -250,6 +258,9 @@ def step_of(plan: LiftPlan) -> float:
     for phase, z in {out[s] for s in (min(out), max(out))}:
         lift = plan.hanging(max(z, -plan.depth + CLOSE), plan.tip_of(phase).z)
         longest = min(longest, *(longest_step(crane, lift) for crane in cranes))
+        if Alternative.PHC in plan.alternatives:
+            linked = plan.under(Alternative.PHC).hanging(max(z, -plan.depth + CLOSE), plan.tip_of(phase).z)
+            longest = min(longest, longest_step(plan.crane, linked))
     t_cycle = plan.crane.control.t_cycle
     step = t_cycle / substeps(t_cycle, STEP)
     return step if step <= longest else t_cycle / substeps(t_cycle, LIFT_STEP)

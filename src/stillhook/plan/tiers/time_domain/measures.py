@@ -110,7 +110,7 @@ def measures(
         found |= _slings(plan, phase, course)
     if not compensates:
         found["v_w_demand"] = top("v_w_max", "v_w_demand")
-    elif alternative is not Alternative.NONE:
+    elif not alternative.stands:
         found["v_w_demand"] = top("v_tip_max", "v_w_demand", factor=whole, offset=stick)
     if compensates:
         found["e_c_pp"] = top("e_c_pp" if alternative.twin else "s_tip_pp", "e_c_pp")

@@ -128,7 +128,8 @@ def _shown(work: Work, column: Column) -> list[LimitSearch]:
 
 
 def _named(line: LimitSearch, key: str) -> str:
-    who = line.alternative.value if line.phase.compensated else "all alternatives"
+    apart = line.phase.compensated or line.winch.below is not None
+    who = line.alternative.value if apart else "all alternatives"
     T, beta = line.column
     return f"{line.phase.name}, {who}: {key} at Tp {show(T, 'time')}, {math.degrees(beta):.4g} deg"
 
