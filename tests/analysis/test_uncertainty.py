@@ -21,11 +21,11 @@ from stillhook.analysis.uncertainty.report import (
     paired_difference,
     troubles,
 )
+from stillhook.engine.scenario.problem import numbers_of
 from stillhook.errors import SpecError, StillhookError
 from stillhook.formats.results import load_run, origin, save_run
 from stillhook.library import FrictionSet, load_friction
 from stillhook.library.parameter_sets import Evidence, save_set
-from stillhook.variables import SUMMARY
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +33,7 @@ CRANE = load_crane("nov-250t")
 CASE = Scenario(load="100 t", s_w="100 m", tip="sine 2 m 12 s", duration="32 s", warm_up="20 s")
 N = 32
 MODES = [CASE.with_mode(m) for m in ("hs", "ssc")]
-NUMBERS = [v.name for v in SUMMARY if v.name not in ("status", "notes")]
+NUMBERS = [name for name in numbers_of(CRANE) if name not in ("status", "notes")]
 STORED = 1e-12
 """Relative: a drawn number written to a crane file and read again."""
 COVER = 0.9

@@ -371,10 +371,23 @@ def draws(uncertainty: Uncertainty, n: int, seed: int = 0) -> Draws:
         raise SpecError(f"draws = {quote(n)}: give a whole number from 1 to {MOST}.")
     if type(seed) is not int or seed < 0:
         raise SpecError(f"seed = {quote(seed)}: give a whole number of 0 or more.")
-    return shaped(uncertainty, even(n, len(FACTORS), seed), (seed,))
+    return shaped(uncertainty, unit_points(n, seed)[0], (seed,))
 
 
-def even(n: int, d: int, seed: int) -> FloatArray:
+FIRST = 23
+"""Factors of the first sequence; those after them are drawn from another, so that a new one moves no draw of these."""
+
+
+def unit_points(n: int, seed: int, tables: int = 1) -> list[FloatArray]:
+    """Points of the unit cube over all factors, (n, factors), for so many tables of draws."""
+    rest = len(FACTORS) - FIRST
+    first, later = even(n, tables * FIRST, seed), even(n, tables * rest, (seed, 1))
+    return [
+        np.hstack([first[:, i * FIRST : (i + 1) * FIRST], later[:, i * rest : (i + 1) * rest]]) for i in range(tables)
+    ]
+
+
+def even(n: int, d: int, seed: int | tuple[int, ...]) -> FloatArray:
     """The first n points of a scrambled Sobol sequence in d dimensions."""
     from scipy.stats import qmc  # heavy: only where draws are wanted
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.uncertainty.draws import MOST, Draws, Uncertainty, even, shaped
-from stillhook.analysis.uncertainty.factors import FACTORS, Distribution, Law
+from stillhook.analysis.uncertainty.draws import MOST, Draws, Uncertainty, shaped, unit_points
+from stillhook.analysis.uncertainty.factors import Distribution, Law
 from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_labels, run_draws
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
@@ -222,9 +222,8 @@ def _check(outputs: Sequence[str], available: Sequence[str], n: int) -> None:
 
 def _tables(uncertain: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[str]]:
     """Draws of the first table, the plan of all runs, and the factors that vary."""
-    d = len(FACTORS)
-    u = even(n, 2 * d, seed)
-    A, B = shaped(uncertain, u[:, :d], (seed, 1)), shaped(uncertain, u[:, d:], (seed, 2))
+    first, second = unit_points(n, seed, 2)
+    A, B = shaped(uncertain, first, (seed, 1)), shaped(uncertain, second, (seed, 2))
     fixed = [name for name, x in uncertain.factors.items() if isinstance(x, Distribution) and x.law is Law.FIXED]
     varied = [name for name in uncertain.factors if name not in fixed]
     if not varied:
