@@ -15,7 +15,7 @@ TUNED (optional)
     Settings of its drive that `tune` may search, by their path in a crane file, with the ends of the search [SI]:
     {"electric.speed.K": (1.0, 40.0)}.
 WITHIN (optional)
-    Powers that go in at one place of the winch and out at another, equal and both in `Powers`: not supplied from outside.
+    Powers that go in at one place of the winch and out at another, equal and both in `Powers`: not from outside.
 PER_MOTOR (optional)
     Tables of which the numbers are those of one motor, next to the one with `count`: a larger drive has more of them.
 PATH

@@ -74,6 +74,9 @@ OF_REFERENCE = ("drum", "wire")
 """Tables that are those of the reference."""
 OF_PLC = ("t_cycle", "compute_share", "tau_F", "t_bumpless")
 """Settings of the PLC itself, those of the reference; the others belong to the drive."""
+MOST_GAIN = 10.0
+"""Largest position gain that is taken [1/m]: the end of what tables/plausible.toml holds for winches. Gears, couplings
+and the structure, which the model takes as stiff, swing before."""
 GAIN_DIGITS = 4
 """Decimals that a position gain is rounded down to [1/m], so that the margins are kept."""
 
@@ -331,14 +334,12 @@ def _tree(changes: list[Change]) -> dict[str, Any]:
 def _with_inertia(of: Crane, changes: dict[str, Any], reference: Crane, J_gear: float) -> Crane:
     """The crane, its effective inertia worked out again from its parts."""
     i, J_drum = changes["i_hD"]["value"], reference.inertia.J_drum
-    counts = {path: leaf for path, leaf in _counts(changes)}
+    counts = dict(_counts(changes))
     motors = 0.0
     for each in of.motors:
         place = next(path for path, spec in _tables(of) if spec is each)
         motors += counts.get(f"{place}.count", each.count) * each.J
-    loose = reference.model_copy(
-        update={"i_hD": i, "inertia": reference.inertia.model_copy(update={"J_gear": J_gear})}
-    )
+    loose = reference.model_copy(update={"i_hD": i, "inertia": reference.inertia.model_copy(update={"J_gear": J_gear})})
     wheels = effective_inertia(loose) - sum(m.count * m.J for m in reference.motors)
     own = of.plant == reference.plant and motors == sum(m.count * m.J for m in reference.motors)
     J = reference.inertia.J_m_eff if own and i == reference.i_hD else motors + wheels
@@ -376,9 +377,16 @@ def with_gain(crane: Crane) -> tuple[Crane, Mode, str, float]:
     if winch.control == DISPLACEMENT and winch.steady_operation:
         return strong_ssc(crane).on(crane), mode, "strong SSC", lead
     K_p, basis = kept(crane, ("strong gain", mode.value), lambda: _largest(crane, mode))
+    if K_p > MOST_GAIN:
+        K_p, basis = MOST_GAIN, f"{MOST_GAIN:g} 1/m, the end of what winches have; {basis} would allow {K_p:.3g} 1/m"
     down = math.floor(K_p * 10**GAIN_DIGITS) / 10**GAIN_DIGITS
     gains = {"K_p": f"{down:.{GAIN_DIGITS}f} 1/m", "t_lead": f"{1e3 * lead:.4g} ms"}
     return changed(crane, {"control": gains}), mode, basis, lead
+
+
+def with_lead(crane: Crane, lead: float) -> Crane:
+    """The crane whose PLC extrapolates the tip's motion by a time [s]."""
+    return crane.model_copy(update={"control": crane.control.model_copy(update={"t_lead": lead})})
 
 
 def _largest(crane: Crane, mode: Mode) -> tuple[float, str]:
@@ -396,5 +404,6 @@ def rule(reference: Crane, v: float) -> tuple[str, ...]:
         "Size: whole motors that keep the torque reserve which the library crane has for its own SWL on the full drum;"
         " pumps, lines, valves, stores and power go with the motors, pressures, speeds and times stay.",
         "Gain: the largest with gain margin 2, phase margin 45 deg and sensitivity peak 2; strong SSC on closed"
-        " circuits, position control on the others.",
+        " circuits, position control on the others; the tip is extrapolated by what PLC and oil are late where that"
+        " leaves less error.",
     )
