@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.drives.energy import Energies, energies, net_energy, supply
+from stillhook.analysis.drives.energy import Energies, energies, net_energy
 from stillhook.analysis.drives.sizing import Sized, library_crane, rule, sized, with_lead
 from stillhook.analysis.steady.limits import Direction, Station, top_of_drive
 from stillhook.analysis.uncertainty.draws import Drawing, Uncertainty, draws
@@ -33,7 +33,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.plausible import IMPLAUSIBLE
-from stillhook.units import quote
+from stillhook.units import in_unit, number, quote
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
@@ -51,6 +51,8 @@ NUMBERS = ("e_c_pp", "eta_c", "F_w_max", "energy_unaccounted")
 """Numbers of a run that a comparison shows."""
 WEIGHTS = (3.0, 1.0, 2.0)
 """Time that sizing, run and draws of a drive take, relative to each other: for progress."""
+STORES = 0.05
+"""Share of the net energy from which the change of stores is worth a word [-]."""
 EVERY = 0.1
 """Spacing of the series that are kept [s]."""
 NOT_VALIDATED = "not validated"
@@ -105,6 +107,18 @@ class DriveRun:
         """Whether the run stayed inside every limit."""
         return self.status == "ok"
 
+    @property
+    def notes(self) -> list[str]:
+        """Notes of the run, and of energy that came out of stores or went into them."""
+        out, E = list(self.summary["notes"]), self.energy.stored
+        if abs(E) > STORES * abs(self.energy.net):
+            way = "came out of" if E < 0.0 else "went into"
+            kwh = number(in_unit(abs(E), "kWh", "energy"), 3)
+            out.append(
+                f"{kwh} kWh per hour {way} stores, which the net energy leaves out: run longer, with a longer warm-up"
+            )
+        return out
+
     def value(self, name: str) -> float:
         """One of `BANDED` at the nominal values."""
         return float(self.summary["e_c_pp"] if name == "e_c_pp" else self.energy.net)
@@ -144,10 +158,10 @@ class DriveRun:
             "gain_follows_from": of.basis,
             "sized_from": of.source,
             "size": of.size,
-            "motors": sum(part.count for part in of.parts) if of.parts else None,
+            "motors": sum(part.motors for part in of.parts) if of.parts else None,
             "assumed_share": self.assumed,
             "twin": NOT_VALIDATED,
-            "notes": list(self.summary["notes"]),
+            "notes": self.notes,
         }
 
 
@@ -310,20 +324,19 @@ def compare_drives(
         library_crane(name, reference)
     meter = Meter(sum(WEIGHTS) * len(names), progress)
     meter.tell()
-    drives = [_told(meter, 0, lambda name=name: sized(name, reference, v_top)) for name in names]  # type: ignore[misc]
+    drives = [_told(meter, 0, lambda name=name: sized(name, reference, v_top)) for name in names]
     cases = [case.model_copy(update={"mode": drive.mode, "name": drive.name}) for drive in drives]
     for drive, each in zip(drives, cases, strict=True):
         check(drive.crane, each)
     runs = [
-        _told(meter, 1, lambda d=drive, c=each: _run(d, c, step))  # type: ignore[misc]
-        for drive, each in zip(drives, cases, strict=True)
+        _told(meter, 1, lambda d=drive, c=each: _run(d, c, step)) for drive, each in zip(drives, cases, strict=True)
     ]
     factors: tuple[str, ...] = ()
     if n:
         pairs = [(drive.crane, each) for drive, each in zip(drives, cases, strict=True)]
         uncertain = Uncertainty.default().on(*pairs)
         table, factors = draws(uncertain, n, seed), tuple(uncertain.factors)
-        runs = [_told(meter, 2, lambda r=run: _drawn(r, table.columns, table.values)) for run in runs]  # type: ignore[misc]
+        runs = [_told(meter, 2, lambda r=run: _drawn(r, table.columns, table.values)) for run in runs]
     meter.done = meter.total
     meter.tell()
     v = wire_speed_max(reference) if v_top is None else v_top

@@ -38,13 +38,13 @@ class Energies(NamedTuple):
 
 def per_hour(result: Result) -> float:
     """What a sum of powers over the counted cycles of a run is multiplied with to be an energy per hour [s]."""
-    return HOUR / max(result.stats.common.cycles - 1.0, 1.0)
+    return HOUR / max(float(result.stats.common.cycles) - 1.0, 1.0)
 
 
 def net_energy(winch: WinchType, result: Result) -> float:
     """Energy per hour from what feeds the drive [J]."""
     power = result.stats.power._asdict()
-    return per_hour(result) * sum(power[name] for name in fed(winch))
+    return per_hour(result) * sum(float(power[name]) for name in fed(winch))
 
 
 def fed(winch: WinchType) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
@@ -16,10 +16,17 @@ if TYPE_CHECKING:
 
 LEAST_FLOW = 0.01
 """Share of all that comes in below which a flow is added to `others` in a Sankey."""
+SMALL = 2e-3
+"""Share below which `others` are not drawn."""
 HEIGHT = 1.0
 """Height of all that comes in, in the units of a Sankey's axes."""
 GAP = 0.06
 """Gap between two bands at one side."""
+
+
+def millimetres(x: float) -> float:
+    """A length [m] in mm."""
+    return in_unit(x, "mm", "length")
 
 
 def kwh(E: float) -> float:
@@ -34,8 +41,8 @@ def bars_figure(comparison: DriveComparison, *, title: str = "") -> Figure:
     runs = comparison.ordered()
     figure = Figure(figsize=(10.0, 1.8 + 0.5 * len(runs)), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
-    scales = {
-        "e_c_pp": (lambda x: 1e3 * x, "error, peak to peak [mm]"),
+    scales: dict[str, tuple[Callable[[float], float], str]] = {
+        "e_c_pp": (millimetres, "error, peak to peak [mm]"),
         "energy_net": (kwh, "net energy [kWh per hour]"),
     }
     places = range(len(runs))
@@ -73,11 +80,11 @@ def sankey_figure(run: DriveRun) -> Figure:
     left = {**{k: x for k, x in drawn.items() if x > 0.0}, **{_from(k): -x for k, x in sinks.items() if x < 0.0}}
     right = {**{k: x for k, x in sinks.items() if x > 0.0}, **{f"to the {k}": -x for k, x in drawn.items() if x < 0.0}}
     total = max(sum(left.values()), sum(right.values()), 1.0)
-    figure = Figure(figsize=(9.0, 5.0), layout="constrained")
+    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
     ax = figure.subplots()
     _side(ax, _large(left, total), total, -1.0)
     _side(ax, _large(right, total), total, 1.0)
-    ax.set(xlim=(-2.1, 2.1), ylim=(-0.25, HEIGHT + 0.75))
+    ax.set(xlim=(-2.1, 2.1), ylim=(-0.3, HEIGHT + 0.3))
     ax.axis("off")
     ax.set_title(
         f"{run.name}: {kwh(total):.4g} kWh per hour pass through; net {kwh(e.net):.4g} kWh per hour", fontsize="medium"
@@ -94,7 +101,7 @@ def _large(flows: Mapping[str, float], total: float) -> list[tuple[str, float]]:
     large = [(name, x) for name, x in flows.items() if x >= LEAST_FLOW * total]
     small = sum(x for x in flows.values() if x < LEAST_FLOW * total)
     rows = sorted(large, key=lambda row: -row[1])
-    return [*rows, ("others", small)] if small > 1e-4 * total else rows
+    return [*rows, ("others", small)] if small > SMALL * total else rows
 
 
 def _side(ax: Any, flows: Sequence[tuple[str, float]], total: float, side: float) -> None:

@@ -85,7 +85,7 @@ class Part(NamedTuple):
     """How a table of a drive was scaled: motors in it now and in the library crane."""
 
     table: str
-    count: int
+    motors: int
     of: int
 
 
@@ -109,7 +109,7 @@ class Sized:
 
     def describe(self) -> str:
         """In words: "electric: that of nov-100t-electric, size 2.58, 16 motors"."""
-        motors = f", {sum(part.count for part in self.parts)} motors" if self.parts else ""
+        motors = f", {sum(part.motors for part in self.parts)} motors" if self.parts else ""
         return f"{self.name}: drive of {self.source}, size {self.size:.3g}{motors}"
 
 
@@ -164,12 +164,12 @@ def scaled(of: Crane, reference: Crane, v_top: float | None = None) -> tuple[Cra
     parts: tuple[Part, ...] = ()
     if declared is None:
         parts = tuple(_part(of, name, size) for name in winch.tables if of.table(name) is not None)
-        factors = {part.table: part.count / part.of for part in parts}
+        factors = {part.table: part.motors / part.of for part in parts}
     else:
         factors = dict(declared(of, reference, v))
     factors = {"hpu": size, "brake": size} | factors
     n = _motors(of)
-    n_new = n if not parts else sum(part.count for part in parts)
+    n_new = n if not parts else sum(part.motors for part in parts)
     motors = n_new / n if n else 1.0
     changes = _tree(
         [
@@ -256,7 +256,7 @@ def _times(item: Item, factor: float, of: str) -> Change:
 
 def _of_drive(of: Crane, parts: tuple[Part, ...], factors: Mapping[str, float]) -> Iterator[Change]:
     """Numbers of the drive's tables that go with their size; the closest table named in factors counts."""
-    counts = {part.table: part.count for part in parts}
+    counts = {part.table: part.motors for part in parts}
     one = of_one_motor(of) if parts else ()
     for item in items(of):
         tables = [table for table in factors if _within(item.path, (table,))]

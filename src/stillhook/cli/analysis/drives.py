@@ -55,6 +55,10 @@ def compare_drives(
     names = named(drives)
     check_out(out, (*FILES, *(sankey(name) for name in names)))
     v_top = None if top_speed is None else _speed(top_speed)
+    if plan is not None:
+        from stillhook.plan.drives import plan_with_weather
+
+        plan_with_weather(plan)
     say("sizing the drives; a winch model that is new to this machine compiles once, in some 20 s each ...")
     with progress_bar("comparing") as bar:
         result = analysis.compare_drives(crane, case, names, n=draws, seed=seed, v_top=v_top, step=step, progress=bar)
@@ -101,7 +105,7 @@ def _print(result: DriveComparison, data: dict[str, Any], title: str) -> None:
     for line in result.rule:
         wrapped(line, "  ")
     for run in result.ordered():
-        for note in run.summary["notes"]:
+        for note in run.notes:
             wrapped(f"{run.name}: {note}", "  ")
 
 
@@ -146,7 +150,7 @@ def _print_plan(plan: dict[str, Any]) -> None:
         for name, row in plan["drives"].items()
     ]
     print_table(
-        ["drive", f"days a year over\n{over}", "days a year over\n80 % cap", "mean wait\nof one operation"],
+        ["drive", f"days a year over\n{over}", "days a year over\n80 % cap", "mean wait of one\noperation [d]"],
         rows,
         title=f"plan {plan['plan']}, {plan['tier']} tier, as modelled",
     )
@@ -154,13 +158,12 @@ def _print_plan(plan: dict[str, Any]) -> None:
 
 
 def _days(value: Any) -> str:
+    """A number of days, with its interval where there is one."""
     if value is None:
         return EMPTY
     if isinstance(value, dict):
-        middle = _days(value["value"])
-        low, high = value.get("low"), value.get("high")
-        known = low is not None and high is not None and math.isfinite(low) and math.isfinite(high)
-        return f"{middle} ({number(low, 3)} to {number(high, 3)})" if known else middle
+        ends = f" ({number(value['low'], 3)} to {number(value['high'], 3)})" if "low" in value else ""
+        return f"{_days(value['value'])}{ends}"
     return EMPTY if not math.isfinite(value) else number(float(value), 3)
 
 
