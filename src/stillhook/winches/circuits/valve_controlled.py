@@ -237,7 +237,6 @@ def valve_flows(x_v, alpha_p, omega_m, p_a, p_b, p_s, p_pilot, f_pump, A):
     Q_relief_b = relief_flow(p_b, A.relief)
     Q_relief_s = relief_flow(p_s, A.supply_relief)
     Q_make_up_a, Q_make_up_b = make_up_flow(p_a, A.tank), make_up_flow(p_b, A.tank)
-    dp_v = dp_PA if x_v >= 0.0 else p_s - p_b
     P_valve = dp_PA * Q_PA + dp_AT * Q_AT + (p_s - p_b) * Q_PB + (p_b - p_T) * Q_BT
     dp_v = dp_PA if x_v >= 0.0 else p_s - p_b
     P_make_up = (p_T - p_a) * Q_make_up_a + (p_T - p_b) * Q_make_up_b
