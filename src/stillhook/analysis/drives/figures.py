@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
 from stillhook.report.plots.run import COLOURS, GREY
-from stillhook.units import in_unit
+from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,7 +87,8 @@ def sankey_figure(run: DriveRun) -> Figure:
     ax.set(xlim=(-2.1, 2.1), ylim=(-0.3, HEIGHT + 0.3))
     ax.axis("off")
     ax.set_title(
-        f"{run.name}: {kwh(total):.4g} kWh per hour pass through; net {kwh(e.net):.4g} kWh per hour", fontsize="medium"
+        f"{run.name}: {number(kwh(total))} kWh per hour pass through; net {number(kwh(e.net))} kWh per hour",
+        fontsize="medium",
     )
     return figure
 
@@ -122,7 +123,7 @@ def _side(ax: Any, flows: Sequence[tuple[str, float]], total: float, side: float
         colour = GREY if grey else COLOURS[(i + (0 if side > 0 else 2)) % len(COLOURS)]
         ax.add_patch(PathPatch(Path(points, codes), facecolor=colour, alpha=0.6, lw=0.0))
         place = {"va": "center", "ha": "left" if side > 0 else "right", "fontsize": "small"}
-        ax.text(b + 0.04 * side, top_out - 0.5 * h, f"{name} {kwh(x):.3g}", **place)
+        ax.text(b + 0.04 * side, top_out - 0.5 * h, f"{name} {number(kwh(x), 3)}", **place)
         inner, outer = inner - h, outer - h - GAP
     filled = HEIGHT * sum(x for _, x in flows) / total
     ax.fill_between([0.0, 0.12 * side], HEIGHT - filled, HEIGHT, color=GREY, alpha=0.35, lw=0.0)
