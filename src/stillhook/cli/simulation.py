@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.extras import need
+from stillhook.cli.analysis.drives import compare_drives
 from stillhook.cli.parser import (
     MODES,
     USUAL,
@@ -22,11 +23,12 @@ from stillhook.cli.parser import (
     say_left_out,
     write_out,
 )
-from stillhook.errors import LiftError, MotionError, StillhookError
+from stillhook.errors import CommandError, LiftError, MotionError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, wrapped
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
 from stillhook.units import quote, show
+from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Comparison
@@ -43,6 +45,8 @@ MOTION_HELP = (
     'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a log (CSV or $PSXN,23), or the tip.json of'
     " stillhook tip."
 )
+DRIVES = ", ".join(WINCH_TYPES)
+"""Drives as help lists them."""
 POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
 PYTHON_POSITION, COMMAND_POSITION = 'tip=("-20 m", "12 m", "35 m")', '--position "-20 m, 12 m, 35 m"'
 OUT_FILES = ("panels.png", "runs.nc", "summary.json")
@@ -145,28 +149,70 @@ def compare(
     step: Annotated[
         str | None, typer.Option(help="Integration step (default 2 ms, or the next shorter part of the PLC cycle).")
     ] = None,
+    drives: Annotated[
+        str | None, typer.Option(help=f"Drives in place of controllers, each sized for this crane: {DRIVES}.")
+    ] = None,
+    draws: Annotated[
+        int | None, typer.Option(help="With --drives: draws of what is uncertain (default 16; 0: none).")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="With --drives: same seed, same draws.")] = None,
+    top_speed: Annotated[
+        str | None,
+        typer.Option("--top-speed", help="With --drives: wire speed at full command (default that of the crane)."),
+    ] = None,
+    plan: Annotated[
+        str | None, typer.Option(help="With --drives: lift plan; days that each drive gains in a year.")
+    ] = None,
+    full_plan: Annotated[
+        bool, typer.Option("--full-plan", help="With --plan: the twin in the loop (hours), not the frequency domain.")
+    ] = False,
     out: Out = None,
     json: Json = False,
 ) -> None:
-    """Run one motion under several controllers and put them side by side.
+    """Run one motion under several controllers, or with several drives, and put them side by side.
 
     Exit code 1 if none of them stays inside its limits.
 
     Example: stillhook compare --crane nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --modes
     ns,hs,ssc
+
+    Example: stillhook compare --crane nov-250t --load "100 t" --motion "sine 2 m 10 s" --drives
+    active-passive,pure-active,secondary,cylinder,electric,open-circuit
     """
     from stillhook.analysis.controllers import compare as side_by_side
     from stillhook.library import load_crane
     from stillhook.sea.motion.recorded import Recorded
     from stillhook.spec.scenario import Scenario, Sensors
 
-    check_out(out, OUT_FILES)
+    of_drives = {"--draws": draws, "--seed": seed, "--top-speed": top_speed, "--plan": plan, "--full-plan": full_plan}
+    if drives is None:
+        refuse(of_drives, "belongs to --drives. Give it, or leave this out.")
+        check_out(out, OUT_FILES)
+    else:
+        refuse({"--modes": modes}, "--drives gives each drive its own controller. Leave one of them out.")
+    if full_plan and plan is None:
+        raise CommandError("--full-plan: which plan? Give --plan.")
     machine = load_crane(crane)
     tip = motion_of(motion, position, heave, start, duration)
     times = (
         {} if duration is None or isinstance(tip, Recorded) else {"duration": duration}
     )  # a log is cut as it is read
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
+    if drives is not None:
+        ok = compare_drives(
+            machine,
+            case,
+            drives,
+            draws=16 if draws is None else draws,
+            seed=seed or 0,
+            top_speed=top_speed,
+            step=step,
+            plan=plan,
+            full_plan=full_plan,
+            out=out,
+            json=json,
+        )
+        raise typer.Exit(0 if ok else 1)
     chosen = None if modes is None else [m.strip().lower() for m in modes.split(",") if m.strip()]
     with progress_bar("comparing") as bar:
         progress = started(machine, bar, series=True, report=getattr(tip, "report", ""))

@@ -14,6 +14,10 @@ CONTROL (optional)
 TUNED (optional)
     Settings of its drive that `tune` may search, by their path in a crane file, with the ends of the search [SI]:
     {"electric.speed.K": (1.0, 40.0)}.
+WITHIN (optional)
+    Powers that go in at one place of the winch and out at another, equal and both in `Powers`: not from outside.
+PER_MOTOR (optional)
+    Tables of which the numbers are those of one motor, next to the one with `count`: a larger drive has more of them.
 PATH
     Load path below it, `stillhook.winches.load_path` for wire and load.
 Params, State, Command, Circuit
@@ -65,6 +69,9 @@ other_motors(crane, W, d)
     `OtherMotors` next to the active ones that hold a weight W [N] on diameter d [m] (default none).
 refusal(crane, case), notes(crane, held, parts)
     Reason why it cannot run a case ("" where it can), and what to say of it before it runs, in lines.
+sized(crane, reference, v_top)
+    Where its size is not a number of motors: size of its tables for the load of another crane and a wire speed at full
+    command [m/s], over their size now, by path of the table.
 stroke(crane, F)
     Tip motion that takes the stroke of what carries the tension F [N], in `Stroke`; None where nothing has one.
 speed_limit(p, geo, F_w, lowering)

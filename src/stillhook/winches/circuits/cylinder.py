@@ -326,6 +326,15 @@ def motors(crane: Any) -> tuple[Any, ...]:
     return ()
 
 
+def sized(crane: Any, reference: Any, v_top: float) -> dict[str, float]:
+    """Size of its tables for the load of another crane and a wire speed v_top [m/s] over their size now [-]: areas by
+    the force in the wire, flows by area times rod speed; falls and stroke stay."""
+    force = (reference.SWL + reference.hook_mass) / (crane.SWL + crane.hook_mass)
+    flow = force * v_top / crane.cylinder.v_w_max
+    of_flow = ("pump", "boost", "relief", "flushing")
+    return {"cylinder": force, **{f"cylinder.{name}": flow for name in of_flow}, "hpu": flow, "brake": force}
+
+
 def full_wire_speed(crane: Any) -> float:
     """Wire speed at full command [m/s], on every layer."""
     return float(crane.cylinder.v_w_max)

@@ -72,6 +72,7 @@ from stillhook.winches.circuits.cylinder import (
     pump_flows,
     pump_units,
     refusal,
+    sized,
     stroke,
 )
 from stillhook.winches.interface import NOT_YET, Cause, Parts, Stiffness
@@ -84,7 +85,7 @@ PATH = load_path
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
 __all__ = ["NAME", "PATH", "TITLE", "charge", "full_speed", "full_wire_speed", "lag", "motors", "notes", "pump_flows"]
-__all__ += ["pump_units", "refusal", "stroke"]
+__all__ += ["pump_units", "refusal", "sized", "stroke"]
 
 
 class Params(NamedTuple):

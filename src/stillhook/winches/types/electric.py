@@ -173,6 +173,8 @@ class Powers(NamedTuple):
 
 
 SUPPLIED = ("grid", "motor")
+WITHIN = ("motor", "shaft")
+PER_MOTOR = ("electric.inverter",)
 
 
 @scalar

@@ -1,0 +1,178 @@
+"""`stillhook compare --drives`: which drive for this crane?"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stillhook.cli.parser import check_out, write_out
+from stillhook.report.formatting import EMPTY, cell, fmt, percent, wrapped
+from stillhook.report.terminal import print_json, print_table, progress_bar, say
+from stillhook.units import in_unit, number, parse
+
+if TYPE_CHECKING:
+    from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
+    from stillhook.spec.crane import Crane
+    from stillhook.spec.scenario import Scenario
+
+FILES = ("compare-drives.json", "compare-drives.nc", "compare-drives.png")
+HEADERS = (
+    "drive",
+    "error\np-p 30 s",
+    "5-95 %\nof draws",
+    "effi-\nciency",
+    "net kWh\nper h",
+    "5-95 %\nof draws",
+    "drawn",
+    "re-\nturned",
+    "top\nspeed",
+    "stroke\np-p",
+    "installed",
+    "numbers\nassumed",
+    "status",
+)
+
+
+def compare_drives(
+    crane: Crane,
+    case: Scenario,
+    drives: str,
+    *,
+    draws: int,
+    seed: int,
+    top_speed: str | None,
+    step: str | None,
+    plan: str | None,
+    full_plan: bool,
+    out: Path | None,
+    json: bool,
+) -> bool:
+    """Run, print and write the comparison; whether a drive stayed inside every limit."""
+    from stillhook.analysis.drives import comparison as analysis
+    from stillhook.analysis.drives.sizing import drives as named
+
+    names = named(drives)
+    check_out(out, (*FILES, *(sankey(name) for name in names)))
+    v_top = None if top_speed is None else _speed(top_speed)
+    if plan is not None:
+        from stillhook.plan.drives import plan_with_weather
+
+        plan_with_weather(plan)
+    say("sizing the drives; a winch model that is new to this machine compiles once, in some 20 s each ...")
+    with progress_bar("comparing") as bar:
+        result = analysis.compare_drives(crane, case, names, n=draws, seed=seed, v_top=v_top, step=step, progress=bar)
+    data = result.to_dict()
+    if plan is not None:
+        from stillhook.plan.drives import days_gained
+
+        with progress_bar("planning") as bar:
+            data["plan"] = days_gained(plan, [run.drive for run in result.ordered()], full=full_plan, progress=bar)
+    title = f"{crane.name}, {fmt(case.load, 'mass')}, {fmt(case.s_w, 'length')} of wire out"
+    title += f", tip: {case.tip.describe().split(':')[0]}"
+    if json:
+        print_json(data)
+    else:
+        _print(result, data, title)
+    if out is not None:
+        _write(out, result, data, title, quiet=json)
+    return result.ok
+
+
+def sankey(name: str) -> str:
+    """File of the energy picture of a drive."""
+    return f"energy-{name}.png"
+
+
+def _speed(text: str) -> float:
+    from stillhook.errors import SpecError
+    from stillhook.units import quote
+
+    v = parse(text, "speed", "--top-speed")
+    if v <= 0.0:
+        raise SpecError(f"--top-speed {quote(text)}: it must be greater than 0.")
+    return v
+
+
+def _print(result: DriveComparison, data: dict[str, Any], title: str) -> None:
+    print_table(HEADERS, [_row(run) for run in result.ordered()], title=title)
+    for run in result.ordered():
+        wrapped(f"{run.drive.describe()}; top speed stopped by {run.binds}; losses {_losses(run)}", "  ")
+    for name in ("e_c_pp", "energy_net"):
+        wrapped(result.verdict(name), "  ")
+    if "plan" in data:
+        _print_plan(data["plan"])
+    for line in result.rule:
+        wrapped(line, "  ")
+    for run in result.ordered():
+        for note in run.notes:
+            wrapped(f"{run.name}: {note}", "  ")
+
+
+def _row(run: DriveRun) -> list[str]:
+    e, error, net = run.energy, run.band("e_c_pp"), run.band("energy_net")
+    stroke = EMPTY if run.stroke is None else fmt(run.stroke, "length", 3)
+    return [
+        run.name,
+        cell("e_c_pp", run.value("e_c_pp")),
+        _band(error.low, error.high, 1e3, "mm"),
+        cell("eta_c", run.summary["eta_c"]),
+        _kwh(e.net),
+        _band(net.low, net.high, in_unit(1.0, "kWh", "energy"), ""),
+        _kwh(e.drawn),
+        _kwh(e.returned),
+        fmt(run.v_w_top, "speed", 3),
+        stroke,
+        fmt(run.P_installed, "power", 3),
+        percent(run.assumed),
+        run.status,
+    ]
+
+
+def _kwh(E: float) -> str:
+    return number(in_unit(E, "kWh", "energy"), 3)
+
+
+def _band(low: float, high: float, scale: float, unit: str) -> str:
+    return EMPTY if math.isnan(low) else f"{number(scale * low, 3)}-{number(scale * high, 3)} {unit}".strip()
+
+
+def _losses(run: DriveRun) -> str:
+    """The largest losses in kWh per hour."""
+    rows = sorted(run.energy.lost.items(), key=lambda row: -row[1])
+    return ", ".join(f"{name.replace('_', ' ')} {_kwh(x)}" for name, x in rows[:3]) + " kWh per h"
+
+
+def _print_plan(plan: dict[str, Any]) -> None:
+    over = "no compensation"
+    rows = [
+        [name, *(_days(row["gained_over"].get(key)) for key in ("none", "cap-80")), _days(row.get("wait"))]
+        for name, row in plan["drives"].items()
+    ]
+    print_table(
+        ["drive", f"days a year over\n{over}", "days a year over\n80 % cap", "mean wait of one\noperation [d]"],
+        rows,
+        title=f"plan {plan['plan']}, {plan['tier']} tier, as modelled",
+    )
+    wrapped(plan["basis"], "  ")
+
+
+def _days(value: Any) -> str:
+    """A number of days, with its interval where there is one."""
+    if value is None:
+        return EMPTY
+    if isinstance(value, dict):
+        ends = f" ({number(value['low'], 3)} to {number(value['high'], 3)})" if "low" in value else ""
+        return f"{_days(value['value'])}{ends}"
+    return EMPTY if not math.isfinite(value) else number(float(value), 3)
+
+
+def _write(out: Path, result: DriveComparison, data: dict[str, Any], title: str, *, quiet: bool) -> None:
+    def pictures() -> dict[str, Any]:
+        from stillhook.analysis.drives.figures import bars_figure, sankey_figure
+
+        return {FILES[2]: bars_figure(result, title=title)} | {
+            sankey(run.name): sankey_figure(run) for run in result.runs
+        }
+
+    write_out(out, {FILES[0]: data, FILES[1]: result.dataset()}, pictures=pictures, quiet=quiet)
