@@ -6,8 +6,8 @@ from __future__ import annotations
 from stillhook.spec.crane import Crane
 from stillhook.validate.criteria.results import MEASURES, StepNumber
 
-WORDS = {"active": "closed circuit", "passive": "passive circuit"}
-"""Circuits in words; everything else that a measure needs is a signal."""
+WORDS = {"active": "closed circuit", "passive": "passive circuit", "omega_m": "motors on its drum (signal omega_m)"}
+"""What a measure needs in words; what is not a circuit is a signal."""
 
 
 def has(crane: Crane) -> frozenset[str]:

@@ -72,6 +72,8 @@ CELL, CELL_ZERO = 0.004, 2e3
 SENSOR_NOISE, ROOM = 1e-3, 1.2
 """Standard deviation of a sample of a drive's signal, part of its range, and that range over the largest value of the
 tests (assumed: transducer and 12-bit input card)."""
+UNSEEN = ("T_f", "F_f")
+"""Friction of a winch, which no sensor shows."""
 DRY = ("dry", "breakaway", VISCOUS)
 POSSIBLE = (Defect.FRICTION, Defect.GEAR, Defect.MRU_DELAY, Defect.K_1, Defect.CLOCK, Defect.GAP, Defect.LOAD_CELL)
 """Defects that have a meaning for every winch; friction and gear for those with motors."""
@@ -270,7 +272,7 @@ def columns_of(crane: Crane) -> tuple[Column, ...]:
     own = [
         Column(row.name, row.name, KINDS[row.kind].display, row.kind)
         for row in rows.values()
-        if row.kind in MISFIT_KINDS and row.name not in named
+        if row.kind in MISFIT_KINDS and row.name not in named and row.name not in UNSEEN
     ]
     return (*common, *own)
 
@@ -289,7 +291,8 @@ def _run(crane: Crane, plan: Plan, i: int, seed: int, made: Deviations) -> Run:
 def _sensors(crane: Crane, columns: Sequence[Column], runs: Sequence[Run], rng: np.random.Generator) -> Sensors:
     """Sensors of the columns; those of the drive's own signals have a range that the tests leave room in."""
     r_eff = 0.5 * crane.drum.d_max / crane.i_hD
-    known = ahc_sensors(crane, max(motor_speed_max(crane, 1.0), wire_speed_max(crane) / r_eff), {})
+    fastest = motor_speed_max(crane, crane.plant.type.least_displacement(crane))
+    known = ahc_sensors(crane, max(fastest, wire_speed_max(crane) / r_eff), {})
     out = {}
     for c in columns:
         if c.name in known:
@@ -332,7 +335,8 @@ def _write(
     signals = {c.name: logged(true[c.name], sensors[c.name], t_cycle, rng) for c in columns}
     signals["F_w"] = signals["F_w"] / made.cell_unit
     test = plan.tests[i]
-    time = np.round(made.clock.stamps(run.result.dt * np.arange(n), rng), 4)
+    t: FloatArray = run.result.dt * np.arange(n, dtype=np.float64)
+    time: FloatArray = np.round(made.clock.stamps(t, rng), 4)
     gap = made.gap if test is max(plan.tests, key=lambda t: t.duration) else 0.0
     keep = abs(time - 0.5 * test.duration) >= 0.5 * gap
     write_log(path, time[keep], {name: x[keep] for name, x in signals.items()}, columns, sensors)
