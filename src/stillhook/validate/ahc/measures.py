@@ -255,8 +255,9 @@ temperatures, which depend on a history before the log."""
 COMMON = {"v_w": "speed", "F_w": "force"}
 """Judged signals that every winch has."""
 LEAST_LEVEL = 0.05
-"""Part of a signal's rms level that its own deviation counts as at least [-]: a compensated load hardly moves, and its
-tension is then what the load cell's class leaves."""
+"""Part of the rms level of the largest signal of its quantity that a signal's own deviation counts as at least [-]: a
+compensated load hardly moves, and its tension is then what the load cell's class leaves; a drum at rest does not move
+either."""
 
 
 def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: float) -> tuple[Measure, ...]:
@@ -265,8 +266,11 @@ def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: floa
     name, block = "signal_misfit", round(2.0 * window / THIN)
     kinds = COMMON | {row.name: row.kind for row in crane.plant.type.rows if row.kind in MISFIT_KINDS}
     out = []
-    for signal in kinds:
-        parts = {k: [x for x in rows if len(x)] for k, rows in parts_by_case(comparisons, _pairs_of(signal)).items()}
+    for signal, kind in kinds.items():
+        same = [other for other in kinds if kinds[other] == kind]
+        parts = {
+            k: [x for x in rows if len(x)] for k, rows in parts_by_case(comparisons, _pairs_of(signal, same)).items()
+        }
         parts = {k: rows for k, rows in parts.items() if rows}
         if parts:
             e = over_cases(_misfit, parts, at_least=block, bounds=(0.0, math.inf))
@@ -278,17 +282,19 @@ def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: floa
     return tuple(out)
 
 
-def _pairs_of(signal: str) -> Callable[[Comparison], FloatArray]:
-    """Columns of a comparison every THIN seconds, smooth: measured and simulated about their means, measured. The noise
-    of the tip and the sensors, which a stiff speed loop turns into torque, is not the twin's to repeat."""
+def _pairs_of(signal: str, same: Sequence[str]) -> Callable[[Comparison], FloatArray]:
+    """Columns of a comparison every THIN seconds, smooth: measured and simulated about their means, and the level of
+    the largest measured signal of the same quantity. Noise of tip and sensors, which a stiff speed loop turns into
+    torque, is not the twin's to repeat."""
 
     def pairs(c: Comparison) -> FloatArray:
         from scipy.ndimage import gaussian_filter1d  # heavy: only where data are at hand
 
         m, s = c.replay.measured(signal), c.simulated[signal]
         rows, step = np.column_stack([m, s])[np.isfinite(m) & np.isfinite(s)], c.replay.record.step
+        level = math.sqrt(max(float(np.mean(np.nan_to_num(c.replay.measured(x)) ** 2)) for x in same))
         rows = gaussian_filter1d(rows, SMOOTH / step, axis=0)[:: max(1, round(THIN / step))]
-        return np.column_stack([rows - rows.mean(axis=0), rows[:, 0]]) if len(rows) else np.zeros((0, 3))
+        return np.column_stack([rows - rows.mean(axis=0), np.full(len(rows), level)]) if len(rows) else np.zeros((0, 3))
 
     return pairs
 
