@@ -212,14 +212,14 @@ def example_campaign(
     Example: stillhook certificate example-campaign my-tests --defect leakage
     """
     from stillhook.library import cranes, load_crane
-    from stillhook.validate.synthetic import defect_of, sea_trials, write_campaign
+    from stillhook.validate.synthetic import defect_of, trials, write_campaign
     from stillhook.validate.synthetic.defects import defect_text, size_of
 
     named = defect_of(defect) if defect is not None else None
     if named is None and size is not None:
         raise ValidateError(f"--size = {quote(size)}: a size needs a defect. State the defect.")
     large = size_of(named, size, "--size") if named is not None and size is not None else None
-    plan = sea_trials(crane if crane in cranes() else load_crane(crane))
+    plan = trials(crane if crane in cranes() else load_crane(crane))
     with progress_bar(f"{len(plan.tests)} tests") as bar:
         written = write_campaign(
             out, plan=plan, seed=seed, defect=named, size=large, apart=apart, parquet=parquet, progress=bar

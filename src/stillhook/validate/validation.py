@@ -12,6 +12,7 @@ from stillhook.units import quote
 from stillhook.validate.ahc.check import check_ahc
 from stillhook.validate.controller.check import check_controller
 from stillhook.validate.criteria.judge import judge, outcome_of
+from stillhook.validate.criteria.needs import lacks, step_lacks
 from stillhook.validate.criteria.results import CriterionResult, Outcome, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, load_campaign
 from stillhook.validate.data_set.check import check_data
@@ -98,10 +99,16 @@ def validate(
     taken: list[Step] = []
     for number in numbers:
         reached = meter.part(WEIGHT[number])
-        taken.append(CHECKS[number](todo, records, reached))
+        reason = step_lacks(todo.crane, number)
+        taken.append(_no_meaning(number, reason) if reason else CHECKS[number](todo, records, reached))
         reached(1.0)
     measures = tuple(m for step in taken for m in step.measures)
-    return Validation(todo, records, tuple(taken), judge(todo.criteria, measures, numbers))
+    return Validation(todo, records, tuple(taken), judge(todo.criteria, measures, numbers, lacks(todo.crane)))
+
+
+def _no_meaning(number: StepNumber, reason: str) -> Step:
+    """A step that cannot be taken with this winch type."""
+    return Step(number, (), (f"Step {int(number)} is not judged: {reason}.",))
 
 
 def _numbers(steps: object) -> tuple[StepNumber, ...]:

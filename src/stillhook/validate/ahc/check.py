@@ -12,6 +12,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Meter
 from stillhook.report.document import Table
+from stillhook.spec.crane import Crane
 from stillhook.units import number, show
 from stillhook.validate.ahc.comparison import (
     Comparison,
@@ -23,7 +24,7 @@ from stillhook.validate.ahc.comparison import (
     mean_and_s,
     shape,
 )
-from stillhook.validate.ahc.measures import measures
+from stillhook.validate.ahc.measures import measures, signal_misfits
 from stillhook.validate.ahc.replay import (
     SETTLE,
     CauseEstimate,
@@ -52,7 +53,8 @@ COMPARED = (
     ("alpha_p", ""),
     ("alpha_m", ""),
 )
-"""Signals reported in addition to the control error."""
+"""Signals reported in addition to the control error, of the winches that have them; those of a winch type's own
+follow."""
 LEAST_LAG = 0.01
 """Lags up to this are the log's own spacing [s]."""
 LEAST_OFFSET = 5e-3
@@ -128,9 +130,9 @@ def _remarks(comparisons: Sequence[Comparison], *, logged: bool) -> Iterable[str
     yield f"The first {SETTLE:.0f} s of every segment are left out because the twin starts from rest."
 
 
-def tables(comparisons: Sequence[Comparison], explained: Sequence[CauseEstimate]) -> tuple[Table, ...]:
+def tables(crane: Crane, comparisons: Sequence[Comparison], explained: Sequence[CauseEstimate]) -> tuple[Table, ...]:
     """Load cases, signals in addition to the control error, causes."""
-    return (_load_cases(comparisons), *_signals(comparisons), *_causes(explained))
+    return (_load_cases(comparisons), *_signals(crane, comparisons), *_causes(explained))
 
 
 def _load_cases(comparisons: Sequence[Comparison]) -> Table:
@@ -182,11 +184,15 @@ def _cm(x: float) -> str:
     return number(100.0 * x, 3) if math.isfinite(x) else "-"
 
 
-def _signals(comparisons: Sequence[Comparison]) -> Iterable[Table]:
-    """Deviation of the twin's other signals, rms over the samples that count. Reported, not judged."""
+def _signals(crane: Crane, comparisons: Sequence[Comparison]) -> Iterable[Table]:
+    """Deviation of the twin's other signals, rms over the samples that count. Reported; what of it is judged is a line
+    of the verdict."""
     rows = []
-    for name, kind in COMPARED:
-        pairs = [(c.replay.measured(name), c.simulated[name]) for c in comparisons]
+    own = [(row.name, row.kind) for row in crane.plant.type.rows if row.name not in dict(COMPARED)]
+    for name, kind in (*COMPARED, *own):
+        pairs = [(c.replay.measured(name), c.simulated[name]) for c in comparisons if name in c.simulated]
+        if not pairs:
+            continue
         m, s = (np.concatenate(x) for x in zip(*pairs, strict=True))
         finite = np.isfinite(m)
         if finite.any():
@@ -213,8 +219,8 @@ def _causes(explained: Sequence[CauseEstimate]) -> Iterable[Table]:
         )
 
 
-SIGNALS = ("e_c_measured", "v_w", "omega_m", "p_a", "p_b", "p_hp", "F_w", "u_p", "alpha_p", "alpha_m")
-"""Signals of the twin stored for comparison."""
+SIGNALS = ("e_c_measured", "v_w", "F_w", "u_p")
+"""Signals of the twin stored for comparison, with those of its winch type's own."""
 WEIGHTS = (1.9, 2.9, 2.3, 3.3)
 """Parts of the work: runs, comparison, causes, measures; time that each took on the example campaign."""
 
@@ -254,12 +260,14 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callabl
     explained, deviation = explain(campaign.crane, replays, measured) if logged else ((), Deviation(math.nan, math.nan))
     meter.part(WEIGHTS[2])(1.0)
     results = measures(comparisons, like, campaign.criteria.settings)
+    if any(c.measure == "signal_misfit" for c in campaign.criteria.criteria):
+        results += signal_misfits(campaign.crane, comparisons, campaign.criteria.settings["window"])
     lines = comparison_statements(comparisons, like, logged=logged)
     return AhcStep(
         StepNumber.AHC,
         results,
         (*lines, *statements(explained, deviation), *left_out),
-        tables(comparisons, explained),
+        tables(campaign.crane, comparisons, explained),
         _data(comparisons, like),
         comparisons,
         like,
@@ -303,9 +311,10 @@ def _runs(
     campaign: Campaign, replays: Sequence[Replay], reached: Callable[[float], None]
 ) -> list[dict[str, FloatArray]]:
     """One run a segment; one after another, since the longest is most of the work."""
+    names = (*SIGNALS, *(row.name for row in campaign.crane.plant.type.rows))
     total, done, out = sum(r.case.duration for r in replays), 0.0, []
     for r in replays:
-        out += run_twin([campaign.crane], [r], SIGNALS)
+        out += run_twin([campaign.crane], [r], names)
         done += r.case.duration
         reached(done / total)
     return out

@@ -13,6 +13,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.report.formatting import percent
+from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Statistic, interval
 from stillhook.statistics.estimate import ENDS, NORMAL_95, Estimate, extremes, half_of_mean
 from stillhook.validate.ahc.comparison import (
@@ -25,7 +26,8 @@ from stillhook.validate.ahc.comparison import (
     gaussian_share,
     mean_and_s,
 )
-from stillhook.validate.criteria.results import MEASURES, Measure
+from stillhook.validate.ahc.replay import SMOOTH
+from stillhook.validate.criteria.results import MEASURES, OF_SIGNAL, Measure
 
 Scale = tuple[Callable[[float], float], Callable[[float], float]]
 AS_IT_IS: Scale = (float, float)
@@ -245,6 +247,61 @@ def _efficiency(comparisons: Sequence[Comparison], above: float, block: int) -> 
     return _measure(
         "eta_c_deviation_high", estimate.pooled.value, estimate.pooled, data=data, note=estimate.extremes(percent)
     )
+
+
+MISFIT_KINDS = ("speed", "rotation", "force", "torque", "pressure", "power", "current")
+"""Quantities whose signals are judged: those that a load makes from moment to moment, not levels of stores or
+temperatures, which depend on a history before the log."""
+COMMON = {"v_w": "speed", "F_w": "force"}
+"""Judged signals that every winch has."""
+LEAST_LEVEL = 0.05
+"""Part of the rms level of the largest signal of its quantity that a signal's own deviation counts as at least [-]: a
+compensated load hardly moves, and its tension is then what the load cell's class leaves; a drum at rest does not move
+either."""
+
+
+def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: float) -> tuple[Measure, ...]:
+    """What the twin leaves of every logged signal of the drive: rms of simulated less measured over the signal's own
+    deviation, all about their means in each part."""
+    name, block = "signal_misfit", round(2.0 * window / THIN)
+    kinds = COMMON | {row.name: row.kind for row in crane.plant.type.rows if row.kind in MISFIT_KINDS}
+    out = []
+    for signal, kind in kinds.items():
+        same = [other for other in kinds if kinds[other] == kind]
+        parts = {
+            k: [x for x in rows if len(x)] for k, rows in parts_by_case(comparisons, _pairs_of(signal, same)).items()
+        }
+        parts = {k: rows for k, rows in parts.items() if rows}
+        if parts:
+            e = over_cases(_misfit, parts, at_least=block, bounds=(0.0, math.inf))
+            data, note = _extent(comparisons), e.extremes(percent)
+            out.append(replace(_measure(name, e.pooled.value, e.pooled, data=data, note=note), test=OF_SIGNAL + signal))
+    own = [signal for signal in kinds if signal not in COMMON]
+    if not any(m.test.removeprefix(OF_SIGNAL) in own for m in out):
+        out.append(_measure(name, None, note=f"no signal of the drive was logged: log one of {', '.join(own)}"))
+    return tuple(out)
+
+
+def _pairs_of(signal: str, same: Sequence[str]) -> Callable[[Comparison], FloatArray]:
+    """Columns of a comparison every THIN seconds, smooth: measured and simulated about their means, and the level of
+    the largest measured signal of the same quantity. Noise of tip and sensors, which a stiff speed loop turns into
+    torque, is not the twin's to repeat."""
+
+    def pairs(c: Comparison) -> FloatArray:
+        from scipy.ndimage import gaussian_filter1d  # heavy: only where data are at hand
+
+        m, s = c.replay.measured(signal), c.simulated[signal]
+        rows, step = np.column_stack([m, s])[np.isfinite(m) & np.isfinite(s)], c.replay.record.step
+        level = math.sqrt(max(float(np.mean(np.nan_to_num(c.replay.measured(x)) ** 2)) for x in same))
+        rows = gaussian_filter1d(rows, SMOOTH / step, axis=0)[:: max(1, round(THIN / step))]
+        return np.column_stack([rows - rows.mean(axis=0), np.full(len(rows), level)]) if len(rows) else np.zeros((0, 3))
+
+    return pairs
+
+
+def _misfit(x: FloatArray) -> float:
+    own = max(float(np.mean(x[:, 0] ** 2)), LEAST_LEVEL**2 * float(np.mean(x[:, 2] ** 2)))
+    return math.sqrt(float(np.mean((x[:, 1] - x[:, 0]) ** 2)) / own) if own > 0.0 else math.nan
 
 
 def _thin(c: Comparison) -> FloatArray:

@@ -254,13 +254,14 @@ SMALL_DP = 2e5
 
 class Cause(NamedTuple):
     """bend(crane, x): a crane of `with_gains` with the parameter changed by the part x of itself; x: simulated change;
-    most: largest plausible change."""
+    most: largest plausible change; needs: circuit of the crane without which it has no meaning."""
 
     name: str
     words: str
     bend: Callable[[Crane, float], Crane]
     x: float
     most: float
+    needs: str = "active"
 
 
 class CauseEstimate(NamedTuple):
@@ -300,9 +301,9 @@ def _motor_offset(crane: Crane, x: float) -> Crane:
 CAUSES = (
     Cause("leakage", "leakage of the active pumps and motors", _bent(C_LEAK), 0.1, 3.0),
     Cause("friction", "friction of the winch", _bent("dry", "breakaway", "viscous", "pressure_loss"), 0.1, 3.0),
-    Cause("K_1", "K_1 of the crane's controller", _scaled("control.K_1"), 0.01, 0.3),
-    Cause("K_2", "K_2 of the crane's controller", _scaled("control.K_2"), 0.1, 3.0),
-    Cause("K_p", "K_p of the crane's controller", _scaled("control.K_p"), 0.1, 3.0),
+    Cause("K_1", "K_1 of the crane's controller", _scaled("control.K_1"), 0.01, 0.3, ""),
+    Cause("K_2", "K_2 of the crane's controller", _scaled("control.K_2"), 0.1, 3.0, ""),
+    Cause("K_p", "K_p of the crane's controller", _scaled("control.K_p"), 0.1, 3.0, ""),
     Cause("speed", "wire speed per pump command (layer, gear ratio, pump flow)", _bent("pump_flow"), 0.01, 0.3),
     Cause("motor_offset", "displacement of the active motors over their command", _motor_offset, 0.05, 0.3),
     Cause("C_h", "capacitance of the active lines", _bent(C_H), 0.1, 3.0),
@@ -326,23 +327,24 @@ def explain(
 
     Parameters: the twin; its replays; the crane's control error over the samples that count, one array a replay [m].
     """
-    crane = with_gains(crane)
-    cranes = [crane, *(c.bend(crane, c.x) for c in CAUSES)]
+    crane, possible = with_gains(crane), [c for c in CAUSES if not c.needs or c.needs in crane.circuits]
+    lines = tuple(name for name in ("p_a", "p_b") if "active" in crane.circuits)
+    cranes = [crane, *(c.bend(crane, c.x) for c in possible)]
     e, dp = [], []
     for r, e_measured in zip(replays, measured, strict=True):
         short = r.shortened(SETTLE + LONGEST)
-        runs = run_twin(cranes, [short] * len(cranes), ("e_c_measured", "p_a", "p_b"), quick=True)
-        n = len(runs[0]["p_a"])
-        e.append(_effects(e_measured[:n], [x["e_c_measured"] for x in runs], r.record.step))
-        dp.append(
-            _effects((r.measured("p_a") - r.measured("p_b"))[:n], [x["p_a"] - x["p_b"] for x in runs], r.record.step)
-        )
+        runs = run_twin(cranes, [short] * len(cranes), ("e_c_measured", *lines), quick=True)
+        n = len(runs[0]["e_c_measured"])
+        e.append(_effects(possible, e_measured[:n], [x["e_c_measured"] for x in runs], r.record.step))
+        drop = r.measured("p_a") - r.measured("p_b") if lines else np.full(n, np.nan)
+        twins = [x["p_a"] - x["p_b"] if lines else np.zeros(n) for x in runs]
+        dp.append(_effects(possible, drop[:n], twins, r.record.step))
     E, P = np.hstack(e) / SMALL, np.hstack(dp) / SMALL_DP
     both, deviation = np.hstack([E, P]), Deviation(_rms(E[0]) * SMALL, _rms(P[0]) * SMALL_DP)
     if not (deviation.e_c > SMALL or deviation.dp_m > SMALL_DP):
         return (), deviation
     causes = []
-    for k, cause in enumerate(CAUSES, start=1):
+    for k, cause in enumerate(possible, start=1):
         amount = _amount(both[0], both[k], cause)
         causes.append(CauseEstimate(cause, amount, _share(both[0], amount * both[k]), _share(E[0], amount * E[k])))
     return tuple(sorted(causes, key=lambda x: -x.share)), deviation
@@ -360,12 +362,12 @@ def _rms(x: FloatArray) -> float:
     return float(np.sqrt(np.mean(x**2))) if x.size else math.nan
 
 
-def _effects(measured: FloatArray, runs: Sequence[FloatArray], step: float) -> FloatArray:
+def _effects(possible: Sequence[Cause], measured: FloatArray, runs: Sequence[FloatArray], step: float) -> FloatArray:
     """Row 0: measured less simulated; then the effect of every cause for a change of all of it. Smooth, every tenth of
     a second."""
     from scipy.ndimage import gaussian_filter1d  # heavy: only where data are at hand
 
-    rows = np.stack([measured - runs[0], *((x - runs[0]) / c.x for c, x in zip(CAUSES, runs[1:], strict=True))])
+    rows = np.stack([measured - runs[0], *((x - runs[0]) / c.x for c, x in zip(possible, runs[1:], strict=True))])
     finite = np.isfinite(rows[0])
     rows[0, ~finite] = 0.0
     smooth = gaussian_filter1d(rows, SMOOTH / step, axis=1)

@@ -72,6 +72,11 @@ VERIFIED = Level(
     " only.",
 )
 
+PARTLY = (
+    "It covers the lines judged: heave compensation of the winch as its PLC logs it. Lines without a meaning for the"
+    " winch type are listed as not judged, and nothing is credited for what they would show."
+)
+
 SYNTHETIC = (
     "SYNTHETIC: these logs were simulated, not measured on a crane. Nothing here says anything about a real crane."
 )
@@ -119,17 +124,19 @@ def certified_outcome(validation: Validation, envelope: Mapping[str, Any] | None
     return outcome, sentence(validation)
 
 
-def level_of(passed: bool, synthetic: bool) -> Level:
-    """Level and variant that a validation gives the twin; one on simulated logs says so."""
+def level_of(passed: bool, synthetic: bool, *, judged_whole: bool = True) -> Level:
+    """Level and variant that a validation gives the twin; one on simulated logs says so, and one in which lines have no
+    meaning for the winch type."""
     if not passed:
         return NOT_VERIFIED
+    verified = VERIFIED if judged_whole else VERIFIED._replace(statement=f"{VERIFIED.statement} {PARTLY}")
     if synthetic:
         crane = (
             "SYNTHETIC: the logs are of a simulated crane, so this shows the method; the twin of a real crane stays at"
             " level 1."
         )
-        return VERIFIED._replace(statement=f"{VERIFIED.statement} {crane}")
-    return VERIFIED
+        return verified._replace(statement=f"{verified.statement} {crane}")
+    return verified
 
 
 def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
@@ -138,6 +145,7 @@ def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
     sections = {
         "Synthetic data": [SYNTHETIC] if validation.campaign.synthetic else [],
         "Not shown by these data": list(_not_shown(validation)),
+        "Not judged: no meaning for this winch type": texts.without_meaning_says(validation),
         texts.HEADING: texts.unjudged_says(validation),
         "Of this certificate" if passed else "Of this validation": list(ALWAYS),
         "Left out of the model": list(LEFT_OUT),
@@ -176,7 +184,7 @@ def content_of(validation: Validation) -> dict[str, Any]:
     envelope = envelope_of(validation.records, campaign.criteria.settings["window"])
     outcome, verdict = certified_outcome(validation, envelope)
     passed = outcome is Outcome.PASSED
-    level = level_of(passed, campaign.synthetic)
+    level = level_of(passed, campaign.synthetic, judged_whole=not texts.without_meaning(validation))
     return {
         "format": FORMAT,
         "title": campaign.title,

@@ -251,7 +251,8 @@ def _not_shown(records: Sequence[Record]) -> Step:
 
 def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mapping[str, str]) -> tuple[Measure, ...]:
     out = [m for d in estimates.deviations for m in _of_test(d, explanations.get(d.signal, ""))]
-    if not any(d.signal == "u_m" and d.ahc for d in estimates.deviations):
+    closed = "active" in crane.circuits
+    if closed and not any(d.signal == "u_m" and d.ahc for d in estimates.deviations):
         note = "u_m was not logged in heave compensation: log the motor command"
         out.append(Measure("u_m_deviation", None, note=note))
     seconds = f"{estimates.law.seconds:.0f} s of unsaturated compensation" if estimates.law else ""
@@ -271,7 +272,8 @@ def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mappin
     e, u_thr = estimates.u_thr, crane.control.u_thr
     difference = Estimate(e.value - u_thr, e.low - u_thr, e.high - u_thr) if e else None
     never = "the feedforward does not exceed the threshold long enough: log higher waves"
-    out.append(_measure("u_thr_difference", difference, explanations.get("u_thr", ""), never))
+    if closed:
+        out.append(_measure("u_thr_difference", difference, explanations.get("u_thr", ""), never))
     return tuple(out)
 
 

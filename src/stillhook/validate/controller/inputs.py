@@ -13,6 +13,7 @@ from stillhook.control.plc import MANUAL, Memory, Plc, ahead
 from stillhook.control.registry import CONTROLLERS, code_of, mode_of_code
 from stillhook.engine.pack.winch import active_record, controllers_of, drum_record, plc_record
 from stillhook.kernels.plc_alone import Commands, PlcInputs, plc_alone
+from stillhook.physics.hydraulics.swash import MotorControl
 from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
@@ -28,6 +29,7 @@ of them."""
 MOVED = 0.1  # m: a reference that drifts by more was moved by the operator
 STANDS = 21.0  # s: a set-point is constant for half as long at least; waves are shorter
 ROUNDS = 3  # rounds of motor command and displacement, each derived from the other
+AS_COMMANDED = MotorControl(offset=0.0, half_width=0.0, feedback=0.0)
 HELD = 2e-3  # spread of a motor command that is held by the operator
 
 
@@ -63,11 +65,16 @@ class PlcSegment:
         p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
         modes = {mode_of_code(code) for code in np.unique(self.seen.mode)}
         settings = controllers_of(crane, modes)[1]
-        return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control, settings)[0]
+        return plc_alone(self.seen, p_hp, self.memory, self.plc, motor_control(crane), settings)[0]
 
     def foreseen(self) -> PlcInputs:
         """The inputs with the tip's motion as the PLC extrapolates it."""
         return PlcInputs._make([*ahead(self.seen.sensed, self.plc.t_lead)[:-3], self.seen.braked, self.seen.u_braked])
+
+
+def motor_control(crane: Crane) -> MotorControl:
+    """How the motors' displacement is set; of a drive that has none to set, as commanded."""
+    return active_record(crane).control if "active" in crane.circuits else AS_COMMANDED
 
 
 def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
@@ -137,7 +144,8 @@ def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int)
     s_tip, v_op = x.get("s_tip", zero), x.get("v_op", zero)
     v_tip, a_tip = _tip(x, s_tip, record.step, notes if ahc.any() else [])
     s_op = np.concatenate([[0.0], np.cumsum(0.5 * (v_op[1:] + v_op[:-1]) * record.step)])
-    e_c, u_m = (_mostly(x.get(name)) for name in ("e_c_measured", "u_m"))
+    e_c = _mostly(x.get("e_c_measured"))
+    u_m = _mostly(x.get("u_m")) if "active" in crane.circuits else None
     starts = not ahc[0] or (a > 0 and mode[a - 1] == MANUAL)
     datum, moved = _datum(x["s_w"] - s_tip + s_op, e_c, ahc, starts, record.step, notes)
     s_op = s_op if moved is None else s_op - moved
@@ -282,7 +290,7 @@ def _datum(
 def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, notes: list[str]) -> PlcSegment:
     """The segment with the motors' displacement as the PLC has it; derived from the commands by the servo where not
     logged."""
-    if active_record(crane).control.feedback == 0.0:
+    if motor_control(crane).feedback == 0.0:
         return s  # the PLC calculates with its own command
     servo, T = crane.active.motor.servo, s.record.step
     if alpha_m is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from stillhook.units import in_unit, number
 from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit, Requirement
@@ -12,16 +12,24 @@ from stillhook.validate.criteria.results import CriterionResult, Measure, Outcom
 DIGITS = 3
 
 
-def judge(criteria: Criteria, measures: Iterable[Measure], steps: Iterable[StepNumber]) -> tuple[CriterionResult, ...]:
+def judge(
+    criteria: Criteria,
+    measures: Iterable[Measure],
+    steps: Iterable[StepNumber],
+    lacks: Mapping[str, str] | None = None,
+) -> tuple[CriterionResult, ...]:
     """The result of every criterion that belongs to one of these steps.
 
     Of several measures of one name (one a test or load case) the worst is judged: refuted before not shown before
     shown; one without a figure counts as not shown, and is left out where the criterion is not needed and others have
-    one.
+    one. lacks: measures that have no meaning for the crane, with the reason; their lines are not judged.
     """
+    without = lacks or {}
     everything, completed_steps = tuple(measures), set(steps)
     return tuple(
-        _result(c, [m for m in everything if m.name == c.measure])
+        _not_judged(c, without[c.measure])
+        if c.measure in without
+        else _result(c, [m for m in everything if m.name == c.measure])
         for c in criteria.criteria
         if c.step in completed_steps
     )
@@ -119,6 +127,22 @@ def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
         required=_required(c, worst),
         used=_used(c, worst) if worst is not None else math.nan,
         figures=sum(_ends(m) is not None for m in available),
+    )
+
+
+def _not_judged(c: Criterion, reason: str) -> CriterionResult:
+    """A line without a meaning for the crane."""
+    return CriterionResult(
+        key=c.key,
+        step=c.step,
+        title=c.title,
+        verdict=Verdict.NOT_JUDGED,
+        measure=Measure(c.measure, None, c.quantity, note=reason),
+        limit=c.limit_text,
+        judged=False,
+        source=c.source,
+        message=f"{c.title}: not judged, {reason}.",
+        required=False,
     )
 
 

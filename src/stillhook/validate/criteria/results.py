@@ -16,6 +16,8 @@ from typing import Any
 
 from stillhook.report.document import Table
 
+OF_SIGNAL = "signal "
+"""Prefix of what a measure is of where it is of one signal."""
 RISK = 0.025
 """Probability that a true value is beyond one end of a 95 % interval."""
 
@@ -48,13 +50,15 @@ class Verdict(StrEnum):
     """Verdict of the data on a criterion, from the 95 % interval of its value alone.
 
     SHOWN: the complete interval meets the limit; REFUTED: no part of it does; NOT_SHOWN: some of it does, or there is
-    no figure; INFO: not judged. A figure without an interval (a count, a maximum) is shown or refuted by its value.
+    no figure; INFO: for comparison; NOT_JUDGED: the crane lacks what the line rests on. A figure
+    without an interval (a count, a maximum) is shown or refuted by its value.
     """
 
     SHOWN = "shown"
     NOT_SHOWN = "not shown"
     REFUTED = "refuted"
     INFO = "for information"
+    NOT_JUDGED = "not judged"
 
 
 class Outcome(StrEnum):
@@ -201,11 +205,13 @@ class Named:
 @dataclass(frozen=True, kw_only=True)
 class NamedMeasure(Named):
     """step that computes it; signals: logged signals that it depends on, and so judges; kinds of tests that it covers
-    where it covers several at once, () all."""
+    where it covers several at once, () all; needs: circuits of the crane, and own signals of its winch type, without
+    which it has no meaning."""
 
     step: StepNumber
     signals: Sequence[str] = ()
     kinds: Sequence[str] = ()
+    needs: Sequence[str] = ()
 
 
 _TABLE = tomllib.loads((files("stillhook.validate.criteria") / "measures.toml").read_text(encoding="utf-8"))

@@ -30,6 +30,7 @@ from stillhook.spec.scenario import Mode, Water
 from stillhook.tables.table import Flag, Part, Spec, Text
 from stillhook.units import number, quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
+from stillhook.validate.criteria.needs import usual_criteria
 
 STANDARD_MODES: Mapping[float, Mode] = {float(i): mode for i, mode in enumerate(Mode)}
 """The numbers of `stillhook.variables`."""
@@ -148,7 +149,7 @@ class CampaignFile(Spec):
     title: Text | None = Field(default=None, description="title of the certificate")
     date: Annotated[datetime.date, Field(strict=True)] = Field(description="date of the certificate")
     crane: Text = Field(description="library name or crane file: the twin under test")
-    criteria: Text = Field(default="paper-f", description="library name or criteria file")
+    criteria: Text | None = Field(default=None, description="library name or criteria file")
     delay: u.Time = Field(
         default=0.0, ge=0, le=LONGEST_DELAY, description="by which the tip motion is known to reach the PLC late"
     )
@@ -211,7 +212,7 @@ def load_campaign(path: str | Path) -> Campaign:
         title = "Quay and sea trials of crane 7"
         date = 2026-11-21              # of the certificate
         crane = "nov-250t"             # library name or crane file: the twin under test
-        criteria = "paper-f"           # library name or criteria file (default: paper-f)
+        criteria = "paper-f"           # library name or criteria file (default: that of its kind of winch)
         delay = "40 ms"                # by which the tip motion is known to reach the PLC late (default: 0 s)
         [signals]                      # as for `stillhook identify friction`
         time = { column = "Time", unit = "s" }
@@ -257,7 +258,7 @@ def _campaign(table: TomlTable) -> Campaign:
         file=table.path,
         crane=crane,
         crane_name=file.crane,
-        criteria=load_criteria(table.relative_toml(file.criteria)),
+        criteria=load_criteria(table.relative_toml(file.criteria or usual_criteria(crane))),
         delay=file.delay,
         tests=tests,
         synthetic=file.synthetic or MARK in title,

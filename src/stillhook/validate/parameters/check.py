@@ -17,6 +17,7 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_display, number
 from stillhook.validate.criteria.criteria import Criteria, Criterion
 from stillhook.validate.criteria.judge import in_words, verdict_of
+from stillhook.validate.criteria.needs import lacks
 from stillhook.validate.criteria.results import Measure, Step, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
@@ -41,7 +42,9 @@ def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: 
     refused here: a check whose signals were not logged gives a measure without a value that states what to log.
     """
     estimates = parameter_estimates(parts_of(campaign, records), progress, records)
-    results = (*measures(campaign, estimates), rest_measure(campaign.crane, estimates.rests, records))
+    without = lacks(campaign.crane)
+    found = (*measures(campaign, estimates), rest_measure(campaign.crane, estimates.rests, records))
+    results = tuple(m for m in found if m.name not in without)
     lines = statements(campaign.criteria, results)
     if estimates.balance is not None and estimates.balance.leak.refuted:
         text = form_says(estimates.balance.leak)

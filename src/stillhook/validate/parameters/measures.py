@@ -67,9 +67,10 @@ def parameter_estimates(
     jump = signals.largest_jump(parts, ratios)
     radii = hoisting.effective_radii(parts, clock.error.value if clock.error is not None else 0.0)
     progress(0.25)
-    motor, pump = settings.motor_offset(parts), settings.pump_setting(parts)
+    closed = [p for p in parts if "active" in p.crane.circuits]
+    motor, pump = settings.motor_offset(closed), settings.pump_setting(closed)
     progress(0.84)
-    balance, cells, frictions = flow.balance(parts), hoisting.cells(parts), hoisting.frictions(parts)
+    balance, cells, frictions = flow.balance(closed), hoisting.cells(parts), hoisting.frictions(closed)
     progress(0.9)
     return ParameterEstimates(
         parts=tuple(parts),
@@ -84,23 +85,28 @@ def parameter_estimates(
         frictions=frictions,
         delays=signals.tip_delays(parts),
         references=signals.references(parts),
-        pressures=flow.pressures(parts),
-        rests=flow.rests(parts[0].crane, records) if parts and records else None,
+        pressures=flow.pressures(closed),
+        rests=flow.rests(closed[0].crane, records) if closed and records else None,
     )
 
 
 def measures(campaign: Campaign, estimates: ParameterEstimates) -> tuple[Measure, ...]:
     """Every measure of step 1 in the order of the checks; one without a value says what to log."""
+    if "active" in campaign.crane.circuits:
+        circuit = (_settings(campaign, estimates), _flow(estimates), _friction(estimates), _pressures(estimates))
+    else:
+        circuit = ([], [], [], [])
+    set_, flows, friction, pressures = circuit
     return (
         *_radii(campaign, estimates),
         *_clock(estimates),
-        *_settings(campaign, estimates),
-        *_flow(estimates),
+        *set_,
+        *flows,
         *_cells(estimates),
-        *_friction(estimates),
+        *friction,
         *_delay(campaign, estimates),
         *_references(estimates),
-        *_pressures(estimates),
+        *pressures,
     )
 
 

@@ -44,6 +44,7 @@ from stillhook.validate.report.texts import (
     title,
     unjudged,
     unjudged_says,
+    without_meaning,
 )
 from stillhook.validate.validation import Validation
 
@@ -260,6 +261,9 @@ def summary(validation: Validation, *, tables: bool = False, everything: bool = 
         Section("steps", _steps(validation, tables=tables, everything=everything)),
         Section("lines", _summary_lines(validation, everything=everything)),
     ]
+    if left_out := without_meaning(validation):
+        keys = [f"{', '.join(line.key for line in lines)}: {reason}." for reason, lines in left_out.items()]
+        sections.append(Section("not judged", [Bullets(keys)]))
     if names := unjudged_says(validation):
         sections.append(Section(HEADING, [Text(f"{'; '.join(names)}. {UNJUDGED}")]))
     return Document(title(validation), sections, verdict(validation))

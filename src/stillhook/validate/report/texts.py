@@ -28,6 +28,7 @@ from stillhook.validate.criteria.criteria import Criterion, Limit, Requirement
 from stillhook.validate.criteria.judge import in_words, interval_words, outcome_of, structural_words
 from stillhook.validate.criteria.results import (
     MEASURES,
+    OF_SIGNAL,
     RISK,
     CriterionResult,
     Measure,
@@ -50,6 +51,7 @@ MEANING = {
     ),
     Verdict.REFUTED: "no part of the interval meets the limit; a value without an interval misses it",
     Verdict.INFO: "not part of the verdict",
+    Verdict.NOT_JUDGED: "the winch type lacks what the line rests on; the verdict says nothing about it",
 }
 SHOWS = {
     StepNumber.DATA: "Do the tests cover enough loads, wire lengths, motion and time for a verdict on this crane?",
@@ -67,6 +69,8 @@ SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
 FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
 TERSE_HEAD = ("", "found", "95 %", "limit", "verdict")
 STEP_HEAD = ("step", "", "shown", "not\nshown", "refuted", "info", "verdict")
+COUNTED = (Verdict.SHOWN, Verdict.NOT_SHOWN, Verdict.REFUTED, Verdict.INFO)
+"""Verdicts that STEP_HEAD counts."""
 DECISIVE = 3
 """Number of lines directly below the verdict."""
 
@@ -88,6 +92,8 @@ def sentence(validation: Validation) -> str:
         if validation.complete
         else f" This is {_steps(validation.steps)} only: a certificate needs all steps, 0 to {max(StepNumber)}."
     )
+    if left_out := without_meaning(validation):
+        part = f" Not judged: {_count(sum(map(len, left_out.values())), 'line', 'lines')}, {'; '.join(left_out)}.{part}"
     count = _count(len(judged), "criterion", "criteria")
     failed = [line for line in judged if line.failed]
     match validation.outcome:
@@ -111,6 +117,20 @@ def sentence(validation: Validation) -> str:
                 if (n := sum(line.verdict is v for line in failed))
             ]
             return f"REFUTED: of {count} of {criteria}, {' and '.join(counts)}.{part}"
+
+
+def without_meaning(validation: Validation) -> dict[str, list[CriterionResult]]:
+    """Lines that are not judged because the winch type lacks what they rest on, by reason."""
+    out: dict[str, list[CriterionResult]] = {}
+    for line in validation.lines:
+        if line.verdict is Verdict.NOT_JUDGED and line.measure is not None:
+            out.setdefault(line.measure.note, []).append(line)
+    return out
+
+
+def without_meaning_says(validation: Validation) -> list[str]:
+    """The same in lines, one a line of the verdict."""
+    return [f"{line.key}: {line.message}" for lines in without_meaning(validation).values() for line in lines]
 
 
 def decisive(validation: Validation) -> list[CriterionResult]:
@@ -298,7 +318,7 @@ def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
     return (
         str(int(step.number)),
         step.title,
-        *(str(counts[v]) if counts[v] else "" for v in Verdict),
+        *(str(counts[v]) if counts[v] else "" for v in COUNTED),
         step_verdict(validation, step),
     )
 
@@ -416,8 +436,13 @@ def _judged(validation: Validation) -> set[tuple[str, str]]:
     names = {c.measure for c in validation.campaign.criteria.criteria if c.key in counted}
     out = set()
     for m in (m for step in validation.steps for m in step.measures if m.name in names and m.value is not None):
-        out |= {(r.test.name, signal) for r in _records(validation, m) for signal in MEASURES[m.name].signals}
+        out |= {(r.test.name, signal) for r in _records(validation, m) for signal in _signals(m)}
     return out
+
+
+def _signals(m: Measure) -> Sequence[str]:
+    """Signals that a measure depends on: those declared, or the one that it is of."""
+    return (m.test.removeprefix(OF_SIGNAL),) if m.test.startswith(OF_SIGNAL) else MEASURES[m.name].signals
 
 
 def _records(validation: Validation, m: Measure) -> Iterator[Record]:

@@ -16,11 +16,13 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.report.document import Table
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Commands, Operator
 from stillhook.statistics.blocks import interval
 from stillhook.units import number, show
 from stillhook.validate.ahc.replay import Replay, replay, run_twin
 from stillhook.validate.controller.inputs import PlcSegment, derivative, plc_segments
+from stillhook.validate.criteria.needs import has
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import FLAT, FULL, Record, Segment, ends_of, stretches_of
@@ -41,7 +43,9 @@ MEET = 4.0
 """Start of the driven twin that does not count [s], where the crane is in motion: four times what its motors' servo
 takes."""
 REST = 0.02  # m/s, and share of the full command: joystick or pump command below which the winch starts at rest
-NAMES = ("v_w", "u_p", "u_raw", "alpha_p", "alpha_m")
+NAMES = ("v_w", "u_p", "u_raw")
+SETTINGS = ("alpha_p", "alpha_m")
+"""Signals of the twin that are compared, and settings of those winches that have them."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,16 @@ class SaturatedPart:
     def spans(self) -> list[tuple[int, int]]:
         """Samples [a, b) of the saturated stretches, short gaps bridged."""
         return stretches_of(self.saturated, bridge=round(BRIDGE / self.step))
+
+
+def names_of(crane: Crane) -> tuple[str, ...]:
+    """Signals of the twin that are compared."""
+    return (*NAMES, *(name for name in SETTINGS if name in has(crane)))
+
+
+def driven_by(crane: Crane, record: Record) -> tuple[str, ...]:
+    """Signals that command the winch: of a circuit also the setting of its motors."""
+    return ("u_p", motor_command(record)) if "active" in crane.circuits else ("u_p",)
 
 
 def saturated_parts(campaign: Campaign, record: Record) -> list[SaturatedPart]:
@@ -123,16 +137,17 @@ def _ends(signals: Mapping[str, FloatArray], requested: FloatArray, step: float)
 def _driven(campaign: Campaign, s: PlcSegment, part: Segment, saturated: BoolArray) -> dict[str, FloatArray]:
     """The twin's winch on the measured commands, about every saturated stretch; NaN elsewhere."""
     record, n = s.record, part.last - part.first
-    out = {name: np.full(n, np.nan) for name in NAMES}
-    if not (record.has(motor_command(record)) and saturated.any()):
+    names = names_of(campaign.crane)
+    out = {name: np.full(n, np.nan) for name in names}
+    if not (record.has(*driven_by(campaign.crane, record)) and saturated.any()):
         return out
     margin, tail = round(LEAD / record.step), round(TAIL / record.step)
     spans = [(max(0, a - margin), min(n, b + tail)) for a, b in stretches_of(saturated, bridge=margin + tail)]
     runs = [_commanded(campaign, s, part, a, b) for a, b in spans]
-    for (a, _), run, series in zip(spans, runs, run_twin([campaign.crane] * len(runs), runs, NAMES), strict=True):
+    for (a, _), run, series in zip(spans, runs, run_twin([campaign.crane] * len(runs), runs, names), strict=True):
         moving = abs(float(record.signals["u_p"][part.first + a])) > REST
         skip = round(MEET / record.step) if moving else 0
-        for name in NAMES:
+        for name in names:
             out[name][a + skip : a + len(run.t)] = series[name][skip:]
     return out
 
@@ -145,7 +160,9 @@ def _commanded(campaign: Campaign, s: PlcSegment, part: Segment, a: int, b: int)
         part, first=cut.start, last=cut.stop, start=float(s.record.t[cut.start]), s_w=float(x["s_w"][cut.start])
     )
     t = s.record.t[cut] - s.record.t[cut.start]
-    commands = Commands(t, np.clip(x["u_p"][cut], -1.0, 1.0), np.clip(x[motor_command(s.record)][cut], 0.0, 1.0))
+    u_p, *settings = driven_by(campaign.crane, s.record)
+    u_m = np.clip(x[settings[0]][cut], 0.0, 1.0) if settings else np.ones(b - a)
+    commands = Commands(t, np.clip(x[u_p][cut], -1.0, 1.0), u_m)
     run = replay(campaign, _filled(s.record), inside)
     return replace(run, case=run.case.model_copy(update={"commands": commands, "warm_up": 0.0}), skipped=0)
 
@@ -169,10 +186,11 @@ def _complete(campaign: Campaign, s: PlcSegment, part: Segment) -> tuple[dict[st
     run = replay(campaign, record, part)
     if not part.mode.compensates:
         run = _by_joystick(run, s)
-    [series] = run_twin([campaign.crane], [run], NAMES)
+    names = names_of(campaign.crane)
+    [series] = run_twin([campaign.crane], [run], names)
     n, a, b = part.last - part.first, run.first - part.first, run.last - part.first
-    out = {name: np.full(n, np.nan) for name in NAMES}
-    for name in NAMES:
+    out = {name: np.full(n, np.nan) for name in names}
+    for name in names:
         out[name][a:b] = series[name]
     return out, ()
 
@@ -265,15 +283,23 @@ def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Call
     plateaus = [p for part in parts for p in plateaus_of(part)]
     times = times_of(parts)
     causes = _causes(parts, plateaus, times)
+    crane, table = campaign.crane, _table(plateaus)
     return LimitsStep(
         StepNumber.LIMITS,
-        _measures(plateaus, times, causes),
-        _statements(parts, plateaus, times, causes),
-        (_table(plateaus),),
+        tuple(replace(m, note=worded(m.note, crane)) for m in _measures(plateaus, times, causes)),
+        tuple(worded(text, crane) for text in _statements(parts, plateaus, times, causes)),
+        (replace(table, title=worded(table.title, crane)),),
         _data(plateaus, times),
         tuple(parts),
         tuple(plateaus),
     )
+
+
+def worded(text: str, crane: Crane) -> str:
+    """A text about pumps as it is of a winch whose command goes to a drive without a closed circuit."""
+    if "active" in crane.circuits:
+        return text
+    return text.replace("pump command", "speed command").replace("pumps", "drives")
 
 
 def plateaus_of(part: SaturatedPart) -> list[Plateau]:
@@ -389,7 +415,7 @@ def _motors(plateaus: Sequence[Plateau]) -> str:
     """Whether the motors have another displacement at the plateaus than the twin's."""
     for p in plateaus:
         log = p.part.signals.get("alpha_m")
-        if log is None:
+        if log is None or "alpha_m" not in p.part.driven:
             continue
         a, b = float(log[p.first : p.last].mean()), float(p.part.driven["alpha_m"][p.first : p.last].mean())
         if abs(a - b) > APART:

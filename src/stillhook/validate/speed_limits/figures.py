@@ -12,7 +12,7 @@ from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.figures import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.speed_limits.check import LimitsStep, Plateau, SaturatedPart
+from stillhook.validate.speed_limits.check import LimitsStep, Plateau, SaturatedPart, worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,13 +46,15 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
 
 
 def _over_time(p: SaturatedPart, campaign: Campaign) -> Figure:
-    title = (
-        f"Test {p.name}, mode {p.segment.mode.value}: pumps saturated (shaded) for {p.saturated.sum() * p.step:.1f} s"
+    seconds = f"{p.saturated.sum() * p.step:.1f} s"
+    title = worded(
+        f"Test {p.name}, mode {p.segment.mode.value}: pumps saturated (shaded) for {seconds}", campaign.crane
     )
-    figure, axes = axes_of(3, 1, (10.0, 8.0), marked(campaign, title), sharex=True)
+    panels = [panel for panel in PANELS if panel[0] in p.driven]
+    figure, axes = axes_of(len(panels), 1, (10.0, 8.0), marked(campaign, title), sharex=True)
     cut = _window(p)
     t = p.t[cut]
-    for ax, (name, scale, label) in zip(axes[:, 0], PANELS, strict=True):
+    for ax, (name, scale, label) in zip(axes[:, 0], panels, strict=True):
         measured = p.v_w if name == "v_w" else p.signals.get(name)
         if measured is not None:
             ax.plot(t, scale * measured[cut], color=MEASURED, label="measured", lw=1.6)
@@ -60,11 +62,11 @@ def _over_time(p: SaturatedPart, campaign: Campaign) -> Figure:
             ax.plot(t, scale * p.driven[name][cut], color=SIMULATED, label=TWINS["driven"], lw=1.2, ls="--")
         if p.complete is not None:
             ax.plot(t, scale * p.complete[name][cut], color=COMPLETE, label=TWINS["complete"], lw=1.2, ls=":")
-        ax.set_ylabel(label)
+        ax.set_ylabel(worded(label, campaign.crane))
         for a, b in p.spans():
             if p.t[b - 1] >= t[0] and p.t[a] <= t[-1]:
                 ax.axvspan(p.t[a], p.t[b - 1], color=SHADE, lw=0.0, zorder=0)
-    axes[2, 0].set(xlabel="time [s]", xlim=(t[0], t[-1]))
+    axes[-1, 0].set(xlabel="time [s]", xlim=(t[0], t[-1]))
     legend_below(figure, axes[:, 0], 3)
     figure.align_ylabels(axes[:, 0])
     return figure
@@ -82,7 +84,7 @@ def _window(p: SaturatedPart) -> slice:
 
 
 def _speeds(plateaus: Sequence[Plateau], campaign: Campaign) -> Figure:
-    title = "Wire speed with saturated pumps, one point per plateau"
+    title = worded("Wire speed with saturated pumps, one point per plateau", campaign.crane)
     figure, axes = axes_of(1, 2, (10.0, 4.8), marked(campaign, title))
     allowed = next((c.limit for c in campaign.criteria.criteria if c.measure == "limit_speed_error" and c.judged), None)
     top = 66.0 * max(max(abs(p.v_w), np.nan_to_num(abs(p.driven)), np.nan_to_num(abs(p.complete))) for p in plateaus)

@@ -7,7 +7,7 @@ derived values.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +29,7 @@ from stillhook.logs.synthetic import (
     LOG_FOLDER,
     MARK,
     REFERENCE_FILE,
+    Column,
     Sensors,
     ahc_sensors,
     check_campaign_folder,
@@ -189,17 +190,24 @@ def write_campaign(
             f"# {MARK}. The reference crane of the logs.\n{reference_text(plan, seed, defect_words, made)}",
             encoding="utf-8",
         )
-        (part / CAMPAIGN_FILE).write_text(campaign_text(plan, seed, made, files, sensors), encoding="utf-8")
+        (part / CAMPAIGN_FILE).write_text(
+            campaign_text(plan, seed, made.stated_delay, files, sensors), encoding="utf-8"
+        )
     return WrittenCampaign(
         folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), folder / REFERENCE_FILE, tuple(notes)
     )
 
 
-def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> None:
+def check_seed(seed: int, defect: Defect | None, size: float | None) -> None:
+    """Errors: ValidateError for a seed that is no integer of 0 or more, or a size without a defect."""
     if type(seed) is not int or seed < 0:
         raise ValidateError(f"seed = {quote(seed)}: it must be an integer of 0 or more.")
     if size is not None and defect is None:
         raise ValidateError(f"size = {quote(size)}: a size needs a defect. State the defect.")
+
+
+def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> None:
+    check_seed(seed, defect, size)
     if plan.crane.plant != reference_plant.OF:
         raise ValidateError(
             f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns need an active/passive winch. Choose such a'
@@ -246,18 +254,28 @@ def _as_logged(
     return out
 
 
-def campaign_text(plan: Plan, seed: int, made: Setting, files: list[str], sensors: Sensors) -> str:
-    """The campaign file, as `load_campaign` reads it. It does not name the defect."""
+def campaign_text(
+    plan: Plan,
+    seed: int,
+    stated_delay: float,
+    files: Sequence[str],
+    sensors: Sensors,
+    columns: Sequence[Column] = AHC_COLUMNS,
+    basis: str = "",
+) -> str:
+    """The campaign file, as `load_campaign` reads it. It does not name the defect. basis: what the logs were simulated
+    by, for the title and a remark."""
     lines = [
         f"# {MARK}. {plan.source}.",
-        f'title = "SYNTHETIC {plan.title}, seed {seed}"',
+        f'title = "SYNTHETIC{f" (by {basis})" if basis else ""} {plan.title}, seed {seed}"',
         f"date = {plan.date.isoformat()}",
         f'crane = "{plan.crane_name or CRANE_FILE}"',
-        f'delay = "{show(made.stated_delay, "time", 12)}"',
+        f'delay = "{show(stated_delay, "time", 12)}"',
         "synthetic = true",
+        *([f'remarks = ["The logs were simulated by {basis}."]'] if basis else []),
         "",
         "[signals]",
-        *mapping_lines(AHC_COLUMNS, sensors),
+        *mapping_lines(columns, sensors),
     ]
     for test, file in zip(plan.tests, files, strict=True):
         lines += ["", "[[test]]", f'name = "{test.name}"', f'log = "{file}"', f'kind = "{test.kind}"']

@@ -1,0 +1,216 @@
+"""Validation of a winch of any type: what has a meaning for it is judged, and the rest is listed as not judged. The logs are simulated by
+the twin's own equations with hidden deviations: they test the procedure."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stillhook import load_crane
+from stillhook.cli import run as command
+from stillhook.errors import ValidateError
+from stillhook.library import cranes
+from stillhook.validate import certificate_of, validate
+from stillhook.validate.certificate.certificate import PARTLY, level_of
+from stillhook.validate.criteria.criteria import load_criteria
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.needs import has, lacks, usual_criteria
+from stillhook.validate.criteria.results import MEASURES, Measure, Outcome, StepNumber, Verdict
+from stillhook.validate.data_set.campaign import load_campaign
+from stillhook.validate.report.document import summary
+from stillhook.validate.synthetic import Plan, trials, write_campaign
+from stillhook.validate.synthetic.own import OWN, columns_of
+
+CRANE = "nov-100t-electric"
+SHORT = 150.0  # s of heave compensation a test: five windows, enough for intervals and quick to simulate
+TAKEN = (1, 2, 3, 5)
+OF_A_CIRCUIT = {"p-leakage", "p-friction", "p-boost", "3-motor", "4-C_h", "4-J", "6-precharge", "6-motors"}
+
+
+def short(crane: str = CRANE) -> Plan:
+    plan = trials(crane)
+    tests = [t if t.name == "limits" else replace(t, duration=SHORT, sea=replace(t.sea, ramp=10.0)) for t in plan.tests]
+    return replace(plan, tests=tuple(tests))
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory) -> Path:
+    return write_campaign(tmp_path_factory.mktemp("campaigns") / "sound", plan=short(), seed=1).campaign
+
+
+def lines(validation):
+    return {line.key: line for line in validation.lines}
+
+
+@pytest.fixture(scope="module")
+def passed(sound):
+    return validate(sound, steps=TAKEN)
+
+
+def test_a_sound_electric_winch_passes_the_steps_that_have_a_meaning_for_it(passed):
+    assert passed.outcome is Outcome.PASSED, [line.message for line in passed.lines if line.failed]
+    shown = {key for key, line in lines(passed).items() if line.verdict is Verdict.SHOWN}
+    assert shown >= {"p-lever", "p-load-cell", "3-pump", "3-K_1", "4-speed", "2a", "2b", "2c", "2-signals"}
+
+
+def test_every_line_that_rests_on_a_closed_circuit_is_not_judged_and_says_why(passed):
+    left_out = {key for key, line in lines(passed).items() if line.verdict is Verdict.NOT_JUDGED}
+    assert left_out >= {"p-leakage", "p-friction", "p-boost", "3-motor"}
+    for key in left_out:
+        line = lines(passed)[key]
+        assert not line.judged
+        assert line.measure.value is None
+        assert line.message.endswith('not judged, winch type "electric" has no closed circuit.')
+
+
+def test_the_summary_lists_what_was_not_judged(passed):
+    section = next(s for s in summary(passed).sections if s.title == "not judged")
+    text = " ".join(str(part) for part in section.parts)
+    assert "p-leakage" in text
+    assert "no closed circuit" in text
+
+
+@pytest.mark.parametrize(
+    ("defect", "size", "key"),
+    [("friction", 1.0, "2-signals"), ("mru-delay", 0.15, "p-tip-delay"), ("k-1", -0.1, "3-K_1")],
+)
+def test_a_wrong_twin_is_not_passed(tmp_path, defect, size, key):
+    criterion = next(c for c in load_criteria("any-drive").criteria if c.key == key)
+    written = write_campaign(tmp_path / "campaign", plan=short(), seed=1, defect=defect, size=size)
+    result = validate(written.campaign, steps=(criterion.step,))
+    assert not result.passed
+    assert lines(result)[key].verdict is Verdict.REFUTED
+
+
+def test_a_drive_without_logged_signals_is_not_shown(sound, tmp_path):
+    text = sound.read_text(encoding="utf-8")
+    own = {row.name for row in load_crane(CRANE).plant.type.rows}
+    kept = [row for row in text.splitlines() if row.split(" = ")[0] not in own]
+    bare = sound.with_name("bare.toml")
+    bare.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    line = lines(validate(bare, steps=(5,)))["2-signals"]
+    assert line.verdict is Verdict.NOT_SHOWN
+    assert line.failed
+    assert "no signal of the drive was logged: log one of omega_m, T_m" in line.message
+
+
+def test_a_document_lists_every_line_that_was_not_judged_and_certifies_no_envelope_where_not_passed(sound):
+    result = validate(sound)
+    data = certificate_of(result).data
+    section = next(s for s in data["limitations"] if s["heading"].startswith("Not judged"))
+    keys = {text.split(":")[0] for text in section["lines"]}
+    assert keys == {key for key, line in lines(result).items() if line.verdict is Verdict.NOT_JUDGED}
+    assert keys >= OF_A_CIRCUIT
+    assert all("has no closed circuit" in text or "has no passive circuit" in text for text in section["lines"])
+    steps = {step["step"]: step for step in data["steps"]}
+    assert steps[4]["verdict"] == steps[6]["verdict"] == "not judged"
+    assert steps[4]["statements"] == ['Step 4 is not judged: winch type "electric" has no closed circuit.']
+    assert lines(result)["1d"].verdict is Verdict.REFUTED  # ten minutes are too few
+    assert data["envelope"] is None
+    assert OWN in data["title"]
+
+
+def test_a_certificate_with_lines_not_judged_says_what_it_covers():
+    assert level_of(True, False).level == 2
+    assert PARTLY not in level_of(True, False).statement
+    assert level_of(True, False, judged_whole=False).statement.endswith(PARTLY)
+    assert level_of(False, False, judged_whole=False).level == 1
+
+
+@pytest.mark.parametrize("name", cranes())
+def test_what_a_crane_is_not_judged_by_is_what_it_lacks(name):
+    crane = load_crane(name)
+    without = lacks(crane)
+    closed, passive = "active" in crane.circuits, "passive" in crane.circuits
+    assert ("leakage_error" in without) is not closed
+    assert ("precharge_error" in without) is not passive
+    for name in ("lever_error", "K_1_deviation", "limit_speed_error"):
+        assert (name in without) is not ("omega_m" in has(crane))
+    assert usual_criteria(crane) == ("paper-f" if closed else "any-drive")
+    for name in ("e_c_pp_deviation", "load_cell_error", "tip_delay_error", "data_length"):
+        assert name not in without
+
+
+def test_a_measure_without_a_meaning_is_not_judged_even_where_it_has_a_value():
+    criteria = load_criteria("any-drive")
+    leak = Measure("leakage_error", 9.0)
+    [line] = [
+        x
+        for x in judge(criteria, [leak], (StepNumber.PARAMETERS,), {"leakage_error": "no circuit"})
+        if x.key == "p-leakage"
+    ]
+    assert line.verdict is Verdict.NOT_JUDGED
+    assert not line.failed
+
+
+def test_criteria_of_any_drive_add_its_signals_to_those_of_paper_f():
+    keys = {c.key for c in load_criteria("any-drive").criteria}
+    assert keys - {c.key for c in load_criteria("paper-f").criteria} == {"2-signals"}
+    assert {c.key for c in load_criteria("paper-f").criteria} <= keys
+
+
+def test_every_need_is_a_circuit_or_a_signal_that_some_winch_has():
+    there = frozenset().union(*(has(load_crane(name)) for name in cranes()))
+    assert {need for measure in MEASURES.values() for need in measure.needs} <= there
+
+
+@pytest.mark.parametrize("name", cranes())
+def test_logs_of_a_drive_hold_what_its_plc_has(name):
+    crane = load_crane(name)
+    columns = {c.name for c in columns_of(crane)}
+    assert columns >= {"s_tip", "s_w", "v_w", "F_w", "u_p", "e_c_measured", "mode"}
+    assert ("u_m" in columns) is ("active" in crane.circuits)
+    assert columns & {row.name for row in crane.plant.type.rows}
+
+
+def test_synthetic_logs_say_that_they_obey_the_twins_own_equations(sound):
+    campaign = load_campaign(sound)
+    assert campaign.synthetic
+    assert OWN in campaign.title
+    assert any(OWN in text for text in campaign.remarks)
+
+
+def test_a_defect_without_a_meaning_for_the_winch_is_refused_in_one_line(tmp_path, capsys):
+    arguments = ["certificate", "example-campaign", str(tmp_path / "x"), "--crane", CRANE, "--defect", "leakage"]
+    assert command(arguments) == 2
+    text = capsys.readouterr().err.strip()
+    assert "\n" not in text
+    assert 'The defect leakage has no meaning in logs of winch type "electric"' in text
+    assert "Choose one of friction, gear, mru-delay" in text
+    assert not (tmp_path / "x").exists()
+
+
+def test_parameters_drawn_apart_need_a_reference_plant(tmp_path):
+    with pytest.raises(
+        ValidateError, match='apart: only campaigns of a reference plant have it, and winch type "electric" has none'
+    ):
+        write_campaign(tmp_path / "x", plan=short(), apart=True)
+
+
+@pytest.mark.parametrize(("defect", "size"), [("friction", 9.0), ("mru-delay", -1.0)])
+def test_a_size_beyond_its_range_is_refused(tmp_path, defect, size):
+    with pytest.raises(ValidateError, match=rf"size = .*: the defect {defect} allows"):
+        write_campaign(tmp_path / "x", plan=short(), defect=defect, size=size)
+
+
+def test_the_same_seed_writes_the_same_logs(tmp_path):
+    plan = short()
+    plan = replace(plan, tests=plan.tests[:1])
+    a, b, c = (
+        write_campaign(tmp_path / name, plan=plan, seed=seed).logs[0].read_bytes()
+        for name, seed in (("a", 2), ("b", 2), ("c", 3))
+    )
+    assert a == b
+    assert a != c
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", [n for n in cranes() if "passive" not in load_crane(n).circuits])
+def test_a_complete_campaign_of_every_type_is_certified(tmp_path, name):
+    result = validate(write_campaign(tmp_path / "campaign", plan=trials(name)).campaign)
+    assert not any(line.verdict is Verdict.REFUTED for line in result.lines), [
+        x.message for x in result.lines if x.failed
+    ]
+    data = certificate_of(result).data
+    assert data["passed"], data["verdict"]
+    assert PARTLY in data["twin"]["statement"]
