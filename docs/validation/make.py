@@ -44,6 +44,7 @@ CASES = (
     "paper_e_scenario_2",
     "paper_e_stability",
     "paper_e_scenario_3",
+    "passive_heave_compensator",
     "payload_in_water",
     "power_unit_loss",
     "secondary",
@@ -59,6 +60,7 @@ MEASURED = (
 
 SLOW = (
     "controllers_at_their_best",
+    "cylinder",
     "feedforward_gains",
     "frequency_domain_method",
     "offshore_100t",
@@ -72,7 +74,9 @@ SLOW = (
     "paper_e_scenario_2",
     "paper_e_scenario_3",
     "paper_e_stability",
+    "passive_heave_compensator",
     "power_unit_loss",
+    "secondary",
     "splash_mode",
     "threshold_study",
 )
