@@ -60,7 +60,7 @@ def test_another_reference_point_is_where_the_constant_number_holds():
     assert packed(crane, 1.0, 2.0 * N) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("name", cranes())
+@pytest.mark.parametrize("name", [name for name in cranes() if load_crane(name).circuits])
 def test_the_library_states_form_and_point_and_its_total_holds_there(name):
     crane = load_crane(name)
     assert crane.active.leak is not None

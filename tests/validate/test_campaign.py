@@ -65,7 +65,7 @@ def test_modes_take_numbers_and_words(tmp_path):
 
 def test_without_a_table_of_modes_the_numbers_are_those_of_stillhook(tmp_path):
     (test,) = loaded(tmp_path, f"{TOP}{SIGNALS}{TEST}").tests
-    assert [test.modes[float(i)] for i in range(7)] == list(Mode)
+    assert [test.modes[float(i)] for i in range(len(Mode))] == list(Mode)
 
 
 @pytest.mark.thorough

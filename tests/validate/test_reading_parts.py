@@ -60,7 +60,7 @@ def test_modes_that_change_part_the_record(tmp_path):
 def test_a_number_without_a_meaning_is_refused_with_what_to_write(tmp_path):
     text = refusal(tmp_path, half_on(ahc(), 17, 0))
     assert text.startswith(
-        'test "1": mode: the log holds 17 for 100 s, which is not one of 0, 1, 2, 3, 4, 5, 6. State its meaning'
+        'test "1": mode: the log holds 17 for 100 s, which is not one of 0, 1, 2, 3, 4, 5, 6, 7. State its meaning'
     )
     assert text.endswith('[modes], such as "5" = "ssc".')
 

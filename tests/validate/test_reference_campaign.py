@@ -510,8 +510,6 @@ def test_wrong_wishes_are_refused_in_one_line_before_anything_is_written(tmp_pat
     refused(tmp_path, r"seed = -1: it must be an integer of 0 or more", seed=-1)
     refused(tmp_path, r"size = 2: a size needs a defect", size=2)
     refused(tmp_path, r"size = nan: the defect gear allows -0.3 to 0.3", defect="gear", size=float("nan"))
-    winch = load_crane("nov-100t-pure-active")
-    refused(tmp_path, r'"nov-100t-pure-active" is pure-active: example campaigns', plan=replace(SHORT, crane=winch))
 
 
 def test_a_folder_with_logs_is_left_as_it_is(write):

@@ -53,7 +53,7 @@ def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT) -> ControlLa
         names_used[f"cycle_{law.field}"] = law.cycle
         names_used |= {f"{law.field}_{part}_class": cls for part, cls in _parts(law)}
     source = f"{_demand(laws)}\n\n{CYCLE}"
-    define(source, names_used, f"<controllers{''.join(f' {n}' for n in names)}>")
+    define(source, names_used, f"<controllers of {drive}{''.join(f' {n}' for n in names)}>")
     names_used["demand"] = scalar(names_used["demand"])
 
     def blank(settings: dict[str, Any]) -> Any:
