@@ -82,7 +82,7 @@ def libraries() -> list[Library]:
     from stillhook.kernels.lanes import VL
     from stillhook.winches.registry import WINCH_TYPES
 
-    kinds = [(plant, kind) for plant in WINCH_TYPES for kind in ("driver", "lift_driver")]
+    kinds = [(plant, kind) for plant in WINCH_TYPES for kind in ("driver", "lift_driver", "compensated_lift_driver")]
     runs = [driver(plant, lanes, kind).run for plant, kind in (*kinds, ("truth", "driver")) for lanes in (1, VL)]
     return [entry.library for entry in (*runs, plc_alone.kernel(()).run, tip_sampling.kernel())]
 
