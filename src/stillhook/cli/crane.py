@@ -271,7 +271,9 @@ def gain_limit(name: CraneName, alpha_m: AlphaM = 1.0, json: Json = False) -> No
 def steady(
     name: CraneName,
     v_w: Annotated[str, typer.Option("--v-w", help='Wire speed, such as "80 m/min".')],
-    mode: Annotated[str, typer.Option(help=f"Controller: {MODES}.")] = "ssc",
+    mode: Annotated[
+        str | None, typer.Option(help=f"Controller: {MODES}. Default: the usual one of the winch type, or ssc.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Pump and motor setting at a steady wire speed, outer diameter, no leakage (figure 2.17).
@@ -282,6 +284,8 @@ def steady(
     from stillhook.library import load_crane
     from stillhook.spec.scenario import mode_of
 
-    s = solve(load_crane(name), parse(v_w, "speed", "--v-w"), mode_of(mode))
+    crane = load_crane(name)
+    chosen = crane.plant.type.default_mode if mode is None else mode_of(mode)
+    s = solve(crane, parse(v_w, "speed", "--v-w"), chosen)
     values = {k: float(v) if isinstance(v, float) and math.isfinite(v) else v for k, v in s._asdict().items()}
     _answer(values, json)

@@ -149,7 +149,9 @@ def draws(
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
     motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2 m 12 s",
-    mode: Annotated[str, typer.Option(help=f"Controller: {MODES}.")] = "ssc",
+    mode: Annotated[
+        str | None, typer.Option(help=f"Controller: {MODES}. Default: the usual one of the winch type, or ssc.")
+    ] = None,
     n: Annotated[int, typer.Option("--n", help="Number of draws.")] = 64,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
     json: Json = False,
@@ -166,7 +168,9 @@ def draws(
     from stillhook.library import load_crane, load_set
     from stillhook.spec.scenario import Scenario
 
-    machine, case = load_crane(crane), Scenario(load=load, s_w=s_w, tip=motion_of(motion), mode=mode)
+    machine = load_crane(crane)
+    mode = machine.plant.type.default_mode.value if mode is None else mode
+    case = Scenario(load=load, s_w=s_w, tip=motion_of(motion), mode=mode)
     friction, loss = _one_of_each([load_set(name) for name in sets])
     samples = draw_cranes(machine, friction, loss, n, seed)
     middle = crane_with(machine, *(item for item in (friction, loss) if item is not None))
