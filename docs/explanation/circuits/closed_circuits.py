@@ -86,6 +86,22 @@ def reliefs(s: Sheet, x: float, y_a: float, y_b: float, y: float) -> None:
     s.flow("Q_relief_b", (x + 0.25, y_b + 0.9), "up", kind="b")
 
 
+def cross_reliefs(s: Sheet, x: float, y_a: float, y_b: float) -> None:
+    """A relief valve from each line to the other."""
+    y = 0.5 * (y_a + y_b)
+    right = x + 2.1
+    s.pipe("a", (x, y_a), (x, y + 0.8))
+    s.add(Relief(), (x, y), theta=180)
+    s.pipe("b", (x, y - 0.8), (x, y_b))
+    s.pipe("b", (right, y_b), (right, y - 0.8))
+    s.add(Relief(), (right, y))
+    s.pipe("a", (right, y + 0.8), (right, y_a))
+    s.join("a", (x, y_a), (right, y_a))
+    s.join("b", (x, y_b), (right, y_b))
+    s.flow("Q_relief_a", (x + 0.25, y_a - 0.9), "down", kind="a")
+    s.flow("Q_relief_b", (right + 0.25, y_b + 0.9), "up", kind="b")
+
+
 def relief_to_tank(s: Sheet, x: float, y: float, letter: str, tank: float = 4.0) -> None:
     """A relief valve from a line at height y to a tank, which stands `tank` lower."""
     s.pipe("a", (x, y), (x, y - 1.6))
@@ -183,8 +199,11 @@ def shaft_line(s: Sheet, left: float, y: float, right: float) -> None:
     s.add(Pinion(), (right, y))
 
 
-def closed_circuit(s: Sheet, y_a: float, y_b: float, right: float, top: float, bottom: float) -> None:
-    """Pumps and lines A and B with everything on them, to ports at (right, top) and (right, bottom)."""
+def closed_circuit(
+    s: Sheet, y_a: float, y_b: float, right: float, top: float, bottom: float, cross: bool = False
+) -> None:
+    """Pumps and lines A and B with everything on them, to ports at (right, top) and (right, bottom). cross: the relief
+    valves open into the other line, not to the tank."""
     y = 0.5 * (y_a + y_b)
     s.add(pump(), (2.6, y))
     s.add(PrimeMover(), (0.4, y))
@@ -204,8 +223,11 @@ def closed_circuit(s: Sheet, y_a: float, y_b: float, right: float, top: float, b
     external_leak(s, 6.8, y_a, y_b, y + 1.2)
     s.note("leakage of the units", (6.2, y_b - 0.38))
     boost(s, 14.2, y_a, y_b, y + 0.4)
-    reliefs(s, 16.8, y_a, y_b, y)
-    flushing(s, 20.7, y_a, y_b, y)
+    if cross:
+        cross_reliefs(s, 16.6, y_a, y_b)
+    else:
+        reliefs(s, 16.8, y_a, y_b, y)
+    flushing(s, 22.0 if cross else 20.7, y_a, y_b, y)
 
 
 def pure_active() -> Sheet:

@@ -224,18 +224,20 @@ def cylinder() -> Sheet:
     """A cylinder in the wire's path compensates; the winch stands on its brake."""
     s = Sheet(
         "Winch with cylinder compensator",
-        "Closed circuit on a double-acting cylinder; a plunger on an accumulator carries the load; both push the"
+        "Closed circuit on a double-acting cylinder with a rod on both sides; relief valves open into the other"
+        " line. A plunger on an accumulator carries the load; both push the"
         " travelling sheave in the wire's path. The winch behind stands on its brake while they compensate.",
     )
-    y_a, y_b, y_p, x_c, x_p, mid = 10.0, 1.0, 17.0, 27.0, 29.6, 7.0
-    closed_circuit(s, y_a, y_b, 25.0, mid + 1.45, mid - 1.45)
-    s.add(Cylinder(port=-1.0), (x_c, mid), theta=-90)
+    y_a, y_b, y_p, x_c, x_p, mid = 10.0, 1.0, 17.0, 28.3, 30.9, 7.0
+    closed_circuit(s, y_a, y_b, 26.3, mid + 1.45, mid - 1.45, cross=True)
+    s.add(Cylinder(port=-1.0, through=True), (x_c, mid), theta=-90)
     s.add(Plunger(port=1.0), (x_p, mid), theta=-90)
-    s.ground((x_c - 0.8, mid + 1.8), (x_p + 0.8, mid + 1.8))
-    s.pipe("a", (25.0, mid + 1.45), (x_c - 0.55, mid + 1.45))
-    s.pipe("b", (25.0, mid - 1.45), (x_c - 0.55, mid - 1.45))
-    s.flow("A_a v_rod", (25.75, mid + 1.2), "right", "below", "a")
-    s.flow("A_b v_rod", (25.75, mid - 1.15), "left", "above", "b")
+    s.ground((x_c - 0.8, mid + 1.8), (x_c - 0.2, mid + 1.8))
+    s.ground((x_c + 0.2, mid + 1.8), (x_p + 0.8, mid + 1.8))
+    s.pipe("a", (26.3, mid + 1.45), (x_c - 0.55, mid + 1.45))
+    s.pipe("b", (26.3, mid - 1.45), (x_c - 0.55, mid - 1.45))
+    s.flow("A_a v_rod", (27.05, mid + 1.2), "right", "below", "a")
+    s.flow("A_b v_rod", (27.05, mid - 1.15), "left", "above", "b")
     s.pipe("a", (x_p + 0.45, mid + 1.5), (x_p + 1.2, mid + 1.5), (x_p + 1.2, y_p), (12.0, y_p), (12.0, y_p - 1.4))
     s.flow("A_p v_rod", (x_p + 0.95, mid + 4.0), "down", "left", "a")
     carrying_line(s, y_p)

@@ -280,16 +280,20 @@ class ShuttleValve(Symbol):
 
 
 class Cylinder(Symbol):
-    """Double-acting cylinder with a single rod to the right; ports `cap` and `rod_side` below, `eye` at the rod's end,
-    `base` at the other."""
+    """Double-acting cylinder with a rod to the right, `through`: and to the left; ports `cap` and `rod_side` below, `eye`
+    at the rod's end, `base` at the other."""
 
-    def __init__(self, length: float = 3.6, place: float = 0.5, port: float = -1.0, **params: Any) -> None:
+    def __init__(
+        self, length: float = 3.6, place: float = 0.5, port: float = -1.0, through: bool = False, **params: Any
+    ) -> None:
         super().__init__(**params)
         h, half = 0.55, 0.5 * length
         x = -half + place * length
         self.box(-half, -h, length, 2.0 * h)
         self.box(x - 0.12, -h, 0.24, 2.0 * h)
         self.box(x + 0.12, -0.14, half - x + 1.2, 0.28)
+        if through:
+            self.box(-half - 0.7, -0.14, half + x + 0.58, 0.28)
         self.anchors = {
             "cap": (-half + 0.35, port * h),
             "rod_side": (half - 0.35, port * h),
