@@ -229,6 +229,11 @@ REFUSED = (
 )
 
 
+def test_a_limit_of_pressure_is_refused_for_a_winch_that_has_none() -> None:
+    with pytest.raises(StillhookError, match=r'limit p_max: winch type "electric" has no p_max. Leave it out.'):
+        tune(load_crane("nov-100t-electric"), controller("position"), limits=["p_max <= 300 bar"])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("wrong", "what"), REFUSED)
 def test_what_cannot_be_asked_is_refused_in_one_line(wrong: dict[str, object], what: str) -> None:

@@ -233,7 +233,10 @@ def test_a_compensator_is_of_the_library_with_what_the_file_changes(tmp_path):
         ('unit = "phc-6t"', 'No compensator "phc-6t": the library has'),
         ('unit = "phc-60t"\nstrok = "3 m"', 'unknown field; did you mean "stroke"?'),
         ('unit = "phc-60t"\nV_0 = "100 L"', "no gas would be left"),
-        ('stroke = "3 m"', "missing"),
+        ('unit = "phc-60t"\np_0 = "-3 bar"', 'lift.toml: compensator.p_0 = "-3 bar": it must be greater than 0.'),
+        ('unit = "phc-60t"\nstroke = "0 m"', 'lift.toml: compensator.stroke = "0 m": it must be greater than 0.'),
+        ('unit = "phc-60t"\nn = nan', "lift.toml: compensator.n = nan: it must be a finite number."),
+        ('stroke = "3 m"', "lift.toml: compensator.area: missing"),
         ("unit = 3", "give a name of the library, or the path of a file."),
     ],
 )

@@ -49,6 +49,8 @@ REGENERATED = 1.0e-3
 """Relative, as the specification asks."""
 CYCLE = 0.01
 """Cycle of the PLC [s], in which a time is seen."""
+LAG = 3.0e-3
+"""Of the torque: the limit of power falls with the speed, and the current follows it by its lag of 2 ms."""
 
 CRANE = load_crane("nov-100t-electric")
 WINCH = CRANE.plant.type
@@ -200,6 +202,42 @@ def cascade_poles() -> tuple[np.ndarray, np.ndarray]:
     loop = np.polymul([inertia * tau_i, inertia, K, K / T_i], [tau_r, 1.0, 0.0])
     position = CRANE.control.K_p * MOTOR.n_full * geo.r_eff
     return np.linalg.eigvals(J), np.roots(np.polyadd(loop, position * np.array([K, K / T_i])))
+
+
+def test_friction_adds_its_own_square_to_the_torque_of_a_compensated_sine():
+    """T_f changes sign with the speed, as the inertia's torque does not: their product is nothing over a period."""
+    result = run(**WAVE)
+    T, omega_m = counted(result, "T_m")[: 6 * 1000], counted(result, "omega_m")[: 6 * 1000]
+    T_f = joules(result, "friction") / 60.0 / float(np.mean(np.abs(omega_m)))
+    geo = electric.geometry(200.0, pack(CRANE, Scenario(load="47 t", s_w="200 m")).params)
+    inertial = (2.0 * math.pi / 10.0) ** 2 / geo.r_eff / geo.i_J / math.sqrt(2.0)
+    closed = math.sqrt(inertial**2 + (weight(47.0e3) * geo.r_eff) ** 2 + T_f**2)
+    assert math.sqrt(np.mean(T * T)) == pytest.approx(closed, rel=RMS)
+    assert T_f > 100.0
+
+
+def test_a_hoist_that_is_asked_for_more_goes_with_full_torque_to_the_corner_speed_and_with_full_power_beyond():
+    crane = edited(motor={"T_max": "1040 N m", "P_max": "110 kW"})
+    profile = (("0 s", "0 m/s"), ("10 s", "0 m/s"), ("10.2 s", "1 m/s"), ("30 s", "1 m/s"))
+    case = {"mode": "manual", "tip": "still", "operator": Operator(profile=profile), "duration": "30 s"}
+    result = run(crane, load="97 t", s_w="200 m", warm_up="1 s", **case)
+    turns = result.column("omega_m") > 3.0
+    T, omega_m = result.column("T_m")[turns] / MOTOR.count, result.column("omega_m")[turns]
+    corner = 110.0e3 / 1040.0
+    below, beyond = omega_m < corner, omega_m > corner
+    assert np.max(np.abs(T[below] / 1040.0 - 1.0)) < LAG
+    assert np.max(np.abs(T[beyond] * omega_m[beyond] / 110.0e3 - 1.0)[1:]) < LAG
+    assert min(below.sum(), beyond.sum()) > 100
+    assert limits_passed(WINCH, result.stats) == ["torque", "power"]
+
+
+def test_what_the_link_gives_a_hoist_and_a_lowering_differs_by_voltage_times_current():
+    """The same losses either way: half of the difference is K_e i omega, with the machine's torque constant as K_e."""
+    crane = changed(CRANE, NO_FRICTION)
+    hoist, down = (run(crane, **(WAVE | steady(v))) for v in (0.6, -0.6))
+    P = [float(np.mean(counted(r, "P_dc")[-500:])) for r in (hoist, down)]
+    i_omega = [float(np.mean(counted(r, "i")[-500:] * counted(r, "omega_m")[-500:])) for r in (hoist, down)]
+    assert (P[0] - P[1]) / (i_omega[0] - i_omega[1]) / MOTOR.count == pytest.approx(MOTOR.K_t, rel=1e-5)
 
 
 def test_poles_are_those_of_a_position_loop_over_a_speed_loop_over_a_current_loop():
@@ -379,6 +417,8 @@ def test_compiled_c_and_numba_agree_to_the_bit(monkeypatch):
         ({"motor": {"R": "-1 mohm"}}, r"electric\.motor\.R"),
         ({"store": {"V_set": "800 V"}}, r"V_min, V_set, V_max are 510 V, 800 V, 720 V: they must rise"),
         ({"speed": {"T_i": "0 s"}}, r"electric\.speed\.T_i"),
+        ({"speed": {"K": "0 N m s/rad"}}, r"electric\.speed\.K = .* greater than 0"),
+        ({"store": {"C": "nan F"}}, r"electric\.store\.C = .* not a finite number"),
     ],
 )
 def test_a_table_that_cannot_be_is_refused_in_one_line(tables, message):
@@ -390,6 +430,20 @@ def test_a_table_that_cannot_be_is_refused_in_one_line(tables, message):
 def test_a_table_that_is_missing_is_named():
     with pytest.raises(SpecError, match=r'plant "electric" needs table \[electric\]'):
         changed(load_crane("nov-100t-pure-active"), {"plant": "electric"})
+
+
+@pytest.mark.parametrize(
+    ("table", "fields", "message"),
+    [
+        ("cylinder", {"falls": 2}, r'plant "electric" has no table \[cylinder\]\. Change plant, or remove'),
+        ("active", {"C_leak": "1 L/min/bar"}, r'plant "electric" has no table \[active\]'),
+        ("hpu", {"P_max": "3 kW", "P_back": "0 kW"}, r'plant "electric" has no pumps that table \[hpu\] could limit'),
+    ],
+)
+def test_a_table_of_another_winch_type_is_refused_and_not_asked_to_be_completed(table, fields, message):
+    with pytest.raises(SpecError, match=message) as refused:
+        changed(CRANE, {table: fields})
+    assert "\n" not in str(refused.value)
 
 
 def test_before_a_run_it_says_what_the_load_means():

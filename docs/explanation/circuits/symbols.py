@@ -280,8 +280,8 @@ class ShuttleValve(Symbol):
 
 
 class Cylinder(Symbol):
-    """Double-acting cylinder with a rod to the right, `through`: and to the left; ports `cap` and `rod_side` below, `eye`
-    at the rod's end, `base` at the other."""
+    """Double-acting cylinder with a rod to the right (`through`: and to the left); ports `cap` and `rod_side` below,
+    `eye` at the rod's end, `base` at the other."""
 
     def __init__(
         self, length: float = 3.6, place: float = 0.5, port: float = -1.0, through: bool = False, **params: Any

@@ -14,7 +14,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.arguments import with_usual_controller
-from stillhook.errors import LiftError, SeaError
+from stillhook.errors import LiftError, ScenarioError, SeaError
 from stillhook.formats.case_file import read_tip
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.wavespectra import read_sea
@@ -37,7 +37,7 @@ from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
-from stillhook.tables.table import Number, Part, Spec, Text
+from stillhook.tables.table import Number, Part, Spec, Text, with_place
 from stillhook.units import parse, quote, show
 
 DEEPEST = 12_000.0  # m
@@ -148,11 +148,12 @@ def compensator_of(file: PlaceTables, table: TomlTable) -> Compensator | None:
         raise table.wrong("give a name of the library, the path of a file, or a table [compensator].", "compensator")
     own = {key: value for key, value in given.items() if key != "unit"}
     name = given.get("unit")
-    if name is None:
-        return Compensator(**own)
-    if not isinstance(name, str) or not name.strip():
+    if name is not None and (not isinstance(name, str) or not name.strip()):
         raise table.wrong("give a name of the library, or the path of a file.", "compensator", "unit")
-    return read_compensator(table.relative_toml(name), own)
+    try:
+        return Compensator(**own) if name is None else read_compensator(table.relative_toml(name), own)
+    except ScenarioError as problem:  # of this table; a file that is wrong names itself
+        raise LiftError(with_place(str(problem), "compensator")) from None
 
 
 SHORTEST_SEA = 60.0

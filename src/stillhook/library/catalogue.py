@@ -207,11 +207,13 @@ def _compensator(table: Mapping[str, Any], label: str, changes: Mapping[str, Any
         for path, source in sources(fields)
         if path not in LABELS and path != "source" and path not in changed
     }
+    own = {"name": Path(label).stem, **values(fields), "sources": stated}
     try:
-        return Compensator(**{"name": Path(label).stem, **values(fields), **changed, "sources": stated})
+        unit = Compensator(**own)
     except StillhookError as problem:
         line = str(problem)
         raise LiftError(line if line.startswith(label) else f"{label}: {line}") from None
+    return Compensator(**{**own, **changed}) if changed else unit
 
 
 def vessels() -> tuple[str, ...]:

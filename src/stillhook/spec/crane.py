@@ -277,6 +277,17 @@ class Crane(Spec):
                     return data  # the stage itself is refused, with its place
         return data
 
+    @model_validator(mode="before")
+    @classmethod
+    def _tables_of_its_type(cls, data: Any) -> Any:
+        """A table of another winch type is refused as such, before what it lacks is asked for."""
+        plant = WINCH_TYPES.get(str(data.get("plant"))) if isinstance(data, Mapping) else None
+        if plant is not None and all(data.get(name) is not None for name in plant.tables):
+            for table in dict.fromkeys(name for each in WINCH_TYPES.values() for name in each.tables):
+                if table not in plant.tables and data.get(table) is not None:
+                    raise ValueError(_misplaced(str(data["plant"]), table))
+        return data
+
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
         if self.table("active") is None:
@@ -343,14 +354,20 @@ def inertia_ratio_without_wire(crane: Crane) -> float:
     return J / (J - J_wire)
 
 
+def _misplaced(plant: str, table: str, needed: bool = False) -> str:
+    need, do = ("needs", "add") if needed else ("has no", "remove")
+    return f'plant "{plant}" {need} table [{table}]. Change plant, or {do} [{table}].'
+
+
 def _misfits(crane: Crane) -> Iterator[str]:
     """Why the parts of a crane do not fit together, worst first."""
     for table in dict.fromkeys(name for each in WINCH_TYPES.values() for name in each.tables):
         present, needed = crane.table(table) is not None, table in crane.plant.type.tables
         if present != needed:
-            need, do = ("needs", "add") if needed else ("has no", "remove")
-            yield f'plant "{crane.plant}" {need} table [{table}]. Change plant, or {do} [{table}].'
+            yield _misplaced(crane.plant, table, needed)
             return
+    if crane.hpu is not None and not any(crane.plant.type.pump_units(crane)):
+        yield f'plant "{crane.plant}" has no pumps that table [hpu] could limit. Remove [hpu].'
     drum, wire, control = crane.drum, crane.wire, crane.control
     alpha_min = crane.plant.type.least_displacement(crane)
     if wire.zeta_low is not None and wire.zeta_high is not None and wire.zeta_low > wire.zeta_high:

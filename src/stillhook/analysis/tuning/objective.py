@@ -96,6 +96,11 @@ class Limits:
     v_w_capacity: float | None = None
     load: float = math.inf
 
+    def check(self, crane: Crane) -> None:
+        """Errors: StillhookError where a pressure is limited that the winch type does not have."""
+        if math.isfinite(self.p_max) and not has_pressure(crane):
+            raise StillhookError(f'limit p_max: winch type "{crane.plant}" has no p_max. Leave it out.')
+
     @property
     def margins(self) -> tuple[float, float, float]:
         """Gain margin [-], phase margin [rad] and sensitivity peak [-]."""

@@ -144,6 +144,7 @@ def tune(
     if not settings:
         raise StillhookError(f'"{start.name}": no setting is free. Name other settings.')
     required = limits if isinstance(limits, Limits) else parse_limits(limits or ())
+    required.check(crane)
     search = Search(plain, start.mode, mode_cases, settings, Objective(objective), required, budget, threads, progress)
     search.begin((start if reference is None else controller_of(reference)).on(crane))
     try:

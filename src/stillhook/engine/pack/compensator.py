@@ -54,7 +54,7 @@ def _coefficients(swept: float, n: float, V_0: str) -> tuple[float, ...]:
     worst = float(np.max(np.abs(polynomial.polyval(fine, c) / ratio(fine) - 1.0)))
     if worst > FIT_TOLERANCE:
         raise LiftError(
-            f"compensator.V_0 = {V_0}: the piston sweeps {100.0 * swept:.3g} % of it, and the gas law is followed to"
-            f" {worst:.0e} only (allowed {FIT_TOLERANCE:.0e}). Give the volume with its vessels, or a shorter stroke."
+            f"compensator.V_0 = {V_0}: the piston sweeps {100.0 * swept:.3g} % of it, too much for the gas law to be"
+            " followed to the end. Give the volume with its vessels, or a shorter stroke."
         )
     return tuple(float(i) for i in c)
