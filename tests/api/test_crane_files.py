@@ -237,7 +237,11 @@ MISTAKES = [
     ),
     (
         'plant = "pure-active"\n[passive]\np_lp = "10 bar"',
-        "mine.toml: passive.motor: missing. Add it, or start the file with base = <crane of the library>.",
+        'mine.toml: plant "pure-active" has no table [passive]. Change plant, or remove [passive].',
+    ),
+    (
+        'plant = "electric"\n[electric.motor]\ncount = 2',
+        "mine.toml: electric.motor.J: missing (inertia of one; in kg m^2, t m^2). Add it, or start the file with base",
     ),
     (
         'SWL = { value = "5 t", knd = "assumed" }',

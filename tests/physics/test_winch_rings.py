@@ -34,7 +34,8 @@ NO_LOSS = {
 def swing(t: np.ndarray, y: np.ndarray, omega: float, slow: float) -> tuple[float, float]:
     """Frequency [rad/s] and decay [1/s] of the swing in y that is near omega; beside it a mean and one near `slow`."""
 
-    def model(t, mean, a, phase, w, decay, b, lag, w_2, decay_2):
+    def model(t: np.ndarray, *x: float) -> Any:
+        mean, a, phase, w, decay, b, lag, w_2, decay_2 = x
         return mean + a * np.exp(-decay * t) * np.cos(w * t + phase) + b * np.exp(-decay_2 * t) * np.cos(w_2 * t + lag)
 
     first = [y.mean(), np.ptp(y), 0.0, omega, 0.05 * omega, np.ptp(y), 0.0, slow, 0.1]
@@ -59,7 +60,7 @@ def matched() -> Any:
 
 
 @pytest.mark.parametrize("speed", [6.0, 12.0])
-def test_the_shaft_of_a_valve_controlled_winch_rings_as_merritt_says(speed):
+def test_the_shaft_of_a_valve_controlled_winch_rings_as_merritt_says(speed: float) -> None:
     """omega_h = sqrt(4 beta D^2/(V_t J)) and zeta = (K_ce/D) sqrt(beta J/V_t), after the operator asks for 1 m/min more."""
     steps = (("0 s", 0.0), ("3 s", speed), ("30 s", speed), ("30.05 s", speed + 1.0), ("60 s", speed + 1.0))
     case = Scenario(
@@ -81,7 +82,7 @@ def test_the_shaft_of_a_valve_controlled_winch_rings_as_merritt_says(speed):
     assert decay == pytest.approx(2.0 * K_ce / C_t, rel=DAMPING)  # zeta times omega_h
 
 
-def test_the_rod_of_a_compensating_cylinder_rings_on_its_oil():
+def test_the_rod_of_a_compensating_cylinder_rings_on_its_oil() -> None:
     """sqrt(4 beta A^2/(V_t m)) at mid stroke, with wire and gas beside it, after the tip has begun to move at once."""
     crane = changed(
         load_crane("nov-100t-cylinder"),
