@@ -33,6 +33,7 @@ from stillhook.physics.hydraulics.valves import (
     spool_for_opening,
     spool_opening,
 )
+from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Operator, PowerLoss
 from stillhook.winches.load_path import shaft_inertia_without_wire
 from stillhook.winches.registry import WINCH_TYPES
@@ -278,6 +279,20 @@ def test_lowering_a_heavier_load_takes_no_more_from_the_pumps():
     """The pumps only pilot the counterbalance valve: the weight's energy is throttled there."""
     heavy, light = (steadily("-20 m/min", load)[0] for load in ("20 t", "2 t"))
     assert float(heavy.P_hpu) == pytest.approx(float(light.P_hpu), rel=0.1)
+
+
+@pytest.mark.parametrize("load", [5.0, 20.0])
+def test_what_a_lowered_load_gives_up_is_throttled_and_the_pumps_add_to_it(load):
+    operator = Operator(profile=(("0 s", "0 m/min"), ("3 s", "-20 m/min"), ("60 s", "-20 m/min")))
+    case = SEA | {"load": f"{load} t", "tip": "still", "mode": "manual", "operator": operator}
+    result = run_one(crane(), Scenario(**case), n_sub=5)
+    s_w = result.column("s_w")[round(result.warm_up / result.t_cycle) :]
+    given = (1.0e3 * load + crane().hook_mass) * G * float(s_w[-1] - s_w[0])
+    P = result.stats.power
+    lost = result.t_cycle * (P.friction + P.valve + P.counterbalance + P.leakage + P.relief + P.tank)
+    pumped = result.t_cycle * P.pump
+    assert pumped > 0.4 * given > 0.0
+    assert lost == pytest.approx(pumped + given, rel=AUDIT)
 
 
 # Runs
