@@ -281,15 +281,22 @@ def test_a_power_unit_that_is_not_there_is_refused():
 
 def test_the_loss_of_the_only_power_unit_is_refused():
     single = changed(CRANE, {"active": {"pump": {"D": ["1355 cm^3/rev"]}}})
-    assert asked(single, power_loss=PowerLoss(time="5 s")) == (
-        'power_loss: "nov-250t" has a single hydraulic power unit; nothing would be left to hold the load.'
-    )
+    for unit in (1, 3):
+        assert asked(single, power_loss=PowerLoss(time="5 s", unit=unit)) == (
+            'power_loss: "nov-250t" has a single hydraulic power unit; nothing would be left to hold the load.'
+        )
 
 
 def test_a_displacement_that_the_motors_do_not_have_cannot_be_held():
     assert asked(mode="manual", operator=Operator(alpha_m=0.5)) == (
         'operator.alpha_m = 0.5: the motors of "nov-250t" go from 0.6 to 1 of their displacement. '
         "Give a value in between, or a crane with a smaller active.motor.alpha_min."
+    )
+
+
+def test_a_winch_whose_motors_have_no_setting_says_so():
+    assert asked(load_crane("nov-100t-electric"), mode="manual", operator=Operator(alpha_m=0.5)) == (
+        'operator.alpha_m = 0.5: winch type "electric" has no motors whose displacement an operator sets. Leave it out.'
     )
 
 

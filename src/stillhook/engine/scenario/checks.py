@@ -60,13 +60,13 @@ def check(crane: Crane, case: Scenario) -> None:
     loss, units = case.power_loss, len(crane.plant.type.pump_units(crane)[0])
     if loss is not None and units == 0:
         raise ScenarioError(f'power_loss: "{crane.name}" has no hydraulic power units. Leave it out.')
-    if loss is not None and loss.unit > units:
-        raise ScenarioError(
-            f'power_loss.unit {loss.unit}: "{crane.name}" has {units} hydraulic power units. Give 1 to {units}.'
-        )
     if loss is not None and units == 1:
         raise ScenarioError(
             f'power_loss: "{crane.name}" has a single hydraulic power unit; nothing would be left to hold the load.'
+        )
+    if loss is not None and loss.unit > units:
+        raise ScenarioError(
+            f'power_loss.unit {loss.unit}: "{crane.name}" has {units} hydraulic power units. Give 1 to {units}.'
         )
 
 
@@ -119,6 +119,11 @@ def _check_held(crane: Crane, case: Scenario) -> None:
     alpha, least = case.operator.alpha_m, crane.plant.type.least_displacement(crane)
     if alpha is None:
         return
+    if least >= 1.0 and alpha != 1.0:
+        raise ScenarioError(
+            f'operator.alpha_m = {alpha:g}: winch type "{crane.plant}" has no motors whose displacement an operator'
+            " sets. Leave it out."
+        )
     if not least <= alpha <= 1.0:
         raise ScenarioError(
             f'operator.alpha_m = {alpha:g}: the motors of "{crane.name}" go from {least:g} to 1 of their displacement. '

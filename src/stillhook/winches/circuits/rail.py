@@ -97,10 +97,15 @@ class Secondary(Spec):
             )
         servo = self.unit.servo
         most = largest_speed_gain(servo.omega_n, servo.zeta, self.drive.T_i)
+        if most <= 0.0:
+            raise ValueError(
+                f"drive.T_i {show(self.drive.T_i, 'time')} makes the speed control unstable with every drive.K:"
+                " unit.servo is too slow for it. Raise drive.T_i."
+            )
         if self.drive.K >= most:
             raise ValueError(
                 f"drive.K {self.drive.K:.4g} 1/s makes the speed control unstable: with unit.servo and drive.T_i it"
-                f" must be below {max(most, 0.0):.4g} 1/s. Lower drive.K or raise drive.T_i."
+                f" must be below {most:.4g} 1/s. Lower drive.K or raise drive.T_i."
             )
         return self
 
