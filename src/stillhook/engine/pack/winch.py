@@ -315,9 +315,11 @@ def power_most(crane: Crane) -> float:
     return crane.hpu.P_max if T is None or omega is None else min(crane.hpu.P_max, T * omega)
 
 
-def torque_binds(crane: Crane) -> bool:
-    """Whether the power units come to their torque before they come to their power: the pumps turn at one speed."""
-    return crane.hpu is not None and power_most(crane) < crane.hpu.P_max
+def torque_limit(crane: Crane) -> float | None:
+    """Torque of the power units [N m] where they come to it before they come to their power, the pumps turning at one
+    speed; else None."""
+    hpu = crane.hpu
+    return None if hpu is None or power_most(crane) >= hpu.P_max else hpu.T_max
 
 
 NO_BRAKE = BrakeSettings(

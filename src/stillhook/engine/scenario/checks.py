@@ -18,7 +18,7 @@ from stillhook.engine.pack.winch import (
     parts_of,
     plc_record,
     power_most,
-    torque_binds,
+    torque_limit,
     wire_speed_max,
 )
 from stillhook.errors import ScenarioError
@@ -392,8 +392,8 @@ class HeldLoad(NamedTuple):
 def type_notes(crane: Crane, held: HeldLoad) -> list[str]:
     """What the crane's winch type means for a weight and a motion, in lines; every answer of runs carries them."""
     lines: list[str] = crane.plant.type.notes(crane, held, parts_of())
-    if torque_binds(crane):
-        torque, power = show(crane.hpu.T_max, "torque"), show(power_most(crane), "power")
+    if (T := torque_limit(crane)) is not None:
+        torque, power = show(T, "torque"), show(power_most(crane), "power")
         lines = [*lines, f"the limit power is the torque of the power units, {torque} at the pumps' speed: {power}"]
     return lines
 
