@@ -54,6 +54,10 @@ depth = "8 m"
 mode = "ahc"
 time = "20 s"
 """
+COMPENSATOR = """[compensator]
+unit = "phc-60t"
+p_0 = "48 bar"
+"""
 PLAN = """
 crane = "CRANE"
 vessel = "construction-vessel-130m"
@@ -89,7 +93,7 @@ covariance = [[4e-14, -1e-14], [-1e-14, 9e-15]]
 dof = 312
 data = "seven staircases"
 """
-FILES = {"CASE": CASE, "LIFT": LIFT, "PLAN": PLAN, "FRICTION": FRICTION}
+FILES = {"CASE": CASE, "LIFT": LIFT, "HUNG": LIFT + COMPENSATOR, "PLAN": PLAN, "FRICTION": FRICTION}
 """Word of a command line -> text of the file that it stands for."""
 
 SHORT = '--load "30 t" --motion "sine 1 m 10 s" --duration "20 s" --warm-up "10 s"'
@@ -135,6 +139,10 @@ OF_WINCH = {
     "uncertainty causes": f'uncertainty --crane CRANE --modes PAIR --draws 4 {SHORT} --limit "e_c_pp <= 1 cm" --attribute',
     "uncertainty pressure": f'uncertainty --crane CRANE --modes PAIR --draws 4 {SHORT} --limit "p_max <= 300 bar"',
     "uncertainty case": "uncertainty CASE --draws 4",
+    "compare drives": f"compare --crane CRANE --drives active-passive,electric --draws 2 {SHORT}",
+    "validate": "certificate example-campaign OUT --crane CRANE ; validate CAMPAIGN --steps 0,1,5",
+    "lower compensated": "lower HUNG",
+    "response compensated": "response HUNG",
     "lower files": "lower LIFT --out OUT",
     "response files": "response LIFT --out OUT",
     "plan closed-form": "plan PLAN --tier closed-form",
@@ -171,8 +179,8 @@ class Answer(NamedTuple):
 
 SMALL_SWL = 60.0e3
 """SWL below which loads and payload are those of a small crane [kg]."""
-SMALLER = {"30 t": "10 t", "20 t": "6 t", "manifold-60t": "spool-20t"}
-"""Loads and payload of the commands, for a small crane."""
+SMALLER = {"30 t": "10 t", "20 t": "6 t", "manifold-60t": "spool-20t", "48 bar": "16 bar"}
+"""Loads, payload and gas of the commands, for a small crane."""
 
 
 def sized(text: str, crane: str) -> str:
@@ -185,20 +193,26 @@ def sized(text: str, crane: str) -> str:
 
 
 def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
-    """Run a command of `BOTH`; its files are written to the folder."""
+    """Run a command of `BOTH`, or those that it names one after another, until one has no answer; its files are written
+    to the folder."""
     words = {
         "CRANE": crane,
         "MODE": mode,
         "PAIR": mode if mode in ("ns", "position") else f"ns,{mode}",
         "OUT": str(folder / "out"),
+        "CAMPAIGN": str(folder / "out" / "campaign.toml"),
     }
     for word, text in FILES.items():
         file = folder / f"{word.lower()}.toml"
         file.write_text(sized(text, crane).replace("CRANE", crane).replace("MODE", mode), encoding="utf-8")
         words[word] = str(file)
     error = io.StringIO()
+    code = 0
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
-        code = run([words.get(word, word) for word in shlex.split(sized(BOTH[command], crane))])
+        for line in sized(BOTH[command], crane).split(" ; "):
+            code = max(code, run([words.get(word, word) for word in shlex.split(line)]))
+            if code == 2:
+                break
     return Answer(code, error.getvalue())
 
 

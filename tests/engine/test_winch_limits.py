@@ -171,6 +171,31 @@ def test_the_pumps_take_no_more_power_than_the_units_have_and_the_run_says_so():
     assert float(held.e_c_pp) > float(free.e_c_pp)  # what the limit costs
 
 
+@pytest.mark.parametrize(
+    ("name", "load", "table", "P"),
+    [
+        ("nov-250t", "100 t", "active", 20e3),
+        ("nov-250t-secondary", "200 t", "secondary", 20e3),
+        ("nov-100t-cylinder", "80 t", "cylinder", 15e3),  # the accumulator carries the load
+        ("utility-20t-open-circuit", "15 t", "open", 20e3),
+    ],
+)
+def test_power_units_that_come_to_their_torque_first_stop_there_and_are_named(
+    name: str, load: str, table: str, P: float
+):
+    """At the pumps' one speed a torque is a power: the run is that with the power, to the bit."""
+    omega = getattr(crane(name), table).pump.omega_p
+    torque = changed(crane(name), {"hpu": {"T_max": f"{P / omega!r} N m"}})
+    power = changed(crane(name), {"hpu": {"P_max": f"{P / omega * omega!r} W"}})
+    tip, mode = Sine(amplitude="1 m", period="10 s"), crane(name).plant.type.default_mode
+    case = Scenario(load=load, s_w="100 m", mode=mode, tip=tip, duration="30 s", warm_up="5 s")
+    by_torque, by_power = simulate(torque, case), simulate(power, case)
+    assert "power" in by_torque.status.item()
+    assert "the torque of the power units" in by_torque.notes.item()
+    assert "the torque of the power units" not in by_power.notes.item()
+    np.testing.assert_array_equal(by_torque.v_w.values, by_power.v_w.values)
+
+
 def test_power_that_nobody_takes_back_is_named():
     """A load that is lowered drives the pumps."""
     stick = Operator(profile=(("0 s", "0 m/min"), ("10 s", "-60 m/min")))

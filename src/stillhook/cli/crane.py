@@ -231,8 +231,8 @@ def speed(
     layer: Annotated[int | None, typer.Option(help="Layer in use; default: the published outer diameter.")] = None,
     json: Json = False,
 ) -> None:
-    """Wire and motor speed with the pumps full, without leakage. Example: stillhook calc speed nov-250t --alpha-m
-    0.6"""
+    """Wire and motor speed at full command, without leakage; no motor speed where a cylinder moves the wire. Example:
+    stillhook calc speed nov-250t --alpha-m 0.6"""
     from stillhook.analysis.steady.steady_state import layer_row
     from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
     from stillhook.library import load_crane
@@ -241,8 +241,11 @@ def speed(
     if layer is not None:
         _check_layer(crane, layer)
     d = crane.drum.d_max if layer is None else float(layer_row(crane, layer)["d_wire_centre"])
-    v, omega = wire_speed_max(crane, alpha, d), motor_speed_max(crane, alpha)
-    _answer({"v_w_max": v, "omega_m": omega, "alpha_m": alpha, "layer_diameter": d}, json)
+    v = wire_speed_max(crane, alpha, d)
+    if crane.plant.type.full_wire_speed(crane) is not None:
+        _answer({"v_w_max": v}, json)
+        return
+    _answer({"v_w_max": v, "omega_m": motor_speed_max(crane, alpha), "alpha_m": alpha, "layer_diameter": d}, json)
 
 
 @app.command("eigenfrequency")

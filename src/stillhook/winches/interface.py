@@ -63,6 +63,8 @@ least_displacement(crane)
     Smallest displacement of the motors [-] (default 1: fixed).
 pump_units(crane), pump_flows(crane)
     Size of each pump that a power unit drives, active and passive; their flows at full stroke [m^3/s] (default none).
+pump_speed(crane)
+    Speed at which the power units turn them [rad/s] (default that of a closed circuit, else None: none are turned).
 charge(crane)
     Accumulator pressure at rest [Pa] (default 0).
 other_motors(crane, W, d)

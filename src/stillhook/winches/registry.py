@@ -66,6 +66,10 @@ class Unspecific:
         return 0.0, 0.0
 
     @staticmethod
+    def pump_speed(crane: Any) -> float | None:
+        return float(crane.active.pump.omega_p) if crane.circuits else None
+
+    @staticmethod
     def charge(crane: Any) -> float:
         return 0.0
 

@@ -136,7 +136,7 @@ def _of_drive(
     crane: Crane, kg: list[float], layers: list[int], chosen: Sequence[Controller], progress: Progress | None
 ) -> xarray.Dataset:
     """The range of a winch type that states its own speed limit: v_w_top, omega_m_top and binds alone, for every
-    controller the same."""
+    controller the same. A drive whose wire speed is the same on every layer turns no drum: it has no omega_m_top."""
     cranes = [*(c.on(crane) for c in chosen), crane]
     shape = (len(cranes), len(layers), len(kg), len(Direction))
     v, omega, binds = np.full(shape, math.nan), np.full(shape, math.nan), np.full(shape, "", dtype=object)
@@ -147,7 +147,9 @@ def _of_drive(
             top = top_of_drive(cranes[i], kg[k], wire_out_on(crane, layers[j]), direction)
             v[i, j, k, n], omega[i, j, k, n], binds[i, j, k, n] = top
         meter.part(1.0)(1.0)
-    columns = {"v_w_top": v, "omega_m_top": omega, "binds": binds}
+    columns = {"v_w_top": v, "binds": binds}
+    if crane.plant.type.full_wire_speed(crane) is None:
+        columns["omega_m_top"] = omega
     columns["load_most"] = np.array([*(c.mode.law.swl_share * crane.SWL for c in chosen), crane.SWL])
     attrs = {"crane": crane_toml(crane), "stillhook": __version__}
     attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, layers, kg)))

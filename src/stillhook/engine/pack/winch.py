@@ -302,16 +302,24 @@ def _plc(crane: Crane, alpha_hold: float) -> Plc:
 
 
 def _power(crane: Crane) -> PowerLimit:
-    """The power units' limit for the pumps' torque control; a torque limit counts at the active pumps' speed."""
+    """The power units' limit for the pumps' torque control."""
     return PowerLimit(power_most(crane), *crane.plant.type.pump_flows(crane))
 
 
 def power_most(crane: Crane) -> float:
-    """Largest hydraulic power that all power units give together [W]; NO_LIMIT where the crane file names none."""
+    """Largest hydraulic power that all power units give together [W]: the lesser of their power, and of their torque at
+    the pumps' speed; NO_LIMIT where the crane file names none."""
     if crane.hpu is None:
         return NO_LIMIT
-    T = crane.hpu.T_max
-    return crane.hpu.P_max if T is None or not crane.circuits else min(crane.hpu.P_max, T * crane.active.pump.omega_p)
+    T, omega = crane.hpu.T_max, crane.plant.type.pump_speed(crane)
+    return crane.hpu.P_max if T is None or omega is None else min(crane.hpu.P_max, T * omega)
+
+
+def torque_limit(crane: Crane) -> float | None:
+    """Torque of the power units [N m] where they come to it before they come to their power, the pumps turning at one
+    speed; else None."""
+    hpu = crane.hpu
+    return None if hpu is None or power_most(crane) >= hpu.P_max else hpu.T_max
 
 
 NO_BRAKE = BrakeSettings(

@@ -17,6 +17,8 @@ from stillhook.engine.pack.winch import (
     motor_speed_max,
     parts_of,
     plc_record,
+    power_most,
+    torque_limit,
     wire_speed_max,
 )
 from stillhook.errors import ScenarioError
@@ -395,6 +397,9 @@ class HeldLoad(NamedTuple):
 def type_notes(crane: Crane, held: HeldLoad) -> list[str]:
     """What the crane's winch type means for a weight and a motion, in lines; every answer of runs carries them."""
     lines: list[str] = crane.plant.type.notes(crane, held, parts_of())
+    if (T := torque_limit(crane)) is not None:
+        torque, power = show(T, "torque"), show(power_most(crane), "power")
+        lines = [*lines, f"the limit power is the torque of the power units, {torque} at the pumps' speed: {power}"]
     return lines
 
 

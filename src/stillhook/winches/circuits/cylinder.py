@@ -351,6 +351,11 @@ def lag(crane: Any) -> float:
     return float(2.0 * s.zeta / s.omega_n)
 
 
+def pump_speed(crane: Any) -> float:
+    """Speed of the pumps [rad/s]."""
+    return float(crane.cylinder.pump.omega_p)
+
+
 def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Size of the pump of each power unit."""
     return crane.cylinder.pump.D, ()

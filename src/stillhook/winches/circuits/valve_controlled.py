@@ -274,20 +274,24 @@ def full_flow_speed(crane: Any) -> float:
     return float(c.pump.D_total * c.pump.omega_p / c.motor.D_total)
 
 
-def valve_circuit(crane: Any) -> ValveCircuit:
-    """The open circuit of a crane as the physics reads it."""
+def motors_of(crane: Any) -> Motors:
+    """The motors of a crane as the physics reads them."""
+    m, loss = crane.open.motor, crane.open.motor.loss
+    return Motors(
+        count=float(m.count),
+        D_max=m.D_max,
+        C_1=m.C_1,
+        C_2=m.C_2,
+        fit=TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5),
+    )
+
+
+def valve_circuit(crane: Any, P_max: float) -> ValveCircuit:
+    """The open circuit of a crane as the physics reads it; P_max largest power of the power units [W]."""
     c = crane.open
     v, b, w, t, m, d, s = c.valve, c.counterbalance, c.pump, c.tank, c.motor, c.drive, c.valve.servo
-    loss, hpu = m.loss, crane.hpu
-    P_max = NO_LIMIT if hpu is None else hpu.P_max if hpu.T_max is None else min(hpu.P_max, hpu.T_max * w.omega_p)
     return ValveCircuit(
-        motors=Motors(
-            count=float(m.count),
-            D_max=m.D_max,
-            C_1=m.C_1,
-            C_2=m.C_2,
-            fit=TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5),
-        ),
+        motors=motors_of(crane),
         edges=Edges(flow_coefficient(v.Q_N, v.dp_N), v.deadband, 1.0 / (1.0 - v.deadband), v.dp_laminar),
         spool=Servo(s.omega_n, s.zeta, -1.0, 1.0, NO_LIMIT if s.rate_max is None else s.rate_max),
         cb=valves.Counterbalance(

@@ -70,6 +70,7 @@ from stillhook.winches.circuits.cylinder import (
     motors,
     notes,
     pump_flows,
+    pump_speed,
     pump_units,
     refusal,
     sized,
@@ -85,7 +86,7 @@ PATH = load_path
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
 __all__ = ["NAME", "PATH", "TITLE", "charge", "full_speed", "full_wire_speed", "lag", "motors", "notes", "pump_flows"]
-__all__ += ["pump_units", "refusal", "sized", "stroke"]
+__all__ += ["pump_speed", "pump_units", "refusal", "sized", "stroke"]
 
 
 class Params(NamedTuple):
@@ -456,18 +457,15 @@ def limits(c, x, q, u, p):
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
-    """Records of a run: the gas is set to the load, and the torque limit of the power units counts at the pumps'
-    speed."""
-    t, plc, T = crane.cylinder, parts.plc, None if crane.hpu is None else crane.hpu.T_max
+    """Records of a run: the gas is set to the load."""
+    t = crane.cylinder
     acc = t.passive.accumulator
     gas = acc.gas.model_copy(update={"p_0": gas_pressure_set(t, parts.hoist.load.W)})
     try:
         fitted = parts.gas(acc.model_copy(update={"gas": gas}))
     except SpecError as problem:
         raise SpecError(str(problem).replace("passive.accumulator", "cylinder.passive.accumulator")) from None
-    if T is not None:
-        plc = plc._replace(power=plc.power._replace(P_max=min(plc.power.P_max, T * t.pump.omega_p)))
-    return Params(cylinder_drive(crane, fitted, parts.hoist), parts.hoist, plc, parts.sensors)
+    return Params(cylinder_drive(crane, fitted, parts.hoist), parts.hoist, parts.plc, parts.sensors)
 
 
 def stiffness(p: Params) -> Stiffness:

@@ -44,6 +44,7 @@ from stillhook.winches.circuits.valve_controlled import (
     ValveCircuit,
     ValveFlows,
     full_flow_speed,
+    motors_of,
     pilot_pressure,
     valve_circuit,
     valve_flows,
@@ -392,7 +393,7 @@ def stored_energy(c, x, geo, p):
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
     """Records of a run."""
-    return Params(valve_circuit(crane), parts.hoist, parts.plc, parts.sensors)
+    return Params(valve_circuit(crane, parts.plc.power.P_max), parts.hoist, parts.plc, parts.sensors)
 
 
 def motors(crane: Any) -> tuple[Any, ...]:
@@ -403,6 +404,11 @@ def motors(crane: Any) -> tuple[Any, ...]:
 def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Size of the pump of each power unit; there are no passive ones."""
     return crane.open.pump.D, ()
+
+
+def pump_speed(crane: Any) -> float:
+    """Speed of the pumps [rad/s]."""
+    return float(crane.open.pump.omega_p)
 
 
 def full_speed(crane: Any, alpha_m: float) -> float:
@@ -444,7 +450,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
             f" than the margin of {show(c.pump.dp_margin, 'pressure')} for the valve: it will hoist slowly, or not"
         )
     if held.manual and crane.brake is None:
-        leak = motor_leakage(0.0, valve_circuit(crane).motors) * dp / c.motor.D_total * r_eff
+        leak = motor_leakage(0.0, motors_of(crane)) * dp / c.motor.D_total * r_eff
         out.append(f"with the spool in its overlap the load sinks by {show(leak, 'speed', 2)}, as the motors leak")
     return out
 

@@ -401,18 +401,15 @@ def stored_energy(c, x, geo, p):
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
-    """Parameters of a run. A torque limit of the power units is a power limit at the pumps' constant speed."""
-    rail, hpu, plc = crane.secondary, crane.hpu, parts.plc
-    if hpu is not None and hpu.T_max is not None:
-        P_max = min(plc.power.P_max, hpu.T_max * rail.pump.omega_p)
-        plc = plc._replace(power=plc.power._replace(P_max=P_max))
+    """Parameters of a run."""
+    rail, hpu = crane.secondary, crane.hpu
     return Params(
         rail=rail_record(rail, crane.control.K_acc, case.gas_held, parts),
         drive=drive_record(rail.drive),
         p_min=rail.p_min,
         P_back=NO_LIMIT if hpu is None else hpu.P_back,
         hoist=parts.hoist,
-        plc=plc,
+        plc=parts.plc,
         sensors=parts.sensors,
     )
 
@@ -430,6 +427,11 @@ def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def pump_flows(crane: Any) -> tuple[float, float]:
     """Full flow of the pumps that move the drum, of which there are none, and of the rail's [m^3/s]."""
     return 0.0, crane.secondary.pump.Q_max
+
+
+def pump_speed(crane: Any) -> float:
+    """Speed of the pumps [rad/s]."""
+    return float(crane.secondary.pump.omega_p)
 
 
 def full_speed(crane: Any, alpha_m: float) -> float:
