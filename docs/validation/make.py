@@ -22,6 +22,7 @@ HERE = Path(__file__).resolve().parent
 CASES = (
     "controllers_at_their_best",
     "cylinder",
+    "drives",
     "electric",
     "feedforward_gains",
     "frequency_domain_method",
@@ -61,6 +62,7 @@ MEASURED = (
 SLOW = (
     "controllers_at_their_best",
     "cylinder",
+    "drives",
     "feedforward_gains",
     "frequency_domain_method",
     "offshore_100t",

@@ -1,0 +1,194 @@
+"""Drives side by side against what does not know the engine: sizes, energies and the order of the drives."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from blocks import claims_table, save, table, verdict
+
+from stillhook import Scenario, load_crane
+from stillhook.analysis.drives.comparison import DriveComparison, DriveRun, compare_drives
+from stillhook.analysis.drives.figures import bars_figure
+from stillhook.engine.pack.winch import pack, wire_speed_max
+from stillhook.physics.scalar import G
+from stillhook.report.formatting import HOUR
+from stillhook.spec.crane import holding_torque
+
+PAGE = "drives.md"
+REFERENCE = load_crane("nov-250t")
+DRIVES = ("active-passive", "pure-active", "secondary", "cylinder", "electric", "open-circuit")
+AMPLITUDE, PERIOD, LOAD = 1.5, 10.0, 100.0e3
+CASE = Scenario(load="100 t", s_w="100 m", tip="sine 1.5 m 10 s", duration="300 s", warm_up="100 s")
+N, SEED = 64, 0
+SURE = 0.95
+"""Share of draws with one order from which two drives are told apart."""
+KWH = 3.6e6
+AUDIT = 1e-3
+NOTHING = 1e-6
+"""Share of what is drawn that is nothing: samples of a power that stays positive."""
+CLOSED = 0.03
+"""What closed forms of a hook that stands still may differ by: break-away friction is left out."""
+
+
+def electric_form(run: DriveRun) -> dict[str, float]:
+    r"""Losses per hour [J] of an electric winch whose wire moves as the tip does, so that the hook stands still:
+    friction :math:`T_c \overline{|\omega|} + n Y_5 \overline{\omega^2}`, copper :math:`n R \overline{i^2}` with
+    :math:`T = T_0 + J \dot\omega + (T_c + n Y_5 |\omega|) sign \omega`, iron :math:`n k \overline{\omega^2}`, inverters
+    :math:`n (P_0 + R_i \overline{i^2})`; break-away is left out, and the wire has no weight, as in every
+    `Scenario`."""
+    crane = run.drive.crane
+    p = pack(crane, run.case).params
+    geo = crane.plant.type.module.geometry(100.0, p)
+    h, M, y = p.hoist, p.machines, p.hoist.friction
+    w = 2.0 * math.pi / PERIOD
+    peak = AMPLITUDE * w / geo.r_eff
+    F = (LOAD + crane.hook_mass) * G
+    T_0, T_a = F * geo.r_eff, peak * w / geo.i_J
+    T_c, viscous = h.n_motors * (y.Y_2 + y.Y_6 * F * 0.5 * geo.d), h.n_motors * y.Y_5
+    mean, square = 2.0 * peak / math.pi, 0.5 * peak**2
+    T2 = T_0**2 + 0.5 * T_a**2 + T_c**2 + viscous**2 * square + 2.0 * T_c * viscous * mean
+    i2 = T2 / (M.count * M.K_t) ** 2
+    return {
+        "friction": HOUR * (T_c * mean + viscous * square),
+        "copper": HOUR * M.count * M.R * i2,
+        "iron": HOUR * M.count * M.k_iron * square,
+        "inverter": HOUR * M.count * (M.P_idle + M.R_inverter * i2),
+    }
+
+
+def sizes(runs: list[DriveRun]) -> list[tuple[str, ...]]:
+    """Top speed, and torque at the shafts over that of the load, of the sized drive and of the crane that it is of."""
+    rows = []
+    for run in runs:
+        of, crane = load_crane(run.drive.source), run.drive.crane
+        reserve = [capability(c) / holding_torque(c) for c in (of, crane)]
+        rows.append(
+            (
+                run.name,
+                of.name,
+                f"{run.drive.size:.3g}",
+                f"{wire_speed_max(crane):.6f}",
+                "-" if math.isnan(reserve[0]) else f"{reserve[1] / reserve[0]:.3f}",
+            )
+        )
+    return rows
+
+
+def capability(crane: Any) -> float:
+    """Largest torque of electric machines [N m], else displacement of all motors [m^3/rad]; NaN without a shaft."""
+    if crane.table("cylinder"):
+        return math.nan
+    return float(sum(m.count * (m.T_max if crane.table("electric") else m.D_max) for m in crane.motors))
+
+
+def balances(runs: list[DriveRun]) -> list[tuple[str, ...]]:
+    rows = []
+    for run in runs:
+        e = run.energy
+        tip = e.supplied.get("tip", 0.0)
+        largest = sorted(((x, n) for n, x in e.lost.items()), reverse=True)[:3]
+        rows.append(
+            (
+                run.name,
+                f"{e.net / KWH:.1f}",
+                f"{tip / KWH:.2f}",
+                f"{sum(e.lost.values()) / KWH:.1f}",
+                f"{e.stored / KWH:.2f}",
+                f"{abs(e.unaccounted):.0e}",
+                ", ".join(f"{n.replace('_', ' ')} {x / KWH:.1f}" for x, n in largest),
+            )
+        )
+    return rows
+
+
+def order(found: DriveComparison, name: str) -> tuple[list[tuple[str, ...]], int]:
+    """Pairs of drives: better one at the nominal values, its share of draws, verdict; how many are told apart."""
+    rows, told = [], 0
+    for a, b in combinations(sorted(found.runs, key=lambda r: r.value(name)), 2):
+        x, y = a.drawn[name], b.drawn[name]
+        good = np.isfinite(x) & np.isfinite(y)
+        share = float(np.mean(x[good] < y[good]))
+        told += share >= SURE
+        bands = a.band(name).high < b.band(name).low
+        rows.append(
+            (a.name, b.name, f"{100.0 * share:.0f} %", "yes" if share >= SURE else "no", "yes" if bands else "no")
+        )
+    return rows, told
+
+
+def compute() -> tuple[dict[str, str], DriveComparison]:
+    found = compare_drives(REFERENCE, CASE, DRIVES, n=N, seed=SEED)
+    runs = list(found.runs)
+    by_name = {run.name: run for run in runs}
+    electric, closed = by_name["electric"].energy, electric_form(by_name["electric"])
+    tables = {name: order(found, name) for name in ("e_c_pp", "energy_net")}
+    head = ("better", "than", "share of draws", f"told apart by {100 * SURE:.0f} %", "by bands")
+    return {
+        "claims": claims_table(claims(found, closed)),
+        "sizes": table(("drive", "of crane", "size", "top speed [m/s]", "reserve over that there"), sizes(runs)),
+        "balance": table(
+            ("kWh per hour", "net", "by the tip", "lost", "into stores", "not accounted for", "largest losses"),
+            balances(runs),
+        ),
+        "electric": table(
+            ("loss", "closed form [kWh/h]", "twin [kWh/h]", "difference"),
+            [
+                (n, f"{x / KWH:.2f}", f"{electric.lost[n] / KWH:.2f}", f"{100.0 * (electric.lost[n] / x - 1.0):+.1f} %")
+                for n, x in closed.items()
+            ],
+        ),
+        "error-order": table(head, tables["e_c_pp"][0]),
+        "energy-order": table(head, tables["energy_net"][0]),
+        "factors": f"{len(found.factors)} factors, {found.n} draws, seed {found.seed}: {', '.join(found.factors)}.",
+    }, found
+
+
+def claims(found: DriveComparison, closed: dict[str, float]) -> dict[str, tuple[str, str, str]]:
+    no, runs = "not reproduced", {run.name: run for run in found.runs}
+    audit = max(abs(run.energy.unaccounted) for run in found.runs)
+    v = wire_speed_max(REFERENCE)
+    speed = max(abs(wire_speed_max(run.drive.crane) / v - 1.0) for run in found.runs)
+    lost = runs["electric"].energy.lost
+    most = max(abs(lost[n] / x - 1.0) for n, x in closed.items())
+    hoists = (LOAD + REFERENCE.hook_mass) * G * 2.0 * AMPLITUDE * HOUR / PERIOD
+    valve = runs["open-circuit"].energy
+    idle = next(run for run in found.runs if run.name == "pure-active").energy
+    return {
+        "wire speed at full command of every drive": (
+            f"{v:.4f} m/s",
+            f"within {speed:.0e}",
+            verdict(speed < 1e-6, no),
+        ),
+        "energy in, less lost, less stored, of every drive": (
+            "0",
+            f"{audit:.0e} of what flows",
+            verdict(audit < AUDIT, no),
+        ),
+        "losses of the electric drive by kind": (
+            "closed forms of a hook that stands",
+            f"within {100.0 * most:.1f} %",
+            verdict(most < CLOSED, no),
+        ),
+        "an open circuit draws more than each hoist is worth": (
+            f"over {hoists / KWH:.0f} kWh/h",
+            f"{valve.drawn / KWH:.0f} kWh/h",
+            verdict(valve.drawn > hoists, no),
+        ),
+        "an open circuit returns nothing": (
+            "0 kWh/h",
+            f"{valve.returned / KWH:.1f} kWh/h",
+            verdict(valve.returned < NOTHING * valve.drawn, no),
+        ),
+        "pumps of a closed circuit move the weight, and take it back": (
+            f"under {hoists / KWH:.0f} kWh/h back",
+            f"{idle.returned / KWH:.0f} kWh/h",
+            verdict(0.0 < idle.returned < hoists, no),
+        ),
+    }
+
+
+def draw(found: DriveComparison) -> None:
+    save(bars_figure(found, title="nov-250t, 100 t, 1.5 m, 10 s"), "drives.png")
