@@ -161,7 +161,8 @@ def test_the_noise_of_a_transmitter_on_a_weak_swing_is_not_what_a_twin_leaves_bu
     of_noise = misfit_of(weak + noise, weak)
     assert of_noise < 0.2 / math.sqrt(3.0) * 1.05  # a mean of three samples
     late = misfit_of(weak, np.interp(t - 0.02, t, weak))
-    assert late == pytest.approx(2.0 * math.sin(math.pi * 0.02 / T), rel=READ)  # of a sine: smoothing leaves it as it is
+    of_a_sine = 2.0 * math.sin(math.pi * 0.02 / T)  # smoothing leaves it as it is
+    assert late == pytest.approx(of_a_sine, rel=READ)
 
 
 def test_unknown_samples_do_not_count_in_a_misfit() -> None:

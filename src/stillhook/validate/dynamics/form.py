@@ -199,9 +199,11 @@ def tune(
 
 
 def normalised_rms(time_segments: Sequence[DynamicsSegment], outputs: Sequence[FloatArray]) -> Mapping[str, float]:
-    """Root mean square of each signal's deviation over the signal's own standard deviation [-], over all stretches, both
-    as centred means over SMOOTH like the gradients and periods: a sample's noise is not the twin's to repeat. A line of
-    a winch that lifts an empty hook swings by a few bar only, of which the noise of its transmitter alone is a fifth."""
+    """Root mean square of each signal's deviation over the signal's own standard deviation [-], over all stretches.
+
+    Both are of centred means over SMOOTH, as gradients and periods are: a sample's noise is not the twin's to repeat. A
+    line of a winch that lifts an empty hook swings by a few bar, of which its transmitter's noise alone is a fifth.
+    """
     out = {}
     for k, name in enumerate(SIGNALS):
         pairs = [

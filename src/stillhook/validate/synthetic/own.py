@@ -49,7 +49,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
 from stillhook.units import KINDS
-from stillhook.validate.ahc.measures import MISFIT_KINDS
+from stillhook.validate.ahc.measures import judged_signal
 from stillhook.validate.ahc.replay import with_gains
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.dynamics.model import C_H, C_LEAK, VISCOUS, bent, scaled
@@ -269,12 +269,12 @@ def _check_real(plan: Plan, real: Crane | None) -> None:
         return
     if plan.crane.plant == reference_plant.OF:
         raise ValidateError(
-            f'real: winch type "{real.plant.value}" has a reference plant, whose parameters are its own. State a defect.'
+            f'real: winch type "{real.plant.value}" has a reference plant with parameters of its own. State a defect.'
         )
     if real.plant != plan.crane.plant:
         raise ValidateError(
-            f'real: "{real.name}" is of winch type "{real.plant.value}", the twin of "{plan.crane.plant.value}". Choose a'
-            " crane of the twin's type."
+            f'real: "{real.name}" is of winch type "{real.plant.value}", the twin of "{plan.crane.plant.value}".'
+            " Choose a crane of the twin's type."
         )
 
 
@@ -293,9 +293,9 @@ def columns_of(crane: Crane) -> tuple[Column, ...]:
         common = [c._replace(heading="Speed command") if c.name == "u_p" else c for c in common]
     named = {c.name for c in common}
     own = [
-        Column(row.name, row.name, KINDS[row.kind].display, row.kind)
+        Column(row.name, row.name, KINDS[row.kind].display if row.kind else "1", row.kind)
         for row in rows.values()
-        if row.kind in MISFIT_KINDS and row.name not in named and row.name not in UNSEEN
+        if judged_signal(row) and row.name not in named and row.name not in UNSEEN
     ]
     return (*common, *own)
 
