@@ -12,11 +12,14 @@ from stillhook.errors import ValidateError
 from stillhook.library import cranes
 from stillhook.validate import certificate_of, validate
 from stillhook.validate.certificate.certificate import PARTLY, level_of
+from stillhook.validate.controller.figures import figures
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.needs import has, lacks, usual_criteria
 from stillhook.validate.criteria.results import MEASURES, Measure, Outcome, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import load_campaign
+from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.dynamics.model import scaled
 from stillhook.validate.report.document import summary
 from stillhook.validate.synthetic import Plan, trials, write_campaign
 from stillhook.validate.synthetic.own import OWN, columns_of
@@ -24,6 +27,7 @@ from stillhook.validate.synthetic.own import OWN, columns_of
 CRANE = "nov-100t-electric"
 SHORT = 150.0  # s of heave compensation a test: five windows, enough for intervals and quick to simulate
 TAKEN = (1, 2, 3, 5)
+COVERAGE = {"1c-low", "1d"}  # short campaigns cover too little, whatever the crane
 OF_A_CIRCUIT = {"p-leakage", "p-friction", "p-boost", "3-motor", "4-C_h", "4-J", "6-precharge", "6-motors"}
 
 
@@ -107,6 +111,9 @@ def test_a_document_lists_every_line_that_was_not_judged_and_certifies_no_envelo
     assert steps[4]["statements"] == ['Step 4 is not judged: winch type "electric" has no closed circuit.']
     assert lines(result)["1d"].verdict is Verdict.REFUTED  # ten minutes are too few
     assert data["envelope"] is None
+    assert data["detection_limits"]["limits"] == []  # those of the trials are of another winch type
+    [detects] = next(s for s in data["limitations"] if s["heading"].startswith("What this method detects"))["lines"]
+    assert 'winch type "electric" are not known' in detects
     assert OWN in data["title"]
 
 
@@ -202,6 +209,63 @@ def test_the_same_seed_writes_the_same_logs(tmp_path):
     )
     assert a == b
     assert a != c
+
+
+def test_a_winch_that_takes_a_speed_is_not_pictured_with_pumps_and_motors(sound):
+    campaign = load_campaign(sound)
+    records = read_records(campaign, lambda share: None)
+    drawn = figures(validate(sound, steps=(2,)).step(StepNumber.CONTROLLER), campaign, records)
+    labels = [ax.get_ylabel() + ax.get_xlabel() for name in ("commands", "deviation") for ax in drawn[name].axes]
+    assert any("speed command" in label for label in labels)
+    assert not any("pump" in label or "motor" in label for label in labels)
+    assert len(drawn["deviation"].axes) == 1
+
+
+def test_logs_of_another_crane_are_of_the_twins_type_and_of_one_without_a_reference_plant(tmp_path):
+    with pytest.raises(ValidateError, match=r'real: "nov-100t-cylinder" is of winch type "cylinder"'):
+        write_campaign(tmp_path / "x", plan=short(), real=load_crane("nov-100t-cylinder"))
+    with pytest.raises(ValidateError, match=r"real: winch type .* has a reference plant"):
+        write_campaign(tmp_path / "x", plan=trials("nov-250t"), real=load_crane("nov-250t"))
+    assert not (tmp_path / "x").exists()
+
+
+LESS_TORQUE, LESS_STIFF, MORE_FRICTION = 0.75, 0.7, 2.0
+DEFECTS_OF_A_DRIVE = [  # crane, factor, paths of its file, line that stops it; None: it passes
+    ("nov-100t-electric", LESS_TORQUE, ("electric.motor.K_t",), "2-signals"),
+    ("nov-100t-electric", 0.8, ("electric.motor.K_t",), None),
+    ("nov-100t-electric", LESS_STIFF, ("wire.E",), "2-signals"),
+    ("nov-250t-secondary", LESS_TORQUE, ("secondary.unit.D_max",), "2-signals"),
+    ("nov-250t-secondary", 0.8, ("secondary.unit.D_max",), None),
+    ("nov-250t-secondary", LESS_STIFF, ("wire.E",), "2-signals"),
+    ("utility-20t-open-circuit", 0.8, ("open.motor.D_max",), "4-speed"),
+    ("utility-20t-open-circuit", LESS_STIFF, ("wire.E",), "2-signals"),
+    ("nov-100t-cylinder", 0.8, ("cylinder.A_a", "cylinder.A_b"), "2b"),
+    ("nov-100t-cylinder", LESS_STIFF, ("wire.E",), "2-signals"),
+    (
+        "nov-100t-cylinder",
+        MORE_FRICTION,
+        ("cylinder.friction.F_c", "cylinder.friction.mu", "cylinder.friction.b"),
+        "2-signals",
+    ),
+]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("name", "factor", "paths", "key"), DEFECTS_OF_A_DRIVE)
+def test_a_wrong_number_of_the_crane_file_stops_the_certificate_in_its_own_line(tmp_path, name, factor, paths, key):
+    real = scaled(load_crane(name), factor, *paths)
+    result = validate(write_campaign(tmp_path / "campaign", plan=short(name), seed=1, real=real).campaign)
+    failed = {line.key for line in result.lines if line.failed} - COVERAGE
+    assert (key in failed) if key is not None else not failed
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["nov-100t-electric", "nov-250t-secondary", "utility-20t-open-circuit"])
+@pytest.mark.parametrize(("defect", "size", "key"), [("friction", 1.0, "2-signals"), ("load-cell", 1.1, "p-load-cell")])
+def test_a_wrong_friction_or_load_cell_stops_the_certificate_in_its_own_line(tmp_path, name, defect, size, key):
+    written = write_campaign(tmp_path / "campaign", plan=short(name), seed=1, defect=defect, size=size)
+    result = validate(written.campaign)
+    assert {line.key for line in result.lines if line.failed} - COVERAGE == {key}
 
 
 @pytest.mark.thorough

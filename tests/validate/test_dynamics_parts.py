@@ -1,12 +1,15 @@
 """The pieces of step 4 on signals whose answer is known: turns, swings, and the fit with its intervals."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from stillhook.validate.data_set.records.record import Transient, quick_changes
+from stillhook.validate.dynamics.form import normalised_rms
 from stillhook.validate.dynamics.output_error import Model, fit
+from stillhook.validate.dynamics.runs import SIGNALS
 from stillhook.validate.dynamics.swings import dominant_period, swing_of
 
 STEP = 0.01
@@ -140,3 +143,30 @@ def test_a_run_that_loses_its_numbers_is_stepped_back_from() -> None:
 
     found = fit(base._replace(evaluate=evaluate), np.array([3.9, -5.0]))
     assert abs(found.theta[0] - TRUE[0]) < 0.5
+
+
+def misfit_of(measured: np.ndarray, simulated: np.ndarray) -> float:
+    """Misfit of p_a, by way of a stretch that holds it alone."""
+    counted = np.ones(len(measured), dtype=bool)
+    stretch = SimpleNamespace(measured={"p_a": measured}, counted=counted, record=SimpleNamespace(step=STEP))
+    outputs = np.zeros((len(measured), len(SIGNALS)))
+    outputs[:, SIGNALS.index("p_a")] = simulated
+    return normalised_rms([stretch], [outputs])["p_a"]  # type: ignore[list-item]
+
+
+def test_the_noise_of_a_transmitter_on_a_weak_swing_is_not_what_a_twin_leaves_but_a_late_swing_is() -> None:
+    t = np.arange(0.0, 60.0, STEP)
+    weak = 25e5 + 2.5e5 * math.sqrt(2.0) * np.sin(2.0 * math.pi * t / T)  # an empty hook: 2.5 bar rms
+    noise = 0.5e5 * np.random.default_rng(5).standard_normal(len(t))  # bar, a fifth of it
+    of_noise = misfit_of(weak + noise, weak)
+    assert of_noise < 0.2 / math.sqrt(3.0) * 1.05  # a mean of three samples
+    late = misfit_of(weak, np.interp(t - 0.02, t, weak))
+    of_a_sine = 2.0 * math.sin(math.pi * 0.02 / T)  # smoothing leaves it as it is
+    assert late == pytest.approx(of_a_sine, rel=READ)
+
+
+def test_unknown_samples_do_not_count_in_a_misfit() -> None:
+    t = np.arange(0.0, 20.0, STEP)
+    y = np.sin(2.0 * math.pi * t / T)
+    gaps = np.where((t % 5.0) < 0.5, np.nan, y)
+    assert misfit_of(gaps, y) == pytest.approx(0.0, abs=0.01)  # samples beside a gap hold some of its straight line

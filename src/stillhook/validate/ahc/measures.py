@@ -28,6 +28,7 @@ from stillhook.validate.ahc.comparison import (
 )
 from stillhook.validate.ahc.replay import SMOOTH
 from stillhook.validate.criteria.results import MEASURES, OF_SIGNAL, Measure
+from stillhook.variables import Variable
 
 Scale = tuple[Callable[[float], float], Callable[[float], float]]
 AS_IT_IS: Scale = (float, float)
@@ -252,6 +253,9 @@ def _efficiency(comparisons: Sequence[Comparison], above: float, block: int) -> 
 MISFIT_KINDS = ("speed", "rotation", "force", "torque", "pressure", "power", "current")
 """Quantities whose signals are judged: those that a load makes from moment to moment, not levels of stores or
 temperatures, which depend on a history before the log."""
+SETTINGS = ("alpha_s",)
+"""Settings that make a drive's torque where its pressure is held: they show the size of its units, which its torque
+does not. Those of pumps and valves are judged by what they give."""
 COMMON = {"v_w": "speed", "F_w": "force"}
 """Judged signals that every winch has."""
 LEAST_LEVEL = 0.05
@@ -260,11 +264,16 @@ compensated load hardly moves, and its tension is then what the load cell's clas
 either."""
 
 
+def judged_signal(row: Variable) -> bool:
+    """Whether a signal of a winch type is judged."""
+    return row.kind in MISFIT_KINDS or row.name in SETTINGS
+
+
 def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: float) -> tuple[Measure, ...]:
     """What the twin leaves of every logged signal of the drive: rms of simulated less measured over the signal's own
     deviation, all about their means in each part."""
     name, block = "signal_misfit", round(2.0 * window / THIN)
-    kinds = COMMON | {row.name: row.kind for row in crane.plant.type.rows if row.kind in MISFIT_KINDS}
+    kinds = COMMON | {row.name: row.kind for row in crane.plant.type.rows if judged_signal(row)}
     out = []
     for signal, kind in kinds.items():
         same = [other for other in kinds if kinds[other] == kind]

@@ -34,7 +34,7 @@ from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
 from stillhook.validate.certificate.document import document
-from stillhook.validate.criteria.criteria import detection_limits
+from stillhook.validate.criteria.criteria import DetectionLimits, detection_limits
 from stillhook.validate.criteria.results import MEASURES, CriterionResult, Measure, Outcome, Step, Verdict
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
@@ -53,6 +53,7 @@ from stillhook.validate.report.texts import (
     unjudged,
 )
 from stillhook.validate.validation import Validation
+from stillhook.winches.reference import plant as reference_plant
 
 
 class Level(NamedTuple):
@@ -149,9 +150,24 @@ def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
         texts.HEADING: texts.unjudged_says(validation),
         "Of this certificate" if passed else "Of this validation": list(ALWAYS),
         "Left out of the model": list(LEFT_OUT),
-        "What this method detects (simulated cranes with known defects)": list(detection_limits().sentences()),
+        "What this method detects (simulated cranes with known defects)": _detects(validation.campaign.crane),
     }
     return [{"heading": heading, "lines": lines} for heading, lines in sections.items() if lines]
+
+
+def _limits_of(crane: Crane) -> DetectionLimits:
+    """Detection limits that hold for a crane: those of the trials, which are of the winch type with a reference plant;
+    none for another type, whose judged lines are others."""
+    return detection_limits() if crane.plant == reference_plant.OF else DetectionLimits("", "", 0, 0, ())
+
+
+def _detects(crane: Crane) -> list[str]:
+    if crane.plant == reference_plant.OF:
+        return list(_limits_of(crane).sentences())
+    return [
+        f'The trials with known defects are of winch type "{reference_plant.OF}": the detection limits of winch type'
+        f' "{crane.plant.value}" are not known. The page "Validate a twin" lists single defects that were tried.'
+    ]
 
 
 def _not_shown(validation: Validation) -> Iterator[str]:
@@ -208,7 +224,7 @@ def content_of(validation: Validation) -> dict[str, Any]:
         "unjudged": plain(unjudged(validation)),
         "envelope": plain(envelope) if passed else None,
         "limitations": limitations(validation, passed),
-        "detection_limits": detection_limits().to_dict(),
+        "detection_limits": _limits_of(campaign.crane).to_dict(),
     }
 
 

@@ -31,6 +31,8 @@ MOST = 3
 """Number of tests plotted side by side."""
 POINTS = 3000
 """Samples of a cloud."""
+WORDS = {"u_p": "pump", "u_m": "motor"}
+"""Machines of the commands."""
 ALLOWED = 3.0
 """% of full command. Source: Moslatt 2020 paper F table 2, criterion 3."""
 
@@ -53,6 +55,11 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     return out
 
 
+def _machines(campaign: Campaign) -> dict[str, str]:
+    """Commands of the winch, each with its machine in words: a drive without a closed circuit takes a speed alone."""
+    return WORDS if "active" in campaign.crane.circuits else {"u_p": "speed"}
+
+
 def _shown(runs: Sequence[Run]) -> list[tuple[Run, slice]]:
     """One stretch of each test, about the largest command in it; of many tests those with the largest ones."""
     largest: dict[str, tuple[float, Run, slice]] = {}
@@ -68,40 +75,38 @@ def _shown(runs: Sequence[Run]) -> list[tuple[Run, slice]]:
 
 
 def _commands(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
-    shown = _shown(runs)
+    shown, machines = _shown(runs), _machines(campaign)
     figure, axes = axes_of(
-        3,
+        len(machines) + 1,
         len(shown),
-        (4.0 + 3.4 * len(shown), 7.5),
+        (4.0 + 3.4 * len(shown), 2.5 * (len(machines) + 1)),
         marked(campaign, "Commands of the PLC over its logged inputs"),
         sharex="col",
     )
     for column, (run, part) in zip(axes.T, shown, strict=True):
         s = run.segment
         t = s.record.t[s.first : s.last][part]
-        for ax, signal in zip(column[:2], ("u_p", "u_m"), strict=True):
+        for ax, signal in zip(column[:-1], machines, strict=True):
             measured = getattr(s, signal)
             if measured is not None:
                 ax.plot(t, 100.0 * measured[part], color=MEASURED, lw=1.6, label="measured")
             ax.plot(
                 t, 100.0 * getattr(run.simulated, signal)[part], color=SIMULATED, lw=1.0, ls="--", label="simulated"
             )
-        for signal, colour, label in (("u_p", COLOURS[2], "pump"), ("u_m", COLOURS[3], "motor")):
+        for colour, (signal, label) in zip(COLOURS[2:4], machines.items(), strict=False):
             d = difference(run, signal, cycles)
             if d is not None:
-                column[2].plot(
+                column[-1].plot(
                     t, 100.0 * d[part], color=colour, lw=0.8, label=f"{label} command, measured less simulated"
                 )
-        _room(column[2])
+        _room(column[-1])
         column[0].set_title(f"test {s.record.test.name}, mode {s.parts[0].mode.value}", fontsize="small")
-        column[2].set_xlabel("time [s]")
-    for ax, name in zip(
-        axes[:, 0],
-        ("pump command [%]\n(hoisting positive)", "motor command [%]", "deviation\n[% of full command]"),
-        strict=True,
-    ):
+        column[-1].set_xlabel("time [s]")
+    names = [f"{machine} command [%]" for machine in machines.values()]
+    names[0] += "\n(hoisting positive)"
+    for ax, name in zip(axes[:, 0], (*names, "deviation\n[% of full command]"), strict=True):
         ax.set_ylabel(name)
-    legend_below(figure, (axes[0, 0], axes[2, 0]), 4)
+    legend_below(figure, (axes[0, 0], axes[-1, 0]), 4)
     figure.align_ylabels(axes[:, 0])
     return figure
 
@@ -116,11 +121,17 @@ def _room(ax: Any) -> None:
 
 
 def _exceedance(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
+    machines = _machines(campaign)
     figure, axes = axes_of(
-        1, 2, (10.0, 4.6), marked(campaign, "Exceedance of the deviation of the commands"), sharey=True, sharex=True
+        1,
+        len(machines),
+        (5.0 * max(len(machines), 1.4), 4.6),
+        marked(campaign, "Exceedance of the deviation of the commands"),
+        sharey=True,
+        sharex=True,
     )
     names = list(dict.fromkeys(r.test for r in runs))
-    for ax, signal, machine in zip(axes[0], ("u_p", "u_m"), ("pump", "motor"), strict=True):
+    for ax, signal, machine in zip(axes[0], machines, machines.values(), strict=True):
         for colour, name in zip(COLOURS * 3, names, strict=False):
             parts = [d for r in runs if r.test == name for d in differences(r, signal, cycles, ahc=True)]
             if parts:

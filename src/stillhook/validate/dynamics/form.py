@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95, t_factor
-from stillhook.validate.data_set.records.record import Transient
+from stillhook.validate.data_set.records.record import Transient, filled, smoothed
 from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, Twin
 from stillhook.validate.dynamics.output_error import Fit, fit
-from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
+from stillhook.validate.dynamics.runs import SIGNALS, SMOOTH, DynamicsSegment
 
 LEVEL = 0.9975
 """Of Student's t, one side: with some seven comparisons, a twin whose laws fit shows a difference in 3 to 4 of 100
@@ -199,11 +199,15 @@ def tune(
 
 
 def normalised_rms(time_segments: Sequence[DynamicsSegment], outputs: Sequence[FloatArray]) -> Mapping[str, float]:
-    """Root mean square of each signal's deviation over the signal's own standard deviation [-], over all stretches."""
+    """Root mean square of each signal's deviation over the signal's own standard deviation [-], over all stretches.
+
+    Both are of centred means over SMOOTH, as gradients and periods are: a sample's noise is not the twin's to repeat. A
+    line of a winch that lifts an empty hook swings by a few bar, of which its transmitter's noise alone is a fifth.
+    """
     out = {}
     for k, name in enumerate(SIGNALS):
         pairs = [
-            (s.measured[name][s.counted], o[s.counted, k])
+            _counted(s, s.measured[name], o[:, k])
             for s, o in zip(time_segments, outputs, strict=True)
             if name in s.measured
         ]
@@ -214,6 +218,14 @@ def normalised_rms(time_segments: Sequence[DynamicsSegment], outputs: Sequence[F
         if ok.any() and np.std(y[ok]) > 0.0:
             out[name] = float(np.sqrt(np.mean((x[ok] - y[ok]) ** 2)) / np.std(y[ok]))
     return out
+
+
+def _counted(s: DynamicsSegment, measured: FloatArray, simulated: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Measured and simulated samples that count, smooth; NaN where a sample is unknown."""
+    known = np.isfinite(measured)
+    smooth = (smoothed(filled(measured), s.record.step, SMOOTH), smoothed(simulated, s.record.step, SMOOTH))
+    y, x = (np.where(known, each, np.nan)[s.counted] for each in smooth)
+    return y, x
 
 
 def clusters_of(time_segment: DynamicsSegment, transients: Sequence[Transient]) -> NDArray[np.int64]:

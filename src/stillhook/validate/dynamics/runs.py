@@ -24,6 +24,9 @@ from stillhook.validate.data_set.records.tip import smooth_tip
 
 SIGNALS = ("p_a", "p_b", "omega_m", "alpha_p")
 """What is compared: the twin's series of these names."""
+SMOOTH = 0.03
+"""Centred mean before signals are compared and peaks detected [s]: a twentieth of the winch's period, and three samples
+of a PLC's log."""
 SETTLE = 2.0
 """Start of a stretch that is not compared where the winch does not start at rest, as the twin does [s]: four of its
 periods."""

@@ -18,11 +18,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.validate.data_set.records.record import Transient, filled, smoothed
 from stillhook.validate.dynamics.form import Tuning, normalised_rms
-from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
+from stillhook.validate.dynamics.runs import SIGNALS, SMOOTH, DynamicsSegment
 
-SMOOTH = 0.03
-"""Centred mean before the detection of peaks [s]: a twentieth of the winch's period, and three samples of a PLC's
-log."""
 LEAST_RISE = 10e5
 """Least rise of a line's pressure for a gradient [Pa]: some twenty deviations of a transmitter's noise."""
 SIGNIFICANT = 0.1

@@ -49,7 +49,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
 from stillhook.units import KINDS
-from stillhook.validate.ahc.measures import MISFIT_KINDS
+from stillhook.validate.ahc.measures import judged_signal
 from stillhook.validate.ahc.replay import with_gains
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.dynamics.model import C_H, C_LEAK, VISCOUS, bent, scaled
@@ -192,17 +192,20 @@ def write_campaign(
     defect: Defect | str | None = None,
     size: float | None = None,
     apart: bool = False,
+    real: Crane | None = None,
     parquet: bool = False,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> WrittenCampaign:
     """Write a synthetic validation campaign of any winch type: by the reference plant where the type has one
     (`stillhook.validate.synthetic.writer.write_campaign`, which says what the parameters are), else by the type's own
-    engine.
+    engine. real: crane that the logs are of in place of the plan's, which its PLC takes it for: any number of the crane
+    file may differ, so that it shows whether validation detects it; not where the type has a reference plant.
 
     Errors: ValidateError, SpecError, SimulationError of one line; nothing is left half-written.
     """
     plan = plan or sea_trials()
+    _check_real(plan, real)
     if plan.crane.plant == reference_plant.OF:
         return writer.write_campaign(
             out,
@@ -228,7 +231,7 @@ def write_campaign(
     files = [log_file(t.name, parquet) for t in plan.tests]
     meter = Meter(len(plan.tests), progress)
     meter.tell()
-    crane = made.crane(plan.crane)
+    crane = made.crane(plan.crane if real is None else _under_plc_of(plan.crane, real))
 
     def run(i: int) -> Run:
         reached = meter.part(1.0)
@@ -246,7 +249,8 @@ def write_campaign(
             _write(part / file, plan, i, seed, made, done, columns, sensors)
         if not plan.crane_name:
             (part / CRANE_FILE).write_text(crane_toml(plan.crane), encoding="utf-8")
-        words = "none" if named is None else f"{named}: {defect_text(named, size)}"
+        words = f'crane "{crane.name}" in place of the twin; ' if real is not None else ""
+        words += "none" if named is None else f"{named}: {defect_text(named, size)}"
         (part / REFERENCE_FILE).write_text(_reference(plan, seed, words, made, sensors), encoding="utf-8")
         text = campaign_text(plan, seed, STATED_DELAY, files, sensors, columns, OWN)
         (part / CAMPAIGN_FILE).write_text(text, encoding="utf-8")
@@ -260,6 +264,25 @@ def write_campaign(
     )
 
 
+def _check_real(plan: Plan, real: Crane | None) -> None:
+    if real is None:
+        return
+    if plan.crane.plant == reference_plant.OF:
+        raise ValidateError(
+            f'real: winch type "{real.plant.value}" has a reference plant with parameters of its own. State a defect.'
+        )
+    if real.plant != plan.crane.plant:
+        raise ValidateError(
+            f'real: "{real.name}" is of winch type "{real.plant.value}", the twin of "{plan.crane.plant.value}".'
+            " Choose a crane of the twin's type."
+        )
+
+
+def _under_plc_of(twin: Crane, real: Crane) -> Crane:
+    """The real crane, whose PLC has the settings and gains that follow from the twin's crane file."""
+    return real.model_copy(update={"control": with_gains(twin).control})
+
+
 def columns_of(crane: Crane) -> tuple[Column, ...]:
     """What the PLC of such a winch logs: the signals of the motion unit and of every winch, and those of its drive."""
     rows = {row.name: row for row in crane.plant.type.rows}
@@ -270,9 +293,9 @@ def columns_of(crane: Crane) -> tuple[Column, ...]:
         common = [c._replace(heading="Speed command") if c.name == "u_p" else c for c in common]
     named = {c.name for c in common}
     own = [
-        Column(row.name, row.name, KINDS[row.kind].display, row.kind)
+        Column(row.name, row.name, KINDS[row.kind].display if row.kind else "1", row.kind)
         for row in rows.values()
-        if row.kind in MISFIT_KINDS and row.name not in named and row.name not in UNSEEN
+        if judged_signal(row) and row.name not in named and row.name not in UNSEEN
     ]
     return (*common, *own)
 
