@@ -110,7 +110,7 @@ def harmonics() -> list[tuple[float, float, float]]:
 
 
 def saturated_loop(r: float, K: float, omega: float) -> complex:
-    """Wire speed over the tip's, turned round: first harmonic of a follower whose speed is limited, by harmonic balance.
+    """Wire speed over the tip's, turned round: first harmonic of a follower of limited speed, by harmonic balance.
 
     r full speed over the tip's, K gain from position to speed [1/s]. The command u = v_tip + K e is cut as a clipped
     sine of amplitude U: y' = N(U) u, N = (2/pi)(asin rho + rho sqrt(1 - rho^2)) with rho the full speed over U.
