@@ -109,6 +109,38 @@ def harmonics() -> list[tuple[float, float, float]]:
     return out
 
 
+def saturated_loop(r: float, K: float, omega: float) -> complex:
+    """Wire speed over the tip's, turned round: first harmonic of a follower of limited speed, by harmonic balance.
+
+    r full speed over the tip's, K gain from position to speed [1/s]. The command u = v_tip + K e is cut as a clipped
+    sine of amplitude U: y' = N(U) u, N = (2/pi)(asin rho + rho sqrt(1 - rho^2)) with rho the full speed over U.
+    """
+    U, N, s = 1.0 / r, 1.0, 1j * omega
+    for _ in range(200):
+        rho = min(1.0 / U, 1.0)
+        N = 2.0 / math.pi * (math.asin(rho) + rho * math.sqrt(1.0 - rho * rho))
+        U = abs((s + K) / (s + K * N)) / r
+    return N * (s + K) / (s + K * N)
+
+
+def followed() -> list[tuple[str, ...]]:
+    """First harmonic beyond full speed with the crane's own position gain: amplitude and lag of the wire, what is left
+    over; clipped sine, saturated loop, runs."""
+    period, rows = 8.0, []
+    omega, v = 2.0 * math.pi / period, wire_speed_max(CRANE)
+    crane = changed(CRANE, {"cylinder": FREE})
+    for r in SHARES:
+        found = run(crane, tip=f"sine {v / r / omega!r} m {period} s", load="5 t", duration="120 s", warm_up="40 s")
+        last = slice(found.time.size - round(3.0 * period / 0.01), None)
+        turn = np.exp(-1j * omega * found.time.values[last])
+        ours = complex(np.mean(found.v_w.values[last] * turn) / -np.mean(found.v_tip.values[last] * turn))
+        clipped = 2.0 / math.pi * (math.asin(r) + r * math.sqrt(1.0 - r * r))
+        loop = saturated_loop(r, CRANE.control.K_p * v, omega)
+        left = (f"{abs(1.0 - G):.4f}" for G in (clipped, loop, ours))
+        rows.append((f"{r:g}", *(f"{abs(G):.4f}, {-np.angle(G, deg=True):.1f} deg" for G in (loop, ours)), *left))
+    return rows
+
+
 def compared(tip: str) -> Compared:
     """Twin and ideal compensator: a position-controlled cylinder with limited speed and stroke, without internals."""
     found = run(tip=tip, duration="80 s")
@@ -192,6 +224,17 @@ def compute() -> tuple[dict[str, str], tuple[dict[str, Compared], list[tuple[flo
         "ideal": table(
             ("tip", "motion, peak to peak", "left over, ideal", "left over, ours", "largest difference", "status"),
             [ideal_row(name, pair) for name, pair in pairs.items()],
+        ),
+        "followed": table(
+            (
+                "full speed over the tip's",
+                "wire, saturated loop",
+                "wire, ours",
+                "left over, clipped sine",
+                "left over, saturated loop",
+                "ours",
+            ),
+            followed(),
         ),
         "gains": table(("K_p", "10 t", "50 t", "100 t"), gain_rows()),
         "energy": table(("kJ", *(k.replace("_", " ") for k in losses), "not accounted for"), rows),

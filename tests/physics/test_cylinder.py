@@ -40,6 +40,8 @@ LOSSLESS = {
     "friction": {"F_c": "1e-3 N", "mu": 0.0, "b": "0 N s/m", "sigma_1_ratio": 0.0},
     "passive": {"accumulator": {"R_piston": "0 bar/(L/min)"}},
 }
+HARMONIC = 0.05
+"""Of what is left over: the pumps' lag, and higher harmonics that harmonic balance leaves out."""
 FOLLOWS = 0.02
 """Of the tip's motion, peak to peak: what friction, oil and pumps keep of it beside a compensator without internals."""
 
@@ -129,6 +131,31 @@ def test_beyond_full_speed_the_first_harmonic_is_that_of_a_clipped_sine(r):
     ratio = abs(first_harmonic(t, run.v_w.values, period) / first_harmonic(t, run.v_tip.values, period))
     assert ratio == pytest.approx(2.0 / math.pi * (math.asin(r) + r * math.sqrt(1.0 - r * r)), rel=0.01)
     assert "pump flow" in run.status.item()
+
+
+def saturated_loop(r, K, omega):
+    """Wire over tip by harmonic balance [-]: y' = N u with u = v_tip + K e, cut as a clipped sine of its amplitude."""
+    s, U, N = 1j * omega, 1.0 / r, 1.0
+    for _ in range(200):
+        rho = min(1.0 / U, 1.0)
+        N = 2.0 / math.pi * (math.asin(rho) + rho * math.sqrt(1.0 - rho * rho))
+        U = abs((s + K) / (s + K * N)) / r
+    return N * (s + K) / (s + K * N)
+
+
+@pytest.mark.parametrize("K_p", [0.1, 0.4])
+@pytest.mark.parametrize("r", [0.2, 0.6])
+def test_beyond_full_speed_the_position_loop_is_late_as_a_saturated_follower(r, K_p):
+    """It tries to catch up, so the rod turns round late: a clipped sine alone leaves less over than the twin."""
+    period, v = 8.0, wire_speed_max(CRANE)
+    omega = 2.0 * math.pi / period
+    crane = changed(CRANE, {"control": {"K_p": f"{K_p} 1/m"}, "cylinder": LOSSLESS})
+    run = series(crane, tip=f"sine {v / r / omega!r} m {period} s", load="5 t", duration="120 s", warm_up="40 s")
+    t = run.time.values
+    ours = -first_harmonic(t, run.v_w.values, period) / first_harmonic(t, run.v_tip.values, period)
+    assert abs(ours - saturated_loop(r, K_p * v, omega)) < HARMONIC * abs(1.0 - ours)
+    if K_p == CRANE.control.K_p:
+        assert abs(1.0 - saturated_loop(r, 0.0, omega)) < 0.98 * abs(1.0 - ours)
 
 
 def ideal_compensator(t, s_tip, v_tip, v_max, length, k):

@@ -13,13 +13,15 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative
-from stillhook.plan.limits import limited
+from stillhook.plan.limits import limited, limits_in
 from stillhook.plan.tiers.closed_form import closed_form, remarks
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
-from stillhook.plan.tiers.time_domain.lowering import SeaState, machine_of, winch_of
+from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, machine_of, winch_of
+from stillhook.plan.tiers.time_domain.measures import measures
 
 NONE, PHC = Alternative.NONE, Alternative.PHC
+ENDS = "compensator-ends"
 SEAS = """
 [compensator]
 unit = "phc-60t"
@@ -112,11 +114,46 @@ def test_closed_form_counts_its_weight_and_says_that_it_does_not_know_it(plan: L
 
 
 def test_the_winch_is_not_asked_for_anything(plan: LiftPlan) -> None:
-    """Rules of turning winches and hydraulics are left out, as for none."""
+    """Rules of turning winches and hydraulics are left out, as for none; the rod has one of its own."""
     phase = plan.phase("landing")
-    assert [each.rule.key for each in limited(plan, phase, PHC)] == [
-        each.rule.key for each in limited(plan, phase, NONE)
-    ]
+    of_phc, of_none = ([each.rule.key for each in limited(plan, phase, a)] for a in (PHC, NONE))
+    assert [key for key in of_phc if key != ENDS] == of_none
+    assert ENDS in of_phc
+
+
+@pytest.mark.slow
+def test_a_rod_that_comes_to_its_ends_limits_the_sea_by_its_own_rule(plan: LiftPlan) -> None:
+    """Higher waves leave it at an end for longer, and the rule of its ends is then met no more; what the load does is
+    left open in those seas, what the rod does is not."""
+    seas = plan.environment.table()
+    found = {(d.phase, d.alternative): d for d in frequency(plan, (NONE, PHC), seas, threads=1)}
+    linked = found["landing", PHC]
+    share = linked.values["compensator_share"]
+    assert "compensator_share" not in found["landing", NONE].values
+    assert not np.isnan(share).any()
+    assert np.isnan(linked.values["DAF"]).any()
+    for _, _, rows in seas.columns():
+        assert np.all(np.diff(share[rows]) >= 0.0)
+    Hs = dict(zip((T for T, _, _ in seas.columns()), limits_in(plan, linked).Hs[ENDS], strict=True))
+    assert 0.0 < Hs[9.0] < seas.Hs.max()
+    assert Hs[9.0] < Hs[6.0]  # the vessel heaves less in short waves
+
+
+@pytest.mark.slow
+def test_runs_of_the_twin_tell_the_time_of_the_rod_at_its_ends(plan: LiftPlan) -> None:
+    """None in a low sea, much in one whose heave is longer than the stroke."""
+    cells = Cells(plan, Execution(threads=1))
+    phase = plan.phase("down")
+    winch = winch_of(phase, PHC)
+    low, high = (CellRequest(phase.name, winch, SeaState(Hs, 9.0, math.pi), 4) for Hs in (0.5, 8.0))
+    cells.request([low, high])
+    course = course_of(plan, phase, winch)
+    measure = measures(plan, phase, PHC, winch, course)["compensator_share"]
+    rule = next(each for each in limited(plan, phase, PHC) if each.rule.key == ENDS)
+    shares = [measure.of_x(measure.values(cells.runs[ask.cell])) for ask in (low, high)]
+    assert np.all(shares[0] == 0.0)
+    assert np.all(shares[1] > rule.limit)
+    assert np.all(shares[1] < 1.0)
 
 
 @pytest.mark.slow

@@ -185,9 +185,9 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
 
     Left out are: rules that the phase turns off; in compensated phases those of the winch for none and phc (it stands
     on its brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of
-    compensation; quantities and capacities that the winch type does not have, such as an accumulator's on a pure active
-    winch. Remembered as long as the plan lives. Errors: PlanError, UnitError as
-    `stillhook.plan.definition.rules_file.rules_of`.
+    compensation; those of a passive heave compensator but for phc; quantities and capacities that the winch type does
+    not have, such as an accumulator's on a pure active winch. Remembered as long as the plan lives. Errors: PlanError,
+    UnitError as `stillhook.plan.definition.rules_file.rules_of`.
     """
     return plan.under(alternative).once(_limited, phase, alternative)
 
@@ -213,6 +213,8 @@ def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Li
 
 def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:
     needs = QUANTITIES[rule.quantity].needs
+    if "compensator" in needs:
+        return alternative is Alternative.PHC
     if not phase.compensated:
         return "compensation" not in needs
     if alternative.stands:

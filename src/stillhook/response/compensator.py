@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.programme import static_stroke
 from stillhook.spec.lift.lowering import Lowering
+from stillhook.statistics.extremes import share_beyond
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,11 @@ class LinearCompensator:
     def room(self) -> float:
         """Way to the nearer end of the stroke [m]."""
         return min(self.s, self.s_max - self.s)
+
+    def share_at_end(self, sigma: ArrayLike) -> FloatArray:
+        """Share of the time in which a Gaussian stroke of deviation sigma [m] about that at rest would be beyond an end
+        [-]."""
+        return np.asarray(0.5 * (share_beyond(self.s, sigma) + share_beyond(self.s_max - self.s, sigma)))
 
     def damping(self, sigma: ArrayLike) -> FloatArray:
         r"""Linear damping of a Gaussian speed of the rod of deviation sigma [m/s] [N s/m].

@@ -48,6 +48,8 @@ STANDING = (
 LINEAR = "the compensator is linear about the stroke at rest, up to an end of its stroke"
 OF_TIP = ("v_tip_max", "s_tip_pp", "v_w_demand")
 """Quantities that follow from the tip alone."""
+OF_ROD = "compensator_share"
+"""Share of the time with the rod at an end of its stroke: known also where the rod comes there, as it says so."""
 UNUSABLE = "the controller may not be used at this load and layer: not simulated"
 QUANTILES = {Level.MPM: MPM, Level.P90: P90}
 """Probability that a largest value stays below its level."""
@@ -178,22 +180,27 @@ def demands(
 
 
 def _on_compensator(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip, seas: Seas) -> Demand:
-    """Demand of a phase with the compensator in the load path and the winch on its brake. Not determined in seas in
-    which its rod comes to an end of its stroke: nothing is linear there."""
+    """Demand of a phase with the compensator in the load path and the winch on its brake. Loads are not
+    determined in seas in which its rod comes to an end of its stroke: nothing is linear there."""
     hangs = [replace(s, load=plan.once(_linked_load, s.z, plan.tip_of(phase).z)) for s in parts]
     values = dict(_phase(plan, phase, Alternative.PHC, hangs, forcing, None))
     beyond = np.zeros(len(seas), dtype=np.bool_)
+    shares = []
     for s in hangs:
         way = compensated_sigmas(forcing[s.x, s.y], s.load, BRAKE)[1]
         if way is not None and s.load.link is not None:
             largest = most_probable_maximum(way.stroke, zero_crossing_period(way.stroke, way.rate), s.time)
             beyond |= largest > s.load.link.room
+            shares.append(s.load.link.share_at_end(way.stroke))
+        else:
+            shares.append(np.where(np.isnan(forcing[s.x, s.y].deviation()), np.nan, 1.0))
+    values[OF_ROD] = np.asarray(np.average(shares, axis=0, weights=[s.time for s in hangs]))
     notes: tuple[str, ...] = (LINEAR,)
     if beyond.any():
         notes = (f"{LINEAR}; {int(beyond.sum())} of {len(seas)} seas are beyond",)
     if any(s.load.link is not None and not s.load.link.moves for s in hangs):
         notes = (*notes, "the load hangs at an end of the compensator's stroke on a part of the way")
-    of_load = {name: np.where(beyond & ~np.isin(name, OF_TIP), np.nan, x) for name, x in values.items()}
+    of_load = {name: np.where(beyond & ~np.isin(name, (*OF_TIP, OF_ROD)), np.nan, x) for name, x in values.items()}
     return Demand(phase.name, Alternative.PHC, Tier.FREQUENCY, seas, of_load, notes=notes)
 
 

@@ -68,6 +68,9 @@ OF_STAGE = (
 """Numbers that are kept of the stage that counts, where the winch type has them; in addition `v_landed` of the whole
 run, the speed of the first touch: it may come before its stage is over."""
 
+ROD_AT_END = "rod_end_time"
+"""Time with the rod of a passive heave compensator at either end of its stroke in the stage that counts [s]."""
+ENDS = ("stage_extended_time", "stage_retracted_time")
 
 STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
 """Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone. Of a
@@ -85,6 +88,8 @@ def run_numbers(
     intervals: how many intervals of it count, 0 for none."""
     each = np.arange(len(counts)), np.array(counts)
     numbers = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE if f"stage_{name}" in data}
+    if all(name in data for name in ENDS):
+        numbers[ROD_AT_END] = np.sum([data[name].values[each] for name in ENDS], axis=0)
     if intervals is not None and max(intervals, default=0) > 0:
         numbers |= _peaks(data, each, max(intervals))
     return numbers | {"v_landed": data["v_landed"].values}

@@ -15,7 +15,7 @@ from stillhook.plan.definition.capacities import places
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Level
-from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
+from stillhook.plan.tiers.time_domain.cells import PEAKS, ROD_AT_END, Runs
 from stillhook.plan.tiers.time_domain.lowering import Course, Winch
 from stillhook.statistics.extremes import MPM, P90
 
@@ -118,6 +118,8 @@ def measures(
         found["p_a_max"] = top("p_a_max", "p_a_max")
         for share in ("saturation", "relief", "power", "stroke"):
             found[f"{share}_share"] = Measure(f"{share}_time", Statistic.MEAN)
+    if alternative is Alternative.PHC:
+        found["compensator_share"] = Measure(ROD_AT_END, Statistic.MEAN)
     return found
 
 
