@@ -238,3 +238,21 @@ def test_a_changed_position_gain_does_not_change_the_size():
     crane = load_crane("nov-100t-pure-active")
     other = changed(crane, {"control": {"K_p": "0.3 1/m"}})
     assert scaled(crane, other)[2] == scaled(crane, crane)[2]
+
+
+def test_a_motion_that_is_faster_than_the_drives_are_sized_for_is_said(pair):
+    """The wire of a sine of 1.8 m and 10 s runs at 1.13 m/s; nov-100t-pure-active has 0.85 m/s at full command."""
+    fast = CASE.model_copy(update={"tip": Scenario(tip="sine 1.8 m 10 s", load="50 t", s_w="100 m").tip})
+    found = compare_drives(load_crane("nov-100t-pure-active"), fast, PAIR, n=0)
+    assert "This motion asks for 67.9 m/min" in found.rule[-1]
+    assert not any("This motion asks" in line for line in pair.rule)
+
+
+@pytest.mark.parametrize("speed", ["1e6 m/min", "0 m/s", "-1 m/s", "nan m/s"])
+def test_a_top_speed_that_no_winch_has_is_refused_by_its_option(speed, capsys):
+    """Before anything is sized: the message names what was given, not what follows from it."""
+    assert command(["compare", "--drives", "electric,cylinder", "--top-speed", speed]) == 2
+    error = capsys.readouterr().err.strip().splitlines()
+    assert len(error) == 1
+    assert error[0].startswith("error: --top-speed")
+    assert f'"{speed}"' in error[0]

@@ -22,6 +22,7 @@ from stillhook.engine.arguments import (
     steps_per_cycle,
     with_usual_controller,
 )
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import power_most, wire_speed_max
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import check
@@ -30,6 +31,7 @@ from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.library.write import items
 from stillhook.physics.scalar import G
+from stillhook.report.formatting import fmt
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.plausible import IMPLAUSIBLE
@@ -191,7 +193,22 @@ class DriveComparison:
             if self.n
             else "No draws: nothing is told apart."
         )
-        return (*rule(self.reference, self.v_top), f"{drawn} No drive has a certificate: {NOT_VALIDATED}.")
+        lines = (*rule(self.reference, self.v_top), f"{drawn} No drive has a certificate: {NOT_VALIDATED}.")
+        return lines if self.v_asked <= self.v_top else (*lines, self._too_fast)
+
+    @property
+    def v_asked(self) -> float:
+        """Highest wire speed that tip and operator ask for [m/s]."""
+        return float(CycleInputs(self.reference, self.runs[0].case).demand().v_max)
+
+    @property
+    def _too_fast(self) -> str:
+        asked, top = fmt(self.v_asked, "speed", 3), fmt(self.v_top, "speed", 3)
+        return (
+            f"This motion asks for {asked} of wire, more than the {top} of full command that all drives are sized for:"
+            " those that can be faster than that (motors that swivel back) are ahead by it alone. Give --top-speed of"
+            " what your sea asks for."
+        )
 
     def better(self, name: str) -> dict[str, list[str]]:
         """Drive -> drives that it is told apart from, and better than."""

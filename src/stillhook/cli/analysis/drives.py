@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from stillhook.spec.scenario import Scenario
 
 FILES = ("compare-drives.json", "compare-drives.nc", "compare-drives.png")
+FASTEST = 10.0
+"""Wire speed that a drive may be sized for at most [m/s]: some five times that of fast winches."""
 HEADERS = (
     "drive",
     "error\np-p 30 s",
@@ -89,8 +91,9 @@ def _speed(text: str) -> float:
     from stillhook.units import quote
 
     v = parse(text, "speed", "--top-speed")
-    if v <= 0.0:
-        raise SpecError(f"--top-speed {quote(text)}: it must be greater than 0.")
+    if not 0.0 < v <= FASTEST:
+        most = fmt(FASTEST, "speed")
+        raise SpecError(f"--top-speed {quote(text)}: it must be greater than 0 and at most {most}.")
     return v
 
 
