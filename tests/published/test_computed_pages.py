@@ -69,7 +69,8 @@ def test_a_package_that_is_gone_asks_for_a_new_computation(computed, house):
 
 @pytest.mark.slow
 def test_what_a_computation_loads_is_found(computed):
-    import stillhook.physics.load_path.drum  # noqa: F401
+    import stillhook.physics.load_path.drum
+    import stillhook.units  # noqa: F401
 
     places = computed.loaded()
     assert {"src/stillhook/physics", "src/stillhook/units.py"} <= set(places)
