@@ -186,7 +186,7 @@ def test_bands_that_overlap_tell_nothing_apart(pair):
 
 
 def test_without_draws_nothing_is_told_apart():
-    result = compare_drives(load_crane("nov-100t-pure-active"), CASE, PAIR[:1], n=0)
+    result = compare_drives(load_crane("nov-100t-pure-active"), CASE, PAIR, n=0)
     assert math.isnan(result.runs[0].band("e_c_pp").low)
     assert "not told apart" in result.verdict("e_c_pp")
     assert "not validated" in " ".join(result.rule)
@@ -238,6 +238,11 @@ def test_a_changed_position_gain_does_not_change_the_size():
     crane = load_crane("nov-100t-pure-active")
     other = changed(crane, {"control": {"K_p": "0.3 1/m"}})
     assert scaled(crane, other)[2] == scaled(crane, crane)[2]
+
+
+def test_one_drive_alone_is_compared_with_nothing_and_says_so():
+    found = compare_drives(load_crane("nov-100t-pure-active"), CASE, ("electric",), n=4)
+    assert found.verdict("e_c_pp") == "By error: one drive alone; name others to compare it with."
 
 
 def test_a_motion_that_is_faster_than_the_drives_are_sized_for_is_said(pair):

@@ -235,6 +235,8 @@ class DriveComparison:
     def verdict(self, name: str) -> str:
         """The ranking by one of `BANDED` in words."""
         by, better = {"e_c_pp": "error", "energy_net": "net energy"}[name], self.better(name)
+        if len(self.runs) == 1:
+            return f"By {by}: one drive alone; name others to compare it with."
         if not self.n:
             return f"By {by}: not told apart, as nothing was drawn."
         groups = self.ranking(name)
@@ -334,11 +336,7 @@ def compare_drives(
     integration step of the runs with series, default 2 ms, or shorter where a drive needs it.
     Errors: SpecError, ScenarioError of one line before anything runs.
     """
-    if type(n) is not int or not 0 <= n <= MOST_DRAWS:
-        raise SpecError(f"--draws {quote(n)}: give a whole number from 0 to {MOST_DRAWS}.")
-    check(reference, with_usual_controller(reference, case))
-    for name in names:
-        library_crane(name, reference)
+    check_comparison(reference, case, names, n)
     meter = Meter(sum(WEIGHTS) * len(names), progress)
     meter.tell()
     drives = [_told(meter, 0, lambda name=name: sized(name, reference, v_top)) for name in names]
@@ -358,6 +356,18 @@ def compare_drives(
     meter.tell()
     v = wire_speed_max(reference) if v_top is None else v_top
     return DriveComparison(reference, v, tuple(runs), n, seed, factors)
+
+
+def check_comparison(reference: Crane, case: Scenario, names: Sequence[str], n: int) -> None:
+    """Refuse what cannot be compared, before anything is sized.
+
+    Errors: SpecError, ScenarioError of one line.
+    """
+    if type(n) is not int or not 0 <= n <= MOST_DRAWS:
+        raise SpecError(f"--draws {quote(n)}: give a whole number from 0 to {MOST_DRAWS}.")
+    check(reference, with_usual_controller(reference, case))
+    for name in names:
+        library_crane(name, reference)
 
 
 def _told(meter: Meter, part: int, work: Any) -> Any:

@@ -61,6 +61,7 @@ def compare_drives(
         from stillhook.plan.drives import plan_with_weather
 
         plan_with_weather(plan)
+    analysis.check_comparison(crane, case, names, draws)
     say("sizing the drives; a winch model that is new to this machine compiles once, in some 20 s each ...")
     with progress_bar("comparing") as bar:
         result = analysis.compare_drives(crane, case, names, n=draws, seed=seed, v_top=v_top, step=step, progress=bar)
