@@ -29,7 +29,7 @@ from stillhook.library.toml.tree import (
     values,
 )
 from stillhook.library.write import crane_tree
-from stillhook.spec.crane import Crane, Source, SourceKind, SystemFriction
+from stillhook.spec.crane import Crane, Source, SourceKind, SystemFriction, has_pumps
 from stillhook.tables.table import Spec
 from stillhook.units import quote
 from stillhook.winches.circuits.tables import Motor
@@ -178,6 +178,8 @@ def _over_base(below: Tree, fields: Tree, label: str) -> Tree:
     if plant is not None and plant in WINCH_TYPES:
         for table in {name for each in WINCH_TYPES.values() for name in each.tables} - set(WINCH_TYPES[plant].tables):
             base.pop(table, None)
+        if not has_pumps(WINCH_TYPES[plant]):
+            base.pop("hpu", None)
     for circuit in ("active", "passive"):
         part = base.get(circuit)
         motor = part.get("motor") if isinstance(part, dict) else None

@@ -29,7 +29,7 @@ from stillhook.tables.table import Count, Fraction, Number, Spec, Text
 from stillhook.tables.table import Source as Source
 from stillhook.tables.table import SourceKind as SourceKind
 from stillhook.winches.circuits.tables import ActiveCircuit, PassiveCircuit
-from stillhook.winches.registry import WINCH_TYPES
+from stillhook.winches.registry import WINCH_TYPES, WinchType
 from stillhook.winches.registry import Plant as Plant
 
 
@@ -359,6 +359,11 @@ def _misplaced(plant: str, table: str, needed: bool = False) -> str:
     return f'plant "{plant}" {need} table [{table}]. Change plant, or {do} [{table}].'
 
 
+def has_pumps(winch: WinchType) -> bool:
+    """Whether power units drive pumps of a winch of this type, which `pump_units` then lists."""
+    return hasattr(winch.module, "pump_units")
+
+
 def _misfits(crane: Crane) -> Iterator[str]:
     """Why the parts of a crane do not fit together, worst first."""
     for table in dict.fromkeys(name for each in WINCH_TYPES.values() for name in each.tables):
@@ -366,7 +371,7 @@ def _misfits(crane: Crane) -> Iterator[str]:
         if present != needed:
             yield _misplaced(crane.plant, table, needed)
             return
-    if crane.hpu is not None and not any(crane.plant.type.pump_units(crane)):
+    if crane.hpu is not None and not has_pumps(crane.plant.type):
         yield f'plant "{crane.plant}" has no pumps that table [hpu] could limit. Remove [hpu].'
     drum, wire, control = crane.drum, crane.wire, crane.control
     alpha_min = crane.plant.type.least_displacement(crane)
