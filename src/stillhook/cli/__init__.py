@@ -29,8 +29,8 @@ DEBUG = "STILLHOOK_DEBUG"
 COMMANDS = {
     "cranes": Entry("crane", "list_cranes"),
     "crane": Entry("crane", "show_crane"),
-    "run": Entry("simulation", "run"),
-    "compare": Entry("simulation", "compare"),
+    "run": Entry("runs.simulation", "run"),
+    "compare": Entry("runs.simulation", "compare"),
     "envelope": Entry("analysis.envelope", "envelope"),
     "sea": Entry("sea.waves", "sea"),
     "stability": Entry("analysis.stability", "stability"),
@@ -39,10 +39,10 @@ COMMANDS = {
     "uncertainty": Entry("analysis.uncertainty", "uncertainty"),
     "validate": Entry("validate", "validate"),
     "tip": Entry("sea.tip", "tip"),
-    "lower": Entry("simulation", "lower"),
+    "lower": Entry("runs.simulation", "lower"),
     "response": Entry("sea.response", "response"),
     "plan": Entry("plan", "plan"),
-    "demo": Entry("demo", "demo"),
+    "demo": Entry("runs.demo", "demo"),
     "report": Entry("plan", "report"),
     "calc": Entry(
         "crane",

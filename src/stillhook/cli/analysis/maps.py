@@ -20,7 +20,7 @@ from stillhook.cli.parser import (
     refuse,
     write_out,
 )
-from stillhook.cli.simulation import motion_of
+from stillhook.cli.runs.simulation import motion_of
 from stillhook.control.registry import CLASSIC
 from stillhook.errors import MotionError, SpecError
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Step, Store, check_out, client_of, write_out
-from stillhook.cli.simulation import MOTION_HELP, motion_of
+from stillhook.cli.runs.simulation import MOTION_HELP, motion_of
 from stillhook.control.registry import Mode
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.report.terminal import (

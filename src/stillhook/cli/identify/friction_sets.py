@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from stillhook.cli.parser import MODES, Json, check_out, write_out
-from stillhook.cli.simulation import MOTION_HELP, motion_of
+from stillhook.cli.runs.simulation import MOTION_HELP, motion_of
 from stillhook.errors import IdentifyError
 from stillhook.report.formatting import cell
 from stillhook.report.terminal import print_json, print_table, progress_bar

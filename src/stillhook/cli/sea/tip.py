@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.parser import Json, Spread, announce, check_out, refuse, say_left_out
-from stillhook.cli.simulation import PYTHON_POSITION
+from stillhook.cli.runs.simulation import PYTHON_POSITION
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import display_number, display_unit, wrapped
 from stillhook.report.pictures import can_draw

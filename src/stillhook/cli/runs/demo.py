@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stillhook.cli.parser import check_out, say_left_out
-from stillhook.cli.simulation import OUT_FILES, headers, print_notes, row, write_comparison
+from stillhook.cli.runs.simulation import OUT_FILES, headers, print_notes, row, write_comparison
 from stillhook.errors import PlanError
 from stillhook.report.formatting import fixed
 from stillhook.report.pictures import can_draw, can_set

@@ -1,0 +1,1 @@
+"""Commands that run scenarios and lowerings, and the demonstration."""
