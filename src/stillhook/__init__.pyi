@@ -6,6 +6,7 @@ from stillhook import response as response
 from stillhook import validate as validate
 from stillhook._version import __version__ as __version__
 from stillhook.analysis.controllers import compare as compare
+from stillhook.engine.session import Session as Session
 from stillhook.engine.simulate import simulate as simulate
 from stillhook.errors import StillhookError as StillhookError
 from stillhook.formats.lift_file import load_lift as load_lift

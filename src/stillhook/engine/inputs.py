@@ -30,6 +30,9 @@ from stillhook.winches.records import THIN, Tick
 TICK = len(Tick._fields)
 """Columns of a full row of the drive; THIN is that of one that only moves the tip."""
 
+ENDLESS = 2**40
+"""Cycles for which there is no noise where there is none: more than any run has."""
+
 CHUNK, SHORT = 4096, 1024
 """Cycles that are made and run at once, and those where a run may end soon."""
 
@@ -175,6 +178,11 @@ class CycleInputs:
         """The full first row."""
         return self._full(np.zeros(1), 0, 1, _tip(self.motion, 0, 1, self.t_cycle))[0]
 
+    def full_row(self, k: int, *, still: bool = False) -> FloatArray:
+        """The full row of cycle k, also beyond the end of the run where there is no noise; still: with the tip at 0."""
+        t = np.array([k * self.t_cycle])
+        return self._full(t, k, 1, np.zeros((1, THIN)) if still else np.column_stack(self.motion.sample(t)))[0]
+
     def _full(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
         case, out = self.case, np.empty((n, TICK))
         out[:, :3] = thin
@@ -243,7 +251,7 @@ class _Noise:
 
     def __init__(self, case: Scenario, n: int) -> None:
         s = case.sensors
-        self.tip, self.wire, self.load = np.broadcast_to(0.0, (n, 3)), np.broadcast_to(0.0, n), np.broadcast_to(0.0, n)
+        self.tip, self.wire, self.load = (np.broadcast_to(0.0, shape) for shape in ((ENDLESS, 3), ENDLESS, ENDLESS))
         if not any((s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F)):
             return
         streams = np.random.SeedSequence(s.seed).spawn(5)

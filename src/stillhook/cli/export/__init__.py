@@ -1,1 +1,0 @@
-"""Commands that take models, controllers and results to other programs."""

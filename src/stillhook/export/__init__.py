@@ -1,1 +1,0 @@
-"""Models and controllers for other programs: FMU, Structured Text, external functions."""

@@ -1,1 +1,0 @@
-"""The winch as C99 for other programs: its variables, its source, its library."""
