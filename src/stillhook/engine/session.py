@@ -273,8 +273,8 @@ class Session:
         noisy = any((sensors.noise_s_tip, sensors.noise_v_tip, sensors.noise_a_tip, sensors.noise_s_w, sensors.noise_F))
         if noisy and k > drive.n_ticks:
             raise SimulationError(
-                f"Session: the scenario's noise is drawn for its duration of {drive.case.duration:g} s, which is over. Give"
-                " it a longer duration, or no noise."
+                f"Session: the scenario's noise is drawn for its duration of {drive.case.duration:g} s, which is over."
+                " Give it a longer duration, or no noise."
             )
         return drive.full_row(k, still=set(MOTION) <= set(overlay))
 
