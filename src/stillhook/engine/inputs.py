@@ -195,7 +195,7 @@ class CycleInputs:
         out[:, 13], _ = pump_shares(case.power_loss, self._passive_pumps, t)
         out[:, 14:] = 0.0
         if case.commands is not None:
-            out[:, 14:] = np.column_stack([np.ones_like(t), *case.commands.at(t)])
+            out[:, 14:17] = np.column_stack([np.ones_like(t), *case.commands.at(t)])
         return out
 
     def _measured(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:

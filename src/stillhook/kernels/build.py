@@ -30,6 +30,7 @@ from stillhook.kernels.c99.library import Entry, Library, native
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.cache import kernel_folder
 from stillhook.physics.records import fields
+from stillhook.winches import imposed_tension
 from stillhook.winches.reference import plant as truth
 from stillhook.winches.registry import WINCH_TYPES
 
@@ -116,26 +117,28 @@ BASE = {
 """What a driver builds on. A compensated one is made of the same file, with a passive heave compensator above the
 slings."""
 
-COMPENSATED = "compensated_"
+COMPENSATED, HOSTED = "compensated_", "hosted_"
 
 
 def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> ModuleType:
     """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
 
     kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering (see `BASE`), and
-    "compensated_lift_driver" for one with a passive heave compensator.
+    "compensated_lift_driver" for one with a passive heave compensator, "hosted_driver" for a wire whose tension comes
+    from outside.
     extra_controllers: those that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`.
     """
     name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *extra_controllers))}]"
     base = driver(plant, lanes, BASE[kind], extra_controllers) if kind in BASE else None
     with LOCK:
         if name not in sys.modules:
-            file = Path(__file__).with_name(f"{kind.removeprefix(COMPENSATED)}.py")
+            file = Path(__file__).with_name(f"{kind.removeprefix(COMPENSATED).removeprefix(HOSTED)}.py")
             spec = importlib.util.spec_from_file_location(name, file)
             assert spec is not None
             assert spec.loader is not None
             module = importlib.util.module_from_spec(spec)
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
+            module.path = imposed_tension if kind.startswith(HOSTED) else module.plant.PATH
             module.LANES = lanes  # type: ignore[attr-defined]
             module.laws = control_laws.control_laws(extra_controllers, getattr(module.plant, "CONTROL", DISPLACEMENT))  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]

@@ -1,30 +1,33 @@
 """The driver of any plant, for one trajectory or sixteen side by side.
 
-`stillhook.kernels.build` executes this file once per plant, set of controllers and lane count with `plant`, `laws` and
-`LANES` set; it is never imported by name. Whatever the lane count, every trajectory goes through the same scalar
-functions in the same order: the bits are the same.
+`stillhook.kernels.build` executes this file once per plant, load path, set of controllers and lane count with `plant`,
+`path`, `laws` and `LANES` set; it is never imported by name. Whatever the lane count, every trajectory goes through the
+same scalar functions in the same order: the bits are the same.
 """
 
 from typing import NamedTuple
 
-from stillhook.control.plc import Memory
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import Memory, memory_before
 from stillhook.kernels.lanes import Array, access, joined, offset, size
 from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common, window_add, window_turn
+from stillhook.physics.load_path.drum import Load
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import align_stack, clip, scalar
+from stillhook.winches.load_path import Hoist
 from stillhook.winches.records import THIN, CommonSignals, Geometry, Tick, Tip
 
 plant = plant  # type: ignore[name-defined]  # noqa: F821
 laws = laws  # type: ignore[name-defined]  # noqa: F821
 LANES = LANES  # type: ignore[name-defined]  # noqa: F821
-path = plant.PATH
+path = path  # type: ignore[name-defined]  # noqa: F821
 Command, Params = plant.Command, plant.Params
 circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
 sense, actuate, start, settle = plant.sense, plant.actuate, plant.start, plant.settle
 own_signals, winch_powers, stored_energy = plant.signals, plant.powers, plant.stored_energy
 limits, through, fold_extremes = plant.limits, plant.through, plant.fold_extremes
 point, path_rates, path_start, path_powers = path.at, path.rates, path.start, path.powers
-path_energy, at_its_end = path.energy, path.at_its_end
+path_energy, at_its_end, path_motion = path.energy, path.at_its_end, path.motion
 plc_cycle, LawRecord = laws.cycle, laws.Record
 Signals, join_signals = joined("Signals", CommonSignals, plant.Signals)
 Powers, join_powers = joined("Powers", plant.Powers, path.Powers)
@@ -76,6 +79,10 @@ mix = access(Command, LANES).mix
 put_x, put_u, put_geo, put_m = store(State), store(Command), store(Geometry), store(Memory)
 put_laws = store(LawRecord)
 put_st, put_y, put_tip = store(Stats), store(Signals), store(Tip)
+put_params, put_sensed = store(Params), store(Sensed)
+with_hoist, with_load = replace(Params, "hoist"), replace(Hoist, "load", "s_w_0")
+with_path, with_wire_out = replace(State, "path"), replace(path.State, "s_w")
+with_start = replace(Lane, "x", "m", "p")
 X, U, U_0, GEO, M, LAWS, ST, Y, TIP_0, TIP_1, TIP_2, TICK, P = (offset(Lane, f, LANES) for f in Lane._fields)
 Y_E, Y_EM, Y_TIP = (Y + offset(Signals, f, LANES) for f in ("e_c", "e_c_measured", "s_tip"))
 NS = size(Signals)
@@ -175,14 +182,14 @@ def control(x, m, laws, tick, tip, geo, p):
 @scalar
 def signals(c, x, q, u, m, drive, tick, geo, p):
     """One row of the time series."""
-    y = x.path
+    y, tip = x.path, path_motion(tick)
     common = CommonSignals(
-        s_tip=tick.s,
-        v_tip=tick.v,
-        a_tip=tick.a,
+        s_tip=tip.s,
+        v_tip=tip.v,
+        a_tip=tip.a,
         s_w=y.s_w,
         v_w=q.v_w,
-        e_c=m.datum + tick.s - tick.s_op - y.s_w,
+        e_c=m.datum + tip.s - tick.s_op - y.s_w,
         e_c_measured=drive.e_c,
         u_p=drive.u_p,
         u_m=drive.u_m,
@@ -313,3 +320,32 @@ def at_rest(A: Array):
         put_u(A, U + l, u)
         put_m(A, M + l, m)
         put_laws(A, LAWS + l, law)
+
+
+@scalar
+def prepared(b, load, s_w):
+    """A lane before its rest with another load and s_w of wire out [m]: the reference is where the wire is."""
+    p = with_hoist(b.p, with_load(b.p.hoist, load, s_w))
+    m = memory_before(b.m, load.W, s_w, b.tick, p.plc)
+    return with_start(b, with_path(b.x, with_wire_out(b.x.path, s_w)), m, p)
+
+
+def prepare(A: Array, S: Array):
+    """Every lane with the load and the wire out that S holds, before `at_rest`: W weight [N], m moving mass [kg], b
+    drag [N s^2/m^2], s_w [m]; the records say the rest."""
+    for l in range(LANES):
+        b = prepared(
+            load(A, l), Load(W=S[l], m=S[LANES + l], i_m=1.0 / S[LANES + l], b=S[2 * LANES + l]), S[3 * LANES + l]
+        )
+        put_x(A, X + l, b.x)
+        put_m(A, M + l, b.m)
+        put_params(A, P + l, b.p)
+
+
+def read(A: Array, S: Array):
+    """What the PLC of every lane reads now, a `Sensed` for each in S."""
+    for l in range(LANES):
+        b = load(A, l)
+        tip, geo = Tip(b.tick.s, b.tick.v), geometry(b.x.path.s_w, b.p)
+        q = path_point(b.x, geo, tip, b.p)
+        put_sensed(S, l, sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p))

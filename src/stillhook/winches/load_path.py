@@ -1,7 +1,8 @@
 """What hangs on a winch: wire and load below the drum, a load path that meets the winch at one port.
 
 The winch gives the speed of the wire, the load path the tension at the top. Another load path has the same names:
-`State`, `Point`, `Powers` and `SUPPLIED`, `start`, `at`, `rates`, `powers`, `energy`, `at_its_end`.
+`State`, `Point`, `Powers` and `SUPPLIED`, `motion`, `start`, `at`, `rates`, `powers`, `energy`, `at_its_end`. Its `Tip`
+is what comes to it from outside: here the motion of the crane tip.
 
 Drum, wire and load as the records of a winch hold them, and the drum as the motor shaft sees it.
 """
@@ -26,7 +27,7 @@ from stillhook.physics.load_path.drum import (
     wire_tension,
 )
 from stillhook.physics.scalar import scalar
-from stillhook.winches.records import Geometry
+from stillhook.winches.records import Geometry, Motion
 
 
 class State(NamedTuple):
@@ -58,6 +59,12 @@ class Powers(NamedTuple):
 
 SUPPLIED = ("tip",)
 """Powers that go in; the others go out."""
+
+
+@scalar
+def motion(tick):
+    """True motion of the crane tip."""
+    return Motion(tick.s, tick.v, tick.a)
 
 
 @scalar

@@ -18,6 +18,14 @@ class Tip(NamedTuple):
     v: float
 
 
+class Motion(NamedTuple):
+    """Motion of the crane tip, up positive: s [m], v [m/s], a [m/s^2]."""
+
+    s: float
+    v: float
+    a: float
+
+
 class Geometry(NamedTuple):
     """What the drum is during one PLC cycle, in which at most some centimetres of wire pass: layers filled; d diameter
     of the wire's centre [m]; r_eff wire per motor angle [m/rad]; i_J inverse of the inertia at the motor shaft [1/(kg
@@ -33,8 +41,9 @@ class Geometry(NamedTuple):
 class Tick(NamedTuple):
     """What comes from outside in one PLC cycle. True tip s, v, a at its start; s_m, v_m, a_m as the PLC receives them;
     v_op operator's speed and s_op its integral; mode; f_pump share of the pumps that run, f_known share that the PLC
-    knows of; n_s, n_F noise on encoder [m] and load cell [N]; f_passive share of the passive pumps that run; given 1
-    where the active circuit takes the commands u_p, u_m in place of the PLC's, else 0."""
+    knows of; n_s, n_F noise on encoder [m] and load cell [N]; f_passive share of the passive pumps that run; override
+    1 where the winch takes the commands u_p, u_m and brake (how far the holding brake is closed) [-] in place of the
+    PLC's, else 0."""
 
     s: float
     v: float
@@ -53,6 +62,7 @@ class Tick(NamedTuple):
     override: float
     u_p: float
     u_m: float
+    brake: float
 
 
 THIN = 3
@@ -129,5 +139,5 @@ def apply_override(drive, tick):
     u_p = tick.u_p if override else drive.u_p
     u_m = tick.u_m if override else drive.u_m
     u_raw = tick.u_p if override else drive.u_raw
-    brake = 0.0 if override else drive.brake
+    brake = tick.brake if override else drive.brake
     return ActuatorCommands(u_p=u_p, u_m=u_m, u_ff=drive.u_ff, u_raw=u_raw, e_c=drive.e_c, brake=brake)

@@ -314,6 +314,7 @@ def _tick(point: OperatingPoint, mode: Mode) -> Tick:
         override=0.0,
         u_p=0.0,
         u_m=0.0,
+        brake=0.0,
     )
 
 
