@@ -11,7 +11,7 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plc import Memory, memory_before
 from stillhook.kernels.lanes import Array, access, joined, offset, size
 from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common, window_add, window_turn
-from stillhook.physics.load_path.drum import Load
+from stillhook.physics.load_path.drum import hung
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import align_stack, clip, scalar
 from stillhook.winches.load_path import Hoist
@@ -27,6 +27,7 @@ sense, actuate, start, settle = plant.sense, plant.actuate, plant.start, plant.s
 own_signals, winch_powers, stored_energy = plant.signals, plant.powers, plant.stored_energy
 limits, through, fold_extremes = plant.limits, plant.through, plant.fold_extremes
 point, path_rates, path_start, path_powers = path.at, path.rates, path.start, path.powers
+path_weight = path.weight
 path_energy, at_its_end, path_motion = path.energy, path.at_its_end, path.motion
 plc_cycle, LawRecord = laws.cycle, laws.Record
 Signals, join_signals = joined("Signals", CommonSignals, plant.Signals)
@@ -322,21 +323,34 @@ def at_rest(A: Array):
         put_laws(A, LAWS + l, law)
 
 
+class Beginning(NamedTuple):
+    """What a run begins with: payload and hook [kg]; displaced mass of water, added mass [kg] and drag [N s^2/m^2] of
+    the payload; s_w wire out [m]."""
+
+    payload: float
+    hook: float
+    displaced: float
+    added: float
+    drag: float
+    s_w: float
+
+
+beginning = access(Beginning, LANES).load
+
+
 @scalar
-def prepared(b, load, s_w):
-    """A lane before its rest with another load and s_w of wire out [m]: the reference is where the wire is."""
-    p = with_hoist(b.p, with_load(b.p.hoist, load, s_w))
-    m = memory_before(b.m, load.W, s_w, b.tick, p.plc)
-    return with_start(b, with_path(b.x, with_wire_out(b.x.path, s_w)), m, p)
+def prepared(b, o):
+    """A lane before its rest as o says: the reference is where the wire is."""
+    h = with_load(b.p.hoist, hung(o.payload, o.hook, o.displaced, o.added, o.drag), o.s_w)
+    p = with_hoist(b.p, h)
+    m = memory_before(b.m, path_weight(b.tick, p), o.s_w, b.tick, p.plc)
+    return with_start(b, with_path(b.x, with_wire_out(b.x.path, o.s_w)), m, p)
 
 
 def prepare(A: Array, S: Array):
-    """Every lane with the load and the wire out that S holds, before `at_rest`: W weight [N], m moving mass [kg], b
-    drag [N s^2/m^2], s_w [m]; the records say the rest."""
+    """Every lane before `at_rest` with a `Beginning` of S; its first Tick and the records say the rest."""
     for l in range(LANES):
-        b = prepared(
-            load(A, l), Load(W=S[l], m=S[LANES + l], i_m=1.0 / S[LANES + l], b=S[2 * LANES + l]), S[3 * LANES + l]
-        )
+        b = prepared(load(A, l), beginning(S, l))
         put_x(A, X + l, b.x)
         put_m(A, M + l, b.m)
         put_params(A, P + l, b.p)

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.control.interface import Sensed
-from stillhook.control.plc import Memory, Plc
+from stillhook.control.interface import DISPLACEMENT, Sensed
+from stillhook.control.plc import ActuatorCommands, Memory, Plc
 from stillhook.control.registry import CONTROLLERS, mode_of_code
 from stillhook.kernels.build import compiled
 from stillhook.kernels.control_laws import ControlLaws, control_laws, extra_controllers, label
@@ -92,27 +92,36 @@ Row: Any = NamedTuple("Row", [(f, float) for f in (*PlcInputs._fields, "p_hp")])
 """One cycle of what the PLC reads."""
 ROW, COMMANDS = size(Row), len(Commands._fields)
 row_at = access(Row, 1).load
+sensed_at, with_displacement = access(Sensed, 1).load, replace(Sensed, "alpha_m")
+put_commands = access(ActuatorCommands, 1).store
 
 
 class Kernel(NamedTuple):
-    """The PLC with some controllers: Lane, the record of what it carries; run, compiled."""
+    """The PLC with some controllers: Lane, the record of what it carries; run, compiled (None for a drive by speed);
+    once, one cycle on all that it reads."""
 
     laws: ControlLaws
     Lane: Any
     run: Any
+    once: Any
 
 
 @functools.cache
-def kernel(names: tuple[str, ...]) -> Kernel:
-    """`_cycles` with these controllers in addition to those of every kernel."""
-    laws = control_laws(names)
+def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT) -> Kernel:
+    """`_cycles` and `_once` with these controllers in addition to those of every kernel of this kind of drive."""
+    laws = control_laws(names, drive)
     parts = [("m", Memory), ("laws", laws.Record), ("plc", Plc), ("control", MotorControl)]
     lane: Any = NamedTuple("Lane", parts)  # type: ignore[misc]
-    lane.__module__ = f"{__name__} {' '.join(names)}"  # its generated functions are distinguished by it
-    own = {"plc_cycle": laws.cycle, "load": access(lane, 1).load, "put_m": access(Memory, 1).store}
-    bound = FunctionType(_cycles.__code__, {**globals(), **own}, _cycles.__name__)
-    bound.__annotations__ = _cycles.__annotations__
-    return Kernel(laws, lane, compiled(bound, f"plc{label(names)}"))
+    lane.__module__ = f"{__name__} {drive} {' '.join(names)}"  # its generated functions are distinguished by it
+    own = {"plc_cycle": laws.cycle, "load": access(lane, 1).load, "put": access(lane, 1).store, "Lane": lane}
+
+    def bound(function: Any) -> Any:
+        made = FunctionType(function.__code__, {**globals(), **own}, function.__name__)
+        made.__annotations__ = function.__annotations__
+        return made
+
+    run = compiled(bound(_cycles), f"plc{label(names)}") if drive == DISPLACEMENT else None
+    return Kernel(laws, lane, run, bound(_once))
 
 
 def _cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-def]
@@ -147,4 +156,14 @@ def _cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-
         out[i + 2] = drive.u_ff
         out[i + 3] = seen.u_braked if braked else drive.u_raw
         out[i + 4] = drive.e_c
-    put_m(A, 0, m)  # type: ignore[name-defined]  # noqa: F821
+    put(A, 0, Lane(m, laws, plc, control))  # type: ignore[name-defined]  # noqa: F821
+
+
+def _once(A: Array, S: Array, out: Array):  # type: ignore[no-untyped-def]
+    """One cycle of a lane on a `Sensed` in S; out its `ActuatorCommands`. The motors' displacement is what is measured;
+    where it is not, the PLC goes by its own command."""
+    a, seen = load(A, 0), sensed_at(S, 0)  # type: ignore[name-defined]  # noqa: F821
+    seen = with_displacement(seen, known_displacement(seen.alpha_m, a.m.u_m, a.control))
+    drive, m, laws = plc_cycle(seen, a.m, a.laws, a.plc)  # type: ignore[name-defined]  # noqa: F821
+    put(A, 0, Lane(m, laws, a.plc, a.control))  # type: ignore[name-defined]  # noqa: F821
+    put_commands(out, 0, drive)

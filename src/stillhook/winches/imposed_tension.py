@@ -46,6 +46,12 @@ def motion(tick):
 
 
 @scalar
+def weight(tick, p):
+    """Tension while all stands still [N]."""
+    return tick.s
+
+
+@scalar
 def start(s_w, tick, p):
     """s_w of wire out [m]."""
     return State(s_w, 0.0, 0.0)

@@ -1,8 +1,8 @@
 """What hangs on a winch: wire and load below the drum, a load path that meets the winch at one port.
 
 The winch gives the speed of the wire, the load path the tension at the top. Another load path has the same names:
-`State`, `Point`, `Powers` and `SUPPLIED`, `motion`, `start`, `at`, `rates`, `powers`, `energy`, `at_its_end`. Its `Tip`
-is what comes to it from outside: here the motion of the crane tip.
+`State`, `Point`, `Powers` and `SUPPLIED`, `motion`, `weight`, `start`, `at`, `rates`, `powers`, `energy`,
+`at_its_end`. Its `Tip` is what comes to it from outside: here the motion of the crane tip.
 
 Drum, wire and load as the records of a winch hold them, and the drum as the motor shaft sees it.
 """
@@ -65,6 +65,12 @@ SUPPLIED = ("tip",)
 def motion(tick):
     """True motion of the crane tip."""
     return Motion(tick.s, tick.v, tick.a)
+
+
+@scalar
+def weight(tick, p):
+    """Tension while all stands still [N]."""
+    return p.hoist.load.W
 
 
 @scalar

@@ -18,7 +18,7 @@ from stillhook.physics.hydraulics.lines import Boost, Flushing, Relief, capacita
 from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
 from stillhook.physics.hydraulics.pump import Pumps
 from stillhook.physics.hydraulics.swash import MotorControl, Servo
-from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, layer_diameter
+from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, hung, layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane, own_settings
@@ -49,8 +49,9 @@ DP_LEAST = 1.0e6
 
 
 class Packed(NamedTuple):
-    """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory before the first
-    cycle, the controllers that not every kernel holds, and the own settings of those that have some, by name."""
+    """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory, which
+    `memory_before` completes, the controllers that not every kernel holds, and the own settings of those that have
+    some, by name."""
 
     plant: ModuleType
     name: str
@@ -225,13 +226,14 @@ def inertia_record(crane: Crane) -> Inertia:
 
 
 def load_record(crane: Crane, case: Scenario) -> Load:
-    """Hook and payload; the hook's own buoyancy is left out (a few per cent of 3 t)."""
-    m = case.load + crane.hook_mass
-    W = case.weight + crane.hook_mass * G
-    if case.water is None:
-        return Load(W=W, m=m, i_m=1.0 / m, b=0.0)
-    m += case.water.added_mass
-    return Load(W=W, m=m, i_m=1.0 / m, b=0.5 * case.water.rho * case.water.C_D * case.water.area)
+    """Hook and payload."""
+    return hung(case.load, crane.hook_mass, *water_around(case))
+
+
+def water_around(case: Scenario) -> tuple[float, float, float]:
+    """What the water does to a payload: displaced mass [kg], added mass [kg], drag [N s^2/m^2]; zeros in air."""
+    w = case.water
+    return (0.0, 0.0, 0.0) if w is None else (w.rho * w.volume, w.added_mass, 0.5 * w.rho * w.C_D * w.area)
 
 
 def friction_record(s: spec.SystemFriction) -> SystemFriction:
@@ -344,17 +346,6 @@ def _brake(crane: Crane) -> BrakeSettings:
     return brake._replace(K_fill=K_fill, K_leak=a.C_leak / Q, u_most=u_most)
 
 
-def braked_at_start(crane: Crane, case: Scenario) -> bool:
-    """Whether a run begins on the holding brake: in manual mode with no speed commanded."""
-    profile = case.operator.profile
-    return (
-        crane.brake is not None
-        and case.commands is None
-        and not case.mode.compensates
-        and not (profile and profile[0][1] != 0.0)
-    )
-
-
 def pack(crane: Crane, case: Scenario) -> Packed:
     """Records for one run. The scenario must have passed `stillhook.engine.scenario.checks.check`."""
     hoist = _hoist(crane, case)
@@ -365,7 +356,6 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     plc = plc_record(crane, case.operator)
     if case.commands is not None:
         plc = plc._replace(brake=plc.brake._replace(fitted=0.0))  # the record moves the winch, and nothing of the PLC
-    on = 1.0 if braked_at_start(crane, case) else 0.0
     memory = Memory(
         mode=mode,
         datum=0.0,
@@ -376,7 +366,7 @@ def pack(crane: Crane, case: Scenario) -> Packed:
         b_p=0.0,
         b_m=0.0,
         held=1.0,
-        brake=on,
+        brake=0.0,
         idle=0.0,
         stroke=1.0,
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.control.plc import Memory
+from stillhook.control.plc import Memory, memory_before
 from stillhook.engine.arguments import (
     SERIES_STEP,
     STATISTICS_STEP,
@@ -131,7 +131,7 @@ class ScenarioBlock(Block[Ready]):
             u=nothing(d.Command),
             u_0=nothing(d.Command),
             geo=nothing(Geometry),
-            m=packed.memory._replace(datum=packed.s_w - tick.s_m, mode=tick.mode),
+            m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick, packed.params.plc),
             laws=d.laws.blank(packed.settings),
             st=blank(d.Stats, packed.plant),
             y=nothing(d.Signals),

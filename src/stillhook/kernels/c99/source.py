@@ -101,9 +101,11 @@ def returns(statements: list[ast.stmt]) -> bool:
 
 
 class Translator:
-    """Collects records and functions, each in the order in which C wants them."""
+    """Collects records and functions, each in the order in which C wants them. static: its entries are for the file
+    alone that includes the source."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, static: bool = False) -> None:
+        self.static = static
         self.records: dict[Any, tuple[str, str]] = {}
         self.functions: dict[tuple[Any, ...], CFunction] = {}
         self.taken: set[str] = set()
@@ -152,7 +154,8 @@ class Translator:
             args = ", ".join(f"{self.parameter(t)} {safe(a.arg)}" for a, t in zip(d.args.args, types, strict=True))
             kept = FUSED if fuses(scalar) else ""
             kept += "".join(f"    {self.ctype(t)} {safe(v)};\n" for v, t in body.local.items())
-            head = f"{'' if export else 'INLINED '}{self.ctype(body.result)} {name}({args})"
+            kind = ("static " if self.static else "") if export else "INLINED "
+            head = f"{kind}{self.ctype(body.result)} {name}({args})"
             self.functions[key] = CFunction(name, body.result, f"{head}\n{{\n{kept}{lines}}}\n")
         return self.functions[key]
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import ceil, clip, fmax, scalar, sqrt
+from stillhook.physics.scalar import G, ceil, clip, fmax, scalar, sqrt
 
 PI = 3.141592653589793
 
@@ -153,6 +153,14 @@ class Load(NamedTuple):
     m: float
     i_m: float
     b: float
+
+
+@scalar
+def hung(payload, hook, displaced, added, drag):
+    """What hangs on the wire: payload and hook [kg]; displaced mass of water and added mass of the payload [kg]; drag
+    [N s^2/m^2]. The hook's own buoyancy is left out (a few per cent of 3 t)."""
+    m = payload + hook + added
+    return Load(W=(payload - displaced) * G + hook * G, m=m, i_m=1.0 / m, b=drag)
 
 
 @scalar

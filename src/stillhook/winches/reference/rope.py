@@ -7,9 +7,9 @@ Written for the reference plant alone: nothing here comes from the twin's wire (
 from typing import NamedTuple
 
 from stillhook.physics.scalar import fmax, scalar, sqrt
-from stillhook.winches.load_path import SUPPLIED, Powers, at_its_end, motion
+from stillhook.winches.load_path import SUPPLIED, Powers, at_its_end, motion, weight
 
-__all__ = ["SUPPLIED", "Point", "Powers", "State", "at_its_end", "motion"]
+__all__ = ["SUPPLIED", "Point", "Powers", "State", "at_its_end", "motion", "weight"]
 
 
 class Rope(NamedTuple):
