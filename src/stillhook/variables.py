@@ -37,11 +37,13 @@ LIFT = _GROUPS["lift"]
 ANSWERS = _GROUPS["answers"]
 PLAN = _GROUPS["plan"]
 WEATHER = _GROUPS["weather"]
+EXPORTS = _GROUPS["exports"]
+"""What models for other programs have besides."""
 
 PHYSICAL: Mapping[str, Variable] = {v.name: v for v in SERIES + SUMMARY + QUANTITIES}
 """What a log may hold under its own name. The names of ANSWERS are everyday words (load, speed, first), which a log may
 use for anything."""
-VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES + LIFT + ANSWERS + PLAN + WEATHER
+VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES + LIFT + ANSWERS + PLAN + WEATHER + EXPORTS
 BY_NAME: Mapping[str, Variable] = {v.name: v for v in VARIABLES}
 
 

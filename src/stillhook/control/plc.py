@@ -94,11 +94,11 @@ with_start = replace(Memory, "mode", "datum", "F", "brake")
 
 
 @scalar
-def memory_before(m, F, s_w, tick, plc):
-    """The PLC's memory before its first cycle: F on the load cell [N], s_w wire out [m], and what comes from outside.
-    The reference lies where the wire is; in manual mode and at rest the holding brake is closed."""
-    held = plc.brake.fitted > 0.0 and tick.mode == MANUAL and tick.v_op == 0.0
-    return with_start(m, tick.mode, s_w - tick.s_m, F, 1.0 if held else 0.0)
+def memory_before(m, F, s_w, s_tip, mode, v_op, plc):
+    """The PLC's memory before its first cycle: F on the load cell [N], s_w wire out [m]; s_tip, mode, v_op as in
+    `Sensed`. The reference lies where the wire is; in manual mode and at rest the holding brake is closed."""
+    held = plc.brake.fitted > 0.0 and mode == MANUAL and v_op == 0.0
+    return with_start(m, mode, s_w - s_tip, F, 1.0 if held else 0.0)
 
 
 @scalar

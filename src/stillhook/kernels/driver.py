@@ -343,7 +343,7 @@ def prepared(b, o):
     """A lane before its rest as o says: the reference is where the wire is."""
     h = with_load(b.p.hoist, hung(o.payload, o.hook, o.displaced, o.added, o.drag), o.s_w)
     p = with_hoist(b.p, h)
-    m = memory_before(b.m, path_weight(b.tick, p), o.s_w, b.tick, p.plc)
+    m = memory_before(b.m, path_weight(b.tick, p), o.s_w, b.tick.s_m, b.tick.mode, b.tick.v_op, p.plc)
     return with_start(b, with_path(b.x, with_wire_out(b.x.path, o.s_w)), m, p)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.control.interface import DISPLACEMENT, Sensed
-from stillhook.control.plc import ActuatorCommands, Memory, Plc
+from stillhook.control.plc import ActuatorCommands, Memory, Plc, memory_before
 from stillhook.control.registry import CONTROLLERS, mode_of_code
 from stillhook.kernels.build import compiled
 from stillhook.kernels.control_laws import ControlLaws, control_laws, extra_controllers, label
@@ -98,11 +98,12 @@ put_commands = access(ActuatorCommands, 1).store
 
 class Kernel(NamedTuple):
     """The PLC with some controllers: Lane, the record of what it carries; run, compiled (None for a drive by speed);
-    once, one cycle on all that it reads."""
+    begin and once, the memory before the first cycle and one cycle, on all that it reads."""
 
     laws: ControlLaws
     Lane: Any
     run: Any
+    begin: Any
     once: Any
 
 
@@ -121,7 +122,7 @@ def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT) -> Kernel:
         return made
 
     run = compiled(bound(_cycles), f"plc{label(names)}") if drive == DISPLACEMENT else None
-    return Kernel(laws, lane, run, bound(_once))
+    return Kernel(laws, lane, run, bound(_begin), bound(_once))
 
 
 def _cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-def]
@@ -157,6 +158,13 @@ def _cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-
         out[i + 3] = seen.u_braked if braked else drive.u_raw
         out[i + 4] = drive.e_c
     put(A, 0, Lane(m, laws, plc, control))  # type: ignore[name-defined]  # noqa: F821
+
+
+def _begin(A: Array, S: Array):  # type: ignore[no-untyped-def]
+    """The memory of a lane before its first cycle, on a `Sensed` in S."""
+    a, y = load(A, 0), sensed_at(S, 0)  # type: ignore[name-defined]  # noqa: F821
+    m = memory_before(a.m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, a.plc)
+    put(A, 0, Lane(m, a.laws, a.plc, a.control))  # type: ignore[name-defined]  # noqa: F821
 
 
 def _once(A: Array, S: Array, out: Array):  # type: ignore[no-untyped-def]

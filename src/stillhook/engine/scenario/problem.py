@@ -109,6 +109,27 @@ def run_cases(
     )
 
 
+def first_lane(d: Any, packed: Packed, tick: Tick) -> Any:
+    """A lane of the driver d before its first cycle: the reference is where the wire is; state and memory await
+    `at_rest`."""
+    tip, x, plc = Tip(tick.s, tick.v), nothing(d.State), packed.params.plc
+    return d.Lane(
+        x=x._replace(path=x.path._replace(s_w=packed.s_w)),
+        u=nothing(d.Command),
+        u_0=nothing(d.Command),
+        geo=nothing(Geometry),
+        m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
+        laws=d.laws.blank(packed.settings),
+        st=blank(d.Stats, packed.plant),
+        y=nothing(d.Signals),
+        tip_0=tip,
+        tip_1=tip,
+        tip_2=tip,
+        tick=tick,
+        p=packed.params,
+    )
+
+
 class ScenarioBlock(Block[Ready]):
     """Scenarios of equal length, warm-up and drive side by side."""
 
@@ -123,25 +144,8 @@ class ScenarioBlock(Block[Ready]):
         return driver, SIGNALS, size(driver.Signals)
 
     def record(self, r: Ready) -> list[float]:
-        """One lane before the first cycle: the reference is where the wire is; state and memory await `at_rest`."""
-        d, packed, tick = self.d, r.winch, Tick(*r.drive.first_row())
-        tip, x = Tip(tick.s, tick.v), nothing(d.State)
-        lane = d.Lane(
-            x=x._replace(path=x.path._replace(s_w=packed.s_w)),
-            u=nothing(d.Command),
-            u_0=nothing(d.Command),
-            geo=nothing(Geometry),
-            m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick, packed.params.plc),
-            laws=d.laws.blank(packed.settings),
-            st=blank(d.Stats, packed.plant),
-            y=nothing(d.Signals),
-            tip_0=tip,
-            tip_1=tip,
-            tip_2=tip,
-            tick=tick,
-            p=packed.params,
-        )
-        return flatten(lane)
+        """One lane before the first cycle."""
+        return flatten(first_lane(self.d, r.winch, Tick(*r.drive.first_row())))
 
     def piece(self, D: FloatArray, k: int, count: int) -> None:
         """Run cycles k .. k + count; statistics start again where the warm-up is over."""

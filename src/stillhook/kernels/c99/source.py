@@ -41,7 +41,7 @@ HEADER = """\
 #include <string.h>
 
 #if defined(__GNUC__)
-#define INLINED static inline __attribute__((always_inline))
+#define INLINED static inline __attribute__((always_inline, unused))
 #else
 #define INLINED static inline
 #endif
@@ -154,6 +154,8 @@ class Translator:
             args = ", ".join(f"{self.parameter(t)} {safe(a.arg)}" for a, t in zip(d.args.args, types, strict=True))
             kept = FUSED if fuses(scalar) else ""
             kept += "".join(f"    {self.ctype(t)} {safe(v)};\n" for v, t in body.local.items())
+            used = set(re.findall(r"\w+", lines))
+            lines = "".join(f"    (void){safe(a)};\n" for a in body.args if safe(a) not in used) + lines
             kind = ("static " if self.static else "") if export else "INLINED "
             head = f"{kind}{self.ctype(body.result)} {name}({args})"
             self.functions[key] = CFunction(name, body.result, f"{head}\n{{\n{kept}{lines}}}\n")
@@ -289,7 +291,9 @@ class Body(Expressions):
         if len(values) != len(target.elts):
             self.refuse(target, "unpacking into another number of names")
         return before + "".join(
-            f"{pad}{self.bind(a, v.type)} = {n};\n" for a, n, v in zip(target.elts, names, values, strict=True)
+            f"{pad}{self.bind(a, v.type)} = {n};\n"
+            for a, n, v in zip(target.elts, names, values, strict=True)
+            if not (isinstance(a, ast.Name) and a.id == "_")
         )
 
     def temporary(self, t: Any) -> str:

@@ -1,0 +1,1 @@
+"""Commands that take models, controllers and results to other programs."""

@@ -1,0 +1,1 @@
+"""Models and controllers for other programs: FMU, Structured Text, external functions."""

@@ -1,0 +1,369 @@
+"""A crane's winch as the C source that other programs compile: records, tables, kernels, and core.c around them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stillhook import units
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import ActuatorCommands
+from stillhook.control.registry import ControlLaw
+from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
+from stillhook.engine.inputs import CycleInputs, hermite_weights, objections, scale_weights
+from stillhook.engine.pack.winch import pack, water_around
+from stillhook.engine.runner import nothing
+from stillhook.engine.scenario.checks import check
+from stillhook.engine.scenario.problem import Ready, first_lane
+from stillhook.errors import StillhookError
+from stillhook.export.twin import ports as p
+from stillhook.kernels import plc_alone
+from stillhook.kernels.build import driver, interpreted
+from stillhook.kernels.c99.expressions import SubsetError
+from stillhook.kernels.c99.source import Translator, entry_types
+from stillhook.kernels.lanes import flatten, offset, paths, size
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
+from stillhook.spec.validity import EDGE, Envelope
+from stillhook.winches.records import Tick
+
+BOTH, PLANT, CONTROLLER = "plant+controller", "plant", "controller"
+CONTENTS = (BOTH, PLANT, CONTROLLER)
+TIP, WIRE = "tip", "wire"
+COUPLINGS = (TIP, WIRE)
+NEVER = 2**62
+"""Stands for a cycle that never comes: no windows are kept, and none is the last."""
+SHORTEST_TEXT = 256
+HERE = Path(__file__).parent
+
+
+class ExportError(StillhookError):
+    """A crane, case, coupling or platform that cannot be exported."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """A winch for other programs.
+
+    ports: variables, whose place in the list is the value reference; source: C99 text of everything, all of it static
+    (`core.h` says what it offers); identity: SHA-256 of the source; t_cycle: PLC cycle, of which a step is a whole
+    number [s]; identifier: name of the crane in C; modes: code -> name of every controller that it holds.
+    """
+
+    crane: Crane
+    case: Scenario
+    contents: str
+    coupling: str
+    ports: tuple[p.Port, ...]
+    source: str
+    identity: str
+    t_cycle: float
+    identifier: str
+    modes: dict[int, str]
+
+    def port(self, name: str) -> p.Port:
+        """A variable by its name. Errors: KeyError."""
+        return next(each for each in self.ports if each.name == name)
+
+    def number(self, name: str) -> int:
+        """Value reference of a variable. Errors: KeyError."""
+        for i, each in enumerate(self.ports):
+            if each.name == name:
+                return i
+        raise KeyError(name)
+
+
+def export(
+    crane: Crane, case: Scenario, contents: str = BOTH, coupling: str = TIP, *, step: str | None = None
+) -> Export:
+    """A crane's winch for other programs.
+
+    Parameters: crane; case: load, water, wire out and mode with which it begins, and the controllers of its modes (its
+    motion, duration and operator are the host's); contents: "plant+controller", "plant" or "controller"; coupling:
+    "tip" (motion of the crane tip in) or "wire" (also the tension at the tip in; wire out and its speed out); step:
+    integration step as in `stillhook.simulate`.
+
+    Errors: ExportError, one line, for what cannot be exported; ScenarioError as in `stillhook.simulate`.
+    """
+    _known("contents", contents, CONTENTS)
+    _known("coupling", coupling, COUPLINGS)
+    if contents == CONTROLLER and coupling == WIRE:
+        raise ExportError("coupling wire: a controller alone has no wire. Leave the coupling out.")
+    check(crane, case)
+    _check_case(case)
+    if interpreted():
+        raise ExportError("NUMBA_DISABLE_JIT is set: kernels are not translated. Unset it.")
+    n_sub = steps_per_cycle(crane, step, SERIES_STEP)
+    ready = Ready(pack(crane, case), CycleInputs(crane, case))
+    check_step(ready.winch, ready.drive.t_cycle / n_sub)
+    try:
+        made = _controller(crane, ready) if contents == CONTROLLER else _winch(crane, ready, contents, coupling, n_sub)
+    except SubsetError as problem:
+        raise ExportError(
+            f'"{crane.name}": a winch type or controller of it is outside what is translated to C: {problem}'
+        ) from None
+    laws = p.laws_of(crane, ready.winch.extra_controllers)
+    parts = [_part("core.h"), made.text, *_tables(crane, made, laws), _part("core.c")]
+    body = "\n".join(parts)
+    identity = hashlib.sha256(body.encode()).hexdigest()
+    return Export(
+        crane=crane,
+        case=case,
+        contents=contents,
+        coupling=coupling,
+        ports=made.ports,
+        source=f'#define SH_IDENTITY "{identity}"\n{body}',
+        identity=identity,
+        t_cycle=crane.control.t_cycle,
+        identifier=p.identifier(crane.name),
+        modes={round(law.code): law.name for law in laws},
+    )
+
+
+def _part(name: str) -> str:
+    return (HERE / name).read_text(encoding="utf-8")
+
+
+def _known(what: str, value: str, allowed: Sequence[str]) -> None:
+    if value not in allowed:
+        raise ExportError(f"{what} = {units.quote(value)}: choose {', '.join(allowed[:-1])} or {allowed[-1]}.")
+
+
+def _check_case(case: Scenario) -> None:
+    """Refuse what only a run of Stillhook does, rather than leave it out in silence."""
+    s = case.sensors
+    if any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip)):
+        raise ExportError(
+            "sensors: delay, noise and steps of the motion unit are not exported, since inputs are what the PLC reads."
+            " Leave them out of the case and make them in the host."
+        )
+    if case.power_loss is not None:
+        raise ExportError(
+            "power_loss: a host gives it by the inputs f_pump, f_known and f_passive. Leave it out of the case."
+        )
+    if case.commands is not None:
+        raise ExportError('commands: a host gives them to the plant alone (contents "plant"). Leave them out.')
+
+
+@dataclass(frozen=True)
+class Made:
+    """What differs between a winch and a controller: C text, ports, and numbers of the tables."""
+
+    text: str
+    ports: tuple[p.Port, ...]
+    limits: list[p.Limit]
+    names: tuple[str, ...]  # inputs
+    record: list[float]
+    row: list[float]
+    beginning: list[float]
+    defines: dict[str, int]
+    columns: list[tuple[int, int]]
+    wire_out: int = 0  # place of s_w in a lane
+    quintic: Sequence[float] = ()
+
+
+def _translated(entries: dict[str, Any]) -> str:
+    translator = Translator(static=True)
+    for name, function in entries.items():
+        fn = getattr(function, "py_func", function)
+        translator.function(fn, entry_types(fn), export=name)
+    return translator.source().replace("static void sh_", "static SH_UNUSED void sh_")
+
+
+def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int) -> Made:
+    """Winch with its PLC, or, by commands from outside, without."""
+    wire = coupling == WIRE
+    winch, case = ready.winch, ready.drive.case
+    d = driver(winch.name, 1, "hosted_driver" if wire else "driver", winch.extra_controllers)
+    tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)
+    if contents == PLANT:
+        tick = tick._replace(override=1.0, u_m=1.0)
+    if wire:
+        tick = tick._replace(s=float(winch.params.hoist.load.W))
+    record = flatten(first_lane(d, winch, tick))
+    units_of = crane.plant.type.pump_units(crane)
+    shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
+    names = (*(("F_w",) if wire else ()), *p.MOTION, "v_op", "mode", *shares)
+    names += p.COMMANDS if contents == PLANT else ()
+    where = [p.columns(name, wire=wire) for name in names]
+    row = [float(x) for x in tick]
+    starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True)}
+    laws = p.laws_of(crane, winch.extra_controllers)
+    passed = p.limits(crane, d)
+    params = offset(d.Lane, "p", 1)
+    found = (
+        *p.inputs(names, starts, laws),
+        *p.beginnings(crane, case, load=not wire and _load_is_free(crane, case)),
+        p.port("input_time", "fixed", ("SH_OF_OPTION", 0), kind="integer", start=1.0, least=0.0, most=1.0),
+        *p.settings(type(winch.params.plc), params + _first(d.Params, ".plc"), record, laws, offset(d.Lane, "laws", 1)),
+        *p.outputs(d, passed, set(names), laws),
+        *(p.readings("output", "SH_OF_SENSED") if contents == PLANT else ()),
+    )
+    entries = {f"sh_kernel_{name}": getattr(d, name) for name in ("run", "at_rest", "prepare")}
+    if contents == PLANT:
+        entries["sh_kernel_read"] = d.read
+    defines = {
+        "SENSED": size(Sensed),
+        "STATES": size(d.State),
+        "N_SUB": n_sub,
+        "READS": int(contents == PLANT),
+        "TICK": offset(d.Lane, "tick", 1),
+        "MOTION": Tick._fields.index("s_m"),
+        "TRUE": -1 if wire else 0,
+        "TENSION": 0 if wire else -1,
+        "SPEED": Tick._fields.index("v_op"),
+        "MODE_COLUMN": Tick._fields.index("mode"),
+    }
+    y = offset(d.Lane, "y", 1) + d.Signals._fields.index("s_w")
+    return Made(
+        text=_translated(entries),
+        ports=found,
+        limits=passed,
+        names=names,
+        record=record,
+        row=row,
+        beginning=[case.load, crane.hook_mass, *water_around(case), case.s_w],
+        defines=defines,
+        columns=where,
+        wire_out=y,
+        quintic=scale_weights(hermite_weights(n_sub), ready.drive.t_cycle).tolist(),
+    )
+
+
+def _first(record: type, path: str) -> int:
+    """Place of the first number of a part of a record."""
+    return next(i for i, each in enumerate(paths(record)) if each.startswith(f"{path}."))
+
+
+def _load_is_free(crane: Crane, case: Scenario) -> bool:
+    """Whether nothing but what hangs on the wire follows from the load: not so where an accumulator is charged for
+    it."""
+
+    def rest(load: float) -> list[float]:
+        params = pack(crane, case.model_copy(update={"load": load})).params
+        return flatten(params._replace(hoist=params.hoist._replace(load=nothing(type(params.hoist.load)))))
+
+    return rest(case.load) == rest(0.5 * case.load + 1.0)
+
+
+def _controller(crane: Crane, ready: Ready) -> Made:
+    """The PLC alone."""
+    winch = ready.winch
+    extra = winch.extra_controllers
+    k = plc_alone.kernel(extra, crane.plant.type.control)
+    control = _motor_control(winch.params)
+    record = flatten(k.Lane(winch.memory, k.laws.blank(winch.settings), winch.params.plc, control))
+    laws = p.laws_of(crane, extra)
+    names = tuple(f"sensed_{name}" for name in Sensed._fields)
+    starts = dict.fromkeys(("sensed_f_pump", "sensed_alpha_m", "sensed_K_wire"), 1.0)
+    starts |= {"sensed_mode": winch.memory.mode, "sensed_F": winch.memory.F, "sensed_s_w": winch.s_w}
+    starts |= {"sensed_p_hp": winch.memory.p_mean}
+    found = (
+        *p.inputs(names, starts, laws),
+        p.port("input_time", "fixed", ("SH_OF_OPTION", 0), kind="integer", start=1.0, least=1.0, most=1.0),
+        *p.settings(type(winch.params.plc), offset(k.Lane, "plc", 1), record, laws, offset(k.Lane, "laws", 1)),
+        *p.commands(),
+    )
+    return Made(
+        text=_translated({"sh_kernel_begin": k.begin, "sh_kernel_once": k.once}),
+        ports=found,
+        limits=[],
+        names=names,
+        record=record,
+        row=[starts.get(name, 0.0) for name in names],
+        beginning=[0.0],
+        defines={
+            "ALONE": 1,
+            "SENSED": size(ActuatorCommands),
+            "STATES": offset(k.Lane, "plc", 1),
+            "MOTION": 0,
+            "TRUE": -1,
+            "TENSION": -1,
+            "SPEED": -1,
+            "MODE_COLUMN": Sensed._fields.index("mode"),
+        },
+        columns=[(i, -1) for i in range(len(names))],
+    )
+
+
+def _motor_control(params: Any) -> Any:
+    """How the PLC knows the motors' displacement; that of a drive without motors that turn is always known."""
+    active = getattr(params, "active", None)
+    if active is not None:
+        return active.control
+    return plc_alone.MotorControl(offset=0.0, half_width=0.0, feedback=1.0)
+
+
+def _tables(crane: Crane, made: Made, laws: list[ControlLaw]) -> Iterator[str]:
+    """Sizes, records and the table of variables."""
+    envelope = _envelope(crane)
+    sizes = {
+        "LANE": len(made.record),
+        "ROW": len(made.row),
+        "INPUTS": len(made.names),
+        "BEGINNING": len(made.beginning),
+        "VARIABLES": len(made.ports),
+        "LIMITS": len(made.limits),
+        "MODES": len(laws),
+        "CERTIFIED": int(envelope is not None),
+        "WIRE_OUT": made.wire_out,
+        "MODE_INPUT": [name.removeprefix("sensed_") for name in made.names].index("mode"),
+        "NEVER": f"{NEVER}LL",
+        "TEXT_LENGTH": SHORTEST_TEXT + sum(len(each.word) + 2 for each in made.limits),
+        **made.defines,
+    }
+    yield "".join(f"#define SH_{name} {value}\n" for name, value in sizes.items())
+    yield f"#define SH_T_CYCLE {_number(crane.control.t_cycle)}\n#define SH_G {_number(G)}\n"
+    yield _array("sh_record", made.record)
+    yield _array("sh_first_row", made.row)
+    yield _array("sh_first_input", [made.row[first] for first, _ in made.columns])
+    yield _array("sh_beginning", made.beginning)
+    yield _array("sh_modes", [law.code for law in laws])
+    if made.quintic:
+        yield _array("sh_quintic", made.quintic, const=False)
+    validated = [float(envelope is not None and law.name in envelope.modes) for law in laws]
+    yield _array("sh_validated", validated)
+    yield _array("sh_share", [float(name in p.SHARES) for name in made.names])
+    ranges = [(0.0, 0.0)] * 4 if envelope is None else list(envelope.ranges().values())
+    yield _array("sh_least", [lo - EDGE * abs(lo) for lo, _ in ranges])
+    yield _array("sh_most", [hi + EDGE * abs(hi) for _, hi in ranges])
+    entries = (
+        f"{{{first}, {second}, {int(name in p.COMMANDS)}}}"
+        for name, (first, second) in zip(made.names, made.columns, strict=True)
+    )
+    yield _rows("sh_entry sh_entries", entries)
+    yield _rows("sh_limit sh_limits", (f'{{"{each.word}", {each.at}}}' for each in made.limits))
+    yield _rows("sh_place sh_places", (f"{{{kind}, {at}}}" for kind, at in (each.place for each in made.ports)))
+    yield _rows("sh_variable sh_variables", (_variable(each) for each in made.ports))
+
+
+def _envelope(crane: Crane) -> Envelope | None:
+    """For what the twin is validated; None where it is not."""
+    certified = crane.certified
+    return None if certified is None or certified.synthetic or objections(crane) else certified.envelope
+
+
+def _variable(port: p.Port) -> str:
+    causality, kind = f"SH_{port.causality.upper()}", f"SH_{port.kind.upper()}"
+    return f'{{"{port.name}", {causality}, {kind}, {_number(port.least)}, {_number(port.most)}}}'
+
+
+def _rows(name: str, rows: Iterable[str]) -> str:
+    kept = list(rows) or ["{0}"]
+    return f"static const {name}[{len(kept)}] = {{\n    " + ",\n    ".join(kept) + "};\n"
+
+
+def _array(name: str, values: Iterable[float], *, const: bool = True) -> str:
+    numbers = [_number(x) for x in values] or ["0"]
+    lines = [", ".join(numbers[i : i + 4]) for i in range(0, len(numbers), 4)]
+    text = ",\n    ".join(lines)
+    return f"static {'const ' if const else ''}double {name}[{len(numbers)}] = {{\n    {text}}};\n"
+
+
+def _number(x: float) -> str:
+    """A number that reads back to the same double."""
+    return repr(float(x))

@@ -1,0 +1,80 @@
+"""A host of the C core in Python, by ctypes: for tests alone."""
+
+import ctypes
+import functools
+from pathlib import Path
+
+from stillhook.export.twin import Export, compile_library, own_platform
+
+SHIM = Path(__file__).with_name("shim.c")
+OK, DIVERGED, WRONG_STEP, NO_NUMBER, OUT_OF_RANGE, NOT_NOW = range(6)
+
+
+def library(export: Export, folder: Path) -> ctypes.CDLL:
+    """The compiled core of an export."""
+    platform = own_platform()
+    assert platform is not None
+    file = folder / f"{export.identity[:16]}.lib"
+    if not file.exists():
+        compile_library(f"{export.source}\n{SHIM.read_text(encoding='utf-8')}", platform, file)
+    lib = ctypes.CDLL(str(file))
+    pointer, number, text = ctypes.c_void_p, ctypes.c_double, ctypes.c_char_p
+    for name, result, arguments in (
+        ("new", pointer, []),
+        ("free", None, [pointer]),
+        ("size", ctypes.c_int64, []),
+        ("identity", text, []),
+        ("find", ctypes.c_int, [text]),
+        ("set", ctypes.c_int, [pointer, ctypes.c_int, number]),
+        ("get", number, [pointer, ctypes.c_int]),
+        ("text", text, [pointer, ctypes.c_int]),
+        ("start", ctypes.c_int, [pointer, number]),
+        ("step", ctypes.c_int, [pointer, number, number]),
+        ("time", number, [pointer]),
+    ):
+        function = getattr(lib, f"twin_{name}")
+        function.restype, function.argtypes = result, arguments
+    return lib
+
+
+class Host:
+    """One instance of an export."""
+
+    def __init__(self, export: Export, folder: Path) -> None:
+        self.export, self.lib = export, library(export, folder)
+        self.at = self.lib.twin_new()
+
+    def __del__(self) -> None:
+        if hasattr(self, "at"):
+            self.lib.twin_free(self.at)
+
+    @functools.cache  # noqa: B019
+    def number(self, name: str) -> int:
+        found = self.lib.twin_find(name.encode())
+        assert found == self.export.number(name)
+        return int(found)
+
+    def try_set(self, name: str, value: float) -> int:
+        return int(self.lib.twin_set(self.at, self.number(name), value))
+
+    def set(self, **values: float) -> None:
+        for name, value in values.items():
+            assert self.try_set(name, value) == OK, name
+
+    def get(self, name: str) -> float:
+        return float(self.lib.twin_get(self.at, self.number(name)))
+
+    def text(self, name: str) -> str:
+        return str(self.lib.twin_text(self.at, self.number(name)).decode())
+
+    def start(self, time: float = 0.0) -> int:
+        return int(self.lib.twin_start(self.at, time))
+
+    def step(self, time: float, h: float) -> int:
+        return int(self.lib.twin_step(self.at, time, h))
+
+    def save(self) -> bytes:
+        return ctypes.string_at(self.at, self.lib.twin_size())
+
+    def restore(self, state: bytes) -> None:
+        ctypes.memmove(self.at, state, len(state))
