@@ -94,11 +94,16 @@ def test_the_compiled_plc_is_the_readable_one():
     plc, control = plc._replace(brake=plc.brake._replace(fitted=0.0)), active_record(TWIN).control
     told, last = plc_alone(seen, np.zeros(n), memory, plc, control, {})
     laws, plain = control_laws(()), np.empty((n, len(told)))
-    own = {"plc_cycle": laws.cycle, "load": lambda A, i: A[i], "put_m": lambda A, i, m: A.append(m)}
+    own = {
+        "plc_cycle": laws.cycle,
+        "load": lambda A, i: A[i],
+        "put": lambda A, i, lane: A.append(lane),
+        "Lane": lambda *parts: parts,
+    }
     readable = FunctionType(_cycles.__code__, {**vars(kernel), **own})
     carried = [SimpleNamespace(m=memory, laws=laws.blank({}), plc=plc, control=control)]
     readable(carried, np.column_stack([*seen, np.zeros(n)]).reshape(-1), plain.reshape(-1), n)
-    assert carried[1] == last
+    assert carried[1][0] == last
     assert np.array_equal(plain.T, np.array(told))
 
 

@@ -25,6 +25,7 @@ from stillhook.kernels.build import driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
+from stillhook.physics.hydraulics.swash import MotorControl
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -295,7 +296,7 @@ def _motor_control(params: Any) -> Any:
     active = getattr(params, "active", None)
     if active is not None:
         return active.control
-    return plc_alone.MotorControl(offset=0.0, half_width=0.0, feedback=1.0)
+    return MotorControl(offset=0.0, half_width=0.0, feedback=1.0)
 
 
 def _tables(crane: Crane, made: Made, laws: list[ControlLaw]) -> Iterator[str]:

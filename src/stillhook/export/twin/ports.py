@@ -96,7 +96,7 @@ def port(name: str, causality: str, place: tuple[str, int], **more: Any) -> Port
     row = BY_NAME.get(name)
     if row is None and name.startswith("sensed_"):
         own = BY_NAME[name.removeprefix("sensed_")]
-        row = own.__class__(**{**own.__dict__, "meaning": f"as the PLC reads it: {own.meaning}"})
+        row = own._replace(meaning=f"as the PLC reads it: {own.meaning}")
     assert row is not None, name
     text = more.pop("description", row.meaning) + (f"; {row.sign}" if row.sign else "")
     kind = more.pop("kind", "real")

@@ -1,0 +1,312 @@
+"""The C core against `simulate`, which is another program on the same equations: other compiler flags, another loop."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.export.twin.host import DIVERGED, NO_NUMBER, NOT_NOW, OK, OUT_OF_RANGE, WRONG_STEP, Host
+from tests.validate.staged_certificate import staged, write
+
+import stillhook
+from stillhook.control.registry import code_of
+from stillhook.engine.inputs import CycleInputs
+from stillhook.export.twin import CONTENTS, Export, ExportError, compile_library, export
+from stillhook.library import cranes
+from stillhook.validate import certificate_of
+
+CLOSE = 1e-12
+"""Control error that compilers may differ by [m]: the issue's bound; seen are 2e-13."""
+RELATIVE = 1e-9
+"""Part of a signal's largest value by which it may differ: the issue's bound."""
+EXTRAPOLATED = 2e-6
+"""Control error from holding the tip's acceleration over a step of 10 ms [m]: its jerk times the cube of the step, over
+six, is 2e-8 m for a metre in 12 s, and 100 times that leaves room for harder motions."""
+TIP = ("s_tip", "v_tip", "a_tip")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("core")
+
+
+def case_of(crane: stillhook.Crane, **changes: object) -> stillhook.Scenario:
+    mode = "ssc" if crane.plant.type.control == "displacement" else "position"
+    values = {
+        "load": f"{0.4 * crane.SWL / 1000} t",
+        "s_w": "100 m",
+        "tip": "sine 1 m 12 s",
+        "mode": mode,
+        "duration": "20 s",
+        "ramp": "4 s",
+        "warm_up": "0 s",
+    }
+    return stillhook.Scenario(**(values | changes))
+
+
+def rows(crane: stillhook.Crane, case: stillhook.Scenario) -> np.ndarray:
+    """The tip's motion at every PLC cycle."""
+    drive = CycleInputs(crane, case)
+    return np.array([drive.full_row(k)[:3] for k in range(drive.n_ticks + 1)])
+
+
+def hosted(made: Export, folder: Path, tip: np.ndarray, names: tuple[str, ...], *, ahead: bool = True, cycles: int = 1):
+    """Signals of a host that gives the tip at the end of every step (ahead) or at its start."""
+    host, h = Host(made, folder), cycles * made.t_cycle
+    host.set(input_time=0 if ahead else 1, **dict(zip(TIP, tip[0], strict=True)))
+    assert host.start() == OK
+    out = [[host.get(name) for name in names]]
+    for k in range(0, len(tip) - 1, cycles):
+        host.set(**dict(zip(TIP, tip[k + cycles] if ahead else tip[k], strict=True)))
+        assert host.step(k * made.t_cycle, h) == OK
+        out.append([host.get(name) for name in names])
+    return host, np.array(out).T
+
+
+def series(crane: stillhook.Crane, case: stillhook.Scenario):
+    return stillhook.simulate(crane, case, every=f"{crane.control.t_cycle} s", series=True)
+
+
+@pytest.mark.parametrize("name", [c for c in cranes() if c not in ("deep-250t", "nov-150t")])
+def test_every_drive_has_the_signals_of_simulate(name: str, folder: Path):
+    crane = stillhook.load_crane(name)
+    case = case_of(crane)
+    made, run = export(crane, case), series(crane, case)
+    names = tuple(p.name for p in made.ports if p.causality == "output" and p.name in run)
+    assert {"e_c", "s_w", "v_w", "F_w", "u_p", "s_load"} <= set(names)
+    _, signals = hosted(made, folder, rows(crane, case), names)
+    for signal, values in zip(names, signals, strict=True):
+        true = run[signal].values
+        bound = CLOSE if signal.startswith("e_c") else RELATIVE * max(float(np.abs(true).max()), 1e-30)
+        assert np.abs(values - true).max() <= bound, signal
+
+
+def test_a_motion_given_at_the_start_of_steps_is_extrapolated(nov: stillhook.Crane, folder: Path):
+    case = case_of(nov)
+    _, (e_c,) = hosted(export(nov, case), folder, rows(nov, case), ("e_c",), ahead=False)
+    error = np.abs(e_c - series(nov, case)["e_c"].values).max()
+    assert 1e-10 < error < EXTRAPOLATED
+
+
+def test_a_step_of_several_cycles_follows_the_quintic_between_its_ends(nov: stillhook.Crane, folder: Path):
+    case = case_of(nov)
+    _, (e_c,) = hosted(export(nov, case), folder, rows(nov, case), ("e_c",), cycles=5)
+    assert np.abs(e_c - series(nov, case)["e_c"].values[::5]).max() < EXTRAPOLATED
+
+
+@pytest.fixture(scope="module")
+def nov() -> stillhook.Crane:
+    return stillhook.load_crane("nov-250t")
+
+
+def test_load_wire_out_and_gains_are_those_that_were_set_before_the_start(nov: stillhook.Crane, folder: Path):
+    other = nov.model_copy(update={"control": nov.control.model_copy(update={"K_p": 0.3})})
+    case = case_of(other, load="180 t", s_w="1500 m", mode="ns")
+    host, tip = Host(export(nov, case_of(nov)), folder), rows(nov, case)
+    host.set(input_time=0, load=180e3, s_w_start=1500.0, K_p=0.3, mode=code_of("ns"))
+    assert host.start() == OK
+    e_c, F_w = [host.get("e_c")], [host.get("F_w")]
+    for k, row in enumerate(tip[1:]):
+        host.set(**dict(zip(TIP, row, strict=True)))
+        assert host.step(k * 0.01, 0.01) == OK
+        e_c.append(host.get("e_c"))
+        F_w.append(host.get("F_w"))
+    run = series(other, case)
+    assert np.abs(np.array(e_c) - run["e_c"].values).max() <= CLOSE
+    assert np.abs(np.array(F_w) - run["F_w"].values).max() <= RELATIVE * 2e6
+
+
+def test_a_payload_in_water_has_its_buoyancy_added_mass_and_drag(nov: stillhook.Crane, folder: Path):
+    water = {"volume": "20 m^3", "added_mass": "30 t", "C_D": 1.2, "area": "10 m^2"}
+    case = case_of(nov, water=water)
+    _, (F_w,) = hosted(export(nov, case), folder, rows(nov, case), ("F_w",))
+    assert np.abs(F_w - series(nov, case)["F_w"].values).max() <= RELATIVE * 2e6
+
+
+def test_operator_and_mode_change_the_run_as_in_simulate(nov: stillhook.Crane, folder: Path):
+    operator = {"profile": [[f"{t} s", f"{v} m/s"] for t, v in ((0, 0), (2, 0), (4, -0.3), (8, -0.3), (10, 0))]}
+    case = case_of(nov, operator=operator, modes=[["0 s", "ssc"], ["12 s", "ns"]], duration="16 s")
+    drive, host = CycleInputs(nov, case), Host(export(nov, case_of(nov)), folder)
+    host.set(input_time=0, mode=code_of("ssc"))
+    assert host.start() == OK
+    e_c = [host.get("e_c")]
+    for k in range(1, drive.n_ticks + 1):
+        row = drive.full_row(k)
+        host.set(**dict(zip(TIP, row[:3], strict=True)), v_op=row[6], mode=row[8])
+        assert host.step((k - 1) * 0.01, 0.01) == OK
+        e_c.append(host.get("e_c"))
+    assert np.abs(np.array(e_c) - series(nov, case)["e_c"].values).max() <= CLOSE
+
+
+def test_a_restored_state_goes_on_with_the_same_bits_and_reading_changes_nothing(nov: stillhook.Crane, folder: Path):
+    case = case_of(nov)
+    made, tip = export(nov, case), rows(nov, case)
+    host, _ = hosted(made, folder, tip[:501], ("e_c",))
+    kept = host.save()
+
+    def later(read: bool) -> bytes:
+        for k in range(500, 700):
+            host.set(**dict(zip(TIP, tip[k + 1], strict=True)))
+            assert host.step(k * 0.01, 0.01) == OK
+            if read:
+                host.get("e_c"), host.get("p_a"), host.text("causes")
+        host.get("e_c")
+        host.text("causes")
+        return host.save()
+
+    first = later(read=True)
+    host.restore(kept)
+    assert later(read=False) == first
+    other = Host(made, folder)
+    other.restore(kept)
+    assert other.get("s_w") == other.get("s_w")
+    assert other.save()[:64] == kept[:64]
+
+
+def test_what_is_wrong_is_refused_and_changes_nothing(nov: stillhook.Crane, folder: Path):
+    host = Host(export(nov, case_of(nov)), folder)
+    assert host.step(0.0, 0.01) == NOT_NOW
+    assert host.try_set("load", 251e3) == OUT_OF_RANGE
+    assert host.try_set("load", -1.0) == OUT_OF_RANGE
+    assert host.try_set("mode", 2.5) == OUT_OF_RANGE
+    assert host.try_set("mode", 9.0) == OUT_OF_RANGE
+    assert host.try_set("e_c", 0.0) == NOT_NOW
+    assert host.start() == OK
+    host.get("e_c")
+    before = host.save()
+    for value in (float("nan"), float("inf"), -float("inf")):
+        assert host.try_set("s_tip", value) == NO_NUMBER
+    assert host.try_set("load", 100e3) == NOT_NOW
+    assert host.try_set("s_w_start", 100.0) == NOT_NOW
+    assert host.try_set("f_pump", 0.0) == OUT_OF_RANGE
+    for time, h in ((0.0, 0.015), (0.0, 0.0), (0.0, -0.01), (0.0, 0.004), (0.01, 0.01), (0.0, float("nan"))):
+        assert host.step(time, h) == WRONG_STEP, (time, h)
+    assert host.save() == before
+    assert host.step(0.0, 0.01) == OK
+
+
+def test_a_motion_beyond_all_numbers_ends_the_instance(nov: stillhook.Crane, folder: Path):
+    host = Host(export(nov, case_of(nov)), folder)
+    assert host.start() == OK
+    host.set(s_tip=1e200, v_tip=1e300)
+    answers = [host.step(k * 0.01, 0.01) for k in range(5)]
+    assert answers[-1] == DIVERGED
+    assert host.get("limits_passed") == 2.0
+    assert "diverged" in host.text("causes")
+
+
+def test_limits_have_the_times_and_words_of_a_run(nov: stillhook.Crane, folder: Path):
+    case = case_of(nov, tip="sine 5 m 9 s", mode="ns", load="200 t")
+    made = export(nov, case)
+    host, (now,) = hosted(made, folder, rows(nov, case), ("limit_saturation",))
+    run = stillhook.simulate(nov, case)
+    passed = ("saturation", "relief", "overspeed", "stroke", "cavitation", "power", "boost", "slack", "wire")
+    for name in passed:
+        assert host.get(f"{name}_time") == pytest.approx(float(run[f"{name}_time"]), abs=0.0101), name
+    words = set(str(run["status"].item()).split(", ")) - {"audit", "uncompensated", "offset", "unstable"}
+    assert "saturated" in words
+    assert set(host.text("causes").split(", ")) == words
+    assert host.get("limits_passed") == 1.0
+    assert now.sum() * 0.01 == pytest.approx(float(run["saturation_time"]), abs=0.0101)
+
+
+def test_plant_and_controller_apart_are_the_winch_with_its_plc(nov: stillhook.Crane, folder: Path):
+    """The controller goes first at every point, on what the plant says that it reads."""
+    case = case_of(nov)
+    tip = rows(nov, case)
+    plant, plc = (Host(export(nov, case, contents), folder) for contents in ("plant", "controller"))
+    plant.set(input_time=0, **dict(zip(TIP, tip[0], strict=True)))
+    names = [p.name for p in plc.export.ports if p.causality == "input"]
+
+    def connect() -> None:
+        plc.set(**{name: plant.get(name) for name in names})
+        plant.set(**{name: plc.get(name) for name in ("u_p", "u_m", "brake")})
+
+    assert plant.start() == OK
+    plc.set(**{name: plant.get(name) for name in names})
+    assert plc.start() == OK
+    connect()
+    e_c = [plant.get("e_c")]
+    for k in range(len(tip) - 1):
+        plant.set(**dict(zip(TIP, tip[k + 1], strict=True)))
+        assert plc.step(k * 0.01, 0.01) == OK
+        assert plant.step(k * 0.01, 0.01) == OK
+        connect()
+        e_c.append(plant.get("e_c"))
+    assert np.abs(np.array(e_c) - series(nov, case)["e_c"].values).max() <= CLOSE
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("contents", CONTENTS)
+def test_the_source_compiles_without_warnings(compiler: str, contents: str, nov: stillhook.Crane, tmp_path: Path):
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not installed")
+    (tmp_path / "m.c").write_text(export(nov, case_of(nov), contents).source)
+    command = [compiler, "-std=c99", "-O1", "-Wall", "-Wextra", "-pedantic", "-Werror", "-c", "-o", "m.o", "m.c"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"contents": "motor"}, ("contents", "plant+controller")),
+        ({"coupling": "rope"}, ("coupling", "tip or wire")),
+        ({"contents": "controller", "coupling": "wire"}, ("coupling wire", "no wire")),
+    ],
+)
+def test_what_cannot_be_exported_is_said_in_a_line(
+    changes: dict[str, str], words: tuple[str, ...], nov: stillhook.Crane
+):
+    with pytest.raises(ExportError) as refused:
+        export(nov, case_of(nov), **changes)
+    assert all(word in str(refused.value) for word in words)
+    assert "\n" not in str(refused.value)
+
+
+def test_sensors_that_only_a_run_has_are_not_left_out_in_silence(nov: stillhook.Crane):
+    with pytest.raises(ExportError, match="delay, noise"):
+        export(nov, case_of(nov, sensors={"delay": "50 ms"}))
+
+
+def test_a_platform_that_is_unknown_leaves_nothing_behind(nov: stillhook.Crane, tmp_path: Path):
+    with pytest.raises(ExportError, match="linux64, win64, macos-arm64"):
+        compile_library(export(nov, case_of(nov)).source, "amiga", tmp_path / "m.so")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_host_is_told_when_it_leaves_what_was_validated(tmp_path: Path, folder: Path):
+    """Staged: 82 t to 164 t, 486 m to 2314 m, 0.8 m to 2 m, 8 s to 11 s, ns and ssc; ends reach 1 % further."""
+    made = certificate_of(staged(write(tmp_path, synthetic=False)))
+    (tmp_path / "certificate.json").write_text(made.text(), encoding="utf-8")
+    (tmp_path / "crane.toml").write_text(made.crane_toml(), encoding="utf-8")
+    crane = stillhook.load_crane(tmp_path / "crane.toml")
+    case = case_of(crane, load="100 t", s_w="1000 m", tip="sine 0.8 m 9 s", duration="70 s")
+    twin, tip = export(crane, case), rows(crane, case)
+    names = ("valid", *(p.name for p in twin.ports if p.name.startswith("valid_")))
+    host, values = hosted(twin, folder, tip, names)
+    assert values.all()
+    assert host.text("outside") == ""
+    host.set(mode=code_of("hs"), f_pump=0.5)
+    assert host.step(70.0, 0.01) == OK
+    assert [name for name in names if not host.get(name)] == ["valid", "valid_mode", "valid_pumps"]
+    assert host.text("outside") == "mode, loss of a hydraulic power unit"
+
+    def after(**changes: str) -> str:
+        other = case_of(
+            crane, **({"load": "100 t", "s_w": "1000 m", "tip": "sine 0.8 m 9 s", "duration": "70 s"} | changes)
+        )
+        return hosted(export(crane, other), folder, rows(crane, other), ("e_c",))[0].text("outside")
+
+    assert after(load="200 t") == "load"
+    assert after(s_w="400 m") == "wire out"
+    assert after(tip="sine 1.5 m 9 s") == "tip motion over 30 s"
+    assert after(tip="sine 0.8 m 14 s") == "period of the tip"
+
+
+def test_an_uncertified_crane_is_never_valid(nov: stillhook.Crane, folder: Path):
+    host = Host(export(nov, case_of(nov)), folder)
+    assert host.start() == OK
+    assert host.get("valid") == 0.0
+    assert host.text("outside") == "not validated"
