@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import stillhook
+from stillhook.engine.pack.winch import pack
 from stillhook.errors import SimulationError
+from stillhook.physics.load_path.drum import wire_damping, wire_stiffness
 
 CRANE = stillhook.load_crane("nov-250t")
 CASE = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", mode="ssc", duration="12 s", warm_up="2 s")
@@ -123,3 +125,54 @@ def test_a_session_has_no_end():
     session.step(cycles=N + 500)
     assert session.time == pytest.approx(12.0 + 500 * CYCLE)
     assert np.isfinite(session.get("e_c"))
+
+
+def host_with_a_wire(session, run, hoist, n):
+    """A mass on a wire in the host, with the stiffness and damping of the twin's: per cycle the winch's speed is taken as
+    it was, the load moves in 20 steps, and the tension at the end goes to the winch."""
+    m, W, s_w_0 = hoist.load.m, hoist.load.W, hoist.s_w_0
+    c = wire_damping(s_w_0, m, hoist.wire)
+    tip = np.array([run[name].values for name in ("s_tip", "v_tip", "a_tip")]).T
+    x, v, h, tension = -W / wire_stiffness(s_w_0, hoist.wire), 0.0, CYCLE / 20, []
+    for i in range(n):
+        s_w, v_w = session.get("s_w"), session.get("v_w")
+
+        def pull(u, tip_0, tip_1, s_w, v_w, x, v):
+            s = s_w - u * CYCLE * v_w
+            stretch = tip_0[0] + u * (tip_1[0] - tip_0[0]) - (s - s_w_0) - x
+            rate = tip_0[1] + u * (tip_1[1] - tip_0[1]) + v_w - v
+            return max(wire_stiffness(s, hoist.wire) * stretch + c * rate, 0.0)
+
+        for j in range(20):
+            v += h * (pull((j + 0.5) / 20, tip[i], tip[i + 1], s_w, v_w, x, v) - W) / m
+            x += h * v
+        tension.append(pull(1.0, tip[i], tip[i + 1], s_w, v_w, x, v))
+        given = zip(("s_tip", "v_tip", "a_tip"), map(float, tip[i + 1]), strict=True)
+        session.step({"F_w": tension[-1], **dict(given)})
+    return np.array(tension)
+
+
+def test_a_host_with_a_wire_of_its_own_has_the_run_of_the_winch_with_its_wire():
+    """Exchanged once a cycle: 4e-5 m and 480 N are seen, of a metre and 175 kN."""
+    case = CASE.model_copy(update={"ramp": 5.0})
+    run, session = simulated(case), stillhook.Session(CRANE, case, coupling="wire")
+    tension = host_with_a_wire(session, run, pack(CRANE, case).params.hoist, N)
+    assert abs(session.get("s_w") - float(run["s_w"][N])) < 1e-4
+    assert np.abs(tension - run["F_w"].values[1:]).max() < 0.01 * np.ptp(run["F_w"].values)
+
+
+def test_the_tension_of_a_run_moves_the_winch_as_its_own_wire_did():
+    """The recorded tension of a run, linear between the cycles, gives that run's winch: to what a millisecond's ripple of
+    the tension is between two cycles."""
+    run, session = simulated(CASE), stillhook.Session(CRANE, CASE, coupling="wire")
+    apart = []
+    for k in range(1, N + 1):
+        session.step({n: float(run[n][k]) for n in ("s_tip", "v_tip", "a_tip", "F_w")})
+        apart.append(session.get("s_w") - float(run["s_w"][k]))
+    assert np.abs(apart).max() < 1e-4
+    assert np.ptp(run["s_w"].values) > 0.5
+
+
+def test_an_unknown_coupling_is_refused():
+    with pytest.raises(SimulationError, match="choose tip or wire"):
+        stillhook.Session(CRANE, CASE, coupling="rope")

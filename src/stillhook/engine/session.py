@@ -20,10 +20,10 @@ from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import each_case
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock, first_lane
 from stillhook.errors import SimulationError
 from stillhook.kernels.build import results_hash
-from stillhook.kernels.lanes import VL, aligned, offset, paths
+from stillhook.kernels.lanes import VL, aligned, flatten, offset, paths
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -40,6 +40,15 @@ COLUMNS: Mapping[str, tuple[int, ...]] = {
     **{name: (Tick._fields.index(name),) for name in ("v_op", "s_op", "mode", "f_pump")},
 }
 """Inputs by name, with their columns in a row of the drive: the tip moves, and the motion unit sees it."""
+WIRE_COLUMNS: Mapping[str, tuple[int, ...]] = {
+    **COLUMNS,
+    "s_tip": (3,),
+    "v_tip": (4,),
+    "a_tip": (5,),
+    "F_w": (0,),
+}
+"""Inputs of a winch whose wire is the host's: the tip's place is that of the tension."""
+TIP, WIRE = "tip", "wire"
 MOTION = ("s_tip", "v_tip", "a_tip")
 PARAMETERS: Mapping[str, str] = {
     **{name: f".plc.gains.{name}" for name in ("K_1", "K_2", "K_p")},
@@ -49,6 +58,16 @@ PARAMETERS: Mapping[str, str] = {
 """Settings of the PLC that may change while it runs, by name, with their place in the records of every winch type."""
 
 
+class WireBlock(ScenarioBlock):
+    """Winches whose wire, load and water are the host's, which gives the tension; at rest under the scenario's load."""
+
+    kind = "hosted_driver"
+
+    def record(self, r: Ready) -> list[float]:
+        tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)
+        return flatten(first_lane(self.d, r.winch, tick))
+
+
 class Session:
     """A winch that is stepped from outside, one PLC cycle after another and without an end; or several side by side.
 
@@ -56,7 +75,9 @@ class Session:
     read is the cycle of the present time, calculated on a copy: reading changes nothing, and a setting shows at once.
 
     Parameters: crane; scenario, or a list of them for as many winches side by side (a value is then an array of one
-    number each); step: integration step as in `simulate` (default 2 ms). Ramp, operator, modes, sensors and faults of
+    number each); coupling: "tip", or "wire" where the host has wire, load and water: it gives the tension F_w at the
+    tip, linear over a step, and takes s_w and v_w, and the tip's motion goes to the motion unit alone; step:
+    integration step as in `simulate` (default 2 ms). Ramp, operator, modes, sensors and faults of
     the scenario happen as in `simulate`; its duration and warm-up mean nothing here.
 
     Errors: ScenarioError, SpecError as in `simulate`; SimulationError, one line, for an unknown name, a value that is
@@ -75,7 +96,18 @@ class Session:
     (2.0, True)
     """
 
-    def __init__(self, crane: Crane, scenario: Scenario | Sequence[Scenario], *, step: str | None = None) -> None:
+    def __init__(
+        self,
+        crane: Crane,
+        scenario: Scenario | Sequence[Scenario],
+        *,
+        coupling: str = TIP,
+        step: str | None = None,
+    ) -> None:
+        if coupling not in (TIP, WIRE):
+            raise SimulationError(f"Session: coupling = {units.quote(coupling)}: choose {TIP} or {WIRE}.")
+        self._wire = coupling == WIRE
+        self._columns = WIRE_COLUMNS if self._wire else COLUMNS
         self._single = isinstance(scenario, Scenario)
         cases = checked_cases(crane, scenario)
         n_sub = steps_per_cycle(crane, step, SERIES_STEP)
@@ -93,9 +125,9 @@ class Session:
                 "Session: scenarios side by side need controllers that one kernel holds. Use several."
             )
         lanes = 1 if len(prepared) == 1 else VL
+        block = WireBlock if self._wire else ScenarioBlock
         self._blocks = [
-            ScenarioBlock(prepared[i : i + lanes], lanes=lanes, n_sub=n_sub, every=0)
-            for i in range(0, len(prepared), lanes)
+            block(prepared[i : i + lanes], lanes=lanes, n_sub=n_sub, every=0) for i in range(0, len(prepared), lanes)
         ]
         self._n, self._lanes, self._t_cycle = len(prepared), lanes, crane.control.t_cycle
         self._modes = {law for law in CONTROLLERS if law in crane.plant.type.modes}
@@ -106,7 +138,9 @@ class Session:
         places = paths(d.Params)
         start = offset(d.Lane, "p", 1)
         self._parameters = {name: start + places.index(at) for name, at in PARAMETERS.items() if at in places}
-        text = json.dumps([crane_toml(crane), [c.to_dict() for c in cases], n_sub, results_hash()], default=str)
+        text = json.dumps(
+            [crane_toml(crane), [c.to_dict() for c in cases], coupling, n_sub, results_hash()], default=str
+        )
         self._identity = hashlib.sha256(text.encode()).hexdigest()
         self._k = 0
         self._held: dict[str, FloatArray] = {}
@@ -126,7 +160,7 @@ class Session:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of inputs, which `step` takes and `set` holds."""
-        return tuple(COLUMNS)
+        return tuple(self._columns)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -153,6 +187,8 @@ class Session:
             ahead = self._rows(self._k + 1, given)
             for i, block in enumerate(self._blocks):
                 D = aligned(np.stack([self._row[i], ahead[i]]))
+                if self._wire:  # the tension's rate, at both ends
+                    D[:, 1] = (ahead[i][0] - self._row[i][0]) / self._t_cycle
                 self._run(block, block.A, D, 1, NOT_YET)
                 if not block.sound()[: self._of(i)].all():
                     raise SimulationError(
@@ -173,15 +209,15 @@ class Session:
                 block.A[self._parameters[name], : self._of(i)] = self._part(numbers, i)
         else:
             self._held[name] = self._value(name, value)
-            for column in COLUMNS[name]:
+            for column in self._columns[name]:
                 for i, row in enumerate(self._row):
                     row[column, : self._of(i)] = self._part(self._held[name], i)
         self._seen = None
 
     def release(self, name: str) -> None:
         """Give an input back to the scenario, from the next step on."""
-        if name not in COLUMNS:
-            raise SimulationError(self._unknown(name, tuple(COLUMNS)))
+        if name not in self._columns:
+            raise SimulationError(self._unknown(name, tuple(self._columns)))
         self._held.pop(name, None)
 
     def get(self, name: str) -> Any:
@@ -191,10 +227,10 @@ class Session:
         elif name in self._parameters:
             rows = [block.A[self._parameters[name], : self._of(i)] for i, block in enumerate(self._blocks)]
             values = np.concatenate(rows)
-        elif name in COLUMNS:
-            values = np.concatenate([row[COLUMNS[name][0], : self._of(i)] for i, row in enumerate(self._row)])
+        elif name in self._columns:
+            values = np.concatenate([row[self._columns[name][0], : self._of(i)] for i, row in enumerate(self._row)])
         else:
-            raise SimulationError(self._unknown(name, (*self._signals, *self._parameters, *COLUMNS)))
+            raise SimulationError(self._unknown(name, (*self._signals, *self._parameters, *self._columns)))
         return float(values[0]) if self._single else np.array(values)
 
     def save(self, path: str | Path | None = None) -> bytes:
@@ -258,8 +294,10 @@ class Session:
             row = np.empty((len(Tick._fields), self._lanes))
             for l, r in enumerate(block.lanes):
                 row[:, l] = self._of_scenario(r.drive, k, overlay)
+                if self._wire:
+                    row[:3, l] = r.winch.params.hoist.load.W, 0.0, 0.0
             for name, values in overlay.items():
-                for column in COLUMNS[name]:
+                for column in self._columns[name]:
                     row[column, : self._of(i)] = self._part(values, i)
             if "v_op" in overlay and "s_op" not in overlay and k > 0:
                 v, s = COLUMNS["v_op"][0], COLUMNS["s_op"][0]
@@ -295,8 +333,8 @@ class Session:
         return self._seen
 
     def _value(self, name: str, value: Any) -> FloatArray:
-        if name not in COLUMNS:
-            raise SimulationError(self._unknown(name, (*COLUMNS, *self._parameters)))
+        if name not in self._columns:
+            raise SimulationError(self._unknown(name, (*self._columns, *self._parameters)))
         if name != "mode":
             return self._numbers(name, value)
         names = [value] * self._n if isinstance(value, str) else list(value)

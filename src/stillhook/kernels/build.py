@@ -138,7 +138,7 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
             assert spec.loader is not None
             module = importlib.util.module_from_spec(spec)
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
-            module.path = imposed_tension if kind.startswith(HOSTED) else module.plant.PATH
+            module.path = imposed_tension if kind.startswith(HOSTED) else module.plant.PATH  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]
             module.laws = control_laws.control_laws(extra_controllers, getattr(module.plant, "CONTROL", DISPLACEMENT))  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
