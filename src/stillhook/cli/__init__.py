@@ -44,6 +44,7 @@ COMMANDS = {
     "plan": Entry("plan", "plan"),
     "demo": Entry("runs.demo", "demo"),
     "report": Entry("plan", "report"),
+    "fmu": Entry("export.fmu", "fmu"),
     "calc": Entry(
         "crane",
         "app",

@@ -1,1 +1,1 @@
-"""Commands that take models, controllers and results to other programs."""
+"""Commands that write models, controllers and results for other programs."""

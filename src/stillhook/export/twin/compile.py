@@ -38,7 +38,7 @@ PLATFORMS: Mapping[str, Platform] = {
     "win64": Platform("x86_64-windows-gnu", ".dll", "win32", INTEL),
     "macos-arm64": Platform("aarch64-macos", ".dylib", "darwin", ("arm64", "aarch64")),
 }
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-shared")
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-shared", "-s")
 """Strict arithmetic, on the oldest processor of the platform."""
 
 

@@ -86,7 +86,7 @@ struct sh_twin {
     double input_time, started, observed, lost;
     double count, sum_s, sum_s2, sum_v2;                 /* of the tip, for the period of its motion */
     double lowest[SH_SECONDS + 1], highest[SH_SECONDS + 1]; /* of the tip, a second each */
-    char text[SH_TEXT_LENGTH];
+    char causes[SH_TEXT_LENGTH], outside[SH_TEXT_LENGTH];
 };
 
 static size_t sh_size(void) { return sizeof(sh_twin); }
@@ -408,38 +408,41 @@ static double sh_get(sh_twin *t, int v)
     }
 }
 
-static void sh_word(sh_twin *t, const char *word)
+static void sh_word(char *text, const char *word)
 {
-    if (strstr(t->text, word) != NULL)
-        return;
-    size_t n = strlen(t->text);
-    snprintf(t->text + n, SH_TEXT_LENGTH - n, "%s%s", n > 0 ? ", " : "", word);
+    size_t n = strlen(text);
+    if (strstr(text, word) == NULL)
+        snprintf(text + n, SH_TEXT_LENGTH - n, "%s%s", n > 0 ? ", " : "", word);
+}
+
+static const char *sh_causes(sh_twin *t)
+{
+    t->causes[0] = 0;
+    if (t->lost != 0.0)
+        sh_word(t->causes, "diverged");
+    for (int i = 0; i < SH_LIMITS && t->started != 0.0; i++)
+        if (t->seen[sh_limits[i].at] > 0.0)
+            sh_word(t->causes, sh_limits[i].word);
+    return t->causes[0] ? t->causes : "ok";
+}
+
+static const char *sh_outside(sh_twin *t)
+{
+    static const char *const conditions[SH_CONDITIONS] = {
+        "load", "wire out", "tip motion over 30 s", "period of the tip", "mode", "loss of a hydraulic power unit"};
+    t->outside[0] = 0;
+    for (int i = 0; i < SH_CONDITIONS; i++)
+        if (SH_CERTIFIED && !sh_inside(t, i))
+            sh_word(t->outside, conditions[i]);
+    return SH_CERTIFIED ? t->outside : "not validated";
 }
 
 static const char *sh_text(sh_twin *t, int v)
 {
-    static const char *const conditions[SH_CONDITIONS] = {
-        "load", "wire out", "tip motion over 30 s", "period of the tip", "mode", "loss of a hydraulic power unit"};
     const sh_variable *row = sh_row(v);
     if (row == NULL || row->type != SH_TEXT)
         return "";
-    t->text[0] = 0;
-    if (sh_places[v].kind == SH_OF_CAUSES) {
-        if (t->started != 0.0)
-            sh_look(t);
-        if (t->lost != 0.0)
-            sh_word(t, "diverged");
-        for (int i = 0; i < SH_LIMITS && t->started != 0.0; i++)
-            if (t->seen[sh_limits[i].at] > 0.0)
-                sh_word(t, sh_limits[i].word);
-        return t->text[0] ? t->text : "ok";
-    }
-    if (!SH_CERTIFIED)
-        return "not validated";
     if (t->started != 0.0)
         sh_look(t);
-    for (int i = 0; i < SH_CONDITIONS; i++)
-        if (!sh_inside(t, i))
-            sh_word(t, conditions[i]);
-    return t->text;
+    return sh_places[v].kind == SH_OF_CAUSES ? sh_causes(t) : sh_outside(t);
 }

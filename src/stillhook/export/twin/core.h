@@ -51,7 +51,7 @@ static SH_UNUSED int sh_find(const char *name);                  /* number of a 
 static SH_UNUSED void sh_defaults(sh_twin *t);                   /* as exported, before sh_start */
 static SH_UNUSED int sh_set(sh_twin *t, int variable, double x); /* booleans 0 or 1, integers whole */
 static SH_UNUSED double sh_get(sh_twin *t, int variable);        /* the present value */
-static SH_UNUSED const char *sh_text(sh_twin *t, int variable);  /* of a SH_TEXT: valid until the next call */
+static SH_UNUSED const char *sh_text(sh_twin *t, int variable);  /* of a SH_TEXT: valid until it is read again */
 static SH_UNUSED int sh_start(sh_twin *t, double time);          /* derive from the parameters, rest, first cycle */
 static SH_UNUSED int sh_step(sh_twin *t, double time, double h); /* advance by h [s] */
 static SH_UNUSED double sh_time(const sh_twin *t);               /* [s] */

@@ -1,0 +1,219 @@
+"""modelDescription.xml of FMI 2 and FMI 3, from the ports of an export."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from stillhook._version import __version__
+from stillhook.export.twin import Export, Port
+from stillhook.export.twin.ports import ANY
+
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+DERIVED: Mapping[str, Mapping[str, int]] = {
+    **{name: {name: 1} for name in BASE},
+    "1": {},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+}
+"""Units by their exponents of base units."""
+FACTOR = re.compile(r"(/?)\s*\(?([A-Za-z]+|1)(?:\^(-?\d+))?\)?")
+TOOL = f"Stillhook {__version__}"
+END = 60.0
+"""Time at which a host ends an experiment that names none [s]."""
+TYPES_2 = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "text": "String"}
+TYPES_3 = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "text": "String"}
+
+
+def exponents(unit: str) -> dict[str, int]:
+    """Exponents of base units of an SI unit such as "m^3/s" or "s^2/m": what stands behind a stroke divides."""
+    found: dict[str, int] = {}
+    for stroke, name, power in FACTOR.findall(unit):
+        sign = (-1 if stroke else 1) * int(power or 1)
+        for base, exponent in DERIVED[name].items():
+            found[base] = found.get(base, 0) + sign * exponent
+    return {base: found[base] for base in BASE if found.get(base)}
+
+
+def xml_text(root: Element) -> str:
+    """An XML file."""
+    indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
+
+
+def title(export: Export) -> str:
+    """What the model is, in a line."""
+    what = {"plant": "winch without its PLC", "controller": "PLC alone"}.get(export.contents, "winch with its PLC")
+    at = "" if export.contents == "controller" else f", coupled at the {export.coupling}"
+    return f"{export.crane.title}: {what}{at}"
+
+
+def number(x: float) -> str:
+    return repr(float(x))
+
+
+def start_text(port: Port) -> str:
+    """The start value as XML has it."""
+    if port.kind == "real":
+        return number(port.start)
+    return str(bool(port.start)).lower() if port.kind == "boolean" else str(round(port.start))
+
+
+def range_of(port: Port) -> dict[str, str]:
+    """min and max, where there are ends."""
+    if port.causality == "output" or port.kind not in ("real", "integer"):
+        return {}
+    ends = {"min": port.least, "max": port.most}
+    return {k: number(x) if port.kind == "real" else str(round(x)) for k, x in ends.items() if abs(x) < ANY}
+
+
+def units(root: Element, ports: Iterable[Port]) -> None:
+    made = SubElement(root, "UnitDefinitions")
+    for unit in sorted({p.unit for p in ports if p.unit} | {"s"}):
+        base = {name: str(power) for name, power in exponents(unit).items()}
+        SubElement(SubElement(made, "Unit", name=unit), "BaseUnit", base)
+
+
+def common(root: Element, export: Export) -> None:
+    categories = SubElement(root, "LogCategories")
+    SubElement(categories, "Category", name="logStatusError", description="what was refused, and what is allowed")
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=number(END), stepSize=number(export.t_cycle))
+
+
+def kind_of(port: Port) -> dict[str, str]:
+    """Causality and variability."""
+    if port.causality in ("fixed", "tunable"):
+        return {"causality": "parameter", "variability": port.causality}
+    return {"causality": port.causality, "variability": "continuous" if port.kind == "real" else "discrete"}
+
+
+def fmi2(export: Export) -> str:
+    """modelDescription.xml of FMI 2."""
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=export.crane.name,
+        guid=export.identity,
+        description=title(export),
+        version=__version__,
+        license="Apache-2.0",
+        generationTool=TOOL,
+        variableNamingConvention="structured",
+        numberOfEventIndicators="0",
+    )
+    simulation = SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=export.identifier,
+        canHandleVariableCommunicationStepSize="true",
+        canInterpolateInputs="false",
+        maxOutputDerivativeOrder="0",
+        canRunAsynchronuously="false",
+        canBeInstantiatedOnlyOncePerProcess="false",
+        canNotUseMemoryManagementFunctions="true",
+        canGetAndSetFMUstate="true",
+        canSerializeFMUstate="true",
+        providesDirectionalDerivative="false",
+    )
+    SubElement(SubElement(simulation, "SourceFiles"), "File", name=SOURCE)
+    units(root, export.ports)
+    common(root, export)
+    variables = SubElement(root, "ModelVariables")
+    for i, port in enumerate(export.ports):
+        row = SubElement(
+            variables,
+            "ScalarVariable",
+            {"name": port.name, "valueReference": str(i), "description": port.description, **kind_of(port)},
+        )
+        if port.causality in ("fixed", "tunable"):
+            row.set("initial", "exact")
+        if port.causality == "output":
+            row.set("initial", "calculated")
+        of_type = SubElement(row, TYPES_2[port.kind], range_of(port))
+        if port.causality != "output":
+            of_type.set("start", start_text(port))
+        if port.kind == "real":
+            of_type.set("unit", port.unit)
+    structure = SubElement(root, "ModelStructure")
+    for group in ("Outputs", "InitialUnknowns"):
+        listed = SubElement(structure, group)
+        for i, port in enumerate(export.ports):
+            if port.causality == "output":
+                SubElement(listed, "Unknown", index=str(i + 1))
+    return xml_text(root)
+
+
+SOURCE = "model.c"
+"""Name of the only source file."""
+
+
+def fmi3(export: Export) -> str:
+    """modelDescription.xml of FMI 3; the time has the value reference behind those of the ports."""
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="3.0",
+        modelName=export.crane.name,
+        instantiationToken=export.identity,
+        description=title(export),
+        version=__version__,
+        license="Apache-2.0",
+        generationTool=TOOL,
+        variableNamingConvention="structured",
+    )
+    SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=export.identifier,
+        canHandleVariableCommunicationStepSize="true",
+        fixedInternalStepSize=number(export.t_cycle),
+        canGetAndSetFMUState="true",
+        canSerializeFMUState="true",
+    )
+    units(root, export.ports)
+    common(root, export)
+    variables = SubElement(root, "ModelVariables")
+    for i, port in enumerate(export.ports):
+        row = SubElement(
+            variables,
+            TYPES_3[port.kind],
+            {"name": port.name, "valueReference": str(i), "description": port.description, **kind_of(port)},
+        )
+        for name, text in range_of(port).items():
+            row.set(name, text)
+        if port.causality in ("fixed", "tunable"):
+            row.set("initial", "exact")
+        if port.causality == "output":
+            row.set("initial", "calculated")
+        else:
+            row.set("start", start_text(port))
+        if port.kind == "real":
+            row.set("unit", port.unit)
+    SubElement(
+        variables,
+        "Float64",
+        name="time",
+        valueReference=str(len(export.ports)),
+        causality="independent",
+        variability="continuous",
+        unit="s",
+        description="simulation time",
+    )
+    structure = SubElement(root, "ModelStructure")
+    for group in ("Output", "InitialUnknown"):
+        for i, port in enumerate(export.ports):
+            if port.causality == "output":
+                SubElement(structure, group, valueReference=str(i))
+    return xml_text(root)
+
+
+def build_description(export: Export) -> str:
+    """sources/buildDescription.xml of FMI 3."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=export.identifier)
+    SubElement(SubElement(configuration, "SourceFileSet", language="C99"), "SourceFile", name=SOURCE)
+    SubElement(configuration, "Library", name="m")
+    return xml_text(root)

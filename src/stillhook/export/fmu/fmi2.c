@@ -1,0 +1,273 @@
+/* FMI 2.0.4 for co-simulation, by the standard's text: Modelica Association, "Functional Mock-up Interface for Model
+ * Exchange and Co-Simulation", version 2.0.4, 2022. */
+
+typedef void *fmi2Component;
+typedef void *fmi2ComponentEnvironment;
+typedef void *fmi2FMUstate;
+typedef unsigned int fmi2ValueReference;
+typedef double fmi2Real;
+typedef int fmi2Integer;
+typedef int fmi2Boolean;
+typedef char fmi2Char;
+typedef const fmi2Char *fmi2String;
+typedef char fmi2Byte;
+typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pending } fmi2Status;
+typedef enum { fmi2ModelExchange, fmi2CoSimulation } fmi2Type;
+typedef enum { fmi2DoStepStatus, fmi2PendingStatus, fmi2LastSuccessfulTime, fmi2Terminated } fmi2StatusKind;
+typedef struct {
+    void (*logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
+    void *(*allocateMemory)(size_t, size_t);
+    void (*freeMemory)(void *);
+    void (*stepFinished)(fmi2ComponentEnvironment, fmi2Status);
+    fmi2ComponentEnvironment componentEnvironment;
+} fmi2CallbackFunctions;
+
+typedef struct {
+    sh_instance own;
+    const fmi2CallbackFunctions *host;
+} sh_fmi2;
+
+static fmi2Status sh_fmi2_error(sh_fmi2 *c)
+{
+    if (c->host != NULL && c->host->logger != NULL)
+        c->host->logger(c->host->componentEnvironment, c->own.name, fmi2Error, "logStatusError", "%s", c->own.message);
+    return fmi2Error;
+}
+
+static fmi2Status sh_fmi2_says(fmi2Component c, const char *text)
+{
+    sh_fmi2 *s = c;
+    snprintf(s->own.message, sizeof s->own.message, "%s", text);
+    return sh_fmi2_error(s);
+}
+
+static fmi2Status sh_fmi2_missing(fmi2Component c) { return sh_fmi2_says(c, "This FMU does not have this function."); }
+
+SH_EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
+SH_EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
+
+SH_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
+{
+    (void)c, (void)on, (void)n, (void)categories; /* errors alone are told, and always */
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                                        const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean logging)
+{
+    (void)resources, (void)visible, (void)logging;
+    const char *wrong = type != fmi2CoSimulation                               ? "This FMU is for co-simulation."
+                        : guid == NULL || strcmp(guid, sh_identity()) != 0 ? "The GUID is that of another FMU."
+                                                                               : NULL;
+    sh_instance *made = wrong == NULL ? sh_instance_new(name) : NULL;
+    sh_fmi2 *s = made != NULL ? calloc(1, sizeof *s) : NULL;
+    if (s != NULL) {
+        s->own = *made;
+        s->host = host;
+    } else if (host != NULL && host->logger != NULL)
+        host->logger(host->componentEnvironment, name, fmi2Error, "logStatusError", "%s", wrong ? wrong : "No memory.");
+    free(made);
+    return s;
+}
+
+SH_EXPORT void fmi2FreeInstance(fmi2Component c) { free(c); }
+
+SH_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerant, fmi2Real tolerance, fmi2Real start,
+                                         fmi2Boolean stops, fmi2Real stop)
+{
+    sh_fmi2 *s = c;
+    (void)tolerant, (void)tolerance, (void)stops, (void)stop;
+    if (!sh_finite(start))
+        return sh_fmi2_says(c, "startTime: not a number.");
+    s->own.start = start;
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    sh_fmi2 *s = c;
+    if (s->own.now.phase != SH_INSTANTIATED)
+        return sh_fmi2_says(c, "fmi2EnterInitializationMode: the instance is initialized already. Reset it.");
+    s->own.now.phase = SH_INITIALIZATION;
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    sh_fmi2 *s = c;
+    if (s->own.now.phase != SH_INITIALIZATION)
+        return sh_fmi2_says(c, "fmi2ExitInitializationMode: the instance is not in initialization mode.");
+    s->own.now.phase = SH_RUNNING;
+    return sh_instance_start(&s->own) == SH_OK ? fmi2OK : sh_fmi2_error(s);
+}
+
+SH_EXPORT fmi2Status fmi2Terminate(fmi2Component c)
+{
+    ((sh_fmi2 *)c)->own.now.phase = SH_TERMINATED;
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2Reset(fmi2Component c)
+{
+    sh_fmi2 *s = c;
+    sh_defaults(&s->own.now.twin);
+    s->own.now.phase = SH_INSTANTIATED;
+    return fmi2OK;
+}
+
+static fmi2Status sh_fmi2_untyped(fmi2Component c, fmi2ValueReference v)
+{
+    sh_fmi2 *s = c;
+    snprintf(s->own.message, sizeof s->own.message, "Value reference %u (%s): no variable of this type.", v,
+             sh_name((int)v));
+    return sh_fmi2_error(s);
+}
+
+#define SH_ACCESS(Name, kind, type)                                                                                 \
+    SH_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference v[], size_t n, type value[])       \
+    {                                                                                                               \
+        for (size_t i = 0; i < n; i++) {                                                                            \
+            if (!sh_is_type((int)v[i], kind))                                                                       \
+                return sh_fmi2_untyped(c, v[i]);                                                                    \
+            value[i] = (type)sh_get(&((sh_fmi2 *)c)->own.now.twin, (int)v[i]);                                      \
+        }                                                                                                           \
+        return fmi2OK;                                                                                              \
+    }                                                                                                               \
+    SH_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference v[], size_t n, const type value[]) \
+    {                                                                                                               \
+        for (size_t i = 0; i < n; i++)                                                                              \
+            if (sh_instance_set(&((sh_fmi2 *)c)->own, (int)v[i], kind, (double)value[i]) != SH_OK)                  \
+                return sh_fmi2_error(c);                                                                            \
+        return fmi2OK;                                                                                              \
+    }
+SH_ACCESS(Real, SH_REAL, fmi2Real)
+SH_ACCESS(Integer, SH_INTEGER, fmi2Integer)
+SH_ACCESS(Boolean, SH_BOOLEAN, fmi2Boolean)
+
+SH_EXPORT fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference v[], size_t n, fmi2String value[])
+{
+    for (size_t i = 0; i < n; i++) {
+        if (!sh_is_type((int)v[i], SH_TEXT))
+            return sh_fmi2_untyped(c, v[i]);
+        value[i] = sh_text(&((sh_fmi2 *)c)->own.now.twin, (int)v[i]);
+    }
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference v[], size_t n, const fmi2String value[])
+{
+    (void)v, (void)value;
+    return n == 0 ? fmi2OK : sh_fmi2_says(c, "Texts of this FMU are outputs.");
+}
+
+SH_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    *state = sh_state_copy(&((sh_fmi2 *)c)->own.now, *state);
+    return *state != NULL ? fmi2OK : sh_fmi2_says(c, "No memory.");
+}
+
+SH_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    if (state == NULL)
+        return sh_fmi2_says(c, "fmi2SetFMUstate: no state was given.");
+    sh_state_copy(state, &((sh_fmi2 *)c)->own.now);
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    (void)c;
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    (void)c, (void)state;
+    *size = sizeof(sh_state);
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    if (state == NULL || size < sizeof(sh_state))
+        return sh_fmi2_says(c, "fmi2SerializeFMUstate: no state, or no room for it.");
+    memcpy(bytes, state, sizeof(sh_state));
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    sh_state *read = sh_state_read(&((sh_fmi2 *)c)->own, (const unsigned char *)bytes, size);
+    if (read == NULL)
+        return sh_fmi2_error(c);
+    *state = read;
+    return fmi2OK;
+}
+
+SH_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference u[], size_t nu,
+                                                  const fmi2ValueReference k[], size_t nk, const fmi2Real dk[],
+                                                  fmi2Real du[])
+{
+    (void)u, (void)nu, (void)k, (void)nk, (void)dk, (void)du;
+    return sh_fmi2_missing(c);
+}
+
+SH_EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference v[], size_t n,
+                                                 const fmi2Integer order[], const fmi2Real value[])
+{
+    (void)v, (void)order, (void)value;
+    return n == 0 ? fmi2OK : sh_fmi2_missing(c);
+}
+
+SH_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference v[], size_t n,
+                                                  const fmi2Integer order[], fmi2Real value[])
+{
+    (void)v, (void)order, (void)value;
+    return n == 0 ? fmi2OK : sh_fmi2_missing(c);
+}
+
+SH_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean no_return)
+{
+    sh_fmi2 *s = c;
+    (void)no_return;
+    return sh_instance_step(&s->own, time, h) == SH_OK ? fmi2OK : sh_fmi2_error(s);
+}
+
+SH_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) { return sh_fmi2_says(c, "A step is over when fmi2DoStep returns."); }
+
+SH_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)c, (void)kind;
+    *value = fmi2OK;
+    return fmi2Discard;
+}
+
+SH_EXPORT fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    *value = sh_time(&((sh_fmi2 *)c)->own.now.twin);
+    return kind == fmi2LastSuccessfulTime ? fmi2OK : fmi2Discard;
+}
+
+SH_EXPORT fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)c, (void)kind, (void)value;
+    return fmi2Discard;
+}
+
+SH_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    *value = 0;
+    (void)c;
+    return kind == fmi2Terminated ? fmi2OK : fmi2Discard;
+}
+
+SH_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
+{
+    (void)c, (void)kind;
+    *value = "";
+    return fmi2Discard;
+}

@@ -1,0 +1,165 @@
+"""An FMU as a file: libraries, source, what it was made of, and checksums of all of it."""
+
+from __future__ import annotations
+
+import hashlib
+import html
+import json
+import tempfile
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from stillhook import units
+from stillhook.base.atomic import atomic_file
+from stillhook.engine.inputs import envelope_line, twin_line
+from stillhook.export.fmu.description import SOURCE, build_description, fmi2, fmi3, title
+from stillhook.export.fmu.interfaces import osp, terminals
+from stillhook.export.twin import PLATFORMS, Export, ExportError, check_platform, compile_library
+from stillhook.library import crane_toml
+
+FMI_VERSIONS = ("2", "3")
+SOURCE_ONLY = "source"
+"""What stands among platforms for the source, which every FMU holds."""
+FOLDERS: Mapping[str, Mapping[str, str]] = {
+    "2": {"linux64": "linux64", "win64": "win64", "macos-arm64": "darwin64"},
+    "3": {"linux64": "x86_64-linux", "win64": "x86_64-windows", "macos-arm64": "aarch64-darwin"},
+}
+"""Folders of libraries. FMI 2 has no name for Macs with ARM processors; hosts look for theirs in darwin64."""
+DATE = (1980, 1, 1, 0, 0, 0)
+"""Of every member, so that the same export is the same file."""
+HERE = Path(__file__).parent
+
+
+def source_of(export: Export, fmi: str) -> str:
+    """The whole C source of an FMU."""
+    own = (HERE / name for name in ("instance.c", f"fmi{fmi}.c"))
+    return "\n".join([export.source, *(file.read_text(encoding="utf-8") for file in own)])
+
+
+def check_choice(fmi: str, platforms: Sequence[str]) -> None:
+    """Errors: ExportError for an unknown version or platform, and a compiler that is absent."""
+    if fmi not in FMI_VERSIONS:
+        raise ExportError(f"fmi = {units.quote(fmi)}: choose {' or '.join(FMI_VERSIONS)}.")
+    for platform in platforms:
+        if platform != SOURCE_ONLY:
+            check_platform(platform)
+
+
+def write_fmu(export: Export, file: str | Path, *, fmi: str = "2", platforms: Sequence[str] = ()) -> tuple[Path, ...]:
+    """Write an FMU, which holds its source and the libraries of these platforms, and beside it its interface file of
+    the Open Simulation Platform. Gives the paths of both.
+
+    Parameters: file: its name ends in .fmu; fmi: "2" or "3"; platforms: names of `PLATFORMS`, and "source".
+    Errors: ExportError, one line, for an unknown version or platform, a compiler that is absent or fails, and a name
+    that does not end in .fmu; SimulationError where the file cannot be written. Nothing is left half-written.
+    """
+    target = Path(file)
+    if target.suffix != ".fmu":
+        raise ExportError(f"{target.name}: the name of an FMU ends in .fmu.")
+    members = fmu_members(export, fmi=fmi, platforms=platforms)
+    beside = target.with_name(f"{target.stem}_OspModelDescription.xml")
+    with atomic_file(target) as part, atomic_file(beside) as description:
+        write_zip(part, members)
+        description.write_text(osp(export), encoding="utf-8")
+    return target, beside
+
+
+def fmu_members(export: Export, *, fmi: str, platforms: Sequence[str]) -> dict[str, bytes]:
+    """The members of an FMU by name."""
+    check_choice(fmi, platforms)
+    source = source_of(export, fmi)
+    members: dict[str, str | bytes] = {
+        "modelDescription.xml": fmi2(export) if fmi == "2" else fmi3(export),
+        f"sources/{SOURCE}": source,
+        "documentation/index.html": documentation(export),
+        "resources/crane.toml": crane_toml(export.crane),
+        "resources/case.json": json_text(export.case.to_dict()),
+        "resources/envelope.json": json_text(validity(export)),
+    }
+    if fmi == "3":
+        members["sources/buildDescription.xml"] = build_description(export)
+        members["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(export)
+    if export.crane.certified is not None:
+        members["resources/certificate.json"] = export.crane.certified.model_dump_json(indent=2)
+    with tempfile.TemporaryDirectory() as folder:
+        for platform in dict.fromkeys(p for p in platforms if p != SOURCE_ONLY):
+            name = f"{export.identifier}{PLATFORMS[platform].suffix}"
+            compile_library(source, platform, Path(folder) / name)
+            members[f"binaries/{FOLDERS[fmi][platform]}/{name}"] = (Path(folder) / name).read_bytes()
+    made = {name: text.encode() if isinstance(text, str) else text for name, text in members.items()}
+    sums = [f"{hashlib.sha256(data).hexdigest()}  {name}" for name, data in sorted(made.items())]
+    return made | {"resources/sha256.txt": ("\n".join(sums) + "\n").encode()}
+
+
+def write_zip(file: Path, members: Mapping[str, bytes]) -> None:
+    """A zip file of these members, the same bytes whenever it is written."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in sorted(members.items()):
+            info = zipfile.ZipInfo(name, DATE)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, data)
+
+
+def json_text(data: Any) -> str:
+    return json.dumps(data, indent=2, default=str) + "\n"
+
+
+def validity(export: Export) -> dict[str, Any]:
+    """For what the twin is validated [SI]."""
+    crane = export.crane
+    certified = crane.certified
+    envelope = None if certified is None or certified.envelope is None else certified.envelope
+    return {
+        "twin": twin_line(crane),
+        "in_words": envelope_line(crane),
+        "ranges": None if envelope is None else envelope.ranges(),
+        "modes": None if envelope is None else list(envelope.modes),
+    }
+
+
+def documentation(export: Export) -> str:
+    """The page that hosts show."""
+    rows = "\n".join(
+        f"<tr><td>{html.escape(p.name)}</td><td>{p.causality}</td><td>{html.escape(p.unit)}</td>"
+        f"<td>{html.escape(p.description)}</td></tr>"
+        for p in export.ports
+    )
+    modes = ", ".join(f"{code} {name}" for code, name in export.modes.items())
+    paragraphs = [
+        f"{title(export)}. {twin_line(export.crane)}. {envelope_line(export.crane) or 'No envelope of validity.'}",
+        f"A step is a whole number of PLC cycles of {export.t_cycle:g} s and begins where the last one ended; any other"
+        " is refused. NaN and infinity are refused. What is refused changes nothing.",
+        "Numbers are SI. Tip: up positive. Speeds of wire and operator: hoisting positive. Wire out: paid out"
+        f" positive. Modes: {modes}.",
+        "Parameter input_time: 1 (default), inputs are those of the start of a step: the acceleration of the tip is"
+        " held over the step, all else too; in a sine of 1 m and 12 s the control error is then off by 1e-7 m. 0,"
+        " inputs are those of the end of a step: the tip moves on a quintic through both ends, operator's speed and"
+        " tension change linearly: the run of Stillhook itself, to rounding. Commands to a winch without PLC are in"
+        " force from the point at which they are set.",
+        "resources/sha256.txt has the checksum of every other member.",
+    ]
+    text = "\n".join(f"<p>{html.escape(p)}</p>" for p in paragraphs)
+    name = html.escape(export.crane.name)
+    head = f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{name}</title>'
+    table = f"<table><tr><th>name</th><th>causality</th><th>unit</th><th>meaning</th></tr>\n{rows}\n</table>"
+    return f"{head}</head><body>\n<h1>{name}</h1>\n{text}\n{table}\n</body></html>\n"
+
+
+def facts(export: Export) -> dict[str, Any]:
+    """What a command says of an export."""
+    ports = [asdict(p) for p in export.ports]
+    for port in ports:
+        del port["place"]
+    return {
+        "crane": export.crane.name,
+        "contents": export.contents,
+        "coupling": export.coupling,
+        "t_cycle": export.t_cycle,
+        "identity": export.identity,
+        "modes": export.modes,
+        "variables": ports,
+    }
