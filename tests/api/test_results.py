@@ -5,14 +5,17 @@ import json
 import numpy as np
 import pytest
 import xarray
+from tests.engine.test_lower_many import SPLASH, in_sea
 from tests.engine.test_lowering import whole_lift
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
+from stillhook.cli import run as command
 from stillhook.engine.scenario.problem import numbers_of
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.formats.results import origin, rerun, save_json, to_json
 from stillhook.kernels.build import driver, kernel_hash
 from stillhook.library import changed
+from stillhook.library.catalogue import read_compensator
 from stillhook.spec.scenario import Sensors
 from stillhook.variables import SERIES, SUMMARY
 
@@ -101,15 +104,78 @@ def test_a_run_comes_back_from_disk_as_it_was_and_repeats_itself(which, request,
     assert [p.name for p in path.parent.iterdir()] == ["run.nc"]
 
 
+def same_again(run, again):
+    """Every number, and what repeats it, to the bit."""
+    assert again.identical(run)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("several", [False, True])
-def test_lowerings_come_back_from_disk_and_say_that_they_cannot_be_run_again(several, tmp_path):
+def test_lowerings_come_back_from_disk_and_run_again(several, tmp_path):
     lift = whole_lift(duration="20 s")
-    run = simulate(CRANE, [lift, lift] if several else lift, on_failure="mark")
+    run = simulate(CRANE, [lift, lift.model_copy(update={"name": "b"})] if several else lift, on_failure="mark")
     back = load_run(save_run(run, tmp_path / "lift.nc"))
     assert back.identical(run)
-    with pytest.raises(StillhookError, match="holds lowerings"):
-        rerun(back)
+    same_again(run, rerun(back))
+
+
+@pytest.mark.slow
+def test_a_lowering_in_its_own_waves_runs_again_with_its_water(tmp_path):
+    case = in_sea(SPLASH, water=True).lowering()
+    case = case.model_copy(update={"duration": 30.0})
+    run = simulate(CRANE, case)
+    path = save_run(run, tmp_path / "lift.nc")
+    same_again(run, rerun(load_run(path)))
+    assert path.stat().st_size < 5e6
+
+
+@pytest.mark.slow
+def test_lowerings_that_are_told_by_sea_and_seed_run_again_on_their_cranes(tmp_path):
+    other = changed(CRANE, {"control": {"K_p": "0.2 1/m"}})
+    cases = [in_sea(seed=i, left=0.5) for i in range(3)]
+    run = simulate([CRANE, other, CRANE], cases, sampling="20 ms", end="programme")
+    path = save_run(run, tmp_path / "seas.nc")
+    same_again(run, rerun(load_run(path)))
+    assert path.stat().st_size < 1e6  # one lift, one sea, one vessel
+
+
+@pytest.mark.slow
+def test_a_compensated_lowering_runs_again(tmp_path):
+    case = whole_lift(duration="15 s").model_copy(update={"compensator": read_compensator("phc-60t"), "h_tip": 40.0})
+    run = simulate(CRANE, case, on_failure="mark")
+    same_again(run, rerun(load_run(save_run(run, tmp_path / "lift.nc"))))
+
+
+@pytest.mark.slow
+def test_the_command_runs_a_stored_lowering_again(tmp_path, capsys):
+    run = simulate(CRANE, whole_lift(duration="15 s"), on_failure="mark")
+    save_run(run, tmp_path / "lift.nc")
+    assert command(["lower", str(tmp_path / "lift.nc"), "--json"]) in (0, 1)
+    said = json.loads(capsys.readouterr().out)
+    assert said["F_w_max"] == float(run["F_w_max"])
+    assert command(["lower", str(tmp_path / "lift.nc"), "--seed", "2"]) == 2
+    assert "--seed" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (None, "without what repeats them"),
+        ("{", "stored lowerings"),
+        ("[]", "stored lowerings"),
+        ('{"lifts": [], "tips": [], "waters": [], "seas": [], "raos": [], "cases": []}', "no cases"),
+        ('{"lifts": [{}], "tips": [], "waters": [], "seas": [], "raos": [], "cases": [{"lift": 0}]}', "payload"),
+    ],
+)
+def test_lowerings_that_cannot_be_run_again_say_so_in_a_line(text, says):
+    run = simulate(CRANE, whole_lift(duration="15 s"), on_failure="mark")
+    del run.attrs["lowerings"]
+    if text is not None:
+        run.attrs["lowerings"] = text
+    with pytest.raises(StillhookError, match=says) as refused:
+        rerun(run)
+    assert "\n" not in str(refused.value)
 
 
 @pytest.mark.thorough

@@ -16,6 +16,7 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.arguments import with_usual_controller
 from stillhook.errors import LiftError, ScenarioError, SeaError
 from stillhook.formats.case_file import read_tip
+from stillhook.formats.results import load_run, lowerings_of, stored_steps
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.library import load_crane
@@ -34,7 +35,7 @@ from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion, wav
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.compensator import Compensator
-from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings
+from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
 from stillhook.tables.table import Number, Part, Spec, Text, with_place
@@ -324,6 +325,20 @@ class LiftFile(NamedTuple):
     at: TipPoint | None = None
     sea: Sea | None = None
     notes: tuple[str, ...] = ()
+
+
+def stored_lift(path: str | Path) -> LiftFile:
+    """The lowering that a stored run holds, to be run again with the same steps. Errors: StillhookError where the file
+    holds none, or several."""
+    run = load_run(path)
+    if "scenarios" in run.attrs:
+        raise LiftError(f"{path}: holds scenarios, no lowerings. Run them again: stillhook run {path}.")
+    cranes, cases = lowerings_of(run)
+    if len(cases) > 1:
+        raise LiftError(f"{path}: holds {len(cases)} lowerings. Run them again in Python: rerun(load_run(path)).")
+    case = cases[0].lowering() if isinstance(cases[0], InSea) else cases[0]
+    step, every = stored_steps(run)
+    return LiftFile(cranes[0], case, step, every, f"again from {Path(path).name}")
 
 
 def load_lift(

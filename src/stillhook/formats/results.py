@@ -12,11 +12,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from stillhook.base.atomic import atomic_file, atomic_folder
-from stillhook.engine.simulate import simulate
+from stillhook.engine.simulate import End, simulate
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary.reader import read_dataset
 from stillhook.library import crane_from_toml
+from stillhook.spec.lift.lowering import InSea, Lowering
+from stillhook.spec.lift.stored import LARGEST, stored_lowerings
 from stillhook.spec.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -80,12 +84,9 @@ def load_run(path: str | Path) -> xarray.Dataset:
 
 def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
     """Crane and scenario of every case of a run, in pairs. Errors: StillhookError where they cannot be read, or for
-    lowerings, whose motion and water no file keeps."""
+    lowerings (`lowerings_of`)."""
     if "scenarios" not in run.attrs:
-        raise StillhookError(
-            "the file holds lowerings: their motion and water are not stored, so they cannot be run again from it. Run"
-            " the lift file again: stillhook lower."
-        )
+        raise StillhookError("the file holds lowerings, not scenarios. Run them again with rerun, or stillhook lower.")
     try:
         stored = json.loads(str(run.attrs["scenarios"]))
     except ValueError:
@@ -98,6 +99,26 @@ def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
     if not {len(cases), len(cranes)} <= {1, n}:
         raise StillhookError(f"stored run: {len(cranes)} cranes and {len(cases)} scenarios. Simulate again.")
     return (cranes * n if len(cranes) == 1 else cranes), (cases * n if len(cases) == 1 else cases)
+
+
+def lowerings_of(run: xarray.Dataset) -> tuple[list[Crane], list[Lowering | InSea]]:
+    """Crane and lowering of every case of a run, in pairs. Errors: StillhookError where they cannot be read, or the
+    file does not hold them."""
+    if "lowerings" not in run.attrs:
+        raise StillhookError(
+            "the file holds lowerings without what repeats them: it is of Stillhook 0.10 or older, or their water is"
+            f" more than {LARGEST / 1e6:.0f} MB. Run the lift file again: stillhook lower."
+        )
+    cases = stored_lowerings(str(run.attrs["lowerings"]))
+    cranes = [crane_from_toml(text, "stored crane") for text in _stored_cranes(run)]
+    try:
+        places = np.ravel(run.attrs.get("crane_of_case", [0] * len(cases))).astype(int).tolist()
+        of_case = [cranes[i] for i in places]
+    except (ValueError, IndexError):
+        of_case = []
+    if len(of_case) != len(cases):
+        raise StillhookError(f"stored run: {len(of_case)} cranes and {len(cases)} lowerings. Simulate again.")
+    return of_case, cases
 
 
 def _several(run: xarray.Dataset) -> bool:
@@ -128,9 +149,12 @@ def stored_steps(run: xarray.Dataset) -> tuple[str, str | None]:
 
 
 def rerun(run: xarray.Dataset) -> xarray.Dataset:
-    """The same run again from its own record; the same version on the same machine gives the same bits."""
-    cranes, cases = origin(run)
+    """The same run again from its own record, of scenarios or lowerings; the same version on the same machine gives the
+    same bits."""
     step, every = stored_steps(run)
+    if "scenarios" not in run.attrs:
+        return _lowered_again(run, step, every)
+    cranes, cases = origin(run)
     one_for_all = run.attrs.get("single", 1) or (_several(run) and all(c is cases[0] for c in cases))
     case = cases[0] if one_for_all else cases
     return simulate(
@@ -140,6 +164,22 @@ def rerun(run: xarray.Dataset) -> xarray.Dataset:
         every=every,
         series=every is not None,
         on_failure="mark",
+    )
+
+
+def _lowered_again(run: xarray.Dataset, step: str, every: str | None) -> xarray.Dataset:
+    cranes, cases = lowerings_of(run)
+    sampled, short = int(run.attrs.get("sampled", 1)), bool(run.attrs.get("short", 0))
+    options: dict[str, Any] = {} if sampled == 1 else {"sampling": f"{sampled * cranes[0].control.t_cycle:.9g} s"}
+    return simulate(
+        cranes if _several(run) else cranes[0],
+        cases[0] if run.attrs.get("single", 1) else cases,
+        step=step,
+        every=every,
+        series=every is not None,
+        end=End.PROGRAMME if short else End.DURATION,
+        on_failure="mark",
+        **options,
     )
 
 

@@ -361,10 +361,12 @@ def lower(
     the seabed in a stage that does not land, or the programme got stuck or was not finished.
 
     Example: stillhook lower anchor-to-3000m --out anchor
+
+    Example: stillhook lower anchor/lowering.nc, to run a stored lowering again
     """
     from stillhook.engine.lowering.run import LiftBlock
     from stillhook.engine.simulate import simulate
-    from stillhook.formats.lift_file import load_lift
+    from stillhook.formats.lift_file import load_lift, stored_lift
     from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
 
     if animation and out is None:
@@ -372,7 +374,11 @@ def lower(
     if animation:
         need("matplotlib", "--animation", LiftError)
     check_out(out, (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES)
-    file = load_lift(lift, seed=seed, duration=duration)
+    if lift.endswith(".nc"):
+        refuse({"--seed": seed, "--duration": duration}, "a stored run is run again as it was. Leave it out.")
+        file = stored_lift(lift)
+    else:
+        file = load_lift(lift, seed=seed, duration=duration)
     try:
         with progress_bar(file.lift.name) as bar:
             progress = started(file.crane, bar, series=True, kind=LiftBlock.kind)

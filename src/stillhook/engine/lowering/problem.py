@@ -21,6 +21,7 @@ from stillhook.engine.runner import Ending, RunOptions, each_case
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, stage_names
+from stillhook.spec.lift.stored import lowerings_text
 from stillhook.variables import attributes
 from stillhook.winches.registry import WINCH_TYPES
 
@@ -158,7 +159,10 @@ class LoweringProblem:
             else (("case",), lengths, attributes("peak_interval"))
         )
         title = f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}"
-        return labelled(columns, coords, {"title": title, **_cranes(crane)}, step=step, single=single, series=series)
+        attrs = {"title": title, **_cranes(crane), "sampled": self.sampled, "short": int(self.short)}
+        if text := lowerings_text(cases):
+            attrs["lowerings"] = text
+        return labelled(columns, coords, attrs, step=step, single=single, series=series)
 
 
 def _lift(case: Case) -> Lowering:

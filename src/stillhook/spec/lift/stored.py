@@ -1,0 +1,158 @@
+"""Lowerings as plain data, from which they run again: what cases share is written once."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import ComplexArray, decode_array, encode_array
+from stillhook.control.registry import Mode
+from stillhook.errors import LiftError, StillhookError
+from stillhook.sea.motion.motion import Still
+from stillhook.sea.motion.text import motion_from_dict
+from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.spectra.text import spectrum_from_dict
+from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.realisation import Amplitudes, WaveField
+from stillhook.spec.lift.compensator import Compensator
+from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, Stage, StageMode, WinchSettings
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.scenario import FrictionModel, Sensors
+from stillhook.tables.table import Source
+
+LARGEST = 64e6
+"""Numbers of water that are stored with a run at most [bytes]: an hour of a case's own water takes 12 MB. A table of
+many seas names them by spectrum and seed (`InSea`), in some hundred bytes each."""
+
+
+class Shared:
+    """Objects that several cases share, each written once."""
+
+    def __init__(self, write: Callable[[Any], Any]) -> None:
+        self.write = write
+        self.places: dict[int, int] = {}
+        self.rows: list[Any] = []
+
+    def place(self, thing: Any) -> int | None:
+        if thing is None:
+            return None
+        if id(thing) not in self.places:
+            self.places[id(thing)] = len(self.rows)
+            self.rows.append(self.write(thing))
+        return self.places[id(thing)]
+
+
+def lowerings_text(cases: Sequence[Lowering | InSea]) -> str:
+    """Cases as JSON text; "" where their own water is more than `LARGEST`."""
+    fields = {id(w): w for c in cases if isinstance(c, Lowering) and (w := c.waves) is not None}
+    if sum(w.eta.nbytes + w.eta_dot.nbytes + w.w.nbytes + w.a.nbytes for w in fields.values()) > LARGEST:
+        return ""
+    shared = {
+        "lifts": Shared(_lift),
+        "tips": Shared(lambda tip: tip.to_dict()),
+        "waters": Shared(_water),
+        "seas": Shared(_sea),
+        "raos": Shared(_rao),
+    }
+    rows = []
+    for case in cases:
+        if isinstance(case, InSea):
+            own: dict[str, Any] = {"seed": case.seed, "x": case.x, "y": case.y, "water": case.water, "left": case.left}
+            own |= {"amplitudes": case.amplitudes.value, "repeat": case.repeat}
+            own |= {"sea": shared["seas"].place(case.sea), "rao": shared["raos"].place(case.rao)}
+            rows.append({"lift": shared["lifts"].place(case.lift), "in_sea": own})
+        else:
+            moved = {"tip": shared["tips"].place(case.tip), "waves": shared["waters"].place(case.waves)}
+            rows.append({"lift": shared["lifts"].place(case), **moved})
+    return json.dumps({"cases": rows, **{name: each.rows for name, each in shared.items()}})
+
+
+def stored_lowerings(text: str) -> list[Lowering | InSea]:
+    """The cases that `lowerings_text` wrote. Errors: LiftError, one line, where the text is none."""
+    try:
+        data = json.loads(text)
+        made: dict[str, list[Any]] = {
+            "lifts": [_rebuilt(row) for row in data["lifts"]],
+            "tips": [motion_from_dict(row) for row in data["tips"]],
+            "waters": [_water_of(row) for row in data["waters"]],
+            "seas": [Sea(tuple(_train(t) for t in row)) for row in data["seas"]],
+            "raos": [_rao_of(row) for row in data["raos"]],
+        }
+        cases: list[Lowering | InSea] = []
+        for row in data["cases"]:
+            lift = made["lifts"][row["lift"]]
+            if own := row.get("in_sea"):
+                own["amplitudes"] = Amplitudes(own["amplitudes"])
+                place = {"sea": made["seas"][own.pop("sea")], "rao": made["raos"][own.pop("rao")]}
+                cases.append(InSea(lift, **place, **own))
+            else:
+                waves = None if row["waves"] is None else made["waters"][row["waves"]]
+                cases.append(lift.model_copy(update={"tip": made["tips"][row["tip"]], "waves": waves}))
+        if not cases:
+            raise ValueError("no cases")
+    except StillhookError as problem:
+        raise LiftError(f"stored lowerings: {problem}") from None
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, zlib.error) as problem:
+        raise LiftError(f"stored lowerings: {problem!r} is missing or wrong. Run the lift again.") from None
+    return cases
+
+
+def _lift(case: Lowering) -> dict[str, Any]:
+    plain = case.model_dump(mode="json", exclude={"tip", "waves", "payload"})
+    return {**plain, "payload": case.payload.to_dict()}
+
+
+def _rebuilt(row: Mapping[str, Any]) -> Lowering:
+    raw = dict(row)
+    raw["payload"] = Payload.from_dict(raw["payload"])
+    raw["rigging"] = Rigging.model_construct(**raw["rigging"])
+    if raw["compensator"] is not None:
+        own = dict(raw["compensator"])
+        own["sources"] = {name: Source.model_construct(**each) for name, each in own["sources"].items()}
+        raw["compensator"] = Compensator.model_construct(**own)
+    raw["wire"] = DeepWire.model_construct(**raw["wire"])
+    stages = ({**stage, "mode": StageMode(stage["mode"])} for stage in raw["programme"])
+    raw["programme"] = tuple(Stage.model_construct(**stage) for stage in stages)
+    raw["winch"] = WinchSettings.model_construct(**raw["winch"])
+    raw["controller"] = Mode(raw["controller"])
+    raw["sensors"] = Sensors.model_construct(**raw["sensors"])
+    raw["friction"] = FrictionModel(raw["friction"])
+    return Lowering.model_construct(**raw, tip=Still(), waves=None)
+
+
+def _water(field: WaveField) -> dict[str, Any]:
+    columns = {name: encode_array(np.ravel(getattr(field, name))) for name in ("eta", "eta_dot", "w", "a")}
+    return {"dt": field.dt, "z_0": field.z_0, "ds": field.ds, "source": field.source, **columns}
+
+
+def _water_of(row: Mapping[str, Any]) -> WaveField:
+    eta, eta_dot, w, a = (decode_array(row[name]) for name in ("eta", "eta_dot", "w", "a"))
+    shape = (len(eta), -1)
+    return WaveField(row["dt"], eta, eta_dot, w.reshape(shape), a.reshape(shape), row["z_0"], row["ds"], row["source"])
+
+
+def _sea(sea: Sea) -> list[dict[str, Any]]:
+    return [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in sea.trains]
+
+
+def _train(row: Mapping[str, Any]) -> Train:
+    return Train(spectrum_from_dict(row["spectrum"]), row["beta"], row["spread"])
+
+
+def _rao(rao: Rao) -> dict[str, Any]:
+    columns = {"omega": rao.omega, "beta": rao.beta, "real": np.ravel(rao.H.real), "imaginary": np.ravel(rao.H.imag)}
+    text = {"name": rao.name, "source": rao.source, "notes": list(rao.notes), "origin": rao.origin}
+    depth = None if np.isinf(rao.depth) else rao.depth
+    return {**text, "depth": depth, **{name: encode_array(column) for name, column in columns.items()}}
+
+
+def _rao_of(row: Mapping[str, Any]) -> Rao:
+    omega, beta, real, imaginary = (decode_array(row[name]) for name in ("omega", "beta", "real", "imaginary"))
+    H: ComplexArray = np.empty((6, len(beta), len(omega)), dtype=np.complex128)
+    H.real, H.imag = real.reshape(H.shape), imaginary.reshape(H.shape)
+    depth = np.inf if row["depth"] is None else row["depth"]
+    return Rao(row["name"], omega, beta, H, row["source"], tuple(row["notes"]), row["origin"], depth)
