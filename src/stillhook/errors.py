@@ -70,3 +70,11 @@ class PlanError(StillhookError):
 
 class WeatherError(StillhookError):
     """Weather that cannot be read, or a question that it cannot answer."""
+
+
+class ConvertError(StillhookError):
+    """A run, log, signal or format that cannot be converted."""
+
+
+class ExportError(StillhookError):
+    """A crane, case, coupling or platform that cannot be exported."""

@@ -45,6 +45,7 @@ COMMANDS = {
     "demo": Entry("runs.demo", "demo"),
     "report": Entry("plan", "report"),
     "fmu": Entry("export.fmu", "fmu"),
+    "convert": Entry("export.convert", "convert"),
     "calc": Entry(
         "crane",
         "app",

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from stillhook import units
 from stillhook.base.atomic import atomic_file
-from stillhook.export.twin.generate import ExportError
+from stillhook.errors import ExportError
 
 
 class Platform(NamedTuple):

@@ -18,7 +18,7 @@ from stillhook.engine.pack.winch import pack, water_around
 from stillhook.engine.runner import nothing
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, first_lane
-from stillhook.errors import StillhookError
+from stillhook.errors import ExportError
 from stillhook.export.twin import ports as p
 from stillhook.kernels import plc_alone
 from stillhook.kernels.build import driver, interpreted
@@ -40,10 +40,6 @@ NEVER = 2**62
 """Stands for a cycle that never comes: no windows are kept, and none is the last."""
 SHORTEST_TEXT = 256
 HERE = Path(__file__).parent
-
-
-class ExportError(StillhookError):
-    """A crane, case, coupling or platform that cannot be exported."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,86 @@
+"""`stillhook convert`: runs and logs in formats of other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stillhook.cli.parser import Json, refuse
+from stillhook.errors import ConvertError, StillhookError
+
+if TYPE_CHECKING:
+    from stillhook.formats.out.table import Content
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(metavar="RUN", help="NetCDF of a run (--out, save_run), or a log.")],
+    target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write; its ending says the format.")],
+    signals: Annotated[str | None, typer.Option(help="Signals by name, in this order (default: all).")] = None,
+    case: Annotated[str | None, typer.Option(help="A case by name, or by number from 0 (default: all).")] = None,
+    every: Annotated[
+        str | None, typer.Option(help='Every so much time, such as "0.1 s"; of a log the width of its means.')
+    ] = None,
+    form: Annotated[
+        str | None, typer.Option("--format", help="csv, parquet, mat, mdf, orcaflex or sima (default: by the ending).")
+    ] = None,
+    mapping: Annotated[Path | None, typer.Option(help="Mapping of a log's columns (TOML).")] = None,
+    json: Json = False,
+) -> None:
+    """Write a run or a log as CSV, Parquet, MAT, MDF 4, or as a time series that OrcaFlex and SIMA read.
+
+    A run with series gives its series, any other its numbers with a row for each case. Numbers are SI; OrcaFlex and
+    SIMA get kN and t.
+
+    Example: stillhook convert results/runs.nc runs.mf4
+
+    Example: stillhook convert results/runs.nc tip.txt --format orcaflex --case SSC --signals s_tip,F_w
+    """
+    from stillhook.formats.out.table import chosen
+    from stillhook.formats.out.write import format_of, write_table
+    from stillhook.report.terminal import print_json
+
+    kind = format_of(target, form)
+    if target.resolve() == source.resolve():
+        raise ConvertError(f"{target}: is the source itself. Give another name.")
+    names = [s.strip() for s in signals.split(",") if s.strip()] if signals is not None else []
+    if source.suffix.lower() == ".nc":
+        refuse({"--mapping": mapping}, "belongs to a log, and this is a run. Leave it out.")
+        content = chosen(_run(source), signals=names, case=case, every=every)
+    else:
+        refuse({"--case": case}, "belongs to a run, and this is a log. Leave it out.")
+        content = chosen(_log(source, mapping, every), signals=names)
+    write_table(content, target, kind)
+    rows = sum(len(t.columns[0].values) for t in content.tables)
+    columns = [c.name for c in content.tables[0].columns]
+    if json:
+        print_json({"file": str(target), "format": kind, "rows": rows, "columns": columns})
+    else:
+        print(f"written: {target} ({kind}, {rows} rows, {len(columns)} columns)")
+
+
+def _run(source: Path) -> Content:
+    from stillhook.formats.out.table import of_run
+    from stillhook.formats.results import load_run
+
+    return of_run(load_run(source))
+
+
+def _log(source: Path, mapping: Path | None, every: str | None) -> Content:
+    from stillhook.formats.out.table import TIME, Column, Content, Table
+    from stillhook.logs.log import read_log
+    from stillhook.logs.mapping import read_mapping
+    from stillhook.units import KINDS
+    from stillhook.variables import BY_NAME
+
+    if not source.is_file():
+        raise StillhookError(f"{source}: no such file. Give a run (NetCDF) or a log.")
+    rows = read_mapping(mapping) if mapping is not None else None
+    log = read_log(source, rows) if every is None else read_log(source, rows, every=every)
+    columns = [Column(TIME, log.t, "s", "time from the first sample")]
+    for name, values in log.signals.items():
+        kind = log.kind(name)
+        meaning = BY_NAME[name].meaning if name in BY_NAME else ""
+        columns.append(Column(name, values, KINDS[kind].si if kind else "1", meaning))
+    return Content((Table("", tuple(columns)),), {"title": f"means of {log.source}"})
