@@ -49,6 +49,7 @@ check: $(STAMP)
 bench: $(STAMP)
 	@$(BIN)/python -m benchmarks.run
 	@$(BIN)/python -m benchmarks.winch_types
+	@$(BIN)/python -m benchmarks.exports
 	@test -z "$(AGAINST)" || $(BIN)/python -m benchmarks.against $(AGAINST)
 
 docs: $(STAMP)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 
 import numpy as np
 import pytest
@@ -115,12 +116,19 @@ def test_orcaflex_and_sima_get_kilonewtons_and_a_time_column(run, tmp_path):
         assert np.array_equal(table[:, names.index("s_tip")], run["s_tip"].values)
 
 
+@pytest.fixture(scope="module")
+def saved(run, several, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("saved")
+    for name, each in (("run", run), ("runs", several), ("numbers", several.drop_dims("time"))):
+        stillhook.save_run(each, folder / f"{name}.nc")
+    return folder
+
+
 @pytest.fixture
-def stored(run, several, tmp_path, monkeypatch):
+def stored(saved, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    stillhook.save_run(run, "run.nc")
-    stillhook.save_run(several, "runs.nc")
-    stillhook.save_run(several.drop_dims("time"), "numbers.nc")
+    for file in saved.iterdir():
+        shutil.copy(file, tmp_path)
     return tmp_path
 
 

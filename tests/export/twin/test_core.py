@@ -310,3 +310,23 @@ def test_an_uncertified_crane_is_never_valid(nov: stillhook.Crane, folder: Path)
     assert host.start() == OK
     assert host.get("valid") == 0.0
     assert host.text("outside") == "not validated"
+
+
+def test_a_winch_on_a_host_s_wire_is_that_of_a_session(nov: stillhook.Crane, folder: Path):
+    """The tension of a run, given at the end of every cycle to the C core and to `Session`."""
+    case = case_of(nov)
+    run = series(nov, case)
+    host, session = Host(export(nov, case, coupling="wire"), folder), stillhook.Session(nov, case, coupling="wire")
+    names = ("F_w", *TIP)
+    host.set(input_time=0, **{n: float(run[n][0]) for n in TIP})
+    assert host.start() == OK
+    assert host.get("s_w") == session.get("s_w")
+    for k in range(1, 2001):
+        given = {n: float(run[n][k]) for n in names}
+        host.set(**given)
+        assert host.step((k - 1) * 0.01, 0.01) == OK
+        session.step(given)
+    for name in ("s_w", "v_w", "e_c", "p_a", "omega_m"):
+        bound = CLOSE if name == "e_c" else RELATIVE * float(np.abs(run[name]).max())
+        assert abs(host.get(name) - session.get(name)) <= bound, name
+    assert abs(host.get("s_w") - float(run["s_w"][2000])) < 1e-4

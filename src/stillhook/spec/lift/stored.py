@@ -112,7 +112,7 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
     raw["rigging"] = Rigging.model_construct(**raw["rigging"])
     if raw["compensator"] is not None:
         own = dict(raw["compensator"])
-        own["sources"] = {name: Source.model_construct(**each) for name, each in own["sources"].items()}
+        own["sources"] = {name: Source(**each) for name, each in own["sources"].items()}
         raw["compensator"] = Compensator.model_construct(**own)
     raw["wire"] = DeepWire.model_construct(**raw["wire"])
     stages = ({**stage, "mode": StageMode(stage["mode"])} for stage in raw["programme"])
