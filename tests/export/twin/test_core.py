@@ -12,7 +12,8 @@ from tests.validate.staged_certificate import staged, write
 import stillhook
 from stillhook.control.registry import code_of
 from stillhook.engine.inputs import CycleInputs
-from stillhook.export.twin import CONTENTS, Export, ExportError, compile_library, export
+from stillhook.export.twin import CONTENTS, Export, ExportError, compile_library, export, generate
+from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.library import cranes
 from stillhook.validate import certificate_of
 
@@ -337,3 +338,12 @@ def test_a_winch_on_a_host_s_wire_is_that_of_a_session(nov: stillhook.Crane, fol
         bound = CLOSE if name == "e_c" else RELATIVE * float(np.abs(run[name]).max())
         assert abs(host.get(name) - session.get(name)) <= bound, name
     assert abs(host.get("s_w") - float(run["s_w"][600])) < 1e-4
+
+
+def test_a_winch_outside_what_is_translated_is_refused_in_a_line(nov: stillhook.Crane, monkeypatch: pytest.MonkeyPatch):
+    def outside(self: object, *arguments: object, **named: object) -> None:
+        raise SubsetError("own.py:12: the statement Try")
+
+    monkeypatch.setattr(generate.Translator, "function", outside)
+    with pytest.raises(ExportError, match=r'"nov-250t": .* own\.py:12'):
+        export(nov, case_of(nov))
