@@ -46,6 +46,7 @@ COMMANDS = {
     "report": Entry("plan", "report"),
     "fmu": Entry("export.fmu", "fmu"),
     "convert": Entry("export.convert", "convert"),
+    "external": Entry("export.external", "external"),
     "calc": Entry(
         "crane",
         "app",

@@ -50,11 +50,11 @@ static int sh_put_sample(sh_twin *t, const sh_exchange *e, sh_sample s)
 
 static sh_reply sh_reply_of(sh_twin *t)
 {
-    sh_reply now = {-sh_get(t, sh_find("v_w")), sh_get(t, sh_find("s_w"))};
+    sh_reply now = {0.0 - sh_get(t, sh_find("v_w")), sh_get(t, sh_find("s_w"))};
     return now;
 }
 
-/* The winch standing under the first tension. */
+/* The winch standing under the first tension, with a tip that stands. */
 static int sh_exchange_begin(sh_exchange *e, sh_sample s, sh_reply *reply)
 {
     sh_twin *t = &e->accepted.twin;
@@ -67,11 +67,11 @@ static int sh_exchange_begin(sh_exchange *e, sh_sample s, sh_reply *reply)
     if (answer == SH_OK && e->mode == e->mode)
         answer = sh_put_input(t, "mode", e->mode);
     if (answer == SH_OK)
-        answer = sh_put_input(t, "v_op", e->v_op);
-    if (answer == SH_OK)
-        answer = sh_put_sample(t, e, s);
+        answer = sh_put_input(t, "F_w", s.F_w);
     if (answer == SH_OK)
         answer = sh_start(t, 0.0);
+    if (answer == SH_OK)
+        answer = sh_put_input(t, "v_op", e->v_op);
     if (answer != SH_OK)
         return answer;
     e->accepted.sample = s;

@@ -56,7 +56,7 @@ class Exchange:
     Parameters: crane; case: wire out, mode and controllers with which it begins; its load follows from the first
     tension, its motion and water are the host's; v_op: speed of the operator, hoisting positive [m/s].
 
-    At the first sample the winch stands under its tension. The PLC runs on its own grid of cycles from that time on. What
+    At the first sample the winch stands under its tension, with a tip that stands. The PLC runs on its own grid of cycles from that time on. What
     it reads at a cycle is between two samples of the host: the tension on a line, the tip on a quintic through position,
     speed and acceleration of both. An answer between two cycles is on a line between the rates of both; the later one is
     tried with the tension and the acceleration of the present sample held, for less than one cycle, and thrown away.
@@ -103,18 +103,13 @@ class Exchange:
         session = self._standing()
         self._session = session
         self._accepted = self._trial = Mark(sample, 0, session.save())
-        return Answer(-session.get("v_w"), session.get("s_w"))
+        return _reading(session)
 
     def _standing(self) -> Session:
         """The winch standing under the first tension."""
         load = max(self._first.F_w / G - self.crane.hook_mass, 0.0)
         case = self.case.model_copy(update={"load": load, "water": None})
-        session = Session(self.crane, case, coupling="wire")
-        for name, value in (("s_tip", 0.0), ("v_tip", self._first.v_tip), ("a_tip", self._first.a_tip)):
-            session.set(name, value)
-        session.set("v_op", self.v_op)
-        session.set("F_w", self._first.F_w)
-        return session
+        return Session(self.crane, case, coupling="wire")
 
     def _advance(self, session: Session, sample: Sample) -> Answer:
         t_cycle, first = session.cycle, self._first.time
@@ -125,11 +120,11 @@ class Exchange:
         for k in range(before.k + 1, n + 1):
             session.step(self._inputs(between(before.sample, sample, first + k * t_cycle)))
         self._trial = Mark(sample, max(n, before.k), session.save())
-        rate, s_w, x = -session.get("v_w"), session.get("s_w"), cycles - n
+        now, x = _reading(session), cycles - n
         if x <= ROUNDING:
-            return Answer(rate, s_w)
+            return now
         session.step(self._inputs(ahead(sample, first + (n + 1) * t_cycle)))
-        return inside(Answer(rate, s_w), Answer(-session.get("v_w"), session.get("s_w")), x, t_cycle)
+        return inside(now, _reading(session), x, t_cycle)
 
     def _inputs(self, sample: Sample) -> dict[str, float]:
         return {
@@ -137,6 +132,7 @@ class Exchange:
             "s_tip": sample.s_tip - self._first.s_tip,
             "v_tip": sample.v_tip,
             "a_tip": sample.a_tip,
+            "v_op": self.v_op,
         }
 
     def save(self) -> str:
@@ -162,6 +158,10 @@ class Exchange:
         session.restore(state)
         self.v_op, self._first, self._session = v_op, first, session
         self._accepted = self._trial = Mark(sample, k, state)
+
+
+def _reading(session: Session) -> Answer:
+    return Answer(0.0 - session.get("v_w"), session.get("s_w"))
 
 
 def between(a: Sample, b: Sample, time: float) -> Sample:

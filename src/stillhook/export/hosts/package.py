@@ -1,0 +1,149 @@
+"""Folders for other programs: library, source, settings and what to do with them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from stillhook import units
+from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.engine.inputs import envelope_line, twin_line
+from stillhook.engine.pack.winch import pack
+from stillhook.export.twin import PLATFORMS, Export, ExportError, check_platform, compile_library, export
+from stillhook.library import crane_toml
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
+
+HOSTS = ("orcaflex", "simo")
+HERE = Path(__file__).parent
+PARTS = {"orcaflex": ("exchange.c", "plain.c", "orcaflex.c"), "simo": ("exchange.c", "plain.c", "simo.c")}
+LIBRARY = "stillhook_winch"
+MODULE = '''"""External function for a winch's pay-out rate in OrcaFlex: {crane}. Needs Stillhook in OrcaFlex's Python."""
+
+from pathlib import Path
+
+from stillhook.export.hosts.orcaflex import Winch
+
+
+class StillhookWinch(Winch):
+    crane = Path(__file__).with_name("crane.toml")
+    case = {case!r}
+'''
+PARAMETERS = """TipObject=                  // object that the crane tip is fixed to, such as the vessel
+TipPosition=0, 0, 0         // of the tip on it, x, y, z, in the model's unit of length
+WireOut={s_w:g}             // wire paid out at the start; of the case {s_w:g} m
+Mode={mode}                 // {modes}
+OperatorSpeed=0             // hoisting positive
+TensionResult=Tension       // of the winch
+PositionResult=Z            // of the tip's object, up positive
+// SpeedResult, AccelerationResult: GZ velocity, GZ acceleration, or in older versions GZ-Velocity, GZ-Acceleration
+"""
+ORCAFLEX_YML = """# Parts of a model's text data file: copy them in, or enter the same in the data forms.
+VariableData:
+  ExternalFunctions:
+    - Name: Stillhook
+      FileName: {file}
+      FunctionName: StillhookWinch
+      InitialValue: 0
+Winches:
+  - Name: AHC winch
+    WinchType: Simple
+    WinchControlType: Whole Simulation
+    StaticMode: Specified Length
+    StaticValue: {s_w:g}
+    WholeSimulationControlMode: Specified Payout Rate
+    WholeSimulationPayoutRate: Stillhook
+"""
+
+
+def host_source(made: Export, host: str) -> str:
+    """The whole C source of a library for a host. Errors: ExportError for an unknown host."""
+    if host not in HOSTS:
+        raise ExportError(f"host = {units.quote(host)}: choose {' or '.join(HOSTS)}.")
+    if made.coupling != "wire":
+        raise ExportError(f'coupling = {made.coupling}: a host with a wire of its own needs "wire".')
+    parts = ((HERE / name).read_text(encoding="utf-8") for name in PARTS[host])
+    names = ", ".join(f'"{name}"' for name in made.modes.values())
+    return "\n".join([made.source, f"#define SH_MODE_NAMES {names}", *_wire(made), *parts])
+
+
+def _wire(made: Export) -> list[str]:
+    """The wire of the crane, for a host that leaves it to the library [SI]."""
+    hoist = pack(made.crane, made.case).params.hoist
+    numbers = {
+        "EA": hoist.wire.EA,
+        "L_0": hoist.wire.L_0,
+        "MU": hoist.wire.mu,
+        "ZETA": hoist.wire.zeta,
+        "MASS": hoist.load.m,
+        "WEIGHT": hoist.load.W,
+    }
+    return [f"#define SH_WIRE_{name} {float(x)!r}" for name, x in numbers.items()]
+
+
+def write_host(
+    host: str, crane: Crane, case: Scenario, folder: str | Path, *, platforms: Sequence[str] = ("win64",)
+) -> tuple[Path, ...]:
+    """Write what a host needs to have a crane's winch, all files or none. Gives their paths.
+
+    Parameters: host: "orcaflex" or "simo"; case: wire out, load and mode with which it begins (water and motion are the
+    host's); folder; platforms: of the libraries, names of `stillhook.export.twin.PLATFORMS`; none for the source alone.
+
+    Errors: ExportError, one line, for an unknown host or platform, a compiler that is absent or fails, and a case with
+    other friction or held gas, which the Python function does not take; ScenarioError as in `stillhook.simulate`;
+    SimulationError where the folder cannot be written.
+    """
+    if host not in HOSTS:
+        raise ExportError(f"host = {units.quote(host)}: choose {' or '.join(HOSTS)}.")
+    for platform in platforms:
+        check_platform(platform)
+    still = Scenario(**_case(case))
+    made = export(crane, still, coupling="wire")
+    source = host_source(made, host)
+    texts = {"README.txt": _readme(made, host, platforms), f"{LIBRARY}.c": source, "crane.toml": crane_toml(crane)}
+    if host == "orcaflex":
+        modes = ", ".join(made.modes.values())
+        texts["stillhook_winch.py"] = MODULE.format(crane=crane.name, case=_case(case))
+        texts["parameters.txt"] = PARAMETERS.format(s_w=case.s_w, mode=case.mode.value, modes=modes)
+        texts["winch.yml"] = ORCAFLEX_YML.format(file=f"{LIBRARY}{PLATFORMS['win64'].suffix}", s_w=case.s_w)
+    names = [*texts, *(_library(platform) for platform in platforms), "sha256.txt"]
+    target = Path(folder)
+    check_folder(target, tuple(names))
+    with atomic_folder(target) as part:
+        for name, text in texts.items():
+            (part / name).write_text(text, encoding="utf-8")
+        for platform in platforms:
+            compile_library(source, platform, part / _library(platform))
+        sums = [f"{hashlib.sha256((part / name).read_bytes()).hexdigest()}  {name}" for name in sorted(names[:-1])]
+        (part / names[-1]).write_text("\n".join(sums) + "\n", encoding="utf-8")
+    return tuple(target / name for name in names)
+
+
+def _library(platform: str) -> str:
+    return f"{LIBRARY}{PLATFORMS[platform].suffix}"
+
+
+def _case(case: Scenario) -> dict[str, Any]:
+    """The case as its texts: what a host does not have itself."""
+    return {
+        "load": f"{case.load!r} kg",
+        "s_w": f"{case.s_w!r} m",
+        "mode": case.mode.value,
+        "friction": case.friction.value,
+        "gas_held": case.gas_held,
+    }
+
+
+def _readme(made: Export, host: str, platforms: Sequence[str]) -> str:
+    page = {"orcaflex": "use-in-orcaflex", "simo": "use-in-sima"}[host]
+    built = ", ".join(_library(p) for p in platforms) or f"none built; {LIBRARY}.c compiles by any C99 compiler"
+    lines = [
+        f"Winch of {made.crane.name} for {host}, as docs/how-to/{page} says. Not tried in the program itself.",
+        f"{twin_line(made.crane)}. {envelope_line(made.crane) or 'No envelope of validity.'}",
+        f"Libraries: {built}. Identity {made.identity}.",
+        f"PLC cycle {made.t_cycle:g} s; begins with {made.case.s_w:g} m of wire, mode {made.case.mode.value}.",
+        "Signs: tip up positive; pay-out rate positive where wire goes out.",
+    ]
+    return "\n".join(lines) + "\n"
