@@ -21,8 +21,10 @@ HERE = Path(__file__).parent
 OWN = own_platform()
 SAME = 1e-12
 """The C core and the session have the same kernels by two compilers [m/s]."""
-SIMO_OFF = (0.02, 0.012)
-"""Height of the load beside `simulate` with steps of 50 and 25 ms [m], of 1 m of tip motion."""
+SIMO_OFF = 1.5e-3
+"""Height of the load beside `simulate` with steps of 50 ms [m], of 1 m of tip motion: 0.9 mm is seen."""
+SIMO_ORDER = 1.3
+"""Least order in the host's step; seen 1.7: rates of tip and wire are those of the last three steps, of second order."""
 WINE = shutil.which("wine64") or next((w for w in ("/usr/lib/wine/wine64",) if Path(w).exists()), None)
 
 pytestmark = pytest.mark.skipif(OWN is None, reason="no library for this system")
@@ -109,7 +111,7 @@ def expected(nov, case) -> np.ndarray:
     return np.array([exchange.at(s, new_step=new).payout for s, new in samples()])
 
 
-@pytest.mark.parametrize("more", [{}, {"at": 60}, {"units": "US"}])
+@pytest.mark.parametrize("more", [{}, {"at": 57}, {"units": "US"}])
 def test_the_native_function_gives_what_the_python_one_gives(built: Path, rows: Path, expected, more):
     head, *lines = run_orcaflex([str(built / "host_orcaflex.exe")], str(built / "orcaflex.lib"), rows, **more)
     assert head == "capabilities 3"
@@ -160,9 +162,8 @@ def test_a_load_that_hangs_on_forces_of_the_library_moves_as_in_simulate(built: 
     for h in (0.05, 0.025):
         out = run_simo([str(built / "host_simo.exe")], str(built / "simo.lib"), tmp_path, nov, case, h)
         found.append(np.abs(out[:, 1] - np.interp(out[:, 0], run.time.values, height)).max())
-    print("simo", found)
-    assert found[0] < SIMO_OFF[0]
-    assert found[1] < 0.6 * found[0]
+    assert found[0] < SIMO_OFF
+    assert math.log2(found[0] / found[1]) > SIMO_ORDER
 
 
 @pytest.mark.skipif(WINE is None, reason="wine is not installed")
@@ -171,7 +172,7 @@ def test_the_windows_libraries_give_the_same_under_wine(made: Export, rows: Path
         compile_library(host_source(made, host), "win64", tmp_path / f"{host}.dll")
         host_of(f"host_{host}", tmp_path, windows=True)
     wine = [str(WINE)]
-    _, *lines = run_orcaflex([*wine, str(tmp_path / "host_orcaflex.exe")], str(tmp_path / "orcaflex.dll"), rows, at=60)
+    _, *lines = run_orcaflex([*wine, str(tmp_path / "host_orcaflex.exe")], str(tmp_path / "orcaflex.dll"), rows, at=57)
     assert np.abs(np.array([float(line) for line in lines]) - expected).max() < 1e-9
     out = run_simo([*wine, str(tmp_path / "host_simo.exe")], str(tmp_path / "simo.dll"), tmp_path, nov, case, 0.05)
     assert np.abs(out[:, 1]).max() < 1.0

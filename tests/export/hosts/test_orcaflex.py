@@ -14,13 +14,16 @@ from stillhook.export.hosts.orcaflex import Winch
 
 SHORT = 8.0
 """Time in which the tip has its full motion and has turned round [s]."""
-ORDER = (1.6, 2.4)
-"""Order in the host's step: 2 is that of the trapezoidal rule and of tension on a line; the error is one of a few
-swings, which leaves some tenths."""
-FLOOR = 1e-4
-"""Wire out beside `simulate` for steps near the PLC's cycle [m]: 2e-5 to 1e-4 is seen, of 1 m of tip motion."""
-SAME = 1e-12
-"""Two ways to the same samples: rounding alone [m, m/s]."""
+ORDER = (1.5, 2.5)
+"""Order in the host's step: 2 is that of the trapezoidal rule and of tension on a line; largest differences of a few swings
+leave some tenths. Seen: 1.7 wire out, 1.9 load, 1.6 tension."""
+HALF = 1e-3
+"""Wire out beside `simulate` with steps of 50 ms [m]: 0.7 mm is seen."""
+NEAR = {0.004: 5e-5, 0.01: 5e-5, 0.017: 2e-4, 0.02: 2e-4}
+"""Wire out beside `simulate` [m], of 1 m of tip motion, by the host's step [s]: above a PLC cycle the host's own rule and the
+tension on a line count, with the square of the step; below, what holding the tension within a cycle costs."""
+CURVED = 0.01
+"""Part of a cycle's change of the rate by which its course within the cycle may be beside a line: 0.003 is seen."""
 
 
 class Function(Winch):
@@ -55,20 +58,20 @@ def off(rows: np.ndarray, run) -> np.ndarray:
 def test_a_load_that_hangs_in_the_host_moves_as_in_simulate_with_the_square_of_the_hosts_step(nov, case, run):
     wide, half = (off(OrcaFlex(Function, nov, case, h).run(SHORT), run) for h in (0.1, 0.05))
     order = np.log2(wide / half)
-    assert (order > ORDER[0] - 0.4).all(), order
-    assert ORDER[0] < order[2] < ORDER[1], order
-    assert half[0] < 2e-3
+    assert ((order > ORDER[0]) & (order < ORDER[1])).all(), order
+    assert half[0] < HALF
 
 
-@pytest.mark.parametrize("h", [0.004, 0.01, 0.017, 0.02])
+@pytest.mark.parametrize("h", NEAR)
 def test_steps_shorter_than_a_plc_cycle_equal_to_it_and_no_part_of_it_give_the_run_of_simulate(nov, case, run, h):
     found = off(OrcaFlex(Function, nov, case, h).run(4.0), run)
-    assert found[0] < FLOOR
+    assert found[0] < NEAR[h]
 
 
 def test_wire_goes_out_where_the_tip_rises(nov, case):
-    rows = OrcaFlex(Function, nov, case, 0.05).run(SHORT)
-    rising = np.array([s[1] for s in (OrcaFlex(Function, nov, case, 0.05).tip(t) for t in rows[:, 0])])
+    host = OrcaFlex(Function, nov, case, 0.05)
+    rows = host.run(SHORT)
+    rising = np.array([host.tip(t)[1] for t in rows[:, 0]])
     fast = np.abs(rising) > 0.2
     assert (np.sign(rows[fast, 4]) == np.sign(rising[fast])).all()
 
@@ -123,10 +126,11 @@ def test_an_answer_between_two_plc_cycles_is_between_theirs(nov, case):
     for i in range(101):
         exchange.at(sample(0.01 * i), new_step=True)
     here = exchange.at(sample(1.0), new_step=False)
-    inside = [Exchange(nov, case), exchange][1].at(sample(1.0 + 0.004), new_step=True)
+    inside = exchange.at(sample(1.0 + 0.004), new_step=True)
     there = exchange.at(sample(1.01), new_step=True)
-    assert min(here.payout, there.payout) - 1e-4 < inside.payout < max(here.payout, there.payout) + 1e-4
-    assert abs(inside.s_w - (here.s_w + 0.004 * here.payout)) < 1e-6
+    assert here.payout < inside.payout < there.payout
+    bound = CURVED * nov.control.t_cycle * (there.payout - here.payout)
+    assert abs(inside.s_w - here.s_w - 0.004 * 0.5 * (here.payout + inside.payout)) < bound
 
 
 def test_a_wire_in_compression_is_slack(nov, case):

@@ -88,12 +88,12 @@ def write_host(
 ) -> tuple[Path, ...]:
     """Write what a host needs to have a crane's winch, all files or none. Gives their paths.
 
-    Parameters: host: "orcaflex" or "simo"; case: wire out, load and mode with which it begins (water and motion are the
-    host's); folder; platforms: of the libraries, names of `stillhook.export.twin.PLATFORMS`; none for the source alone.
+    Parameters: host: "orcaflex" or "simo"; case: load, wire out, mode and friction model with which it begins (motion,
+    water, operator and later changes of the mode are the host's, and left out); folder; platforms: of the libraries,
+    names of `stillhook.export.twin.PLATFORMS`; none for the source alone.
 
-    Errors: ExportError, one line, for an unknown host or platform, a compiler that is absent or fails, and a case with
-    other friction or held gas, which the Python function does not take; ScenarioError as in `stillhook.simulate`;
-    SimulationError where the folder cannot be written.
+    Errors: ExportError, one line, for an unknown host or platform, and a compiler that is absent or fails; ScenarioError
+    as in `stillhook.simulate`; SimulationError where the folder cannot be written. Nothing is left half-written.
     """
     if host not in HOSTS:
         raise ExportError(f"host = {units.quote(host)}: choose {' or '.join(HOSTS)}.")
