@@ -90,7 +90,8 @@ API void CALL C_GetVarIDW(void *object, const wchar_t *name, int *id, int *statu
         if (wcscmp(name, names[i]) == 0 && object == (i == 0 ? (void *)&winch : (void *)&vessel))
             *status = 0, *id = 100 + i;
 }
-API void CALL C_GetTimeHistory2W(void *object, const void *extra, const Period *period, int id, double *value, int *status)
+API void CALL C_GetTimeHistory2W(void *object, const void *extra, const Period *period, int id, double *value,
+                                 int *status)
 {
     *status = period->PeriodNum == 32005 && extra != NULL && object != NULL ? 0 : 11;
     *value = id == 100 ? row[1] / 1000.0 * force : row[id - 99] * length;

@@ -1,8 +1,8 @@
-/* A mock of SIMO for an external DLL force: two bodies, a crane whose heave is given, and a load that hangs on the forces of
- * the library alone. Trapezoidal rule with iterations, as SIMO may repeat a step.
+/* A mock of SIMO for an external DLL force: two bodies, a crane whose heave is given, and a load that hangs on the
+ * forces of the library alone. Trapezoidal rule with iterations, as SIMO may repeat a step.
  *
- * Arguments: library, file with a tip height [m] in every line, step [s], mass of the load [kg], weight [N], wire out [m],
- * iterations. Prints time, height of the load above its start [m] and tension [N] of every step.
+ * Arguments: library, file with a tip height [m] in every line, step [s], mass of the load [kg], weight [N], wire out
+ * [m], iterations. Prints time, height of the load above its start [m] and tension [N] of every step.
  */
 #include <math.h>
 #include <stdio.h>
@@ -20,8 +20,9 @@ static void *find(const char *file, const char *name)
 }
 #endif
 
-typedef void (*Force)(int *, float *, double *, int *, int *, float *, int *, float *, float *, int *, float *, float *, int *,
-                      int *, int *, int *, int *, int *, int *, char *, double *, double *, double *, float *, int *);
+typedef void (*Force)(int *, float *, double *, int *, int *, float *, int *, float *, float *, int *, float *, float *,
+                      int *, int *, int *, int *, int *, int *, int *, char *, double *, double *, double *, float *,
+                      int *);
 
 static Force force;
 static double state[24];
@@ -41,8 +42,8 @@ static double force_on(int body, double time, double h, int step, int iteration)
     info[11] = iteration;
     info_r[0] = (float)time;
     info_r[1] = (float)h;
-    force(&none, &unused, &other, &none, info, info_r, &none, &unused, &unused, bodies, tip, &unused, &none, &none, &none, &ints,
-          &reals, &none, &none, text, state, &other, &other, stor, &error);
+    force(&none, &unused, &other, &none, info, info_r, &none, &unused, &unused, bodies, tip, &unused, &none, &none,
+          &none, &ints, &reals, &none, &none, text, state, &other, &other, stor, &error);
     if (error != 0) {
         printf("error %d\n", error);
         exit(3);

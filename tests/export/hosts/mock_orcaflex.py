@@ -1,7 +1,8 @@
-"""A mock of OrcaFlex, written from the public help of OrcFxAPI: what calls an external function, in which order, with what.
+"""A mock of OrcaFlex, written from the public help of OrcFxAPI: what calls an external function, in which order, with
+what.
 
-Its model is a load on a linear wire below a crane tip that moves: the trapezoidal rule, solved by iteration, so that the
-function is called several times at each time. Everything that it shows is in its own units.
+Its model is a load on a linear wire below a crane tip that moves: the trapezoidal rule, solved by iteration, so that
+the function is called several times at each time. Everything that it shows is in its own units.
 """
 
 import sys
@@ -56,9 +57,7 @@ class Tip:
         powers = np.vander([0.0, 1.0], 6, increasing=True)
         slopes = np.array([[n * y ** max(n - 1, 0) for n in range(6)] for y in (0.0, 1.0)])
         bends = np.array([[n * (n - 1) * y ** max(n - 2, 0) for n in range(6)] for y in (0.0, 1.0)])
-        c = np.linalg.solve(
-            np.vstack([powers, slopes, bends]), [s_0, s_1, v_0 * h, v_1 * h, a_0 * h * h, a_1 * h * h]
-        )
+        c = np.linalg.solve(np.vstack([powers, slopes, bends]), [s_0, s_1, v_0 * h, v_1 * h, a_0 * h * h, a_1 * h * h])
         p = np.polynomial.Polynomial(c)
         return float(p(x)), float(p.deriv()(x) / h), float(p.deriv(2)(x) / h**2)
 
@@ -105,10 +104,10 @@ class Thing:
     factors: dict[str, float]
     tags: dict[str, str] = field(default_factory=dict)
 
-    def TimeHistory(self, name: str, period: Any, extra: Any = None) -> list[float]:  # noqa: N802
+    def TimeHistory(self, name: str, period: Any, extra: Any = None) -> list[float]:
         return [self.results(name, extra)]
 
-    def UnitsConversionFactor(self, units: str) -> float:  # noqa: N802
+    def UnitsConversionFactor(self, units: str) -> float:
         return self.factors[units]
 
 
@@ -129,8 +128,8 @@ class Info:
 class OrcaFlex:
     """A model with a winch, whose rate of pay-out an external function gives.
 
-    Parameters: function: the class; crane and case; h: time step [s]; parameters: text of the winch; force, length: units
-    of the model, how many there are in a kN and a m; datum: height of the tip at the start [m].
+    Parameters: function: the class; crane and case; h: time step [s]; parameters: text of the winch; force, length:
+    units of the model, how many there are in a kN and a m; datum: height of the tip at the start [m].
     """
 
     def __init__(

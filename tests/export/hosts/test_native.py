@@ -24,7 +24,8 @@ SAME = 1e-12
 SIMO_OFF = 1.5e-3
 """Height of the load beside `simulate` with steps of 50 ms [m], of 1 m of tip motion: 0.9 mm is seen."""
 SIMO_ORDER = 1.3
-"""Least order in the host's step; seen 1.7: rates of tip and wire are those of the last three steps, of second order."""
+"""Least order in the host's step; seen 1.7: rates of tip and wire are those of the last three steps, of second
+order."""
 WINE = shutil.which("wine64") or next((w for w in ("/usr/lib/wine/wine64",) if Path(w).exists()), None)
 
 pytestmark = pytest.mark.skipif(OWN is None, reason="no library for this system")
@@ -65,7 +66,9 @@ def host_of(name: str, folder: Path, *, windows: bool = False) -> Path:
 def built(made: Export, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("hosts")
     for host in ("orcaflex", "simo"):
-        compile_library(host_source(made, host), str(OWN), folder / f"{host}.lib", ["-Wall", "-Wextra", "-pedantic", "-Werror"])
+        compile_library(
+            host_source(made, host), str(OWN), folder / f"{host}.lib", ["-Wall", "-Wextra", "-pedantic", "-Werror"]
+        )
         host_of(f"host_{host}", folder)
     return folder
 
@@ -155,6 +158,7 @@ def run_simo(host: list[str], library: str, folder: Path, nov, case, h: float) -
     return np.array([[float(x) for x in line.split()] for line in done.stdout.splitlines()])
 
 
+@pytest.mark.thorough
 def test_a_load_that_hangs_on_forces_of_the_library_moves_as_in_simulate(built: Path, nov, case, tmp_path: Path):
     run = stillhook.simulate(nov, case, every="10 ms", series=True)
     height = run["s_load"].values - run["s_load"].values[0]
@@ -166,6 +170,7 @@ def test_a_load_that_hangs_on_forces_of_the_library_moves_as_in_simulate(built: 
     assert math.log2(found[0] / found[1]) > SIMO_ORDER
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(WINE is None, reason="wine is not installed")
 def test_the_windows_libraries_give_the_same_under_wine(made: Export, rows: Path, expected, nov, case, tmp_path: Path):
     for host in ("orcaflex", "simo"):
@@ -178,6 +183,7 @@ def test_the_windows_libraries_give_the_same_under_wine(made: Export, rows: Path
     assert np.abs(out[:, 1]).max() < 1.0
 
 
+@pytest.mark.thorough
 def test_the_command_writes_a_folder_whose_python_function_runs(tmp_path: Path, capsys):
     out = tmp_path / "winch"
     assert command(["external", "orcaflex", "nov-250t", "--out", str(out), "--platform", str(OWN), "--json"]) == 0
@@ -186,7 +192,7 @@ def test_the_command_writes_a_folder_whose_python_function_runs(tmp_path: Path, 
     names = {"README.txt", "parameters.txt", "winch.yml", "stillhook_winch.py", "stillhook_winch.c", "crane.toml"}
     assert names <= {p.name for p in out.iterdir()}
     space: dict[str, object] = {"__file__": str(out / "stillhook_winch.py")}
-    exec((out / "stillhook_winch.py").read_text(), space)  # noqa: S102
+    exec((out / "stillhook_winch.py").read_text(), space)
     function = space["StillhookWinch"]
     assert stillhook.load_crane(function.crane).name == "nov-250t"  # type: ignore[attr-defined]
     assert stillhook.Scenario(**function.case).s_w == 100.0  # type: ignore[attr-defined]

@@ -1,5 +1,5 @@
-/* A winch in a host whose steps are its own: PLC cycles run as the host's time passes them. The same as exchange.py, which
- * says what is held and what is interpolated.
+/* A winch in a host whose steps are its own: PLC cycles run as the host's time passes them. The same as exchange.py,
+ * which says what is held and what is interpolated.
  */
 #define SH_ROUNDING 1e-6 /* part of a PLC cycle */
 

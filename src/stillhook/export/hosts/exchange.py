@@ -1,8 +1,8 @@
 """A winch in a host whose steps are its own: PLC cycles run as the host's time passes them.
 
-The host has wire, load and water. It gives, at its own times, the tension at the crane tip and the motion of the tip, and
-gets the rate at which wire is paid out, and the wire out. A time may be asked as often as a host iterates: the state is
-held at the last time that was accepted, and every answer starts from a copy of it.
+The host has wire, load and water. It gives, at its own times, the tension at the crane tip and the motion of the tip,
+and gets the rate at which wire is paid out, and the wire out. A time may be asked as often as a host iterates: the
+state is held at the last time that was accepted, and every answer starts from a copy of it.
 """
 
 from __future__ import annotations
@@ -56,10 +56,11 @@ class Exchange:
     Parameters: crane; case: wire out, mode and controllers with which it begins; its load follows from the first
     tension, its motion and water are the host's; v_op: speed of the operator, hoisting positive [m/s].
 
-    At the first sample the winch stands under its tension, with a tip that stands. The PLC runs on its own grid of cycles from that time on. What
-    it reads at a cycle is between two samples of the host: the tension on a line, the tip on a quintic through position,
-    speed and acceleration of both. An answer between two cycles is on a line between the rates of both; the later one is
-    tried with the tension and the acceleration of the present sample held, for less than one cycle, and thrown away.
+    At the first sample the winch stands under its tension, with a tip that stands. The PLC runs on its own grid of
+    cycles from that time on. What it reads at a cycle is between two samples of the host: the tension on a line, the
+    tip on a quintic through position, speed and acceleration of both. An answer between two cycles is on a line
+    between the rates of both; the later one is tried with the tension and the acceleration of the present sample held,
+    for less than one cycle, and thrown away.
 
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
@@ -75,6 +76,9 @@ class Exchange:
     def __init__(self, crane: Crane, case: Scenario, *, v_op: float = 0.0) -> None:
         self.crane, self.case, self.v_op = crane, case, v_op
         self._session: Session | None = None
+        self._first: Sample
+        self._accepted: Mark
+        self._trial: Mark
 
     def at(self, sample: Sample, *, new_step: bool) -> Answer:
         """The answer at a sample; new_step: the host began a new step, so that its last sample is accepted unless the
@@ -144,8 +148,8 @@ class Exchange:
         return json.dumps({**data, "v_op": self.v_op, "state": base64.b85encode(mark.state).decode()})
 
     def restore(self, text: str) -> None:
-        """Go on from what `save` gave. Errors: SimulationError where it is of another crane, case or version, or no such
-        text; nothing is changed then."""
+        """Go on from what `save` gave. Errors: SimulationError where it is of another crane, case or version, or no
+        such text; nothing is changed then."""
         try:
             data = json.loads(text)
             first, sample = Sample(*data["first"]), Sample(*data["sample"])

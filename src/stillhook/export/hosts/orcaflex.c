@@ -1,6 +1,6 @@
-/* Native external function for the pay-out rate of a winch of OrcaFlex: the same as orcaflex.py. Written from the public help
- * of OrcFxAPI (Orcina: "Native external functions", TExtFnInfo); numbers of the model are in its units, which are asked for.
- * Exports StillhookWinch and RegisterCapabilities (Unicode, implicit integration).
+/* Native external function for the pay-out rate of a winch of OrcaFlex: the same as orcaflex.py. Written from the
+ * public help of OrcFxAPI (Orcina: "Native external functions", TExtFnInfo); numbers of the model are in its units,
+ * which are asked for. Exports StillhookWinch and RegisterCapabilities (Unicode, implicit integration).
  */
 #include <stdlib.h>
 #include <wchar.h>
@@ -211,7 +211,8 @@ static int of_fill(of_info *info, of_winch *w)
     of_find("C_GetUnitsConversionFactorW", &factor);
     of_find("C_GetModelHandle", &model_of);
     if (called == NULL || factor == NULL || model_of == NULL) {
-        of_say(info, L"this version of OrcaFlex", L"", " lacks functions of OrcFxAPI that are needed: use the Python one.");
+        of_say(info, L"this version of OrcaFlex", L"",
+               " lacks functions of OrcFxAPI that are needed: use the Python one.");
         return 0;
     }
     factor(info->object, L"FF", &w->force, &force);

@@ -1,8 +1,9 @@
 """An external function for a winch of OrcaFlex, in Python: the rate of pay-out of a winch that Stillhook calculates.
 
-OrcaFlex has wire, load, vessel and sea. At every time it asks for the rate at which the winch pays out, and this class reads
-the winch's tension and the motion of the crane tip in the model and answers. Written from the public help of OrcFxAPI
-(Orcina, "Python external functions" and "Native external functions"); docs/how-to/use-in-orcaflex says what was not tried.
+OrcaFlex has wire, load, vessel and sea. At every time it asks for the rate at which the winch pays out, and this class
+reads the winch's tension and the motion of the crane tip in the model and answers. Written from the public help of
+OrcFxAPI (Orcina, "Python external functions" and "Native external functions"); docs/how-to/use-in-orcaflex says what
+was not tried.
 """
 
 from __future__ import annotations
@@ -41,9 +42,9 @@ class Winch:
             case = {"load": "100 t", "s_w": "100 m", "mode": "ssc"}
 
     Parameters, from the object's tags or its external function parameters (lines of NAME=value), in the model's units:
-    TipObject, the object that the crane tip is fixed to; TipPosition, "x, y, z" of the tip on it; WireOut, wire paid out
-    at the start (default the case's); Mode; OperatorSpeed, hoisting positive; TensionResult, PositionResult, SpeedResult,
-    AccelerationResult, names of results. What is raised stops OrcaFlex, which shows the line.
+    TipObject, the object that the crane tip is fixed to; TipPosition, "x, y, z" of the tip on it; WireOut, wire paid
+    out at the start (default the case's); Mode; OperatorSpeed, hoisting positive; TensionResult, PositionResult,
+    SpeedResult, AccelerationResult, names of results. What is raised stops OrcaFlex, which shows the line.
 
     Signs: tip up positive; pay-out rate positive where wire goes out.
     """
@@ -55,8 +56,8 @@ class Winch:
         """Read parameters, units and a stored state."""
         if not str(info.DataName).startswith(DATA_NAMES):
             raise SimulationError(
-                f"StillhookWinch gives a rate of pay-out, and was asked for {units.quote(str(info.DataName))}. Choose it"
-                " for the winch's pay-out rate."
+                f"StillhookWinch gives a rate of pay-out, and was asked for {units.quote(str(info.DataName))}. Choose"
+                " it for the winch's pay-out rate."
             )
         given = _parameters(info)
         self._force, self._length = _factors(info)
@@ -111,8 +112,8 @@ class Winch:
             return value
         names = " nor ".join(units.quote(n) for n in ((named,) if named else RESULTS[parameter]))
         raise SimulationError(
-            f'"{thing.Name}" has no result {names} ({problem}). Name it in the parameter {parameter}, as the results form'
-            " of OrcaFlex shows it."
+            f'"{thing.Name}" has no result {names} ({problem}). Name it in the parameter {parameter}, as the results'
+            " form of OrcaFlex shows it."
         )
 
 

@@ -20,7 +20,8 @@ HOSTS = ("orcaflex", "simo")
 HERE = Path(__file__).parent
 PARTS = {"orcaflex": ("exchange.c", "plain.c", "orcaflex.c"), "simo": ("exchange.c", "plain.c", "simo.c")}
 LIBRARY = "stillhook_winch"
-MODULE = '''"""External function for a winch's pay-out rate in OrcaFlex: {crane}. Needs Stillhook in OrcaFlex's Python."""
+MODULE = '''"""External function for a winch's pay-out rate in OrcaFlex: {crane}. Needs Stillhook in OrcaFlex's
+Python."""
 
 from pathlib import Path
 
@@ -92,8 +93,9 @@ def write_host(
     water, operator and later changes of the mode are the host's, and left out); folder; platforms: of the libraries,
     names of `stillhook.export.twin.PLATFORMS`; none for the source alone.
 
-    Errors: ExportError, one line, for an unknown host or platform, and a compiler that is absent or fails; ScenarioError
-    as in `stillhook.simulate`; SimulationError where the folder cannot be written. Nothing is left half-written.
+    Errors: ExportError, one line, for an unknown host or platform, and a compiler that is absent or fails;
+    ScenarioError as in `stillhook.simulate`; SimulationError where the folder cannot be written. Nothing is left
+    half-written.
     """
     if host not in HOSTS:
         raise ExportError(f"host = {units.quote(host)}: choose {' or '.join(HOSTS)}.")

@@ -1,5 +1,6 @@
 /* A plain interface, for hosts that call functions of a library themselves (Java by JNA, Python by ctypes, MATLAB): SI.
- * Signs: tip up positive; payout and wire out: paid out positive. An answer of 0 is good; stillhook_words says the others.
+ * Signs: tip up positive; payout and wire out: paid out positive. An answer of 0 is good; stillhook_words says the
+ * others.
  */
 #include <stdlib.h>
 #if defined(_WIN32)
@@ -23,8 +24,8 @@ SH_SHOWN void *stillhook_new(double wire_out, double v_op, double mode) /* wire_
 SH_SHOWN void stillhook_free(void *e) { free(e); }
 
 /* F_w tension at the crane tip [N]; s_tip, v_tip, a_tip its motion; new_step: 1 at the first call of a step. */
-SH_SHOWN int stillhook_exchange(void *e, double time, double F_w, double s_tip, double v_tip, double a_tip, int new_step,
-                                double *payout, double *s_w)
+SH_SHOWN int stillhook_exchange(void *e, double time, double F_w, double s_tip, double v_tip, double a_tip,
+                                int new_step, double *payout, double *s_w)
 {
     sh_sample sample = {time, F_w, s_tip, v_tip, a_tip};
     sh_reply reply = {0.0, 0.0};

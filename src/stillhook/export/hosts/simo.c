@@ -1,13 +1,13 @@
 /* External DLL force of SIMO: winch and wire between a crane vessel and a load, both bodies of SIMO. There is no public
  * interface of a DLL that sets the length of SIMO's own couplings; this one hangs the load by forces on both bodies.
  *
- * Argument list of GFEXFO as public code shows it (M. Haila, external force for SAMS, 2022): IINFO holds mode, module, body,
- * body type, number of bodies, step, steps, substep, substeps, gravity, store, iteration; RINFO time, step, gravity, densities
- * of water and air, depth; STATE a row of twelve double precision numbers for each body, of which the first six are position
- * [m] and angles [rad]; STOR six forces [kN, kN m] in global axes at the body's origin.
+ * Argument list of GFEXFO as a public coupling of SIMO with SAMS has it (NTNU, 2022): IINFO holds mode, module,
+ * body, body type, number of bodies, step, steps, substep, substeps, gravity, store, iteration; RINFO time, step,
+ * gravity, densities of water and air, depth; STATE a row of twelve double precision numbers for each body, of which
+ * the first six are position [m] and angles [rad]; STOR six forces [kN, kN m] in global axes at the body's origin.
  *
- * KXFO: number of the crane's body, of the load's. RXFO: tip on the crane's body x, y, z; hook point on the load x, y, z [m];
- * tension at the start [kN], 0 for the case's weight. Plain numbers of the wire are SH_WIRE_....
+ * KXFO: number of the crane's body, of the load's. RXFO: tip on the crane's body x, y, z; hook point on the load x, y,
+ * z [m]; tension at the start [kN], 0 for the case's weight. Plain numbers of the wire are SH_WIRE_....
  */
 #if defined(_WIN32)
 #define SH_FORTRAN __declspec(dllexport)
@@ -23,7 +23,7 @@ typedef struct {
     double time, tip, apart; /* height of the tip and distance tip to hook [m] */
 } si_place;
 
-/* One winch in a run: SIMO gives no memory of its own that is public. A second winch is another copy of the library. */
+/* One winch in a run: no memory of SIMO's own is public. A second winch is another copy of the library. */
 static struct {
     sh_exchange exchange;
     si_place now, last, before; /* the two accepted ones */
@@ -44,7 +44,8 @@ static void si_rates(double t, double x, double t_1, double x_1, double t_2, dou
 /* A point of a body in global axes: angles roll, pitch, yaw [rad], turned in the order yaw, pitch, roll. */
 static void si_point(const double *body, const float *local, double *arm, double *place)
 {
-    double cx = cos(body[3]), sx = sin(body[3]), cy = cos(body[4]), sy = sin(body[4]), cz = cos(body[5]), sz = sin(body[5]);
+    double cx = cos(body[3]), sx = sin(body[3]), cy = cos(body[4]), sy = sin(body[4]);
+    double cz = cos(body[5]), sz = sin(body[5]);
     double R[3][3] = {{cz * cy, -sz * cx + cz * sy * sx, sz * sx + cz * sy * cx},
                       {sz * cy, cz * cx + sz * sy * sx, -cz * sx + sz * sy * cx},
                       {-sy, cy * sx, cy * cx}};
@@ -86,11 +87,12 @@ static int si_solve(int new_step, double *F)
     *F = si.exchange.trial.sample.F_w;
     for (int pass = 0; pass < SI_PASSES; pass++) {
         sh_sample s = {si.now.time, *F, si.now.tip, v, a};
-        double found;
+        double found, stretch;
         int answer = sh_exchange_at(&si.exchange, s, new_step && pass == 0, &reply);
         if (answer != SH_OK)
             return answer;
-        found = si_tension(si.stretch_0 + si.now.apart - si.apart_0 - (reply.s_w - si.s_w_0), rate - reply.payout, reply.s_w);
+        stretch = si.stretch_0 + si.now.apart - si.apart_0 - (reply.s_w - si.s_w_0);
+        found = si_tension(stretch, rate - reply.payout, reply.s_w);
         if (fabs(found - *F) < SI_CLOSE)
             break;
         *F = found;
@@ -98,10 +100,10 @@ static int si_solve(int new_step, double *F)
     return SH_OK;
 }
 
-SH_FORTRAN void gfexfo_(int *iwa, float *rwa, double *dwa, int *ipdms, int *iinfo, float *rinfo, int *npcur, float *curcor,
-                        float *curvel, int *kxfo, float *rxfo, float *rhxfo, int *ixfo, int *iextf, int *icoord, int *nint,
-                        int *nrea, int *nsto, int *nstr, char *chext, double *state, double *gamma, double *vellot,
-                        float *stor, int *ierr)
+SH_FORTRAN void gfexfo_(int *iwa, float *rwa, double *dwa, int *ipdms, int *iinfo, float *rinfo, int *npcur,
+                        float *curcor, float *curvel, int *kxfo, float *rxfo, float *rhxfo, int *ixfo, int *iextf,
+                        int *icoord, int *nint, int *nrea, int *nsto, int *nstr, char *chext, double *state,
+                        double *gamma, double *vellot, float *stor, int *ierr)
 {
     double arm[2][3], at[2][3], F = 0.0, sub, time;
     int crane = kxfo[0], load = kxfo[1], body = iinfo[SI_BODY], first, answer = SH_OK;
