@@ -15,7 +15,7 @@ from stillhook.control.registry import MANUAL_MODE, Mode
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
 from stillhook.export.plc.program import LREAL, PREFIX, Block, Names, Unit, Variable, literal, plain_text
-from stillhook.export.plc.translate import COMPARISON, Body, Library, Record, Value, scalars
+from stillhook.export.plc.translate import COMPARISON, Body, Library, Record, Value, paragraphs, scalars
 from stillhook.kernels.c99.expressions import plain
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.spec.crane import Crane, own_settings
@@ -23,8 +23,10 @@ from stillhook.spec.scenario import Scenario
 
 STARTS = {"f_pump": 1.0, "alpha_m": 1.0, "K_wire": 1.0}
 """Inputs that are 1 until something is connected to them: all pumps, full displacement, outermost layer."""
-USUAL_WIRE = 100.0
-"""Wire out at which a crane is packed [m]: no setting of the PLC depends on it."""
+MEASURED = {"e_c": "e_c_measured"}
+"""Outputs that results call otherwise: the PLC knows the tip as its motion unit measures it."""
+USUAL_WIRE = "100 m"
+"""Wire out at which a crane is packed: no setting of the PLC depends on it."""
 
 
 class PlcError(StillhookError):
@@ -52,13 +54,13 @@ def controller_block(crane: Crane, controller: str) -> Block:
     >>> controller_block(stillhook.load_crane("nov-250t"), "ssc").block.name
     'SH_ssc'
     """
-    mode = choice(Mode, controller, "--controller")
+    mode = choice(Mode, controller, "--controller", PlcError)
     refuse_unsuited(crane, mode)
     law, own = mode.law, own_settings(crane.control, mode.law)
-    packed = pack(crane, Scenario(load=0.5 * crane.SWL, s_w=USUAL_WIRE, mode=mode))
+    packed = pack(crane, Scenario(load=f"{0.5 * crane.SWL} kg", s_w=USUAL_WIRE, mode=mode))
     active = getattr(packed.params, "active", None)
     control = MotorControl(offset=0.0, half_width=0.0, feedback=1.0) if active is None else active.control
-    plc, memory = packed.params.plc, packed.memory
+    plc, memory = packed.params.plc, packed.memory._replace(mode=0.0, F=0.0)  # both are read in the first cycle
     library = Library()
     parts = [("plc", type(plc), plc), ("control", MotorControl, control)]
     parts += [("own", law.record, own)] if law.record is not None else []
@@ -88,7 +90,7 @@ def controller_block(crane: Crane, controller: str) -> Block:
     variables_of = [
         Variable(first, "BOOL", "TRUE until the first cycle is done", "TRUE"),
         *(
-            Variable(own_name, LREAL, memory_note(f), literal(getattr(memory, f)))
+            Variable(own_name, LREAL, "", literal(getattr(memory, f)))
             for f, own_name in kept.items()
             if own_name in used
         ),
@@ -103,7 +105,7 @@ def controller_block(crane: Crane, controller: str) -> Block:
     rhythm = f"Call it once every {literal(plc.t_cycle)} s. Inputs and outputs are in SI units, hoisting is positive."
     block = Unit(
         library.names.new(PREFIX + law.field),
-        plain_text(f"{title}\n{rhythm}"),
+        plain_text(f"{title}\n{rhythm}\nMemory, m_ before the name: {_remembered()}"),
         "",
         (*inputs, settings),
         outputs,
@@ -131,6 +133,7 @@ def controller_block(crane: Crane, controller: str) -> Block:
         memory=memory,
         plc=plc,
         control=control,
+        drive=crane.plant.type.control,
         own=own,
         law=law,
     )
@@ -222,19 +225,12 @@ def own_notes(law: Any) -> dict[str, str]:
     return {name: plain_text(setting.meaning) for name, setting in law.settings.items()}
 
 
-def _part(cls: Any, name: str) -> str:
-    """What a docstring says of a field, up to the next comma."""
-    text = " ".join(inspect.cleandoc(cls.__doc__).split())
-    found = re.search(rf"\b{name}\b (?:how )?([^,;]*)", text)
-    return plain_text(f"{name}: {found[1].rstrip('.')}" if found else "")
-
-
 def output_note(name: str) -> str:
     """What an output is, with its unit, in the words of the results."""
-    entry = variables.VARIABLES.get(name) if hasattr(variables, "VARIABLES") else None
-    return plain_text(f"{entry.meaning} [{entry.unit}]") if entry is not None else _part(ActuatorCommands, name)
+    entry = variables.BY_NAME[MEASURED.get(name, name)]
+    return plain_text(f"{entry.meaning} [{'-' if entry.unit == '1' else entry.unit}]")
 
 
-def memory_note(name: str) -> str:
-    """What a remembered value is."""
-    return _part(Memory, name)
+def _remembered() -> str:
+    """What the PLC remembers, in the words of its record."""
+    return paragraphs(Memory.__doc__ or "").removeprefix("What the PLC remembers: ")

@@ -87,6 +87,7 @@ class Block(NamedTuple):
     memory: Any  # before the first cycle
     plc: Any
     control: Any
+    drive: str  # kind of drive, see `stillhook.control.interface`
     own: Any
     law: Any
 

@@ -23,10 +23,8 @@ class Reference:
     """The cycle that Stillhook simulates with, one call a cycle, in Python."""
 
     def __init__(self, block: Block) -> None:
-        drive = block.law.drives if len(block.law.drives) == 1 else None
-        extra = extra_controllers([block.controller])
         self.block = block
-        self.kernel = plc_alone.kernel(extra, *(drive or ()))
+        self.kernel = plc_alone.kernel(extra_controllers([block.controller]), block.drive)
         own = {block.controller: block.own} if block.own is not None else {}
         self.m = block.memory
         self.laws = self.kernel.laws.blank(own)

@@ -68,9 +68,14 @@ def within(value: Value, binds: int) -> str:
     return value.text if value.binds >= binds and value.binds != UNARY else f"({value.text})"
 
 
+def paragraphs(text: str) -> str:
+    """A docstring as one paragraph a line."""
+    return plain_text("\n".join(" ".join(part.split()) for part in inspect.cleandoc(text).split("\n\n")))
+
+
 def documentation(fn: Callable[..., Any]) -> str:
-    """Docstring of a function, as one paragraph a line."""
-    return plain_text(inspect.cleandoc(fn.__doc__ or ""))
+    """Docstring of a function; a plain operation of the mathematics has none."""
+    return paragraphs(fn.__doc__ or "")
 
 
 def comment(text: str, pad: str = "") -> list[str]:
@@ -110,7 +115,7 @@ class Library:
                 Variable(spelled[name], inner.get(name, LREAL), beside.get(name, ""), "" if name in inner else literal(value))
                 for name, value in record._asdict().items()
             )
-            about = text or plain_text(inspect.cleandoc(cls.__doc__ or ""))
+            about = text or paragraphs(cls.__doc__ or "")
             about = "" if about.startswith(f"{cls.__name__}(") else about
             self.structures[cls] = Structure(self.names.new(PREFIX + cls.__name__), about, members)
         return self.structures[cls].name
@@ -145,7 +150,7 @@ class Library:
             body.emit(f"{name} := {result.text};")
             unit = Unit(
                 name,
-                documentation(fn) or f"See {fn.__module__}.",
+                "\n".join(part for part in (documentation(fn), f"Translated from {fn.__module__}.") if part),
                 TYPES[result.type],
                 tuple(inputs),
                 (),
