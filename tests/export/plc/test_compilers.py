@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.export.plc.cases import CLOSED, bits, block_of, pairs, random_inputs
 
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.export.plc import structured_text
 from stillhook.export.plc.plcopen import SPACE, XHTML, plcopen_xml
 from stillhook.export.plc.sequence import Reference, inputs
-from tests.export.plc.cases import CLOSED, bits, block_of, pairs, random_inputs
 
 CYCLES = 100_000
 MAIN = """
@@ -71,7 +71,20 @@ def program(block, compiler, folder):
     get = "\n".join(f"        out[{i}] = __GET_VAR(b.{f.upper()},);" for i, f in enumerate(ActuatorCommands._fields))
     n_in, n_out = len(Sensed._fields), len(ActuatorCommands._fields)
     (folder / "main.c").write_text(MAIN.format(block=name, n_in=n_in, n_out=n_out, put=put, get=get))
-    command = ["gcc", "-O2", "-ffp-contract=off", "-w", "-I", library / "C", "-I", folder, "main.c", "-o", "main", "-lm"]
+    command = [
+        "gcc",
+        "-O2",
+        "-ffp-contract=off",
+        "-w",
+        "-I",
+        library / "C",
+        "-I",
+        folder,
+        "main.c",
+        "-o",
+        "main",
+        "-lm",
+    ]
     subprocess.run(command, cwd=folder, check=True)
     return folder / "main"
 

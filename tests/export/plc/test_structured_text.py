@@ -5,18 +5,23 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
+import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
+from tests.export.plc.cases import CLOSED, bits, block_of, pairs, random_inputs
+from tests.export.plc.structured_text import Machine
+from tests.scripts import DOCS
 
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.export.plc import structured_text
 from stillhook.export.plc.program import RESERVED, Names, literal
-from stillhook.export.plc.sequence import Reference, inputs, reaches, test_sequence
+from stillhook.export.plc.sequence import Reference, inputs, reaches, sequence_csv
 from stillhook.kernels.plc_alone import PlcInputs, plc_alone
-from tests.export.plc.cases import CLOSED, bits, block_of, pairs, random_inputs
-from tests.export.plc.structured_text import Machine
 
 SHORT, LONG = 3_000, 1_000_000
 
@@ -39,6 +44,9 @@ def test_the_text_commands_what_the_simulated_controller_commands_bit_for_bit(cr
     block = block_of(crane, controller)
     machine, rows = machine_of(crane, controller), random_inputs(block, SHORT)
     np.testing.assert_array_equal(bits(outputs_of(machine.start(), rows)), bits(expected(block, rows)))
+
+
+SAME = test_the_text_commands_what_the_simulated_controller_commands_bit_for_bit
 
 
 @pytest.mark.thorough
@@ -72,7 +80,7 @@ def test_a_million_cycles_of_the_text_give_the_numbers_of_the_compiled_controlle
 @pytest.mark.parametrize(("crane", "controller"), pairs())
 def test_the_test_sequence_holds_for_the_text_of_every_controller(crane, controller):
     block = block_of(crane, controller)
-    head, *rows = list(csv.reader(io.StringIO(test_sequence(block))))
+    head, *rows = list(csv.reader(io.StringIO(sequence_csv(block))))
     n = len(Sensed._fields)
     assert [h.split(" [")[0] for h in head[1 : n + 1]] == list(Sensed._fields)
     assert all(h.startswith("expected ") for h in head[n + 1 :])
@@ -125,3 +133,16 @@ def test_the_first_values_of_the_settings_are_those_of_the_crane():
             part = getattr(part, name)
         assert part == value, path
     assert all(math.isfinite(value) for _, value, _ in block.settings)
+
+
+@pytest.mark.slow
+def test_a_controller_of_the_user_with_a_memory_is_exported_like_a_shipped_one(tmp_path):
+    """The one of the how-to page, in a process that knows it."""
+    page = (DOCS / "how-to" / "add-a-controller.md").read_text(encoding="utf-8")
+    module = tmp_path / "ssc_pi.py"
+    module.write_text(re.search(r"```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[1], encoding="utf-8")
+    paths = os.pathsep.join([str(DOCS.parent / "src"), str(DOCS.parent)])
+    code = f"from tests.export.plc import test_structured_text as t; t.{SAME.__name__}({CLOSED!r}, 'ssc-pi')"
+    environment = os.environ | {"STILLHOOK_EXTENSIONS": str(module), "PYTHONPATH": paths}
+    ran = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr

@@ -34,7 +34,7 @@ def export(
     from stillhook.control.registry import default_of
     from stillhook.export.plc.block import PlcError, controller_block
     from stillhook.export.plc.plcopen import plcopen_xml
-    from stillhook.export.plc.sequence import test_sequence
+    from stillhook.export.plc.sequence import sequence_csv
     from stillhook.export.plc.text import settings, structured_text
     from stillhook.library import load_crane
 
@@ -49,7 +49,7 @@ def export(
     check_out(out, names)
     text = structured_text(block)
     facts = settings(block, text)
-    write_out(out, dict(zip(names, (text, plcopen_xml(block), facts, test_sequence(block)), strict=True)), quiet=json)
+    write_out(out, dict(zip(names, (text, plcopen_xml(block), facts, sequence_csv(block)), strict=True)), quiet=json)
     if json:
         print_json({**facts, "files": [str(out / name) for name in names]})
     else:

@@ -154,9 +154,7 @@ def _cycle(
     plc, y = settings.values["plc"], reading.values
     body.emit(f"IF {first} THEN")
     body.depth += 1
-    start = body.called(
-        plain(memory_before), [m, y["F"], y["s_w"], y["s_tip"], y["mode"], y["v_op"], plc]
-    )
+    start = body.called(plain(memory_before), [m, y["F"], y["s_w"], y["s_tip"], y["mode"], y["v_op"], plc])
     _assign(body, m, start)
     body.emit(f"{first} := FALSE;")
     body.depth -= 1

@@ -42,7 +42,9 @@ def plcopen_xml(block: Block) -> str:
     instance = Variable("controller", block.block.name, "connect its inputs and outputs to the signals of the crane")
     main = Unit(f"{PREFIX}main", "Calls the controller.", "", (), (), (instance,), ("controller();",))
     _pou(pous, main, "program")
-    configuration = _add(_add(_add(root, "instances"), "configurations"), "configuration", name=f"{PREFIX}configuration")
+    configuration = _add(
+        _add(_add(root, "instances"), "configurations"), "configuration", name=f"{PREFIX}configuration"
+    )
     resource = _add(configuration, "resource", name=f"{PREFIX}resource")
     interval = f"T#{block.t_cycle * 1000.0:g}ms"
     task = _add(resource, "task", name=f"{PREFIX}task", interval=interval, priority="0")

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from stillhook.control.commands import SMALL
 from stillhook.control.interface import Sensed
-from stillhook.control.plc import SMALL, ActuatorCommands, memory_before
+from stillhook.control.plc import ActuatorCommands, memory_before
 from stillhook.export.plc.block import sensed_notes
 from stillhook.export.plc.program import Block
 from stillhook.kernels import plc_alone
@@ -96,9 +97,11 @@ def inputs(block: Block, reference: Reference) -> Iterator[tuple[Sensed, Actuato
             t += dt
 
 
-def test_sequence(block: Block) -> str:
+def sequence_csv(block: Block) -> str:
     """CSV: cycle, inputs and expected outputs, with units in the header and every digit that a double has."""
-    units = {name: note.rsplit("[", 1)[1].split("]")[0] if "[" in note else "-" for name, note in sensed_notes().items()}
+    units = {
+        name: note.rsplit("[", 1)[1].split("]")[0] if "[" in note else "-" for name, note in sensed_notes().items()
+    }
     head = ["cycle", *(f"{n} [{u}]" for n, u in units.items()), *(f"expected {n} [{u}]" for n, u in UNITS.items())]
     lines = [",".join(head)]
     for number, (seen, drive) in enumerate(inputs(block, Reference(block))):

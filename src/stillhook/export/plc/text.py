@@ -30,11 +30,11 @@ def verify(file: Path) -> tuple[str, str]:
     """Checksum that a file names, and the one that it has. Errors: PlcError for a file that cannot be read or that
     names none."""
     try:
-        text = file.read_text(encoding="utf-8", newline="")
+        text = file.read_text(encoding="utf-8")
     except (OSError, ValueError) as e:
         reason = getattr(e, "strerror", None) or "no text in UTF-8"
         raise PlcError(f"{file}: cannot be read ({reason}). Give a text that stillhook plc export wrote.") from None
-    found = LINE.search(text.replace("\r\n", "\n").replace("\r", "\n"))
+    found = LINE.search(text)
     if found is None:
         raise PlcError(f"{file}: names no checksum. Give a text that stillhook plc export wrote.")
     return found[1], checksum(text)

@@ -32,7 +32,7 @@ COMPARISONS: dict[type, str] = {
     ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">=", ast.Eq: "=", ast.NotEq: "<>"
 }  # fmt: skip
 STANDARD: dict[Any, str] = {abs: "ABS", math.fabs: "ABS", math.sqrt: "SQRT"}
-TYPES = {float: LREAL, bool: BOOL}
+TYPES: dict[Any, str] = {float: LREAL, bool: BOOL}
 WIDTH = 110
 
 
@@ -112,7 +112,9 @@ class Library:
             spelled = {name: names.new(name) for name in cls._fields}
             self.members[cls] = spelled
             members = tuple(
-                Variable(spelled[name], inner.get(name, LREAL), beside.get(name, ""), "" if name in inner else literal(value))
+                Variable(
+                    spelled[name], inner.get(name, LREAL), beside.get(name, ""), "" if name in inner else literal(value)
+                )
                 for name, value in record._asdict().items()
             )
             about = text or paragraphs(cls.__doc__ or "")
@@ -172,7 +174,11 @@ class Body:
         self.depth = 0
 
     def emit(self, line: str) -> None:
-        self.lines.append("    " * self.depth + line)
+        pad = "    " * self.depth
+        self.lines += textwrap.wrap(
+            line, WIDTH, initial_indent=pad, subsequent_indent=f"{pad}        ", break_long_words=False,
+            break_on_hyphens=False,
+        )  # fmt: skip
 
     def new(self, name: str, t: type) -> Value:
         own = self.names.new(name)
@@ -254,7 +260,9 @@ class Body:
                 others = [*s.orelse, *statements[i + 1 :]]
                 one, two = Call(call.fn, dict(call.env)), Call(call.fn, dict(call.env))
                 condition = self.value(s.test, call)
-                return self.choice(condition, lambda: self.block(s.body, one), lambda: self.block(others, two), "result")  # noqa: B023
+                return self.choice(
+                    condition, lambda: self.block(s.body, one), lambda: self.block(others, two), "result"
+                )
             self.statement(s, call)
         return None
 
@@ -388,10 +396,15 @@ class Body:
             return Value((" AND " if conjunction else " OR ").join(terms), bool, AND if conjunction else OR)
         result = self.number(e.values[0], call, bool)
         for term in e.values[1:]:
-            before, stop = result, Value("FALSE" if conjunction else "TRUE", bool)
-            more = lambda term=term: self.number(term, call, bool)  # noqa: E731
-            ways = (more, lambda stop=stop: stop) if conjunction else (lambda stop=stop: stop, more)
-            result = self.choice(before, *ways, name or "holds")
+
+            def more(term: ast.expr = term) -> Value:
+                return self.number(term, call, bool)
+
+            def decided() -> Value:
+                return Value("FALSE" if conjunction else "TRUE", bool)
+
+            one, other = (more, decided) if conjunction else (decided, more)
+            result = self.choice(result, one, other, name or "holds")
         return result
 
     def value_IfExp(self, e: ast.IfExp, call: Call, name: str) -> Any:
