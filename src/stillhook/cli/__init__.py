@@ -70,6 +70,11 @@ COMMANDS = {
         "app",
         "Payloads: list them, and show their weight, added mass, drag and slamming in water.",
     ),
+    "plc": Entry(
+        "export.plc",
+        "app",
+        "PLC: a controller as IEC 61131-3 Structured Text with a test sequence; check such a text.",
+    ),
     "weather": Entry(
         "weather.commands",
         "app",

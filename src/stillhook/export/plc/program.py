@@ -1,0 +1,271 @@
+"""What is written for a PLC: structures, functions and one function block, as records that text and XML are made of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+LREAL, BOOL = "LREAL", "BOOL"
+PREFIX = "SH_"
+"""Begins every name that is global in the PLC's project, so that none meets one of the user's or of a library."""
+
+RESERVED = frozenset(
+    [
+        "abs",
+        "acos",
+        "action",
+        "add",
+        "and",
+        "any",
+        "any_bit",
+        "any_num",
+        "any_real",
+        "any_int",
+        "array",
+        "asin",
+        "at",
+        "atan",
+        "begin",
+        "bool",
+        "by",
+        "byte",
+        "cal",
+        "calc",
+        "calcn",
+        "case",
+        "cd",
+        "clk",
+        "concat",
+        "configuration",
+        "constant",
+        "cos",
+        "ctd",
+        "ctu",
+        "ctud",
+        "cu",
+        "d",
+        "date",
+        "date_and_time",
+        "delete",
+        "dint",
+        "div",
+        "do",
+        "ds",
+        "dt",
+        "dword",
+        "else",
+        "elsif",
+        "en",
+        "end",
+        "eno",
+        "eq",
+        "et",
+        "exit",
+        "exp",
+        "expt",
+        "external",
+        "f_edge",
+        "f_trig",
+        "false",
+        "find",
+        "for",
+        "from",
+        "function",
+        "ge",
+        "global",
+        "gt",
+        "if",
+        "in",
+        "initial_step",
+        "input",
+        "insert",
+        "int",
+        "interval",
+        "jmp",
+        "jmpc",
+        "jmpcn",
+        "l",
+        "ld",
+        "ldn",
+        "le",
+        "left",
+        "len",
+        "limit",
+        "lint",
+        "ln",
+        "log",
+        "lreal",
+        "lt",
+        "lword",
+        "max",
+        "mid",
+        "min",
+        "mod",
+        "move",
+        "mul",
+        "mux",
+        "n",
+        "ne",
+        "not",
+        "of",
+        "on",
+        "or",
+        "output",
+        "p",
+        "persistent",
+        "program",
+        "pt",
+        "pv",
+        "q",
+        "r",
+        "r1",
+        "r_edge",
+        "r_trig",
+        "read_only",
+        "read_write",
+        "real",
+        "rename",
+        "repeat",
+        "replace",
+        "resource",
+        "ret",
+        "retain",
+        "return",
+        "right",
+        "rol",
+        "ror",
+        "rs",
+        "s",
+        "s1",
+        "sd",
+        "sel",
+        "shl",
+        "shr",
+        "sin",
+        "single",
+        "sint",
+        "sl",
+        "sqrt",
+        "sr",
+        "st",
+        "step",
+        "stn",
+        "string",
+        "struct",
+        "sub",
+        "system",
+        "t",
+        "tan",
+        "task",
+        "then",
+        "time",
+        "time_of_day",
+        "to",
+        "tod",
+        "tof",
+        "ton",
+        "tp",
+        "transition",
+        "true",
+        "trunc",
+        "type",
+        "udint",
+        "uint",
+        "ulint",
+        "until",
+        "usint",
+        "var",
+        "version",
+        "while",
+        "with",
+        "word",
+        "wstring",
+        "xor",
+        "xorn",
+    ]
+)
+"""Words that a name may not be, whatever its case: keywords, operators of instruction lists, standard functions."""
+
+
+class Names:
+    """Names of one scope: IEC 61131-3 does not distinguish upper from lower case, and wants single underscores
+    within."""
+
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self.taken = {name.casefold() for name in taken}
+
+    def new(self, wanted: str) -> str:
+        """This name, or the next one like it that is free."""
+        name = re.sub(r"_+", "_", re.sub(r"\W", "_", wanted)).strip("_") or "v"
+        name = f"v_{name}" if name[0].isdigit() else name
+        number = 1
+        unique = name
+        while unique.casefold() in self.taken or unique.casefold() in RESERVED:
+            number += 1
+            unique = f"{name}_{number}"
+        self.taken.add(unique.casefold())
+        return unique
+
+
+class Variable(NamedTuple):
+    """A variable or a member of a structure; initial value as text, "" for none."""
+
+    name: str
+    type: str
+    comment: str = ""
+    initial: str = ""
+
+
+class Structure(NamedTuple):
+    """A structured data type."""
+
+    name: str
+    comment: str
+    members: tuple[Variable, ...]
+
+
+class Unit(NamedTuple):
+    """A function (with a result) or the function block (result ""); body one statement or comment a line."""
+
+    name: str
+    comment: str
+    result: str
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+    variables: tuple[Variable, ...]
+    body: tuple[str, ...]
+
+
+class Block(NamedTuple):
+    """Everything that is exported: head says what it is; reference computes its cycle in Python."""
+
+    head: tuple[str, ...]
+    crane: str
+    controller: str
+    code: float
+    t_cycle: float
+    structures: tuple[Structure, ...]
+    functions: tuple[Unit, ...]
+    block: Unit
+    settings: tuple[tuple[str, float, str], ...]  # path, value, what the structure's comment says
+    memory: Any  # before the first cycle
+    plc: Any
+    control: Any
+    drive: str  # kind of drive, see `stillhook.control.interface`
+    own: Any
+    law: Any
+
+
+def literal(number: float) -> str:
+    """A literal that reads back to the same double: IEC 61131-3 wants a decimal point before the exponent."""
+    text = repr(float(number))
+    if "e" in text:
+        digits, exponent = text.split("e")
+        text = f"{digits if '.' in digits else digits + '.0'}E{int(exponent)}"
+    return text
+
+
+def plain_text(text: str) -> str:
+    """A comment's text: ASCII, and no marks of comments within."""
+    return text.replace("(*", "( *").replace("*)", "* )").encode("ascii", "replace").decode()

@@ -1,0 +1,148 @@
+"""The exported text, read by an interpreter of its own, against the cycle that Stillhook simulates with."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from tests.export.plc.cases import CLOSED, bits, block_of, pairs, random_inputs
+from tests.export.plc.structured_text import Machine
+from tests.scripts import DOCS
+
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import ActuatorCommands
+from stillhook.export.plc import structured_text
+from stillhook.export.plc.program import RESERVED, Names, literal
+from stillhook.export.plc.sequence import Reference, inputs, reaches, sequence_csv
+from stillhook.kernels.plc_alone import PlcInputs, plc_alone
+
+SHORT, LONG = 3_000, 1_000_000
+
+
+def machine_of(crane, controller):
+    return Machine(structured_text(block_of(crane, controller)))
+
+
+def outputs_of(step, rows):
+    return np.array([step(*row) for row in rows.tolist()])
+
+
+def expected(block, rows):
+    reference = Reference(block)
+    return np.array([reference.step(Sensed(*row)) for row in rows.tolist()])
+
+
+@pytest.mark.parametrize(("crane", "controller"), pairs())
+def test_the_text_commands_what_the_simulated_controller_commands_bit_for_bit(crane, controller):
+    block = block_of(crane, controller)
+    machine, rows = machine_of(crane, controller), random_inputs(block, SHORT)
+    np.testing.assert_array_equal(bits(outputs_of(machine.start(), rows)), bits(expected(block, rows)))
+
+
+SAME = test_the_text_commands_what_the_simulated_controller_commands_bit_for_bit
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("controller", ["ssc", "ssc-cubic"])
+def test_a_million_cycles_of_the_text_give_the_bits_of_the_simulated_controller(controller):
+    block = block_of(CLOSED, controller)
+    machine, reference = machine_of(CLOSED, controller).start(), Reference(block)
+    for seed in range(LONG // 50_000):
+        rows = random_inputs(block, 50_000, seed)
+        wanted = np.array([reference.step(Sensed(*row)) for row in rows.tolist()])
+        np.testing.assert_array_equal(bits(outputs_of(machine, rows)), bits(wanted))
+
+
+@pytest.mark.thorough
+def test_a_million_cycles_of_the_text_give_the_numbers_of_the_compiled_controller():
+    """The compiled one leaves out the brake and the pumps' torque limit, and may give the other sign of a zero."""
+    block = block_of(CLOSED, "ssc")
+    machine, rows = machine_of(CLOSED, "ssc"), random_inputs(block, LONG)
+    at = Sensed._fields.index
+    rows[:, at("dp")] = rows[:, at("dp_load")] = 0.0
+    machine.settings["settings"].plc.brake.fitted = 0.0
+    first = Sensed(*rows[0])
+    memory = block.memory._replace(mode=first.mode, datum=first.s_w - first.s_tip, F=first.F)
+    seen = PlcInputs(*(rows[:, at(f)] for f in PlcInputs._fields[:-2]), np.zeros(LONG), np.zeros(LONG))
+    commands, _ = plc_alone(seen, rows[:, at("p_hp")], memory, block.plc, block.control, {})
+    ours = outputs_of(machine.start(), rows)
+    for name in commands._fields:
+        np.testing.assert_array_equal(ours[:, ActuatorCommands._fields.index(name)], getattr(commands, name))
+
+
+@pytest.mark.parametrize(("crane", "controller"), pairs())
+def test_the_test_sequence_holds_for_the_text_of_every_controller(crane, controller):
+    block = block_of(crane, controller)
+    head, *rows = list(csv.reader(io.StringIO(sequence_csv(block))))
+    n = len(Sensed._fields)
+    assert [h.split(" [")[0] for h in head[1 : n + 1]] == list(Sensed._fields)
+    assert all(h.startswith("expected ") for h in head[n + 1 :])
+    numbers = np.array(rows, dtype=float)
+    ours = outputs_of(machine_of(crane, controller).start(), numbers[:, 1 : n + 1])
+    np.testing.assert_array_equal(bits(ours), bits(numbers[:, n + 1 :]))
+
+
+def test_the_test_sequence_of_ssc_reaches_every_part_of_the_controller():
+    block = block_of(CLOSED, "ssc")
+    reached = reaches(list(inputs(block, Reference(block))))
+    assert all(reached.values()), reached
+
+
+def test_a_setting_that_is_changed_in_the_block_changes_its_commands():
+    machine, rows = machine_of(CLOSED, "ssc"), random_inputs(block_of(CLOSED, "ssc"), 400)
+    before = outputs_of(machine.start(), rows)
+    machine.settings["settings"].plc.gains.k_p *= 2.0
+    assert np.any(outputs_of(machine.start(), rows) != before)
+
+
+@pytest.mark.parametrize("number", [0.0, 1.0, 0.1, 1e-9, 4.0304988655254083e-7, 1e30, 5e-324, 1.7976931348623157e308])
+def test_a_literal_reads_back_to_the_same_double_and_has_a_decimal_point(number):
+    text = literal(number)
+    assert float(text) == number
+    assert "." in text.split("E")[0]
+
+
+def test_names_that_differ_by_case_alone_or_are_words_of_the_language_are_renamed():
+    names = Names()
+    made = [names.new(name) for name in ("T_m", "t_m", "on", "F", "f", "_a__b_")]
+    assert len({name.casefold() for name in made}) == len(made)
+    assert not any(name.casefold() in RESERVED or "__" in name or name.endswith("_") for name in made)
+
+
+def test_the_text_is_ascii_and_names_units_and_sources():
+    text = structured_text(block_of(CLOSED, "ssc"))
+    assert text.isascii()
+    assert "Source: Moslatt 2020 eqs 2.9 to 2.11" in text
+    assert "(* its speed [m/s] *)" in text
+
+
+def test_the_first_values_of_the_settings_are_those_of_the_crane():
+    block = block_of(CLOSED, "ssc")
+    held = machine_of(CLOSED, "ssc").settings["settings"]
+    assert held.plc.gains.k_p == block.plc.gains.K_p
+    for path, value, _ in block.settings:
+        part = held
+        for name in path.lower().split("."):
+            part = getattr(part, name)
+        assert part == value, path
+    assert all(math.isfinite(value) for _, value, _ in block.settings)
+
+
+@pytest.mark.slow
+def test_a_controller_of_the_user_with_a_memory_is_exported_like_a_shipped_one(tmp_path):
+    """The one of the how-to page, in a process that knows it."""
+    page = (DOCS / "how-to" / "add-a-controller.md").read_text(encoding="utf-8")
+    module = tmp_path / "ssc_pi.py"
+    module.write_text(re.search(r"```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[1], encoding="utf-8")
+    paths = os.pathsep.join([str(DOCS.parent / "src"), str(DOCS.parent)])
+    code = f"from tests.export.plc import test_structured_text as t; t.{SAME.__name__}({CLOSED!r}, 'ssc-pi')"
+    environment = os.environ | {"STILLHOOK_EXTENSIONS": str(module), "PYTHONPATH": paths}
+    ran = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
