@@ -1,5 +1,6 @@
 """The libraries for OrcaFlex and SIMO in small hosts in C, here and, as Windows libraries, under wine."""
 
+import ctypes
 import json
 import math
 import os
@@ -16,6 +17,7 @@ import stillhook
 from stillhook.cli import run as command
 from stillhook.export.hosts import Exchange, Sample, host_source, write_host
 from stillhook.export.twin import Export, ExportError, compile_library, export, own_platform
+from stillhook.physics.scalar import G
 
 HERE = Path(__file__).parent
 OWN = own_platform()
@@ -196,6 +198,27 @@ def test_the_command_writes_a_folder_whose_python_function_runs(tmp_path: Path, 
     function = space["StillhookWinch"]
     assert stillhook.load_crane(function.crane).name == "nov-250t"  # type: ignore[attr-defined]
     assert stillhook.Scenario(**function.case).s_w == 100.0  # type: ignore[attr-defined]
+
+
+@pytest.mark.slow
+def test_a_gas_charge_for_another_load_is_refused(tmp_path: Path):
+    crane = stillhook.load_crane("nov-100t-cylinder")
+    case = stillhook.Scenario(load="50 t", s_w="100 m", mode="position")
+    file = tmp_path / "cylinder.lib"
+    compile_library(host_source(export(crane, case, coupling="wire"), "orcaflex"), str(OWN), file)
+    lib, real = ctypes.CDLL(str(file)), ctypes.c_double
+    lib.stillhook_new.restype, lib.stillhook_new.argtypes = ctypes.c_void_p, [real] * 3
+    out = ctypes.POINTER(real)
+    lib.stillhook_exchange.argtypes = [ctypes.c_void_p, *[real] * 5, ctypes.c_int, out, out]
+    lib.stillhook_words.restype = ctypes.c_char_p
+    winch, rate, s_w = lib.stillhook_new(math.nan, 0.0, math.nan), real(), real()
+    weight = (50e3 + crane.hook_mass) * G
+    answers = [
+        lib.stillhook_exchange(winch, 0.0, part * weight, 0.0, 0.0, 0.0, 1, ctypes.byref(rate), ctypes.byref(s_w))
+        for part in (1.01, 1.03)
+    ]
+    assert answers[0] == 0
+    assert b"within 2 %" in lib.stillhook_words(answers[1])
 
 
 def test_wrong_choices_leave_nothing_behind(tmp_path: Path, capsys, nov, case):

@@ -2,6 +2,7 @@
  * which says what is held and what is interpolated.
  */
 #define SH_ROUNDING 1e-6 /* part of a PLC cycle */
+#define SH_CHARGE 0.02   /* part by which the first tension may differ from the load that a gas charge is set for */
 
 typedef struct {
     double time, F_w, s_tip, v_tip, a_tip;
@@ -59,6 +60,8 @@ static int sh_exchange_begin(sh_exchange *e, sh_sample s, sh_reply *reply)
 {
     sh_twin *t = &e->accepted.twin;
     int answer;
+    if (SH_LOAD_FIXED && fabs(s.F_w - SH_WIRE_WEIGHT) > SH_CHARGE * SH_WIRE_WEIGHT)
+        return SH_OUT_OF_RANGE;
     e->first = s;
     sh_defaults(t);
     answer = sh_put_input(t, "input_time", SH_END);
@@ -179,7 +182,8 @@ static const char *sh_words(int answer)
         "the winch's state is no number any more: shorten the host's step",
         "the time went back before the last accepted step: restore the state that was stored with that time",
         "the host gave NaN or infinity: check the results that it reads",
-        "a value is outside the range of the crane: check tension, wire out and mode",
+        SH_LOAD_FIXED ? "the gas is charged for the load of the case: the first tension must be its weight within 2 %"
+                      : "a value is outside the range of the crane: check tension, wire out and mode",
         "the library has no such input: write it again with stillhook external"};
     return answer >= 0 && answer <= 5 ? words[answer] : "?";
 }

@@ -71,7 +71,8 @@ def host_source(made: Export, host: str) -> str:
 
 
 def _wire(made: Export) -> list[str]:
-    """The wire of the crane, for a host that leaves it to the library [SI]."""
+    """The wire of the crane, for a host that leaves it to the library [SI], and whether a gas charge is set for the
+    load."""
     hoist = pack(made.crane, made.case).params.hoist
     numbers = {
         "EA": hoist.wire.EA,
@@ -81,7 +82,11 @@ def _wire(made: Export) -> list[str]:
         "MASS": hoist.load.m,
         "WEIGHT": hoist.load.W,
     }
-    return [f"#define SH_WIRE_{name} {float(x)!r}" for name, x in numbers.items()]
+    free = any(port.name == "load" for port in export(made.crane, made.case).ports)
+    return [
+        f"#define SH_LOAD_FIXED {int(not free)}",
+        *(f"#define SH_WIRE_{name} {float(x)!r}" for name, x in numbers.items()),
+    ]
 
 
 def write_host(
