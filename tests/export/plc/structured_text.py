@@ -90,7 +90,7 @@ class Parser:
     # Tokens
 
     def next(self, *expected: str) -> str:
-        kind, text = self.tokens[self.place]
+        _kind, text = self.tokens[self.place]
         if expected and text not in expected:
             raise SyntaxError(f"{text!r} where {expected} is wanted, token {self.place}")
         self.place += 1

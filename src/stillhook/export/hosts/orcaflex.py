@@ -52,7 +52,7 @@ class Winch:
     crane: str | Path = ""
     case: Mapping[str, Any] = {}
 
-    def Initialise(self, info: Any) -> None:  # noqa: N802
+    def Initialise(self, info: Any) -> None:
         """Read parameters, units and a stored state."""
         if not str(info.DataName).startswith(DATA_NAMES):
             raise SimulationError(
@@ -79,7 +79,7 @@ class Winch:
         else:
             info.Value = 0.0
 
-    def Calculate(self, info: Any) -> None:  # noqa: N802
+    def Calculate(self, info: Any) -> None:
         """Put the rate of pay-out at the present time into info.Value."""
         sample = Sample(
             time=float(info.SimulationTime),
@@ -90,7 +90,7 @@ class Winch:
         )
         info.Value = self._exchange.at(sample, new_step=bool(info.NewTimeStep)).payout * self._length
 
-    def StoreState(self, info: Any) -> None:  # noqa: N802
+    def StoreState(self, info: Any) -> None:
         """Put the state into the simulation file."""
         info.StateData = self._exchange.save()
 

@@ -13,6 +13,7 @@ import inspect
 import math
 import textwrap
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 from stillhook.errors import StillhookError
@@ -245,8 +246,8 @@ class Body:
 
     def refuse(self, node: Any, call: Call, what: str) -> Any:
         raise TranslationError(
-            f"{call.fn.__code__.co_filename}:{node.lineno}: {what} in {call.fn.__name__} cannot be written as Structured"
-            " Text. Use numbers, records, + - * /, comparisons, if and else, abs and sqrt."
+            f"{call.fn.__code__.co_filename}:{node.lineno}: {what} in {call.fn.__name__} cannot be written as"
+            " Structured Text. Use numbers, records, + - * /, comparisons, if and else, abs and sqrt."
         )
 
     # Statements
@@ -261,7 +262,7 @@ class Body:
                 one, two = Call(call.fn, dict(call.env)), Call(call.fn, dict(call.env))
                 condition = self.value(s.test, call)
                 return self.choice(
-                    condition, lambda: self.block(s.body, one), lambda: self.block(others, two), "result"
+                    condition, partial(self.block, s.body, one), partial(self.block, others, two), "result"
                 )
             self.statement(s, call)
         return None
