@@ -20,6 +20,7 @@ WRITES = {
     "validate": ("certificate.json",),
     "plan example": ("template-to-1500m.toml",),
     "tip": ("tip.json",),
+    "compare": ("runs.nc",),
 }
 """What a command leaves in the folder that it is given."""
 
