@@ -45,7 +45,7 @@ def structured_text(block: Block) -> str:
     head, *more = comment("\n".join(block.head))
     parts = [
         "\n".join([head, *more]),
-        "\n".join(["TYPE", *(line for s in block.structures for line in structure(s)), "END_TYPE"]),
+        *("\n".join(structure(s)) for s in block.structures),
         *("\n".join(unit(f)) for f in (*block.functions, block.block)),
     ]
     text = "\n\n".join(parts) + "\n"
@@ -54,12 +54,14 @@ def structured_text(block: Block) -> str:
 
 
 def structure(s: Structure) -> Iterator[str]:
-    """A structured type."""
-    yield from comment(s.comment, "    ")
+    """A structured type, in a declaration of its own: TwinCAT takes one type at a time."""
+    yield from comment(s.comment)
+    yield "TYPE"
     yield f"    {s.name} : STRUCT"
     for member in s.members:
         yield f"        {declaration(member)}"
     yield "    END_STRUCT;"
+    yield "END_TYPE"
 
 
 def declaration(v: Variable) -> str:
