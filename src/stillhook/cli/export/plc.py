@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 
-from stillhook.base.choice import nearest
 from stillhook.cli.parser import Json, check_out, write_out
 from stillhook.report.terminal import print_json
 from stillhook.units import quote
@@ -39,8 +38,7 @@ def export(
     from stillhook.library import load_crane
 
     if language not in LANGUAGES:
-        hint = nearest(language, LANGUAGES)
-        raise PlcError(f"--language {quote(language)}: unknown{hint.rstrip('.')} Choose {' or '.join(LANGUAGES)}.")
+        raise PlcError(f"--language {quote(language)}: unknown. Choose {' or '.join(LANGUAGES)}.")
     machine = load_crane(crane)
     chosen = controller if controller is not None else default_of(machine.plant.type.control).value
     block = controller_block(machine, chosen)
