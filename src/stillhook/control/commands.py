@@ -218,10 +218,15 @@ class BrakeSettings(NamedTuple):
     u_most: float
 
 
+IDLE_MOST = 1.0e6
+"""Where the count of the idle time ends [s]: longer than any time that it is compared with, and short enough for a
+cycle of a microsecond still to count."""
+
+
 @scalar
 def idle_time(idle, stands, t_cycle):
     """Time for which nothing was commanded [s], negative: time since a speed is commanded again."""
-    return fmax(idle, 0.0) + t_cycle if stands else fmin(idle, 0.0) - t_cycle
+    return fmin(fmax(idle, 0.0) + t_cycle, IDLE_MOST) if stands else fmax(fmin(idle, 0.0) - t_cycle, -IDLE_MOST)
 
 
 @scalar

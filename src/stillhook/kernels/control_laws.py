@@ -9,19 +9,22 @@ import hashlib
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
+from stillhook.control.guard import FINITE, Guard, check, inside, is_code, known_mode, limited, sound_demand
 from stillhook.control.interface import DISPLACEMENT, Demand
 from stillhook.control.plc import command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
-from stillhook.physics.records import define
+from stillhook.physics.records import define, replace
 from stillhook.physics.scalar import scalar
 
 
 class ControlLaws(NamedTuple):
     """Record: class of what the controllers carry from cycle to cycle, `code` of the one in force, then settings and
-    memory of each that has them; cycle(sensed, m, laws, plc) gives the actuators' commands, the PLC's memory and the
-    new record."""
+    memory of each that has them, and a `Guard` where they are guarded; check(sensed, m, laws, plc) gives what the
+    controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives the
+    actuators' commands, the PLC's memory and the new record."""
 
     Record: Any
+    check: Callable[..., Any]
     cycle: Callable[..., Any]
     blank: Callable[..., Any]
 
@@ -42,31 +45,40 @@ def label(names: tuple[str, ...]) -> str:
 
 
 @functools.cache
-def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT) -> ControlLaws:
-    """The controllers that every kernel of this kind of drive holds, and those named."""
+def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False) -> ControlLaws:
+    """The controllers that every kernel of this kind of drive holds, and those named; guarded: for inputs from outside,
+    with `stillhook.control.guard` around them."""
     laws = [law for law in CONTROLLERS.values() if (law.in_every_kernel and drive in law.drives) or law.name in names]
     parts = [(f"{law.field}_{part}", cls) for law in laws for part, cls in _parts(law)]
-    record: Any = NamedTuple("LawRecord", [("code", float), *parts])  # type: ignore[misc]
-    record.__module__ = f"{__name__} {drive} {' '.join(names)}"  # its generated functions are distinguished by it
+    behind = [("guard", Guard)] if guarded else []
+    record: Any = NamedTuple("LawRecord", [("code", float), *parts, *behind])  # type: ignore[misc]
+    kind = f"{drive}{' guarded' if guarded else ''} {' '.join(names)}"
+    record.__module__ = f"{__name__} {kind}"  # its generated functions are distinguished by it
     names_used: dict[str, Any] = {"Record": record, "Demand": Demand, "observe": observe, "command": command}
+    names_used |= {f.__name__: f for f in (check, inside, is_code, known_mode, limited, sound_demand)}
+    if guarded:
+        names_used |= {"with_guard": replace(record, "guard"), "with_memory": replace(Guard, "g")}
     for law in laws:
         names_used[f"cycle_{law.field}"] = law.cycle
         names_used |= {f"{law.field}_{part}_class": cls for part, cls in _parts(law)}
-    source = f"{_demand(laws)}\n\n{CYCLE}"
-    define(source, names_used, f"<controllers of {drive}{''.join(f' {n}' for n in names)}>")
-    names_used["demand"] = scalar(names_used["demand"])
+    source = f"{_demand(laws, guarded)}\n\n{_guarded(laws) if guarded else CYCLE}"
+    define(source, names_used, f"<controllers of {kind}>")
+    names_used |= {each: scalar(names_used[each]) for each in ("demand", "checked")}
 
-    def blank(settings: dict[str, Any]) -> Any:
+    def blank(settings: dict[str, Any], guard: Guard | None = None) -> Any:
         """The record before the first cycle, with the settings of each controller that has some."""
-        values: dict[str, Any] = {"code": -1.0}
+        values: dict[str, Any] = {"code": -1.0, "guard": guard}
         values |= {f"{law.field}_settings": settings[law.name] for law in laws if law.record is not None}
         values |= {f"{law.field}_memory": law.memory() for law in laws if law.memory is not None}
-        return record(*[values[f] for f in ("code", *(name for name, _ in parts))])
+        return record(*[values[f] for f in record._fields])
 
-    return ControlLaws(record, scalar(names_used["cycle"]), blank)
+    return ControlLaws(record, names_used["checked"], scalar(names_used["cycle"]), blank)
 
 
 CYCLE = """\
+def checked(sensed, m, laws, plc):
+    return sensed, m, laws
+
 def cycle(sensed, m, laws, plc):
     o = observe(sensed, m, plc)
     d, laws = demand(o.r, laws, plc)
@@ -75,14 +87,33 @@ def cycle(sensed, m, laws, plc):
 """
 
 
+def _guarded(laws: list[ControlLaw]) -> str:
+    """Source of the two parts of a guarded cycle."""
+    known = " or ".join(f"is_code(sensed.mode, {law.code!r})" for law in laws)
+    return f"""\
+def checked(sensed, m, laws, plc):
+    guard = laws.guard
+    known = known_mode(sensed.mode, guard.only) if guard.only >= 0.0 else {known}
+    c = check(sensed, guard.quality, guard.reset, known, m, guard.g, guard.s, plc)
+    return c.y, c.m, with_guard(laws, with_memory(guard, c.g))
+
+def cycle(sensed, m, laws, plc):
+    o = observe(sensed, m, plc)
+    d, laws = demand(o.r, laws, plc)
+    d, g = sound_demand(d, m, laws.guard.g)
+    drive, m = command(o, d, m, plc)
+    return limited(drive, plc), m, with_guard(laws, with_memory(laws.guard, g))
+"""
+
+
 def _parts(law: ControlLaw) -> list[tuple[str, Any]]:
     """Records of its own that a controller has."""
     return [(part, cls) for part, cls in (("settings", law.record), ("memory", law.memory)) if cls is not None]
 
 
-def _demand(laws: list[ControlLaw]) -> str:
+def _demand(laws: list[ControlLaw], guarded: bool) -> str:
     """Source of demand(r, laws, plc): the law in force, with its memory; the others' memories stay as at their
-    start."""
+    start. guarded: a memory that is no number any more starts anew."""
     lines = ["def demand(r, laws, plc):", "    code = r.y.mode"]
     u_p = u_m = ""
     kept = ["code"]
@@ -97,8 +128,10 @@ def _demand(laws: list[ControlLaw]) -> str:
             start = f"{law.field}_memory_class({', '.join(repr(float(x)) for x in law.memory())})"
             lines.append(f"    m_{i} = laws.{law.field}_memory if laws.code == {law.code!r} else {start}")
             lines.append(f"    d_{i}, n_{i} = cycle_{law.field}({arguments}, m_{i})")
-            kept.append(f"n_{i} if {on} else {start}")
+            sound = [f"inside(n_{i}.{f}, {-FINITE!r}, {FINITE!r})" for f in law.memory._fields] if guarded else []
+            kept.append(f"n_{i} if {' and '.join([on, *sound])} else {start}")
         u_p = f"d_{i}.u_p if {on} else {u_p}" if u_p else f"d_{i}.u_p"
         u_m = f"d_{i}.u_m if {on} else {u_m}" if u_m else f"d_{i}.u_m"
+    kept += ["laws.guard"] if guarded else []
     lines.append(f"    return Demand({u_p}, {u_m}), Record({', '.join(kept)})")
     return "\n".join(lines)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.control.guard import Guard
 from stillhook.control.interface import DISPLACEMENT, Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, Plc, memory_before
 from stillhook.control.registry import CONTROLLERS, mode_of_code
@@ -97,8 +98,9 @@ put_commands = access(ActuatorCommands, 1).store
 
 
 class Kernel(NamedTuple):
-    """The PLC with some controllers: Lane, the record of what it carries; run, compiled (None for a drive by speed);
-    begin and once, the memory before the first cycle and one cycle, on all that it reads."""
+    """The PLC with some controllers: Lane, the record of what it carries; run, compiled: `_cycles` (None for a drive by
+    speed), or `_guarded_cycles`; begin and once, the memory before the first cycle and one cycle, on all that it
+    reads."""
 
     laws: ControlLaws
     Lane: Any
@@ -108,20 +110,28 @@ class Kernel(NamedTuple):
 
 
 @functools.cache
-def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT) -> Kernel:
-    """`_cycles` and `_once` with these controllers in addition to those of every kernel of this kind of drive."""
-    laws = control_laws(names, drive)
+def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False) -> Kernel:
+    """Cycles with these controllers in addition to those of every kernel of this kind of drive; guarded: for inputs
+    from outside, see `stillhook.control.guard`."""
+    laws = control_laws(names, drive, guarded)
     parts = [("m", Memory), ("laws", laws.Record), ("plc", Plc), ("control", MotorControl)]
     lane: Any = NamedTuple("Lane", parts)  # type: ignore[misc]
-    lane.__module__ = f"{__name__} {drive} {' '.join(names)}"  # its generated functions are distinguished by it
-    own = {"plc_cycle": laws.cycle, "load": access(lane, 1).load, "put": access(lane, 1).store, "Lane": lane}
+    mark = " guarded" if guarded else ""
+    lane.__module__ = f"{__name__} {drive}{mark} {' '.join(names)}"  # its generated functions are distinguished by it
+    own = {"plc_check": laws.check, "plc_cycle": laws.cycle, "Lane": lane}
+    own |= {"load": access(lane, 1).load, "put": access(lane, 1).store}
+    if guarded:
+        own["with_outside"] = replace(laws.Record, "guard")
 
     def bound(function: Any) -> Any:
         made = FunctionType(function.__code__, {**globals(), **own}, function.__name__)
         made.__annotations__ = function.__annotations__
         return made
 
-    run = compiled(bound(_cycles), f"plc{label(names)}") if drive == DISPLACEMENT else None
+    if guarded:
+        run = compiled(bound(_guarded_cycles), f"plc-guarded-{drive}{label(names)}")
+    else:
+        run = compiled(bound(_cycles), f"plc{label(names)}") if drive == DISPLACEMENT else None
     return Kernel(laws, lane, run, bound(_begin), bound(_once))
 
 
@@ -162,16 +172,87 @@ def _cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-
 
 def _begin(A: Array, S: Array):  # type: ignore[no-untyped-def]
     """The memory of a lane before its first cycle, on a `Sensed` in S."""
-    a, y = load(A, 0), sensed_at(S, 0)  # type: ignore[name-defined]  # noqa: F821
-    m = memory_before(a.m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, a.plc)
+    a = load(A, 0)  # type: ignore[name-defined]  # noqa: F821
+    y, m, _ = plc_check(sensed_at(S, 0), a.m, a.laws, a.plc)  # type: ignore[name-defined]  # noqa: F821
+    m = memory_before(m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, a.plc)
     put(A, 0, Lane(m, a.laws, a.plc, a.control))  # type: ignore[name-defined]  # noqa: F821
 
 
 def _once(A: Array, S: Array, out: Array):  # type: ignore[no-untyped-def]
     """One cycle of a lane on a `Sensed` in S; out its `ActuatorCommands`. The motors' displacement is what is measured;
     where it is not, the PLC goes by its own command."""
-    a, seen = load(A, 0), sensed_at(S, 0)  # type: ignore[name-defined]  # noqa: F821
-    seen = with_displacement(seen, known_displacement(seen.alpha_m, a.m.u_m, a.control))
-    drive, m, laws = plc_cycle(seen, a.m, a.laws, a.plc)  # type: ignore[name-defined]  # noqa: F821
+    a = load(A, 0)  # type: ignore[name-defined]  # noqa: F821
+    seen, m, laws = plc_check(sensed_at(S, 0), a.m, a.laws, a.plc)  # type: ignore[name-defined]  # noqa: F821
+    seen = with_displacement(seen, known_displacement(seen.alpha_m, m.u_m, a.control))
+    drive, m, laws = plc_cycle(seen, m, laws, a.plc)  # type: ignore[name-defined]  # noqa: F821
     put(A, 0, Lane(m, laws, a.plc, a.control))  # type: ignore[name-defined]  # noqa: F821
     put_commands(out, 0, drive)
+
+
+class Outside(NamedTuple):
+    """A cycle of a guarded PLC: what it reads, the quality of each input, 1 good or 0 bad, and the reset, 0 or 1."""
+
+    y: Sensed
+    quality: Sensed
+    reset: float
+
+
+class GuardedCommands(NamedTuple):
+    """What a guarded PLC commands, and its alarm: codes of what is bad now and of what the winch was stopped for, and
+    the state of the guard, see `stillhook.control.guard`."""
+
+    drive: ActuatorCommands
+    alarm: float
+    cause: float
+    state: float
+
+
+OUTSIDE, GUARDED = size(Outside), size(GuardedCommands)
+outside_at, put_guarded = access(Outside, 1).load, access(GuardedCommands, 1).store
+with_quality = replace(Guard, "quality", "reset")
+
+
+def _guarded_cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-def]
+    """A lane, whose memory goes on; S rows of `Outside`, out rows of `GuardedCommands`, n each."""
+    a = load(A, 0)  # type: ignore[name-defined]  # noqa: F821
+    m, laws, plc, control = a.m, a.laws, a.plc, a.control
+    for k in range(n):
+        o = outside_at(S, k * OUTSIDE)
+        begun = laws.guard.g.begun
+        laws = with_outside(laws, with_quality(laws.guard, o.quality, o.reset))  # type: ignore[name-defined]  # noqa: F821
+        y, m, laws = plc_check(o.y, m, laws, plc)  # type: ignore[name-defined]  # noqa: F821
+        if begun < 0.5:
+            m = memory_before(m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, plc)
+        y = with_displacement(y, known_displacement(y.alpha_m, m.u_m, control))
+        drive, m, laws = plc_cycle(y, m, laws, plc)  # type: ignore[name-defined]  # noqa: F821
+        g = laws.guard.g
+        put_guarded(out, k * GUARDED, GuardedCommands(drive, g.alarm, g.cause, g.state))
+    put(A, 0, Lane(m, laws, plc, control))  # type: ignore[name-defined]  # noqa: F821
+
+
+class GuardedPlc:
+    """A guarded PLC with one controller, cycle after cycle.
+
+    Parameters: names controllers that not every kernel holds, drive as of `kernel`; memory before the first cycle;
+    own settings of the controllers that have some, by name; guard as of `stillhook.control.guard.guard_at_start`.
+    """
+
+    def __init__(
+        self, names: tuple[str, ...], drive: str, memory: Memory, plc: Plc, control: MotorControl,
+        own: Mapping[str, Any], guard: Guard,
+    ) -> None:  # fmt: skip
+        self.kernel = kernel(names, drive, True)
+        first = self.kernel.Lane(memory, self.kernel.laws.blank(dict(own), guard), plc, control)
+        self.lane = np.array(flatten(first))
+
+    def run(self, rows: FloatArray) -> FloatArray:
+        """Commands (n, numbers of `GuardedCommands`) of n cycles on rows (n, numbers of `Outside`)."""
+        seen = np.ascontiguousarray(rows, dtype=np.float64).reshape(-1, OUTSIDE)
+        out = np.empty((len(seen), GUARDED))
+        self.kernel.run(self.lane, seen.reshape(-1), out.reshape(-1), len(seen))
+        return out
+
+    @property
+    def memory(self) -> Any:
+        """Everything that it carries: fields m and laws."""
+        return unflatten(self.kernel.Lane, iter(self.lane.tolist()))

@@ -30,3 +30,22 @@ def replace(cls: type, *names: str) -> Callable[..., Any]:
     file = f"<{cls.__name__} with {' '.join(names)} of {cls.__module__}>"
     define(f"def replace(x, {values}): return cls({args})\n", made, file)
     return typing.cast(Callable[..., Any], scalar(made["replace"]))
+
+
+def each(cls: type, function: Callable[..., Any], records: int, shared: int = 0) -> Callable[..., Any]:
+    """A scalar function that applies another to every field: of `records` records with the fields of cls, whose floats
+    it takes first, and `shared` numbers, the same for every field; gives a cls."""
+    a, b = [f"r_{i}" for i in range(records)], [f"s_{i}" for i in range(shared)]
+    values = ", ".join(f"{f}=function({', '.join([*(f'{r}.{f}' for r in a), *b])})" for f, _ in fields(cls))
+    made: dict[str, Any] = {"cls": cls, "function": function}
+    file = f"<{function.__name__} of every field of {cls.__name__} of {cls.__module__}>"
+    define(f"def each_{function.__name__}({', '.join([*a, *b])}): return cls({values})\n", made, file)
+    return typing.cast(Callable[..., Any], scalar(made[f"each_{function.__name__}"]))
+
+
+def coded(cls: type) -> Callable[..., Any]:
+    """A scalar function that gives the sum of 2^i times field i of a record: fields of 0 and 1 as one number."""
+    made: dict[str, Any] = {}
+    terms = " + ".join(f"{float(2**i)} * x.{f}" for i, (f, _) in enumerate(fields(cls)))
+    define(f"def coded(x): return {terms}\n", made, f"<code of {cls.__name__} of {cls.__module__}>")
+    return typing.cast(Callable[..., Any], scalar(made["coded"]))

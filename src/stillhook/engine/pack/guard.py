@@ -1,0 +1,86 @@
+"""Ranges within which a crane's signals are, for the guard of an exported controller."""
+
+from stillhook.control.guard import FINITE, GuardSettings, Least, Most, Start, Step, Stops
+from stillhook.control.plc import MANUAL, Plc
+from stillhook.control.registry import CONTROLLERS
+from stillhook.engine.pack.winch import drum_record, wire_speed_max
+from stillhook.physics.hydraulics.swash import MotorControl
+from stillhook.physics.load_path.drum import K_wire, layer_diameter
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+
+T_HOLD, T_BACK, T_RAMP = 0.2, 0.05, 1.0
+"""Time for which a bad signal is replaced, for which it must be good again, and in which a full command is taken to
+zero [s]. Assumed: a wave of 5 s changes the tip's speed by a quarter in 0.2 s."""
+TIP, TIP_SPEED, TIP_ACCELERATION = 50.0, 20.0, 50.0
+"""Ends of the motion of a crane's tip [m, m/s, m/s^2]. Assumed: no ship's motion gets there."""
+TIP_JERK = 500.0
+"""Fastest change of the tip's acceleration [m/s^3]. Assumed: a hundred times that of a wave."""
+NOISE = (0.02, 0.2, 1.0)
+"""What noise and rounding of the motion unit and the encoder may add between two cycles [m, m/s, m/s^2]. Assumed."""
+OVERSPEED = 2.0
+"""Fastest motion of a wire over that of a full command [-]: beyond it the encoder is at fault, or the brake has to
+close at once. Assumed."""
+OVERLOAD = 3.0
+"""Largest tension over that of the safe working load [-]; the whole wire may hang on it in addition. Assumed."""
+P_MOST = 1.0e8
+"""Largest pressure [Pa]: twice what a hydraulic winch is built for. Assumed."""
+RELEASED = 0.02
+"""Joystick that counts as released, over its full speed [-]. Assumed."""
+
+
+def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, s_op: float | None = None) -> GuardSettings:
+    """The guard's settings for a crane: ranges out of its drum, wire, load and speeds.
+
+    Parameters: plc, control as of its packed parameters; s_op largest path of the operator [m], default the wire.
+    """
+    t, drum = plc.t_cycle, drum_record(crane)
+    v_full = wire_speed_max(crane)
+    v_most = v_full / max(plc.motors.alpha_min, 0.01)
+    wire = 1.05 * drum.L_full + 10.0
+    weight = OVERLOAD / plc.motors.i_F_swl + drum.L_full * drum.m_wire * G
+    layers = [K_wire(layer_diameter(float(n), drum), drum) for n in range(1, round(drum.layers) + 1)]
+    inner = max([layers[0], *layers])
+    apart = max([abs(a - b) for a, b in zip(layers, layers[1:], strict=False)], default=0.0)
+    measured = control.feedback > 0.5
+    limited = plc.power.P_max < plc.power.Q_p * P_MOST
+    codes = [law.code for law in CONTROLLERS.values()]
+    path = wire if s_op is None else s_op
+    return GuardSettings(
+        least=Least(
+            s_tip=-TIP, v_tip=-TIP_SPEED, a_tip=-TIP_ACCELERATION, v_op=-1.2 * v_most, s_op=-path, mode=-0.5,
+            f_pump=0.01, s_w=-wire, F=-0.1 * weight, alpha_m=-0.1, K_wire=0.5, dp=-P_MOST, dp_load=-P_MOST,
+            p_hp=-P_MOST,
+        ),
+        most=Most(
+            s_tip=TIP, v_tip=TIP_SPEED, a_tip=TIP_ACCELERATION, v_op=1.2 * v_most, s_op=path, mode=max(codes) + 0.5,
+            f_pump=1.0 + 1e-9, s_w=wire, F=weight, alpha_m=1.1, K_wire=1.5 * inner, dp=P_MOST, dp_load=P_MOST,
+            p_hp=P_MOST,
+        ),
+        step=Step(
+            s_tip=TIP_SPEED * t + NOISE[0], v_tip=TIP_ACCELERATION * t + NOISE[1], a_tip=TIP_JERK * t + NOISE[2],
+            v_op=FINITE, s_op=2.4 * v_most * t, mode=FINITE, f_pump=FINITE, s_w=OVERSPEED * v_most * t + NOISE[0],
+            F=0.5 * weight, alpha_m=50.0 * t if measured else FINITE, K_wire=max(1.5 * apart, 0.05), dp=P_MOST,
+            dp_load=P_MOST, p_hp=P_MOST,
+        ),
+        stops=Stops(
+            s_tip=1.0, v_tip=1.0, a_tip=1.0, v_op=0.0, s_op=1.0, mode=1.0, f_pump=1.0, s_w=1.0, F=0.0,
+            alpha_m=float(measured), K_wire=1.0, dp=float(limited), dp_load=0.0, p_hp=0.0,
+        ),
+        start=Start(
+            s_tip=0.0, v_tip=0.0, a_tip=0.0, v_op=0.0, s_op=0.0, mode=MANUAL, f_pump=1.0, s_w=0.0,
+            F=1.0 / plc.motors.i_F_swl, alpha_m=1.0, K_wire=1.0, dp=0.0, dp_load=0.0, p_hp=0.0,
+        ),
+        t_hold=T_HOLD,
+        t_back=T_BACK,
+        t_ramp=T_RAMP,
+        v_full=v_most,
+        v_zero=RELEASED * v_full,
+    )  # fmt: skip
+
+
+def time_to_stop(s: GuardSettings, plc: Plc) -> float:
+    """Longest time from the first cycle of a bad signal to pumps at zero and a closed brake [s]: the hold, the ramp,
+    the brake's wait and its travel, and a cycle for each of the four."""
+    brake = plc.brake.t_wait + plc.brake.t_close if plc.brake.fitted > 0.5 else 0.0
+    return s.t_hold + s.t_ramp + brake + 4.0 * plc.t_cycle
