@@ -166,13 +166,13 @@ def plausible(x, quality, last, lo, hi, step, begun):
 @scalar
 def time_well(ok, well, t_back, t_cycle):
     """Time for which an input has been good [s]."""
-    return fmin(well + t_cycle, t_back) if ok > 0.5 else 0.0
+    return fmin(inside_or(well, 0.0, BOUND, 0.0) + t_cycle, t_back) if ok > 0.5 else 0.0
 
 
 @scalar
 def time_bad(well, bad, t_hold, t_back, t_cycle, begun):
     """Time for which an input was replaced [s]; that in the first cycle has no good value to hold."""
-    before = fmax(bad, 0.0)
+    before = inside_or(bad, 0.0, BOUND, t_hold)
     longer = fmin(before + t_cycle, t_hold) if begun > 0.5 else t_hold
     return longer if well < t_back else fmax(before - FORGOTTEN * t_cycle, 0.0)
 
@@ -196,9 +196,9 @@ def wanting(well, stops, t_back):
 
 
 @scalar
-def unsound(x):
-    """1 where x is no number, else 0."""
-    return 0.0 if inside(x, -FINITE, FINITE) else 1.0
+def outside(x, lo, hi):
+    """1 where x is not shown to be a number from lo to hi, else 0."""
+    return 0.0 if inside(x, lo, hi) else 1.0
 
 
 @scalar
@@ -217,70 +217,46 @@ code_of = coded(Sensed)
 each_plausible = each(Sensed, plausible, 6, 1)
 each_well, each_bad = each(Sensed, time_well, 2, 2), each(Sensed, time_bad, 2, 4)
 each_replaced, each_lasting = each(Sensed, replaced, 1, 1), each(Sensed, lasting, 3, 2)
-each_wanting, each_unsound = each(Sensed, wanting, 2, 1), each(Sensed, unsound, 1)
-each_last, each_finite, each_zero = each(Sensed, inside_or, 4), each(Sensed, finite_or, 2), each(Sensed, finite_or, 1, 1)
+each_wanting, each_last = each(Sensed, wanting, 2, 1), each(Sensed, inside_or, 4)
+each_finite = each(Sensed, finite_or, 2)
 with_s_op, with_mode = replace(Sensed, "s_op"), replace(Sensed, "mode")
 with_fault, with_ramp = replace(GuardMemory, "fault"), replace(Memory, "datum", "b_p")
-
-
-@scalar
-def sound_guard(g, s):
-    """The guard's memory with what is no number set to its start, and 1 where anything was, else 0."""
-    wrong = code_of(each_unsound(g.last)) + code_of(each_unsound(g.used))
-    wrong = wrong + code_of(each_unsound(g.well)) + code_of(each_unsound(g.bad))
-    wrong = wrong + unsound(g.begun) + unsound(g.neutral) + unsound(g.operated) + unsound(g.stopped)
-    wrong = wrong + unsound(g.cause) + unsound(g.reset) + unsound(g.fault)
-    held = GuardMemory(
-        last=each_finite(g.last, s.start),
-        used=each_finite(g.used, s.start),
-        well=each_zero(g.well, 0.0),
-        bad=each_zero(g.bad, s.t_hold),
-        begun=finite_or(g.begun, 1.0),
-        neutral=finite_or(g.neutral, 0.0),
-        operated=finite_or(g.operated, 0.0),
-        stopped=finite_or(g.stopped, 1.0),
-        cause=finite_or(g.cause, 0.0),
-        reset=finite_or(g.reset, 1.0),
-        alarm=0.0,
-        state=HEALTHY,
-        fault=finite_or(g.fault, MEMORY_FAULT),
-    )
-    return held, 1.0 if wrong > 0.5 else 0.0
 
 
 @scalar
 def sound_memory(m, F, p_hp, fitted):
     """The PLC's memory with what cannot be in it set to rest, and 1 where anything was, else 0: no command, full
     displacement, brake closed, no stroke, the reference laid anew."""
-    good = (
-        inside(m.mode, -1.0, BOUND)
-        and inside(m.datum, -BOUND, BOUND)
-        and inside(m.F, -FINITE, FINITE)
-        and inside(m.p_mean, -FINITE, FINITE)
-        and inside(m.u_p, -1.0, 1.0)
-        and inside(m.u_m, -1.0, 1.0)
-        and inside(m.b_p, -BOUND, BOUND)
-        and inside(m.b_m, -BOUND, BOUND)
-        and inside(m.held, -BOUND, BOUND)
-        and inside(m.brake, 0.0, 1.0)
-        and inside(m.idle, -2.0 * BOUND, 2.0 * BOUND)
-        and inside(m.stroke, 0.0, 1.0)
+    wrong = (
+        outside(m.mode, -1.0, BOUND)
+        + outside(m.datum, -BOUND, BOUND)
+        + outside(m.F, -FINITE, FINITE)
+        + outside(m.p_mean, -FINITE, FINITE)
+        + outside(m.u_p, -1.0, 1.0)
+        + outside(m.u_m, -1.0, 1.0)
+        + outside(m.b_p, -BOUND, BOUND)
+        + outside(m.b_m, -BOUND, BOUND)
+        + outside(m.held, -BOUND, BOUND)
+        + outside(m.brake, 0.0, 1.0)
+        + outside(m.idle, -2.0 * BOUND, 2.0 * BOUND)
+        + outside(m.stroke, 0.0, 1.0)
     )
-    sound = Memory(
-        mode=m.mode if good else MANUAL,
-        datum=m.datum if good else 0.0,
-        F=m.F if good else F,
-        p_mean=m.p_mean if good else p_hp,
-        u_p=m.u_p if good else 0.0,
-        u_m=m.u_m if good else 1.0,
-        b_p=m.b_p if good else 0.0,
-        b_m=m.b_m if good else 0.0,
-        held=m.held if good else 1.0,
-        brake=m.brake if good else (1.0 if fitted > 0.5 else 0.0),
-        idle=m.idle if good else 0.0,
-        stroke=m.stroke if good else 0.0,
+    closed = 1.0 if fitted > 0.5 else 0.0
+    rest = Memory(
+        mode=MANUAL,
+        datum=0.0,
+        F=F,
+        p_mean=p_hp,
+        u_p=0.0,
+        u_m=1.0,
+        b_p=0.0,
+        b_m=0.0,
+        held=1.0,
+        brake=closed,
+        idle=0.0,
+        stroke=0.0,
     )
-    return sound, 0.0 if good else 1.0
+    return m if wrong < 0.5 else rest, 0.0 if wrong < 0.5 else 1.0
 
 
 @scalar
@@ -291,55 +267,58 @@ def check(y, quality, reset, known, m, g, s, plc):
     controller; m, g both memories, whatever is in them.
     """
     t = plc.t_cycle
-    g, wrong_g = sound_guard(g, s)
-    m, wrong_m = sound_memory(m, g.used.F, g.used.p_hp, plc.brake.fitted)
-    fault = MEMORY_FAULT if wrong_g + wrong_m > 0.5 else g.fault
-    compensates = m.mode > MANUAL and g.begun > 0.5
+    before = each_finite(g.used, s.start)
+    begun = 1.0 if inside(g.begun, 0.5, 1.5) else 0.0
+    was_stopped = not inside(g.stopped, -0.5, 0.5)
+    m, wrong = sound_memory(m, before.F, before.p_hp, plc.brake.fitted)
+    fault = MEMORY_FAULT if wrong > 0.5 else inside_or(g.fault, 0.0, LAW_FAULT, MEMORY_FAULT)
+    compensates = m.mode > MANUAL and begun > 0.5
 
     # Which inputs are used. The operator's path jumps where it is set to zero, which counts while compensating alone.
     path = g.last.s_op if compensates else inside_or(y.s_op, s.least.s_op, s.most.s_op, g.last.s_op)
-    ok = each_plausible(y, quality, with_s_op(g.last, path), s.least, s.most, s.step, g.begun)
+    ok = each_plausible(y, quality, with_s_op(g.last, path), s.least, s.most, s.step, begun)
     ok = with_mode(ok, ok.mode if known else 0.0)
     well = each_well(ok, g.well, s.t_back, t)
-    bad = each_bad(well, g.bad, s.t_hold, s.t_back, t, g.begun)
+    bad = each_bad(well, g.bad, s.t_hold, s.t_back, t, begun)
     alarm = code_of(each_replaced(well, s.t_back)) + fault
 
     # Whether the winch is stopped: until the operator acknowledges, at rest, with the joystick released.
-    asked = inside(reset, 0.5, 1.5) and g.reset < 0.5
+    asked = inside(reset, 0.5, 1.5) and inside(g.reset, -0.5, 0.5)
     released = ok.v_op > 0.5 and well.v_op >= s.t_back and inside(y.v_op, -s.v_zero, s.v_zero)
     at_rest = abs(m.u_p) <= SMALL and (m.brake >= 1.0 or plc.brake.fitted < 0.5)
     manual = well.mode >= s.t_back and is_code(y.mode, MANUAL)
     free = asked and released and at_rest and manual and code_of(each_wanting(well, s.stops, s.t_back)) < 0.5
     stops = code_of(each_lasting(well, bad, s.stops, s.t_back, s.t_hold)) + fault > 0.5
-    stopped = 1.0 if stops or (g.stopped > 0.5 and not free) else 0.0
+    stopped = 1.0 if stops or (was_stopped and not free) else 0.0
     cause = 0.0
     if stopped > 0.5:
-        cause = g.cause if g.stopped > 0.5 and g.cause > 0.5 else alarm
+        cause = inside_or(g.cause, 0.5, BOUND, alarm) if was_stopped else alarm
 
     # What goes to the controller. A closed brake opens on good pressures alone. While the position of tip or wire is
     # replaced the control error stays: feedforward alone moves the winch.
     proved = m.brake <= 0.0 or (well.dp >= s.t_back and well.dp_load >= s.t_back)
     obeys = stopped < 0.5 and well.mode >= s.t_back and proved
-    neutral = g.neutral
+    neutral = 1.0 if inside(g.neutral, 0.5, 1.5) else 0.0
     if bad.v_op >= s.t_hold or stopped > 0.5:
         neutral = 0.0
     if released:
         neutral = 1.0
-    v_tip = y.v_tip if well.v_tip >= s.t_back else g.used.v_tip
-    a_tip = y.a_tip if well.a_tip >= s.t_back else g.used.a_tip
+    v_tip = y.v_tip if well.v_tip >= s.t_back else before.v_tip
+    a_tip = y.a_tip if well.a_tip >= s.t_back else before.a_tip
     moves = stopped < 0.5 and bad.v_tip < s.t_hold and bad.s_tip < s.t_hold
-    next_tip = g.used.s_tip + t * v_tip if moves else g.used.s_tip
+    next_tip = before.s_tip + t * v_tip if moves else before.s_tip
     s_tip = y.s_tip if well.s_tip >= s.t_back else next_tip
     mode = y.mode if obeys else MANUAL
     asks = obeys and well.v_op >= s.t_back and neutral > 0.5
-    v_op = y.v_op if asks else towards_zero(g.used.v_op, s.v_full * t / s.t_ramp)
-    next_op = g.used.s_op + t * v_op
+    slower = towards_zero(before.v_op, s.v_full * t / s.t_ramp) if m.brake <= 0.0 else 0.0
+    v_op = y.v_op if asks else slower
+    next_op = before.s_op + t * v_op
     operated = asks and well.s_op >= s.t_back
     s_op = y.s_op if operated else inside_or(next_op, -BOUND, BOUND, 0.0)
     follows = compensates and mode > MANUAL
-    next_w = g.used.s_w + (s_tip - g.used.s_tip) - (s_op - g.used.s_op) if follows else g.used.s_w
+    next_w = before.s_w + (s_tip - before.s_tip) - (s_op - before.s_op) if follows else before.s_w
     s_w = y.s_w if well.s_w >= s.t_back else inside_or(next_w, -BOUND, BOUND, 0.0)
-    F_held = g.used.F if bad.F < s.t_hold else s.start.F
+    F_held = before.F if bad.F < s.t_hold else s.start.F
     used = Sensed(
         s_tip=s_tip,
         v_tip=v_tip,
@@ -347,23 +326,23 @@ def check(y, quality, reset, known, m, g, s, plc):
         v_op=v_op,
         s_op=s_op,
         mode=mode,
-        f_pump=y.f_pump if well.f_pump >= s.t_back else g.used.f_pump,
+        f_pump=y.f_pump if well.f_pump >= s.t_back else before.f_pump,
         s_w=s_w,
         F=y.F if well.F >= s.t_back else F_held,
-        alpha_m=y.alpha_m if well.alpha_m >= s.t_back else g.used.alpha_m,
-        K_wire=y.K_wire if well.K_wire >= s.t_back else g.used.K_wire,
-        dp=y.dp if well.dp >= s.t_back else g.used.dp,
-        dp_load=y.dp_load if well.dp_load >= s.t_back else g.used.dp_load,
-        p_hp=y.p_hp if well.p_hp >= s.t_back else g.used.p_hp,
+        alpha_m=y.alpha_m if well.alpha_m >= s.t_back else before.alpha_m,
+        K_wire=y.K_wire if well.K_wire >= s.t_back else before.K_wire,
+        dp=y.dp if well.dp >= s.t_back else before.dp,
+        dp_load=y.dp_load if well.dp_load >= s.t_back else before.dp_load,
+        p_hp=y.p_hp if well.p_hp >= s.t_back else before.p_hp,
     )
 
     # A signal that is used again moves the reference, not the wire.
     shift = again(well.s_w, g.well.s_w, s.t_back, s_w, next_w)
     shift = shift - again(well.s_tip, g.well.s_tip, s.t_back, s_tip, next_tip)
-    shift = shift + (s_op - next_op if operated and g.operated < 0.5 else 0.0)
+    shift = shift + (s_op - next_op if operated and not inside(g.operated, 0.5, 1.5) else 0.0)
     datum = m.datum if shift == 0.0 or not compensates else inside_or(m.datum + shift, -BOUND, BOUND, m.datum)
-    b_p = m.b_p if stopped < 0.5 or g.stopped < 0.5 else towards_zero(m.b_p, t / s.t_ramp)
-    last = each_last(y, s.least, s.most, g.last)
+    b_p = m.b_p if stopped < 0.5 or not was_stopped else towards_zero(m.b_p, t / s.t_ramp)
+    last = each_last(y, s.least, s.most, each_finite(g.last, s.start))
     return Checked(
         y=used,
         m=with_ramp(m, datum, b_p),
@@ -379,7 +358,7 @@ def check(y, quality, reset, known, m, g, s, plc):
             cause=cause,
             reset=1.0 if inside(reset, 0.5, 1.5) else 0.0,
             alarm=alarm,
-            state=STOPPED if stopped > 0.5 else (SUBSTITUTED if alarm > 0.5 else HEALTHY),
+            state=STOPPED if stopped > 0.5 else (SUBSTITUTED if alarm > 0.5 or neutral < 0.5 else HEALTHY),
             fault=0.0,
         ),
     )

@@ -197,18 +197,15 @@ class Outside(NamedTuple):
     reset: float
 
 
-class GuardedCommands(NamedTuple):
-    """What a guarded PLC commands, and its alarm: codes of what is bad now and of what the winch was stopped for, and
-    the state of the guard, see `stillhook.control.guard`."""
-
-    drive: ActuatorCommands
-    alarm: float
-    cause: float
-    state: float
-
+GUARD_OUTPUTS = ("alarm", "cause", "state")
+GuardedCommands: Any = NamedTuple(  # type: ignore[misc]
+    "GuardedCommands", [(f, float) for f in (*ActuatorCommands._fields, *GUARD_OUTPUTS)]
+)
+"""What a guarded PLC commands, and its alarm: codes of what is bad now and of what the winch was stopped for, and the
+state of the guard, see `stillhook.control.guard`."""
 
 OUTSIDE, GUARDED = size(Outside), size(GuardedCommands)
-outside_at, put_guarded = access(Outside, 1).load, access(GuardedCommands, 1).store
+outside_at, AT_ALARM = access(Outside, 1).load, size(ActuatorCommands)
 with_quality = replace(Guard, "quality", "reset")
 
 
@@ -225,8 +222,11 @@ def _guarded_cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-
             m = memory_before(m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, plc)
         y = with_displacement(y, known_displacement(y.alpha_m, m.u_m, control))
         drive, m, laws = plc_cycle(y, m, laws, plc)  # type: ignore[name-defined]  # noqa: F821
-        g = laws.guard.g
-        put_guarded(out, k * GUARDED, GuardedCommands(drive, g.alarm, g.cause, g.state))
+        i = k * GUARDED
+        put_commands(out, i, drive)
+        out[i + AT_ALARM] = laws.guard.g.alarm
+        out[i + AT_ALARM + 1] = laws.guard.g.cause
+        out[i + AT_ALARM + 2] = laws.guard.g.state
     put(A, 0, Lane(m, laws, plc, control))  # type: ignore[name-defined]  # noqa: F821
 
 

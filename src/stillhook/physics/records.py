@@ -38,7 +38,7 @@ def each(cls: type, function: Callable[..., Any], records: int, shared: int = 0)
     a, b = [f"r_{i}" for i in range(records)], [f"s_{i}" for i in range(shared)]
     values = ", ".join(f"{f}=function({', '.join([*(f'{r}.{f}' for r in a), *b])})" for f, _ in fields(cls))
     made: dict[str, Any] = {"cls": cls, "function": function}
-    file = f"<{function.__name__} of every field of {cls.__name__} of {cls.__module__}>"
+    file = f"<{function.__name__} of {records}, {shared} on every field of {cls.__name__} of {cls.__module__}>"
     define(f"def each_{function.__name__}({', '.join([*a, *b])}): return cls({values})\n", made, file)
     return typing.cast(Callable[..., Any], scalar(made[f"each_{function.__name__}"]))
 

@@ -78,8 +78,8 @@ def tokens(text: str) -> list[tuple[str, str]]:
 class Parser:
     """Recursive descent; writes Python as it goes."""
 
-    def __init__(self, text: str) -> None:
-        self.tokens, self.place = tokens(text), 0
+    def __init__(self, text: str, compare: Any = None) -> None:
+        self.tokens, self.place, self.compare = tokens(text), 0, compare
         self.structures: dict[str, list[tuple[str, str, float | None]]] = {}
         self.functions: dict[str, list[str]] = {}
         self.python: list[str] = []
@@ -186,7 +186,7 @@ class Parser:
             self.python[-len(body) - 1 :] = [line[4:] for line in self.python[-len(body) - 1 :]]
             return
         held = [d for g in ("var", "var_output") for d in groups[g]]
-        self.inputs = [n for n, kind, _ in groups["var_input"] if kind == "lreal"]
+        self.inputs = [n for n, kind, _ in groups["var_input"] if kind in ("lreal", "bool")]
         self.outputs = [n for n, _, _ in groups["var_output"]]
         self.settings = {n: self.first(kind, i) for n, kind, i in groups["var_input"] if kind in self.structures}
         self.python.append(f"def make({', '.join('v_' + n for n in self.settings)}):")
@@ -229,7 +229,13 @@ class Parser:
         return self.chain({"and": "and"}, self.comparison)
 
     def comparison(self) -> str:
-        return self.chain({"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}, self.sum)
+        if self.compare is None:
+            return self.chain({"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}, self.sum)
+        text = self.sum()
+        while self.at("=", "<>", "<", ">", "<=", ">="):
+            sign = self.next()
+            text = f"compare({sign!r}, {text}, {self.sum()})"
+        return text
 
     def sum(self) -> str:
         return self.chain({"+": "+", "-": "-"}, self.product)
@@ -303,12 +309,12 @@ class Structure:
 
 
 class Machine:
-    """The function block of a text, ready to run."""
+    """The function block of a text, ready to run. compare(sign, a, b): a comparison of a PLC of its own kind."""
 
-    def __init__(self, text: str) -> None:
-        parser = Parser(text)
+    def __init__(self, text: str, compare: Any = None) -> None:
+        parser = Parser(text, compare)
         parser.parse()
-        names: dict[str, Any] = {"sqrt": __import__("math").sqrt}
+        names: dict[str, Any] = {"sqrt": __import__("math").sqrt, "compare": compare}
         exec("\n".join(parser.python), names)
         self.inputs, self.outputs, self.parser = parser.inputs, parser.outputs, parser
         self.settings = parser.settings

@@ -1,5 +1,7 @@
 """Ranges within which a crane's signals are, for the guard of an exported controller."""
 
+from itertools import pairwise
+
 from stillhook.control.guard import FINITE, GuardSettings, Least, Most, Start, Step, Stops
 from stillhook.control.plc import MANUAL, Plc
 from stillhook.control.registry import CONTROLLERS
@@ -41,7 +43,7 @@ def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, s_op: float
     weight = OVERLOAD / plc.motors.i_F_swl + drum.L_full * drum.m_wire * G
     layers = [K_wire(layer_diameter(float(n), drum), drum) for n in range(1, round(drum.layers) + 1)]
     inner = max([layers[0], *layers])
-    apart = max([abs(a - b) for a, b in zip(layers, layers[1:], strict=False)], default=0.0)
+    apart = max([abs(a - b) for a, b in pairwise(layers)], default=0.0)
     measured = control.feedback > 0.5
     limited = plc.power.P_max < plc.power.Q_p * P_MOST
     codes = [law.code for law in CONTROLLERS.values()]

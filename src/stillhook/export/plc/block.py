@@ -9,15 +9,28 @@ from typing import Any, NamedTuple
 from stillhook import variables
 from stillhook._version import __version__
 from stillhook.base.choice import choice
+from stillhook.control.guard import (
+    FINITE,
+    GuardMemory,
+    GuardSettings,
+    check,
+    known_mode,
+    limited,
+    memory_at_start,
+    outside,
+    sound_demand,
+)
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, command, memory_before, observe
 from stillhook.control.registry import MANUAL_MODE, Mode
+from stillhook.engine.pack.guard import guard_settings
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
-from stillhook.export.plc.program import LREAL, PREFIX, Block, Names, Unit, Variable, literal, plain_text
+from stillhook.export.plc.program import BOOL, LREAL, PREFIX, Block, Names, Unit, Variable, literal, plain_text
 from stillhook.export.plc.translate import COMPARISON, Body, Library, Record, Value, paragraphs, scalars
 from stillhook.kernels.c99.expressions import plain
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
+from stillhook.physics.records import fields
 from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import Scenario
 
@@ -25,6 +38,16 @@ STARTS = {"f_pump": 1.0, "alpha_m": 1.0, "K_wire": 1.0}
 """Inputs that are 1 until something is connected to them: all pumps, full displacement, outermost layer."""
 MEASURED = {"e_c": "e_c_measured"}
 """Outputs that results call otherwise: the PLC knows the tip as its motion unit measures it."""
+GUARD_OUTPUTS = {
+    "alarm": "sum of 2^i over the inputs i, counted from 0, that are replaced; 16384 memory, 32768 law: no number",
+    "cause": "alarm with which the winch was stopped, 0 while it is not",
+    "state": "0 healthy, 1 an input is replaced or the joystick must be released, 2 stopped until the reset",
+}
+ABOUT_GUARD = (
+    "Guard, g_ before the name: inputs that are bad, by their quality input q_, their range or their change, are"
+    " replaced; those that stay bad stop the winch: pumps to zero, brake closed, until a rising edge of reset with the"
+    " joystick released, mode manual and good inputs. Ranges and times are in settings.guard."
+)
 USUAL_WIRE = "100 m"
 """Wire out at which a crane is packed: no setting of the PLC depends on it."""
 
@@ -62,7 +85,8 @@ def controller_block(crane: Crane, controller: str) -> Block:
     control = MotorControl(offset=0.0, half_width=0.0, feedback=1.0) if active is None else active.control
     plc, memory = packed.params.plc, packed.memory._replace(mode=0.0, F=0.0)  # both are read in the first cycle
     library = Library()
-    parts = [("plc", type(plc), plc), ("control", MotorControl, control)]
+    guard = guard_settings(crane, plc, control)
+    parts = [("plc", type(plc), plc), ("control", MotorControl, control), ("guard", GuardSettings, guard)]
     parts += [("own", law.record, own)] if law.record is not None else []
     cls: Any = NamedTuple("Settings", [(name, t) for name, t, _ in parts])  # type: ignore[misc]
     about = f"Settings of {mode.value} on {crane.name}, SI units. Change them here or in the block's input `settings`."
@@ -73,18 +97,24 @@ def controller_block(crane: Crane, controller: str) -> Block:
         Variable(names.new(name), LREAL, text, literal(STARTS[name]) if name in STARTS else "")
         for name, text in sensed_notes().items()
     )
+    qualities = tuple(Variable(names.new(f"q_{name}"), BOOL, f"{name} is good", "TRUE") for name in Sensed._fields)
+    reset = Variable(names.new("reset"), BOOL, "rising edge: the operator acknowledges a stop", "FALSE")
     outputs = tuple(Variable(names.new(name), LREAL, output_note(name)) for name in ActuatorCommands._fields)
+    outputs += tuple(Variable(names.new(name), LREAL, text) for name, text in GUARD_OUTPUTS.items())
     settings = Variable(names.new("settings"), whole, "initial values are those of this crane")
     first = names.new("first")
     kept = {name: names.new(f"m_{name}") for name in Memory._fields}
     body = Body(library, names)
     reading = Record(Sensed, {f: Value(v.name, float) for f, v in zip(Sensed._fields, inputs, strict=True)})
     m = Record(Memory, {f: Value(own_name, float) for f, own_name in kept.items()})
+    g = _variables(GuardMemory, names, "g")
     law_memory = None
     if law.memory is not None:
         law_memory = Record(law.memory, {f: Value(names.new(f"law_{f}"), float) for f in law.memory._fields})
     given = library.reference(cls, settings.name)
-    _cycle(body, reading, m, law, law_memory, given, outputs, first)
+    quality = Record(Sensed, {f: Value(v.name, bool) for f, v in zip(Sensed._fields, qualities, strict=True)})
+    memories = Memories(m, g, law_memory)
+    _cycle(body, reading, quality, Value(reset.name, bool), memories, law, given, outputs, first)
     lines = tuple(body.lines)
     used = set(re.findall(r"\w+", "\n".join(lines)))
     variables_of = [
@@ -93,6 +123,10 @@ def controller_block(crane: Crane, controller: str) -> Block:
             Variable(own_name, LREAL, "", literal(getattr(memory, f)))
             for f, own_name in kept.items()
             if own_name in used
+        ),
+        *(
+            Variable(v.text, LREAL, "", literal(x))
+            for (_, v), x in zip(scalars(g), flat(memory_at_start(guard)), strict=True)
         ),
     ]
     if law_memory is not None:
@@ -105,9 +139,9 @@ def controller_block(crane: Crane, controller: str) -> Block:
     rhythm = f"Call it once every {literal(plc.t_cycle)} s. Inputs and outputs are in SI units, hoisting is positive."
     block = Unit(
         library.names.new(PREFIX + law.field),
-        plain_text(f"{title}\n{rhythm}\nMemory, m_ before the name: {_remembered()}"),
+        plain_text(f"{title}\n{rhythm}\nMemory, m_ before the name: {_remembered()}\n{ABOUT_GUARD}"),
         "",
-        (*inputs, settings),
+        (*inputs, *qualities, reset, settings),
         outputs,
         (*variables_of, *(v for v in body.variables if v.name in used)),
         lines,
@@ -136,22 +170,59 @@ def controller_block(crane: Crane, controller: str) -> Block:
         drive=crane.plant.type.control,
         own=own,
         law=law,
+        guard=guard,
     )
+
+
+class Memories(NamedTuple):
+    """What the block remembers: memory of the PLC, of the guard, and of the law where it has one."""
+
+    m: Record
+    g: Record
+    law: Record | None
+
+
+def _variables(cls: Any, names: Names, prefix: str) -> Record:
+    """Variables for every number of a record, named by their paths."""
+    return Record(
+        cls,
+        {
+            f: _variables(t, names, f"{prefix}_{f}")
+            if hasattr(t, "_fields")
+            else Value(names.new(f"{prefix}_{f}"), float)
+            for f, t in fields(cls)
+        },
+    )
+
+
+def _number_of(body: Body, truth: Value, name: str) -> Value:
+    """A truth value as 1.0 or 0.0."""
+    number: Value = body.choice(truth, lambda: Value(literal(1.0), float), lambda: Value(literal(0.0), float), name)
+    return number
 
 
 def _cycle(
     body: Body,
     reading: Record,
-    m: Record,
+    quality: Record,
+    reset: Value,
+    memories: Memories,
     law: Any,
-    law_memory: Record | None,
     settings: Record,
     outputs: tuple[Variable, ...],
     first: str,
 ) -> None:
-    """Statements of one cycle, in the order of `stillhook.kernels.plc_alone`: memory before the first one, the known
-    displacement, observe, the law in force, command."""
-    plc, y = settings.values["plc"], reading.values
+    """Statements of one cycle, in the order of `stillhook.kernels.plc_alone`: the guard, memory before the first one,
+    the known displacement, observe, the law in force, command, the limits."""
+    plc, (m, g, law_memory) = settings.values["plc"], memories
+    qualities = Record(Sensed, {f: _number_of(body, v, f"good_{f}") for f, v in quality.values.items()})
+    code = Value(literal(law.code), float)
+    known = body.kept(body.called(plain(known_mode), [reading.values["mode"], code]), "known")
+    asked = _number_of(body, reset, "asked")
+    checked = body.called(plain(check), [reading, qualities, asked, known, m, g, settings.values["guard"], plc])
+    y = body.kept(checked.values["y"], "y").values
+    _assign(body, g, checked.values["g"])
+    _assign(body, m, checked.values["m"])
     body.emit(f"IF {first} THEN")
     body.depth += 1
     start = body.called(plain(memory_before), [m, y["F"], y["s_w"], y["s_tip"], y["mode"], y["v_op"], plc])
@@ -178,13 +249,26 @@ def _cycle(
     else:
         in_force = Value(f"{r.values['y'].values['mode'].text} = {literal(law.code)}", bool, COMPARISON)
         demand, after = body.choice(in_force, chosen, manual, "demand")
+    demand, after_law = body.called(plain(sound_demand), [demand, m, g])
     drive, new = body.called(plain(command), [o, demand, m, plc])
-    drive = body.kept(drive, "drive")
+    drive = body.kept(body.called(plain(limited), [drive, plc]), "drive")
     _assign(body, m, new)
+    _assign(body, g, after_law)
     if law_memory is not None:
-        _assign(body, law_memory, after)
-    for variable, value in zip(outputs, drive.values.values(), strict=True):
+        _assign(body, law_memory, _sound(body, after, law))
+    for variable, value in zip(outputs, drive.values.values(), strict=False):
         body.emit(f"{variable.name} := {value.text};")
+    for variable in outputs[len(drive.values) :]:
+        body.emit(f"{variable.name} := {g.values[variable.name].text};")
+
+
+def _sound(body: Body, memory: Record, law: Any) -> Record:
+    """Memory of a law, at its start again where any of it is no number."""
+    ends = [Value(literal(FINITE * sign), float) for sign in (-1.0, 1.0)]
+    wrong = [body.called(plain(outside), [v, *ends]).text for v in memory.values.values()]
+    good = Value(f"{' + '.join(wrong)} < {literal(0.5)}", bool, COMPARISON)
+    sound: Record = body.choice(good, lambda: memory, lambda: _at_start(law), "law")
+    return sound
 
 
 def _at_start(law: Any) -> Any:
@@ -194,17 +278,16 @@ def _at_start(law: Any) -> Any:
     return Record(law.memory, {f: Value(literal(x), float) for f, x in law.memory()._asdict().items()})
 
 
-def _assign(body: Body, m: Record, new: Record) -> None:
-    """New memory in place of the old one. What another field of it held is put aside first."""
-    old = {v.text for v in m.values.values()}
-    changed = {f: v for f, v in new.values.items() if v.text != m.values[f].text}
-    for f, v in changed.items():
-        if v.text in old:
-            aside = body.new(f, float)
-            body.emit(f"{aside.text} := {v.text};")
-            changed[f] = aside
-    for f, v in changed.items():
-        body.emit(f"{m.values[f].text} := {v.text};")
+def _assign(body: Body, memory: Record, new: Record) -> None:
+    """New memory in place of the old one. What another part of it held is put aside first."""
+    held = [v.text for _, v in scalars(memory)]
+    changed = {own: v for own, (_, v) in zip(held, scalars(new), strict=True) if v.text != own}
+    for own, v in changed.items():
+        if v.text in held:
+            changed[own] = body.new(f"{own}_before", float)
+            body.emit(f"{changed[own].text} := {v.text};")
+    for own, v in changed.items():
+        body.emit(f"{own} := {v.text};")
 
 
 def flat(record: Any) -> list[float]:

@@ -255,6 +255,7 @@ class Block(NamedTuple):
     drive: str  # kind of drive, see `stillhook.control.interface`
     own: Any
     law: Any
+    guard: Any
 
 
 def literal(number: float) -> str:
