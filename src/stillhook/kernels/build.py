@@ -117,7 +117,7 @@ BASE = {
 """What a driver builds on. A compensated one is made of the same file, with a passive heave compensator above the
 slings."""
 
-COMPENSATED, HOSTED = "compensated_", "hosted_"
+COMPENSATED, HOSTED, GUARDED = "compensated_", "hosted_", "guarded_"
 
 
 def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> ModuleType:
@@ -125,22 +125,25 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
 
     kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering (see `BASE`), and
     "compensated_lift_driver" for one with a passive heave compensator, "hosted_driver" for a wire whose tension comes
-    from outside.
+    from outside. "guarded_" before "driver" or "hosted_driver": what the PLC reads comes from outside, and
+    `stillhook.control.guard` stands before it.
     extra_controllers: those that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`.
     """
     name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *extra_controllers))}]"
     base = driver(plant, lanes, BASE[kind], extra_controllers) if kind in BASE else None
     with LOCK:
         if name not in sys.modules:
-            file = Path(__file__).with_name(f"{kind.removeprefix(COMPENSATED).removeprefix(HOSTED)}.py")
+            unguarded = kind.removeprefix(GUARDED)
+            file = Path(__file__).with_name(f"{unguarded.removeprefix(COMPENSATED).removeprefix(HOSTED)}.py")
             spec = importlib.util.spec_from_file_location(name, file)
             assert spec is not None
             assert spec.loader is not None
             module = importlib.util.module_from_spec(spec)
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
-            module.path = imposed_tension if kind.startswith(HOSTED) else module.plant.PATH  # type: ignore[attr-defined]
+            module.path = imposed_tension if unguarded.startswith(HOSTED) else module.plant.PATH  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]
-            module.laws = control_laws.control_laws(extra_controllers, getattr(module.plant, "CONTROL", DISPLACEMENT))  # type: ignore[attr-defined]
+            takes = getattr(module.plant, "CONTROL", DISPLACEMENT)
+            module.laws = control_laws.control_laws(extra_controllers, takes, kind.startswith(GUARDED))  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
             module.compensated = kind.startswith(COMPENSATED)  # type: ignore[attr-defined]
             spec.loader.exec_module(module)

@@ -29,7 +29,7 @@ limits, through, fold_extremes = plant.limits, plant.through, plant.fold_extreme
 point, path_rates, path_start, path_powers = path.at, path.rates, path.start, path.powers
 path_weight = path.weight
 path_energy, at_its_end, path_motion = path.energy, path.at_its_end, path.motion
-plc_cycle, LawRecord = laws.cycle, laws.Record
+plc_check, plc_cycle, LawRecord = laws.check, laws.cycle, laws.Record
 Signals, join_signals = joined("Signals", CommonSignals, plant.Signals)
 Powers, join_powers = joined("Powers", plant.Powers, path.Powers)
 
@@ -174,7 +174,7 @@ def control(x, m, laws, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's memory, what the controllers remember, and the active drive's
     signals."""
     q = path_point(x, geo, tip, p)
-    read = sense(x.winch, x.path, q, m, tick, geo, p)
+    read, m, laws = plc_check(sense(x.winch, x.path, q, m, tick, geo, p), m, laws, p.plc)
     drive, after, laws = plc_cycle(read, m, laws, p.plc)
     u, after, drive = actuate(drive, read, x.winch, m, after, tick, geo, p)
     return u, after, laws, drive

@@ -224,7 +224,7 @@ def test_plant_and_controller_apart_are_the_winch_with_its_plc(nov: stillhook.Cr
     tip = rows(nov, case)
     plant, plc = (Host(export(nov, case, contents), folder) for contents in ("plant", "controller"))
     plant.set(input_time=0, **dict(zip(TIP, tip[0], strict=True)))
-    names = [p.name for p in plc.export.ports if p.causality == "input"]
+    names = [p.name for p in plc.export.ports if p.name.startswith("sensed_")]
 
     def connect() -> None:
         plc.set(**{name: plant.get(name) for name in names})

@@ -12,6 +12,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
+from stillhook.control.guard import Guard
 from stillhook.control.plc import Memory, memory_before
 from stillhook.engine.arguments import (
     SERIES_STEP,
@@ -109,9 +110,9 @@ def run_cases(
     )
 
 
-def first_lane(d: Any, packed: Packed, tick: Tick) -> Any:
+def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -> Any:
     """A lane of the driver d before its first cycle: the reference is where the wire is; state and memory await
-    `at_rest`."""
+    `at_rest`. guard: that of a driver whose PLC has one."""
     tip, x, plc = Tip(tick.s, tick.v), nothing(d.State), packed.params.plc
     return d.Lane(
         x=x._replace(path=x.path._replace(s_w=packed.s_w)),
@@ -119,7 +120,7 @@ def first_lane(d: Any, packed: Packed, tick: Tick) -> Any:
         u_0=nothing(d.Command),
         geo=nothing(Geometry),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
-        laws=d.laws.blank(packed.settings),
+        laws=d.laws.blank(packed.settings, guard),
         st=blank(d.Stats, packed.plant),
         y=nothing(d.Signals),
         tip_0=tip,

@@ -45,7 +45,8 @@ def write_ssp(
 
 
 def structure(plant: Export, controller: Export) -> str:
-    """SystemStructure.ssd: inputs of the winch that the PLC does not give are those of the system."""
+    """SystemStructure.ssd: inputs of the winch that the PLC does not give, and of the PLC that the winch does not give,
+    are those of the system."""
     root = Element(
         "ssd:SystemStructureDescription",
         {"xmlns:ssc": COMMON, "xmlns:ssd": DESCRIPTION},
@@ -57,7 +58,10 @@ def structure(plant: Export, controller: Export) -> str:
     given = {p.name for p in controller.ports if p.causality == "output"}
     own = [p for p in plant.ports if p.causality == "input" and p.name not in given]
     shown = [p for p in plant.ports if p.causality == "output" and not p.name.startswith("sensed_")]
-    connectors(system, [*own, *shown])
+    sensed = {p.name for p in plant.ports if p.causality == "output"}
+    asked = [p for p in controller.ports if p.causality == "input" and p.name not in sensed]
+    said = [p for p in controller.ports if p.causality == "output" and p.name.startswith("guard_")]
+    connectors(system, [*own, *asked, *shown, *said])
     elements = SubElement(system, "ssd:Elements")
     for name, export in (("plant", plant), ("controller", controller)):
         made = SubElement(
@@ -68,13 +72,16 @@ def structure(plant: Export, controller: Export) -> str:
     for p in own:
         SubElement(wires, "ssd:Connection", startConnector=p.name, endElement="plant", endConnector=p.name)
     for p in controller.ports:
-        if p.causality == "input":
+        if p.causality == "input" and p.name in sensed:
             connection(wires, "plant", "controller", p.name)
+    for p in asked:
+        SubElement(wires, "ssd:Connection", startConnector=p.name, endElement="controller", endConnector=p.name)
     for p in plant.ports:
         if p.causality == "input" and p.name in given:
             connection(wires, "controller", "plant", p.name)
-    for p in shown:
-        SubElement(wires, "ssd:Connection", startElement="plant", startConnector=p.name, endConnector=p.name)
+    for name, ports in (("plant", shown), ("controller", said)):
+        for p in ports:
+            SubElement(wires, "ssd:Connection", startElement=name, startConnector=p.name, endConnector=p.name)
     SubElement(root, "ssd:DefaultExperiment", startTime="0.0", stopTime=number(END))
     return xml_text(root)
 

@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from stillhook import units
+from stillhook.control.guard import FINITE, guard_at_start
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import ControlLaw
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs, hermite_weights, objections, scale_weights
+from stillhook.engine.pack.guard import guard_settings
 from stillhook.engine.pack.winch import pack, water_around
 from stillhook.engine.runner import nothing
 from stillhook.engine.scenario.checks import check
@@ -21,7 +23,7 @@ from stillhook.engine.scenario.problem import Ready, first_lane
 from stillhook.errors import ExportError
 from stillhook.export.twin import ports as p
 from stillhook.kernels import plc_alone
-from stillhook.kernels.build import driver, interpreted
+from stillhook.kernels.build import GUARDED, HOSTED, driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
@@ -175,13 +177,17 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     """Winch with its PLC, or, by commands from outside, without."""
     wire = coupling == WIRE
     winch, case = ready.winch, ready.drive.case
-    d = driver(winch.name, 1, "hosted_driver" if wire else "driver", winch.extra_controllers)
+    both = contents == BOTH
+    kind = f"{GUARDED if both else ''}{HOSTED if wire else ''}driver"
+    d = driver(winch.name, 1, kind, winch.extra_controllers)
     tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)
     if contents == PLANT:
         tick = tick._replace(override=1.0, u_m=1.0)
     if wire:
         tick = tick._replace(s=float(winch.params.hoist.load.W))
-    record = flatten(first_lane(d, winch, tick))
+    # the path of the operator is the core's own, without an end
+    ranges = guard_settings(crane, winch.params.plc, _motor_control(winch.params), s_op=FINITE)
+    record = flatten(first_lane(d, winch, tick, guard_at_start(ranges) if both else None))
     units_of = crane.plant.type.pump_units(crane)
     shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
     names = (*(("F_w",) if wire else ()), *p.MOTION, "v_op", "mode", *shares)
@@ -191,13 +197,16 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True)}
     laws = p.laws_of(crane, winch.extra_controllers)
     passed = p.limits(crane, d)
-    params = offset(d.Lane, "p", 1)
+    params, law_at = offset(d.Lane, "p", 1), offset(d.Lane, "laws", 1)
+    guard = law_at + offset(d.LawRecord, "guard", 1) if both else 0
     found = (
         *p.inputs(names, starts, laws),
+        *(p.guards(guard) if both else ()),
         *p.beginnings(crane, case, load=not wire and _load_is_free(crane, case)),
         p.port("input_time", "fixed", ("SH_OF_OPTION", 0), kind="integer", start=1.0, least=0.0, most=1.0),
-        *p.settings(type(winch.params.plc), params + _first(d.Params, ".plc"), record, laws, offset(d.Lane, "laws", 1)),
+        *p.settings(type(winch.params.plc), params + _first(d.Params, ".plc"), record, laws, law_at),
         *p.outputs(d, passed, set(names), laws),
+        *(p.guard_outputs(guard) if both else ()),
         *(p.readings("output", "SH_OF_SENSED") if contents == PLANT else ()),
     )
     entries = {f"sh_kernel_{name}": getattr(d, name) for name in ("run", "at_rest", "prepare")}
@@ -251,9 +260,12 @@ def _controller(crane: Crane, ready: Ready) -> Made:
     """The PLC alone."""
     winch = ready.winch
     extra = winch.extra_controllers
-    k = plc_alone.kernel(extra, crane.plant.type.control)
-    control = _motor_control(winch.params)
-    record = flatten(k.Lane(winch.memory, k.laws.blank(winch.settings), winch.params.plc, control))
+    k = plc_alone.kernel(extra, crane.plant.type.control, True)
+    control, plc = _motor_control(winch.params), winch.params.plc
+    guard = guard_at_start(guard_settings(crane, plc, control))
+    record = flatten(k.Lane(winch.memory, k.laws.blank(winch.settings, guard), plc, control))
+    law_at = offset(k.Lane, "laws", 1)
+    at = law_at + offset(k.laws.Record, "guard", 1)
     laws = p.laws_of(crane, extra)
     names = tuple(f"sensed_{name}" for name in Sensed._fields)
     starts = dict.fromkeys(("sensed_f_pump", "sensed_alpha_m", "sensed_K_wire"), 1.0)
@@ -261,9 +273,11 @@ def _controller(crane: Crane, ready: Ready) -> Made:
     starts |= {"sensed_p_hp": winch.memory.p_mean}
     found = (
         *p.inputs(names, starts, laws),
+        *p.guards(at),
         p.port("input_time", "fixed", ("SH_OF_OPTION", 0), kind="integer", start=1.0, least=1.0, most=1.0),
-        *p.settings(type(winch.params.plc), offset(k.Lane, "plc", 1), record, laws, offset(k.Lane, "laws", 1)),
+        *p.settings(type(plc), offset(k.Lane, "plc", 1), record, laws, law_at),
         *p.commands(),
+        *p.guard_outputs(at),
     )
     return Made(
         text=_translated({"sh_kernel_begin": k.begin, "sh_kernel_once": k.once}),

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from stillhook.control.guard import Guard
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import CONTROLLERS, ControlLaw
@@ -201,6 +202,38 @@ def commands() -> Iterator[Port]:
     for i, name in enumerate(ActuatorCommands._fields):
         more = {"description": "control error against the measured tip motion"} if name == "e_c" else {}
         yield port(name, "output", ("SH_OF_SENSED", i), **more)
+
+
+def guards(at: int) -> Iterator[Port]:
+    """Quality of every input of the PLC and the operator's acknowledgement, to its guard; at: place of the guard in a
+    lane."""
+    places = paths(Guard)
+    for name in Sensed._fields:
+        i = at + places.index(f".quality.{name}")
+        text = f"quality of what the PLC reads as {name}: true good, false bad"
+        yield Port(f"q_{name}", "input", "boolean", "1", text, 1.0, 0.0, 1.0, ("SH_OF_LANE", i))
+    text = "rising edge: the operator acknowledges a stop of the guard"
+    yield Port("reset", "input", "boolean", "1", text, 0.0, 0.0, 1.0, ("SH_OF_LANE", at + places.index(".reset")))
+
+
+GUARD_OUTPUTS = {
+    "guard_alarm": (
+        "alarm",
+        f"sum of 2^i over inputs that are replaced: {', '.join(Sensed._fields)}; 2^14 memory, 2^15 law",
+    ),
+    "guard_cause": ("cause", "alarm for which the winch was stopped, 0 while it is not"),
+    "guard_state": (
+        "state",
+        "0 healthy, 1 an input is replaced or the joystick must be released, 2 stopped until reset",
+    ),
+}
+
+
+def guard_outputs(at: int) -> Iterator[Port]:
+    """What the guard says."""
+    places = paths(Guard)
+    for name, (field, text) in GUARD_OUTPUTS.items():
+        yield Port(name, "output", "integer", "1", text, place=("SH_OF_SEEN", at + places.index(f".g.{field}")))
 
 
 def columns(name: str, *, wire: bool) -> tuple[int, int]:
