@@ -236,7 +236,7 @@ def sound_memory(m, F, p_hp, fitted):
         + outside(m.u_m, -1.0, 1.0)
         + outside(m.b_p, -BOUND, BOUND)
         + outside(m.b_m, -BOUND, BOUND)
-        + outside(m.held, -BOUND, BOUND)
+        + outside(m.held, -FINITE, FINITE)
         + outside(m.brake, 0.0, 1.0)
         + outside(m.idle, -2.0 * BOUND, 2.0 * BOUND)
         + outside(m.stroke, 0.0, 1.0)

@@ -7,11 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.control.guard import GuardSettings, Least, Most, Step, guard_at_start
 from stillhook.control.interface import Sensed
+from stillhook.control.plc import memory_before
 from stillhook.control.registry import CONTROLLERS
 from stillhook.export.plc.block import controller_block
 from stillhook.export.plc.program import Block
+from stillhook.kernels.control_laws import control_laws, extra_controllers
+from stillhook.kernels.plc_alone import GuardedPlc
 from stillhook.library import cranes, load_crane
+from stillhook.physics.hydraulics.swash import known_displacement
 
 CLOSED = "nov-250t"
 BLOCK_LENGTH = 150
@@ -70,6 +75,51 @@ def random_inputs(block: Block, n: int, seed: int = 7) -> np.ndarray:
         "p_hp": 2e7 + 1e6 * rng.standard_normal(n),
     }
     return np.column_stack([columns[name] for name in Sensed._fields])
+
+
+def wide(settings: GuardSettings) -> GuardSettings:
+    """A guard that lets every number pass."""
+
+    def same(cls: Any, x: float) -> Any:
+        return cls._make([x] * len(cls._fields))
+
+    return settings._replace(least=same(Least, -1e299), most=same(Most, 1e299), step=same(Step, 1e299))
+
+
+def open_wide(machine: Any) -> None:
+    """The same for a text that is read."""
+    guard = machine.settings["settings"].guard
+    for name, value in (("least", -1e299), ("most", 1e299), ("step_2", 1e299)):
+        vars(getattr(guard, name)).update(dict.fromkeys(vars(getattr(guard, name)), value))
+
+
+def unguarded(block: Block, rows: np.ndarray) -> np.ndarray:
+    """Commands of the cycle that simulations use, which has no guard."""
+    names = extra_controllers([block.controller])
+    laws = control_laws(names, block.drive)
+    own = {block.controller: block.own} if block.own is not None else {}
+    m, record, out = None, laws.blank(own), []
+    for row in rows.tolist():
+        y = Sensed(*row)
+        m = memory_before(block.memory, y.F, y.s_w, y.s_tip, y.mode, y.v_op, block.plc) if m is None else m
+        y = y._replace(alpha_m=known_displacement(y.alpha_m, m.u_m, block.control))
+        drive, m, record = laws.cycle(y, m, record, block.plc)
+        out.append(drive)
+    return np.array(out)
+
+
+def guarded_plc(block: Block, guard: GuardSettings | None = None) -> GuardedPlc:
+    """The exported controller, compiled."""
+    own = {block.controller: block.own} if block.own is not None else {}
+    start = guard_at_start(guard or block.guard, block.code)
+    names = extra_controllers([block.controller])
+    return GuardedPlc(names, block.drive, block.memory, block.plc, block.control, own, start)
+
+
+def all_good(rows: np.ndarray) -> np.ndarray:
+    """Rows of `Outside` with good qualities and no reset."""
+    n = len(rows)
+    return np.column_stack([rows, np.ones((n, len(Sensed._fields))), np.zeros(n)])
 
 
 def bits(values: Any) -> np.ndarray:

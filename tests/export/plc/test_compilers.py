@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.export.plc.cases import CLOSED, bits, block_of, pairs, random_inputs
+from tests.export.plc.cases import CLOSED, all_good, bits, block_of, pairs, random_inputs
 
 from stillhook.control.interface import Sensed
-from stillhook.control.plc import ActuatorCommands
 from stillhook.export.plc import structured_text
 from stillhook.export.plc.plcopen import SPACE, XHTML, plcopen_xml
-from stillhook.export.plc.sequence import Reference, inputs
+from stillhook.export.plc.sequence import Reference, inputs, numbers
+from stillhook.kernels.plc_alone import GuardedCommands
 
 CYCLES = 100_000
 MAIN = """
@@ -67,9 +67,10 @@ def program(block, compiler, folder):
     assert ran.returncode == 0, ran.stderr
     assert "error" not in ran.stderr, ran.stderr
     name = block.block.name.upper()
-    put = "\n".join(f"        __SET_VAR(b.,{f.upper()},,in[{i}]);" for i, f in enumerate(Sensed._fields))
-    get = "\n".join(f"        out[{i}] = __GET_VAR(b.{f.upper()},);" for i, f in enumerate(ActuatorCommands._fields))
-    n_in, n_out = len(Sensed._fields), len(ActuatorCommands._fields)
+    given = [*Sensed._fields, *(f"q_{f}" for f in Sensed._fields), "reset"]
+    put = "\n".join(f"        __SET_VAR(b.,{f.upper()},,in[{i}]);" for i, f in enumerate(given))
+    get = "\n".join(f"        out[{i}] = __GET_VAR(b.{f.upper()},);" for i, f in enumerate(GuardedCommands._fields))
+    n_in, n_out = len(given), len(GuardedCommands._fields)
     (folder / "main.c").write_text(MAIN.format(block=name, n_in=n_in, n_out=n_out, put=put, get=get))
     command = [
         "gcc",
@@ -91,7 +92,7 @@ def program(block, compiler, folder):
 
 def outputs_of(made, rows):
     ran = subprocess.run([made], input=np.ascontiguousarray(rows).tobytes(), capture_output=True, check=True)
-    return np.frombuffer(ran.stdout).reshape(len(rows), len(ActuatorCommands._fields))
+    return np.frombuffer(ran.stdout).reshape(len(rows), len(GuardedCommands._fields))
 
 
 @pytest.mark.slow
@@ -100,7 +101,7 @@ def test_a_free_compiler_takes_the_text_and_its_program_passes_the_test_sequence
     block = block_of(crane, controller)
     made = program(block, compiler, tmp_path)
     cycles = list(inputs(block, Reference(block)))
-    ours = outputs_of(made, np.array([y for y, _ in cycles]))
+    ours = outputs_of(made, np.array([numbers(o) for o, _ in cycles]))
     np.testing.assert_array_equal(bits(ours), bits(np.array([d for _, d in cycles])))
 
 
@@ -109,7 +110,8 @@ def test_a_hundred_thousand_cycles_of_the_compiled_text_give_the_bits_of_the_sim
     block = block_of(CLOSED, "ssc")
     rows, reference = random_inputs(block, CYCLES), Reference(block)
     wanted = np.array([reference.step(Sensed(*row)) for row in rows.tolist()])
-    np.testing.assert_array_equal(bits(outputs_of(program(block, compiler, tmp_path), rows)), bits(wanted))
+    made = program(block, compiler, tmp_path)
+    np.testing.assert_array_equal(bits(outputs_of(made, all_good(rows))), bits(wanted))
 
 
 @pytest.mark.parametrize(("crane", "controller"), pairs())
