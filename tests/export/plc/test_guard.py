@@ -1,0 +1,328 @@
+"""The exported controller on bad inputs: text, compiled form, and PLCs that compare NaN in ways of their own."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+import operator
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.export.plc.cases import CLOSED, all_good, bits, block_of, guarded_plc, pairs, unguarded
+from tests.export.plc.structured_text import Machine
+
+from stillhook.control.guard import MEMORY_FAULT, STOPPED, SUBSTITUTED
+from stillhook.control.interface import Sensed
+from stillhook.engine.pack.guard import time_to_stop
+from stillhook.export.plc import structured_text
+from stillhook.export.plc.block import flat
+from stillhook.export.plc.program import Block
+from stillhook.export.plc.sequence import Reference, inputs, numbers, parts
+from stillhook.kernels.plc_alone import GUARDED, OUTSIDE, GuardedCommands
+
+SIGNALS = list(Sensed._fields)
+N = len(SIGNALS)
+AT = {name: i for i, name in enumerate(GuardedCommands._fields)}
+NAN, INF = float("nan"), float("inf")
+BAD = [NAN, INF, -INF, 1e308, -1e308]
+"""Values that no signal may have; others depend on the signal."""
+BEFORE, LATER = 400, 400
+"""Cycles of healthy compensation, and of a fault: longer than the time of a stop."""
+RANDOM = 1_000_000
+RANDOM_TEXT = 3_000
+
+COMPARE = {
+    "=": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge
+}  # fmt: skip
+
+
+def total_order(place: float) -> Callable[[str, float, float], bool]:
+    """NaN equals itself and lies beyond all numbers on this side."""
+
+    def key(x: float) -> tuple[float, float]:
+        return (place, 0.0) if math.isnan(x) else (0.0, x)
+
+    return lambda sign, a, b: COMPARE[sign](key(a), key(b))
+
+
+def answering(answers: dict[str, bool]) -> Callable[[str, float, float], bool]:
+    """Comparisons with NaN have these answers."""
+    return lambda sign, a, b: answers[sign] if math.isnan(a) or math.isnan(b) else COMPARE[sign](a, b)
+
+
+SIGNS = tuple(COMPARE)
+DIALECTS: dict[str, Callable[[str, float, float], bool]] = {
+    "IEEE 754": answering({s: s == "<>" for s in SIGNS}),
+    "all true": answering(dict.fromkeys(SIGNS, True)),
+    "all false": answering(dict.fromkeys(SIGNS, False)),
+    "the largest": total_order(1.0),
+    "the least": total_order(-1.0),
+    "flags of the x87: less, equal": answering({s: s in ("<", "<=", "=") for s in SIGNS}),
+    "greater, equal": answering({s: s in (">", ">=", "=") for s in SIGNS}),
+    "equal to all": answering({s: s in ("<=", ">=", "=") for s in SIGNS}),
+}
+
+
+@functools.cache
+def machine_of(crane: str, controller: str) -> Machine:
+    return Machine(structured_text(block_of(crane, controller)))
+
+
+@functools.cache
+def healthy(crane: str, controller: str) -> np.ndarray:
+    """Rows of `Outside` of the test sequence's parts before its faults."""
+    block = block_of(crane, controller)
+    n = sum(p.cycles for p in parts(block)[:9])
+    return np.array([numbers(o) for o, _ in itertools.islice(inputs(block, Reference(block)), n)])
+
+
+def steady(block: Block, n: int = BEFORE + LATER) -> np.ndarray:
+    """Rows of n cycles of compensation of a small motion, the operator lowering, brake open from the start."""
+    t = np.arange(n) * block.t_cycle
+    speed = 1.0 / block.plc.gains.K_1
+    columns = dict.fromkeys(SIGNALS, np.zeros(n))
+    columns |= {"s_tip": 0.1 * np.sin(t), "v_tip": 0.1 * np.cos(t), "a_tip": -0.1 * np.sin(t)}
+    columns |= {name: np.ones(n) for name in ("f_pump", "alpha_m", "K_wire")}
+    columns |= {"v_op": np.full(n, -0.2 * speed), "s_op": -0.2 * speed * t, "mode": np.full(n, block.code)}
+    columns |= {"s_w": 100.0 + 0.1 * np.sin(t) + 0.2 * speed * t, "F": np.full(n, 0.5 / block.plc.motors.i_F_swl)}
+    columns |= {name: np.full(n, 1e7) for name in ("dp", "dp_load")} | {"p_hp": np.full(n, 2e7)}
+    return all_good(np.column_stack([columns[name] for name in SIGNALS]))
+
+
+def safe(block: Block, out: np.ndarray) -> None:
+    """Numbers, within their limits."""
+    assert np.isfinite(out).all()
+    assert (np.abs(out[:, AT["u_p"]]) <= 1.0).all()
+    assert ((out[:, AT["u_m"]] >= block.plc.motors.alpha_min) & (out[:, AT["u_m"]] <= 1.0)).all()
+    assert ((out[:, AT["brake"]] >= 0.0) & (out[:, AT["brake"]] <= 1.0)).all()
+
+
+def cycles_to_stop(block: Block) -> int:
+    return math.ceil(time_to_stop(block.guard, block.plc) / block.t_cycle)
+
+
+def stopped(block: Block, row: np.ndarray) -> bool:
+    closed = row[AT["brake"]] == 1.0 or block.plc.brake.fitted < 0.5
+    return bool(row[AT["u_p"]] == 0.0 and closed and row[AT["state"]] == STOPPED)
+
+
+@pytest.mark.parametrize(("crane", "controller"), pairs())
+def test_healthy_inputs_give_the_bits_of_the_controller_that_simulates(crane, controller):
+    block, rows = block_of(crane, controller), healthy(crane, controller)
+    reference = Reference(block)
+    ours = np.array([reference.step(Sensed(*row[:N])) for row in rows.tolist()])
+    np.testing.assert_array_equal(bits(ours[:, : AT["alarm"]]), bits(unguarded(block, rows[:, :N])))
+    assert not ours[:, AT["alarm"] :].any()
+
+
+def wrong_values(block: Block, signal: str) -> list[float]:
+    """Values that this signal cannot have: those of `BAD`, and both ends passed."""
+    least, most = (getattr(getattr(block.guard, k), signal) for k in ("least", "most"))
+    return [*BAD, most + 0.01 * abs(most), least - 0.01 * max(abs(least), 1.0)]
+
+
+@pytest.mark.parametrize(("crane", "controller"), pairs())
+@pytest.mark.parametrize("signal", SIGNALS)
+def test_a_signal_that_stays_bad_has_its_reaction(crane, controller, signal):
+    block = block_of(crane, controller)
+    i = SIGNALS.index(signal)
+    for value in [*wrong_values(block, signal), "quality"]:
+        rows = steady(block)
+        rows[BEFORE:, N + i if value == "quality" else i] = 0.0 if value == "quality" else value
+        out = guarded_plc(block).run(rows)
+        safe(block, out)
+        assert not out[:BEFORE, AT["alarm"]].any()
+        assert (out[BEFORE:, AT["alarm"]] == 2.0**i).all(), value
+        if getattr(block.guard.stops, signal) > 0.5:
+            assert stopped(block, out[BEFORE + cycles_to_stop(block)]), (value, out[-1])
+            assert (out[BEFORE + cycles_to_stop(block) :, AT["u_p"]] == 0.0).all()
+            assert out[-1, AT["cause"]] == 2.0**i
+        else:
+            assert (out[BEFORE:, AT["state"]] == SUBSTITUTED).all(), value
+
+
+@pytest.mark.parametrize("signal", ["s_tip", "v_tip", "a_tip", "s_op", "s_w", "F", "alpha_m", "K_wire"])
+def test_a_jump_is_replaced_until_the_signal_has_been_good_for_a_while(signal):
+    block = block_of(CLOSED, "ssc")
+    rows, i = steady(block), SIGNALS.index(signal)
+    step, most, least = (getattr(getattr(block.guard, k), signal) for k in ("step", "most", "least"))
+    jump = 1.5 * step if rows[BEFORE, i] + 1.5 * step < most else -1.5 * step
+    assert least < rows[BEFORE, i] + jump < most
+    rows[BEFORE:, i] += jump
+    out = guarded_plc(block).run(rows)
+    safe(block, out)
+    back = math.ceil(block.guard.t_back / block.t_cycle)
+    assert (out[BEFORE : BEFORE + back, AT["alarm"]] == 2.0**i).all()
+    assert not out[BEFORE + back + 1 :, AT["alarm"]].any()
+    if signal in ("s_tip", "s_w", "s_op"):  # a jump of a position moves the reference, not the winch
+        undisturbed = guarded_plc(block).run(steady(block))
+        assert np.abs(out[:, AT["u_p"]] - undisturbed[:, AT["u_p"]]).max() < 0.01
+
+
+@pytest.mark.parametrize("value", [0.0, -0.0, 5e-324, -5e-324, 2.2e-308])
+@pytest.mark.parametrize("signal", ["s_tip", "v_tip", "a_tip", "v_op", "dp", "F"])
+def test_zeros_and_the_smallest_numbers_are_numbers(signal, value):
+    block = block_of(CLOSED, "ssc")
+    rows = steady(block)[:100]
+    rows[:, SIGNALS.index(signal)] = value
+    rows[:, SIGNALS.index("mode")] = 0.0
+    out = guarded_plc(block).run(rows)
+    assert not out[:, AT["alarm"]].any()
+    safe(block, out)
+
+
+@pytest.mark.parametrize(("crane", "controller"), pairs())
+@pytest.mark.parametrize("mode", [-1.0, 0.5, 99.0, 1e300, NAN, "another controller"])
+def test_an_unknown_mode_holds_the_winch(crane, controller, mode):
+    block = block_of(crane, controller)
+    rows = steady(block)
+    rows[BEFORE:, SIGNALS.index("mode")] = (1.0 if block.code == 2.0 else 2.0) if isinstance(mode, str) else mode
+    out = guarded_plc(block).run(rows)
+    safe(block, out)
+    assert stopped(block, out[BEFORE + cycles_to_stop(block)])
+
+
+def test_the_first_cycle_may_be_bad():
+    block = block_of(CLOSED, "ssc")
+    for i in range(N):
+        rows = steady(block)
+        rows[:, i] = NAN
+        out = guarded_plc(block).run(rows)
+        safe(block, out)
+        if block.guard.stops[i] > 0.5:
+            assert (out[:, AT["u_p"]] == 0.0).all()
+            assert stopped(block, out[-1])
+
+
+def test_a_stop_is_left_by_an_acknowledgement_at_rest_alone():
+    block = block_of(CLOSED, "ssc")
+    rows = steady(block, 1200)
+    at = SIGNALS.index
+    rows[400:420, at("s_w")] = NAN
+    rows[700:, at("mode")] = 0.0
+    rows[800:, at("v_op")] = 0.0
+    rows[[600, 700, 750], -1] = 1.0  # mode is not manual; joystick is not released
+    assert (guarded_plc(block).run(rows)[500:, AT["state"]] == STOPPED).all()
+    rows[820:, -1] = 1.0
+    out = guarded_plc(block).run(rows)
+    assert (out[500:820, AT["state"]] == STOPPED).all()
+    assert not out[820:, AT["state"]].any()
+    rows[750:, -1] = 1.0  # held down since before: no edge
+    assert (guarded_plc(block).run(rows)[500:, AT["state"]] == STOPPED).all()
+
+
+def test_a_signal_that_fails_a_tenth_of_the_time_stops_the_winch_as_one_that_fails():
+    block = block_of(CLOSED, "ssc")
+    rows = steady(block, 3000)
+    for k in range(400, 3000, 20):
+        rows[k : k + 3, SIGNALS.index("v_tip")] = NAN
+    assert stopped(block, guarded_plc(block).run(rows)[-1])
+
+
+def test_a_joystick_that_failed_is_obeyed_again_when_it_was_released():
+    block = block_of(CLOSED, "ssc")
+    rows, at = steady(block, 1200), SIGNALS.index("v_op")
+    speed = -rows[0, at] * block.plc.gains.K_1
+    rows[:, SIGNALS.index("mode")] = 0.0
+    rows[:400, at] = rows[0, at]
+    rows[400:440, at] = NAN
+    rows[700:710, at] = 0.0
+    out = guarded_plc(block).run(rows)
+    assert (out[500:700, AT["u_ff"]] == 0.0).all()
+    assert abs(out[-1, AT["u_ff"]]) == pytest.approx(speed, rel=1e-9)
+
+
+def faulty(block: Block, n: int, seed: int) -> np.ndarray:
+    """Rows of a steady compensation, of pieces that begin with an acknowledgement at rest, with faults at random: any
+    value on any signals for any time, noise without end, bad qualities, resets."""
+    rng = np.random.default_rng(seed)
+    rows = np.concatenate([steady(block, 1000)] * (-(-n // 1000)))[:n]
+    values = np.array([*BAD, 0.0, -0.0, 5e-324, 1.0, -1.0, 1e6, 99.0, 0.5])
+    for start in range(0, n, 1000):
+        rows[start : start + 150, SIGNALS.index("mode")] = 0.0
+        rows[start : start + 150, SIGNALS.index("v_op")] = 0.0
+        rows[start + 100 : start + 110, -1] = 1.0
+        for _ in range(rng.integers(0, 6)):
+            k, length, i = start + rng.integers(0, 1000), rng.integers(1, 300), rng.integers(0, OUTSIDE)
+            kind = rng.integers(0, 3)
+            piece = rows[k : k + length, i]
+            if i >= N or kind == 0:
+                piece[:] = rng.choice(values)
+            elif kind == 1:
+                piece[:] = rng.choice(values, len(piece))
+            else:
+                piece += 10.0 ** rng.uniform(-3, 8) * rng.standard_normal(len(piece))
+    return rows
+
+
+@pytest.mark.slow
+def test_a_million_random_cycles_with_faults_are_safe():
+    block, n = block_of(CLOSED, "ssc"), 50_000
+    plc = guarded_plc(block)
+    stops = 0
+    wait = cycles_to_stop(block)
+    for seed in range(RANDOM // n):
+        out = plc.run(faulty(block, n, seed))
+        safe(block, out)
+        carried = plc.memory
+        assert np.isfinite([*flat(carried.m), *flat(carried.laws.guard.g)]).all()
+        long = np.convolve(out[:, AT["state"]] == STOPPED, np.ones(wait), "valid") == wait
+        ends = out[wait - 1 :][long]
+        assert (ends[:, AT["u_p"]] == 0.0).all()
+        assert (ends[:, AT["brake"]] == 1.0).all()
+        stops += len(ends)
+    assert 0.1 * RANDOM < stops < 0.9 * RANDOM
+
+
+@pytest.mark.parametrize(("crane", "controller"), pairs())
+def test_random_faults_give_the_text_and_the_compiled_controller_the_same_outputs(crane, controller):
+    block = block_of(crane, controller)
+    rows = faulty(block, RANDOM_TEXT, 3)
+    step = machine_of(crane, controller).start()
+    as_bool = rows.copy()
+    as_bool[:, N:] = np.abs(rows[:, N:] - 1.0) < 0.5
+    ours = np.array([step(*row) for row in as_bool.tolist()])
+    np.testing.assert_array_equal(ours, guarded_plc(block).run(as_bool))
+    assert len(set(ours[:, AT["state"]])) > 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_plc_that_compares_nan_in_its_own_way_stops_as_well(dialect):
+    block = block_of(CLOSED, "ssc")
+    machine = Machine(structured_text(block), DIALECTS[dialect])
+    k, rest = 60, 60 + cycles_to_stop(block) + 2
+    for i, signal in enumerate(SIGNALS):
+        rows = steady(block, rest)
+        rows[k:, i] = NAN
+        step = machine.start()
+        out = np.array([step(*row) for row in rows.tolist()])
+        safe(block, out)
+        np.testing.assert_array_equal(out, guarded_plc(block).run(rows), err_msg=signal)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_memory_that_is_no_number_heals_and_stops_the_winch(dialect):
+    block = block_of(CLOSED, "ssc")
+    machine = Machine(structured_text(block), DIALECTS[dialect])
+    rows = steady(block, 90 + cycles_to_stop(block))
+    used = ("m_mode", "m_datum", "m_f", "m_p_mean", "m_u_p", "m_u_m", "m_b_p", "m_b_m", "m_brake", "m_idle", "m_stroke")
+    guards = ("g_last_s_w", "g_used_s_w", "g_well_v_tip", "g_bad_v_tip", "g_stopped", "g_fault", "g_cause", "g_begun")
+    for name in (*used, *guards):
+        step = machine.start()
+        cells = dict(zip(step.__code__.co_freevars, step.__closure__, strict=True))
+        out = [step(*row) for row in rows[:60].tolist()]
+        cells[f"v_{name}"].cell_contents = NAN
+        out += [step(*row) for row in rows[60:].tolist()]
+        made = np.array(out)
+        safe(block, made)
+        if name in used:
+            assert stopped(block, made[-1]), name
+            assert made[-1, AT["cause"]] == MEMORY_FAULT
+        assert all(math.isfinite(c.cell_contents) for n, c in cells.items() if n.startswith(("v_m_", "v_g_")))
+
+
+def test_a_guarded_row_has_inputs_qualities_and_a_reset():
+    assert (OUTSIDE, GUARDED) == (2 * N + 1, len(AT))

@@ -1,0 +1,108 @@
+"""The guarded controller with the whole winch behind it: a signal that stays bad brings the wire to rest."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.export.twin.host import NO_NUMBER, OK, OUT_OF_RANGE, Host
+from tests.export.twin.test_core import TIP, case_of, rows
+
+import stillhook
+from stillhook.control.guard import STOPPED, SUBSTITUTED
+from stillhook.control.interface import Sensed
+from stillhook.control.registry import code_of
+from stillhook.engine.pack.guard import guard_settings, time_to_stop
+from stillhook.engine.pack.winch import pack
+from stillhook.export.twin import export
+
+STILL = 2e-3
+"""Wire speed at which a winch stands behind its brake [m/s]: what the wire's stretch under a load that still swings
+takes in and gives out."""
+CRANES = ("nov-250t", "nov-100t-pure-active", "utility-20t-open-circuit", "nov-250t-secondary", "nov-100t-cylinder",
+          "nov-100t-electric")  # fmt: skip
+BAD = 600
+"""Cycle from which a signal is bad: the tip moves at nearly its full speed."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("guarded")
+
+
+def stop_cycles(crane: stillhook.Crane, case: stillhook.Scenario) -> int:
+    from stillhook.physics.hydraulics.swash import MotorControl
+
+    plc = pack(crane, case).params.plc
+    settings = guard_settings(crane, plc, MotorControl(0.0, 0.0, 1.0))
+    return math.ceil(time_to_stop(settings, plc) / plc.t_cycle)
+
+
+def run(host: Host, tip: np.ndarray, n: int, fault: dict[str, float]) -> list[dict[str, float]]:
+    """Signals of every cycle of a host that gives the tip and, from `BAD` on, the faults."""
+    host.set(input_time=0, **dict(zip(TIP, tip[0], strict=True)))
+    assert host.start() == OK
+    out = []
+    for k in range(n):
+        if k == BAD:
+            host.set(**fault)
+        given = dict(zip(TIP, tip[k + 1], strict=True))
+        host.set(**(given | {name: x for name, x in fault.items() if k >= BAD}))
+        assert host.step(k * host.export.t_cycle, host.export.t_cycle) == OK
+        out.append({name: host.get(name) for name in ("v_w", "u_p", "brake", "guard_state", "guard_cause")})
+    return out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", [c if c == "nov-250t" else pytest.param(c, marks=pytest.mark.thorough) for c in CRANES]
+)
+@pytest.mark.parametrize("signal", ["v_tip", "s_w"])
+def test_a_winch_stands_within_the_stated_time_after_a_signal_is_bad(name: str, signal: str, folder: Path):
+    crane = stillhook.load_crane(name)
+    case = case_of(crane)
+    wait = stop_cycles(crane, case)
+    out = run(Host(export(crane, case), folder), rows(crane, case), BAD + wait + 200, {f"q_{signal}": 0.0})
+    assert all(row["guard_state"] == 0.0 for row in out[:BAD])
+    assert max(abs(row["v_w"]) for row in out[:BAD]) > 0.1
+    after = out[BAD + wait :]
+    assert {row["guard_state"] for row in after} == {STOPPED}
+    assert {row["guard_cause"] for row in after} == {2.0 ** Sensed._fields.index(signal)}
+    assert all(row["u_p"] == 0.0 and row["brake"] == 1.0 for row in after)
+    assert max(abs(row["v_w"]) for row in after[100:]) < STILL
+
+
+@pytest.mark.parametrize("value", [25.0, 1e300])
+def test_a_motion_that_no_crane_has_stops_the_winch_of_an_fmu(value: float, folder: Path):
+    crane = stillhook.load_crane("nov-250t")
+    case = case_of(crane)
+    host, tip = Host(export(crane, case, "controller"), folder), rows(crane, case)
+    host.set(sensed_mode=code_of("ssc"), sensed_s_w=100.0, sensed_F=1e6, sensed_dp=1e7, sensed_dp_load=1e7)
+    assert host.start() == OK
+    for k in range(BAD):
+        host.set(**{f"sensed_{n}": x for n, x in zip(TIP, tip[k], strict=True)})
+        if k >= 300:
+            host.set(sensed_v_tip=value)
+        assert host.step(k * 0.01, 0.01) == OK
+    assert (host.get("guard_state"), host.get("u_p"), host.get("brake")) == (STOPPED, 0.0, 1.0)
+
+
+def test_a_host_that_gives_no_number_or_an_unknown_mode_is_told(folder: Path):
+    crane = stillhook.load_crane("nov-250t")
+    for contents, prefix in (("controller", "sensed_"), ("plant+controller", "")):
+        host = Host(export(crane, case_of(crane), contents), folder)
+        for value in (float("nan"), float("inf"), -float("inf")):
+            assert host.try_set(f"{prefix}v_tip", value) == NO_NUMBER
+        for mode in (-1.0, 0.5, 99.0):
+            assert host.try_set(f"{prefix}mode", mode) == OUT_OF_RANGE
+
+
+def test_a_load_cell_that_is_bad_is_an_alarm_of_the_fmu(folder: Path):
+    crane = stillhook.load_crane("nov-250t")
+    case = case_of(crane)
+    host = Host(export(crane, case), folder)
+    out = run(host, rows(crane, case), BAD + 100, {"q_F": 0.0})
+    assert {row["guard_state"] for row in out[BAD:]} == {SUBSTITUTED}
+    assert host.get("guard_alarm") == 2.0 ** Sensed._fields.index("F")
