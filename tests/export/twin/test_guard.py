@@ -17,10 +17,11 @@ from stillhook.control.registry import code_of
 from stillhook.engine.pack.guard import guard_settings, time_to_stop
 from stillhook.engine.pack.winch import pack
 from stillhook.export.twin import export
+from stillhook.physics.hydraulics.swash import MotorControl
 
-STILL = 2e-3
-"""Wire speed at which a winch stands behind its brake [m/s]: what the wire's stretch under a load that still swings
-takes in and gives out."""
+PLACE = 1e-2
+"""Wire within which a winch stands that its brake holds [m]: it rocks, while the load swings, by 1 mm on the elastic
+friction of a drum's brake and by 7 mm on the oil of a locked rod. In two seconds the tip itself moves half a metre."""
 CRANES = ("nov-250t", "nov-100t-pure-active", "utility-20t-open-circuit", "nov-250t-secondary", "nov-100t-cylinder",
           "nov-100t-electric")  # fmt: skip
 BAD = 600
@@ -33,8 +34,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def stop_cycles(crane: stillhook.Crane, case: stillhook.Scenario) -> int:
-    from stillhook.physics.hydraulics.swash import MotorControl
-
     plc = pack(crane, case).params.plc
     settings = guard_settings(crane, plc, MotorControl(0.0, 0.0, 1.0))
     return math.ceil(time_to_stop(settings, plc) / plc.t_cycle)
@@ -51,7 +50,7 @@ def run(host: Host, tip: np.ndarray, n: int, fault: dict[str, float]) -> list[di
         given = dict(zip(TIP, tip[k + 1], strict=True))
         host.set(**(given | {name: x for name, x in fault.items() if k >= BAD}))
         assert host.step(k * host.export.t_cycle, host.export.t_cycle) == OK
-        out.append({name: host.get(name) for name in ("v_w", "u_p", "brake", "guard_state", "guard_cause")})
+        out.append({name: host.get(name) for name in ("v_w", "s_w", "u_p", "brake", "guard_state", "guard_cause")})
     return out
 
 
@@ -71,7 +70,7 @@ def test_a_winch_stands_within_the_stated_time_after_a_signal_is_bad(name: str, 
     assert {row["guard_state"] for row in after} == {STOPPED}
     assert {row["guard_cause"] for row in after} == {2.0 ** Sensed._fields.index(signal)}
     assert all(row["u_p"] == 0.0 and row["brake"] == 1.0 for row in after)
-    assert max(abs(row["v_w"]) for row in after[100:]) < STILL
+    assert np.ptp([row["s_w"] for row in after]) < PLACE
 
 
 @pytest.mark.parametrize("value", [25.0, 1e300])
