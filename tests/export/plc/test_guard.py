@@ -6,14 +6,18 @@ import functools
 import itertools
 import math
 import operator
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from tests.export.plc.cases import CLOSED, all_good, bits, block_of, guarded_plc, pairs, unguarded
 from tests.export.plc.structured_text import Machine
+from tests.scripts import DOCS
 
-from stillhook.control.guard import MEMORY_FAULT, STOPPED, SUBSTITUTED
+from stillhook.control.guard import LAW_FAULT, MEMORY_FAULT, STOPPED, SUBSTITUTED
 from stillhook.control.interface import Sensed
 from stillhook.engine.pack.guard import time_to_stop
 from stillhook.export.plc import structured_text
@@ -326,3 +330,50 @@ def test_a_memory_that_is_no_number_heals_and_stops_the_winch(dialect):
 
 def test_a_guarded_row_has_inputs_qualities_and_a_reset():
     assert (OUTSIDE, GUARDED) == (2 * N + 1, len(AT))
+
+
+LAW = '''
+"""A law whose memory grows beyond all numbers."""
+
+from typing import NamedTuple
+
+from stillhook.control.interface import Demand
+from stillhook.physics.scalar import scalar
+
+NAME, TITLE = "grows", "a law that loses its numbers"
+
+
+class Memory(NamedTuple):
+    x: float = 0.0
+
+
+@scalar
+def cycle(r, plc, m):
+    x = m.x + 1.0e308 * abs(r.y.v_tip)
+    return Demand(r.u_ff + (x - x), 1.0), Memory(x)
+'''
+
+
+def a_law_without_numbers_stops() -> None:
+    block = block_of(CLOSED, "grows")
+    step, reference = Machine(structured_text(block)).start(), Reference(block)
+    rows = steady(block)
+    out = np.array([step(*row) for row in rows.tolist()])
+    wanted = np.array([reference.step(Sensed(*row[:N])) for row in rows.tolist()])
+    np.testing.assert_array_equal(bits(out), bits(wanted))
+    safe(block, out)
+    assert stopped(block, out[-1])
+    assert out[-1, AT["cause"]] == LAW_FAULT
+    assert not out[:10, AT["alarm"]].any()
+    assert math.isfinite(reference.laws.grows_memory.x)
+
+
+@pytest.mark.slow
+def test_a_law_of_the_user_that_loses_its_numbers_stops_the_winch(tmp_path):
+    module = tmp_path / "grows.py"
+    module.write_text(LAW, encoding="utf-8")
+    paths = os.pathsep.join([str(DOCS.parent / "src"), str(DOCS.parent)])
+    code = f"from tests.export.plc import test_guard as t; t.{a_law_without_numbers_stops.__name__}()"
+    environment = os.environ | {"STILLHOOK_EXTENSIONS": str(module), "PYTHONPATH": paths}
+    ran = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
