@@ -124,12 +124,13 @@ def test_a_demand_that_is_no_number_leaves_the_last_command(field, wrong):
     block = block_of(CLOSED, "ssc")
     m = block.memory._replace(u_p=0.4, u_m=0.8)
     g = memory_at_start(block.guard)
-    demand, after = sound_demand(Demand(0.1, 0.9)._replace(**{field: wrong}), m, g)
+    demand, after = sound_demand(Demand(0.1, 0.9)._replace(**{field: wrong}), 0.0, m, g)
     assert demand == (0.4, 0.8)
     assert after.fault == LAW_FAULT
-    kept, after = sound_demand(Demand(0.1, 0.9), m, g)
+    kept, after = sound_demand(Demand(0.1, 0.9), 0.0, m, g)
     assert kept == (0.1, 0.9)
     assert after.fault == 0.0
+    assert sound_demand(Demand(0.1, 0.9), 1.0, m, g)[1].fault == LAW_FAULT
 
 
 @pytest.mark.parametrize("x", [NAN, INF, -INF, 1e9])

@@ -365,12 +365,13 @@ def check(y, quality, reset, known, m, g, s, plc):
 
 
 @scalar
-def sound_demand(d, m, g):
+def sound_demand(d, wrong, m, g):
     """What the law demands where it is a number, else what goes on with the commands of the cycle before; and the
-    guard's memory, which then stops the winch in the next cycle."""
+    guard's memory, which then stops the winch in the next cycle, as it does where the law's memory is no number (wrong
+    above 0)."""
     good = inside(d.u_p, -BOUND, BOUND) and inside(d.u_m, -BOUND, BOUND)
     demand = Demand(d.u_p if good else m.u_p - m.b_p, d.u_m if good else m.u_m - m.b_m)
-    return demand, with_fault(g, 0.0 if good else LAW_FAULT)
+    return demand, with_fault(g, 0.0 if good and wrong < 0.5 else LAW_FAULT)
 
 
 @scalar

@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
-from stillhook.control.guard import FINITE, Guard, check, inside, is_code, known_mode, limited, sound_demand
+from stillhook.control.guard import FINITE, Guard, check, is_code, known_mode, limited, outside, sound_demand
 from stillhook.control.interface import DISPLACEMENT, Demand
 from stillhook.control.plc import command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
@@ -55,7 +55,8 @@ def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: boo
     kind = f"{drive}{' guarded' if guarded else ''} {' '.join(names)}"
     record.__module__ = f"{__name__} {kind}"  # its generated functions are distinguished by it
     names_used: dict[str, Any] = {"Record": record, "Demand": Demand, "observe": observe, "command": command}
-    names_used |= {f.__name__: f for f in (check, inside, is_code, known_mode, limited, sound_demand)}
+    guarding: tuple[Any, ...] = (check, is_code, known_mode, limited, outside, sound_demand)
+    names_used |= {each.__name__: each for each in guarding}
     if guarded:
         names_used |= {"with_guard": replace(record, "guard"), "with_memory": replace(Guard, "g")}
     for law in laws:
@@ -99,8 +100,8 @@ def checked(sensed, m, laws, plc):
 
 def cycle(sensed, m, laws, plc):
     o = observe(sensed, m, plc)
-    d, laws = demand(o.r, laws, plc)
-    d, g = sound_demand(d, m, laws.guard.g)
+    d, laws, wrong = demand(o.r, laws, plc)
+    d, g = sound_demand(d, wrong, m, laws.guard.g)
     drive, m = command(o, d, m, plc)
     return limited(drive, plc), m, with_guard(laws, with_memory(laws.guard, g))
 """
@@ -113,10 +114,10 @@ def _parts(law: ControlLaw) -> list[tuple[str, Any]]:
 
 def _demand(laws: list[ControlLaw], guarded: bool) -> str:
     """Source of demand(r, laws, plc): the law in force, with its memory; the others' memories stay as at their
-    start. guarded: a memory that is no number any more starts anew."""
+    start. guarded: a memory that is no number any more starts anew, and how many of its fields are none."""
     lines = ["def demand(r, laws, plc):", "    code = r.y.mode"]
     u_p = u_m = ""
-    kept = ["code"]
+    kept, wrong = ["code"], ["0.0"]
     for i, law in enumerate(laws):
         on, arguments = f"code == {law.code!r}", "r, plc"
         if law.record is not None:
@@ -128,10 +129,14 @@ def _demand(laws: list[ControlLaw], guarded: bool) -> str:
             start = f"{law.field}_memory_class({', '.join(repr(float(x)) for x in law.memory())})"
             lines.append(f"    m_{i} = laws.{law.field}_memory if laws.code == {law.code!r} else {start}")
             lines.append(f"    d_{i}, n_{i} = cycle_{law.field}({arguments}, m_{i})")
-            sound = [f"inside(n_{i}.{f}, {-FINITE!r}, {FINITE!r})" for f in law.memory._fields] if guarded else []
-            kept.append(f"n_{i} if {' and '.join([on, *sound])} else {start}")
+            parts = " + ".join(f"outside(n_{i}.{f}, {-FINITE!r}, {FINITE!r})" for f in law.memory._fields)
+            if guarded:
+                lines.append(f"    wrong_{i} = {parts} if {on} else 0.0")
+                wrong.append(f"wrong_{i}")
+            kept.append(f"n_{i} if {on}{f' and wrong_{i} < 0.5' if guarded else ''} else {start}")
         u_p = f"d_{i}.u_p if {on} else {u_p}" if u_p else f"d_{i}.u_p"
         u_m = f"d_{i}.u_m if {on} else {u_m}" if u_m else f"d_{i}.u_m"
     kept += ["laws.guard"] if guarded else []
-    lines.append(f"    return Demand({u_p}, {u_m}), Record({', '.join(kept)})")
+    made = [f"Demand({u_p}, {u_m})", f"Record({', '.join(kept)})", *([" + ".join(wrong)] if guarded else [])]
+    lines.append(f"    return {', '.join(made)}")
     return "\n".join(lines)

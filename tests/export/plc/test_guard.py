@@ -349,7 +349,7 @@ class Memory(NamedTuple):
 
 @scalar
 def cycle(r, plc, m):
-    x = m.x + 1.0e308 * abs(r.y.v_tip)
+    x = m.x + 4.0e298 * abs(r.y.v_tip)
     return Demand(r.u_ff + (x - x), 1.0), Memory(x)
 '''
 
@@ -364,7 +364,7 @@ def a_law_without_numbers_stops() -> None:
     safe(block, out)
     assert stopped(block, out[-1])
     assert out[-1, AT["cause"]] == LAW_FAULT
-    assert not out[:10, AT["alarm"]].any()
+    assert not out[:200, AT["alarm"]].any()
     assert math.isfinite(reference.laws.grows_memory.x)
 
 

@@ -27,7 +27,7 @@ from stillhook.engine.pack.guard import guard_settings
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
 from stillhook.export.plc.program import BOOL, LREAL, PREFIX, Block, Names, Unit, Variable, literal, plain_text
-from stillhook.export.plc.translate import COMPARISON, Body, Library, Record, Value, paragraphs, scalars
+from stillhook.export.plc.translate import COMPARISON, SUM, Body, Library, Record, Value, paragraphs, scalars
 from stillhook.kernels.c99.expressions import plain
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.physics.records import fields
@@ -249,26 +249,29 @@ def _cycle(
     else:
         in_force = Value(f"{r.values['y'].values['mode'].text} = {literal(law.code)}", bool, COMPARISON)
         demand, after = body.choice(in_force, chosen, manual, "demand")
-    demand, after_law = body.called(plain(sound_demand), [demand, m, g])
+    wrong = Value(literal(0.0), float)
+    if law_memory is not None:
+        wrong, after = _sound(body, after, law)
+    demand, after_law = body.called(plain(sound_demand), [demand, wrong, m, g])
     drive, new = body.called(plain(command), [o, demand, m, plc])
     drive = body.kept(body.called(plain(limited), [drive, plc]), "drive")
     _assign(body, m, new)
     _assign(body, g, after_law)
     if law_memory is not None:
-        _assign(body, law_memory, _sound(body, after, law))
+        _assign(body, law_memory, after)
     for variable, value in zip(outputs, drive.values.values(), strict=False):
         body.emit(f"{variable.name} := {value.text};")
     for variable in outputs[len(drive.values) :]:
         body.emit(f"{variable.name} := {g.values[variable.name].text};")
 
 
-def _sound(body: Body, memory: Record, law: Any) -> Record:
-    """Memory of a law, at its start again where any of it is no number."""
+def _sound(body: Body, memory: Record, law: Any) -> tuple[Value, Record]:
+    """How many fields of a law's memory are no numbers, and the memory, at its start again where any is none."""
     ends = [Value(literal(FINITE * sign), float) for sign in (-1.0, 1.0)]
-    wrong = [body.called(plain(outside), [v, *ends]).text for v in memory.values.values()]
-    good = Value(f"{' + '.join(wrong)} < {literal(0.5)}", bool, COMPARISON)
-    sound: Record = body.choice(good, lambda: memory, lambda: _at_start(law), "law")
-    return sound
+    each = [body.called(plain(outside), [v, *ends]).text for v in memory.values.values()]
+    wrong = body.kept(Value(" + ".join(each), float, SUM), "wrong")
+    good = Value(f"{wrong.text} < {literal(0.5)}", bool, COMPARISON)
+    return wrong, body.choice(good, lambda: memory, lambda: _at_start(law), "law")
 
 
 def _at_start(law: Any) -> Any:
