@@ -44,13 +44,13 @@ BY_NAME: Mapping[str, Range] = {
     ".geo.*": (-1.0e15, 1.0e15),
     ".x.winch.alpha_[mp]m": (-STOP, 1.0 + STOP),
     ".x.winch.alpha_m": (-STOP, 1.0 + STOP),
-    ".x.winch.*_dot": (-SPEED, SPEED),
+    ".x.winch.*_dot": (-1.0e3, 1.0e3),
     ".x.winch.alpha_*": (-1.0 - STOP, 1.0 + STOP),
     ".x.winch.x_v": (-1.0 - STOP, 1.0 + STOP),
     ".x.winch.x_rod": (-10.0, 100.0),
     ".x.winch.z": (-100.0, 100.0),
     ".x.winch.p_*": (-PRESSURE, PRESSURE),
-    ".x.winch.V_*": (-1.0, VOLUME),
+    ".x.winch.V_*": (-0.05, VOLUME),
     ".x.winch.omega_*": (-TURN, TURN),
     ".x.winch.T_*": (-TORQUE, TORQUE),
     ".x.winch.v_*": (-SPEED, SPEED),
@@ -58,7 +58,7 @@ BY_NAME: Mapping[str, Range] = {
     ".x.winch.E": (-ENERGY, ENERGY),
     ".x.winch.theta": (0.0, 5000.0),
     ".x.winch.trip": SHARE,
-    ".x.path.s_*": (-LENGTH, LENGTH),
+    ".x.path.s_*": (-2.0e4, 2.0e4),
     ".x.path.v_*": (-SPEED, SPEED),
     "*.brake": SHARE,
     "*.f_pump": SHARE,
@@ -75,8 +75,6 @@ BY_NAME: Mapping[str, Range] = {
     ".m.F": (-FORCE, FORCE),
     ".m.p_mean": (-PRESSURE, PRESSURE),
     ".m.*": (-1.0e10, 1.0e10),
-    ".tip*.s": (-FORCE, FORCE),
-    ".tip*.v": (-1.0e3 * FORCE, 1.0e3 * FORCE),
     "*.s_m": (-LENGTH, LENGTH),
     "*.v_m": (-SPEED, SPEED),
     "*.a_m": (-ACCELERATION, ACCELERATION),
@@ -84,20 +82,22 @@ BY_NAME: Mapping[str, Range] = {
     "*.n_s": (-LENGTH, LENGTH),
     "*.n_F": (-FORCE, FORCE),
     "*.*2_sum": (0.0, 1.0e30),
+    ".st.*_min": (-1.0e12, 1.0e12),
+    ".st.*_max": (-1.0e12, 1.0e12),
     ".st.*": (-1.0e30, 1.0e30),
     "*": (-1.0e15, 1.0e15),
 }
-"""Range by a pattern of its name, the first that fits [SI]. The tip of a winch on a host's wire is that of its
-tension, hence the width of `.tip`."""
+"""Range by a pattern of its name, the first that fits [SI]."""
 MOTION: Mapping[str, Range] = {
-    ".tick.s": (-LENGTH, LENGTH),
-    ".tick.v": (-SPEED, SPEED),
+    ".ti[cp]*.s": (-LENGTH, LENGTH),
+    ".ti[cp]*.v": (-SPEED, SPEED),
     ".tick.a": (-ACCELERATION, ACCELERATION),
 }
 TENSION: Mapping[str, Range] = {
-    ".tick.s": (-FORCE, FORCE),
-    ".tick.v": (-1.0e3 * FORCE, 1.0e3 * FORCE),
+    ".ti[cp]*.s": (-FORCE, FORCE),
+    ".ti[cp]*.v": (-1.0e3 * FORCE, 1.0e3 * FORCE),
 }
+"""Of the tip, and of a winch on a host's wire, whose tip is that of the tension."""
 SETTINGS: Mapping[str, Range] = {
     "u_thr": SHARE,
     "alpha_ns": (0.001, 1.0),

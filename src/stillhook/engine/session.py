@@ -442,7 +442,7 @@ class Session:
 
     def _within(self, name: str, numbers: FloatArray, allowed: Range) -> FloatArray:
         if not ((numbers >= allowed[0]) & (numbers <= allowed[1])).all():
-            value = numbers[0] if self._single else list(map(float, numbers))
+            value = float(numbers[0]) if self._single else [float(x) for x in numbers]
             raise SimulationError(
                 f"Session: {name} = {units.quote(value)}: give a value from {allowed[0]:g} to {allowed[1]:g}."
             )

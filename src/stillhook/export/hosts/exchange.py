@@ -194,7 +194,7 @@ class Exchange:
         t_cycle = self.crane.control.t_cycle
         apart = abs((sample.time - first.time) / t_cycle - k - part)
         allowed = ROUNDING + 1e-9 * k + 4.0 * EPSILON * (k + 2) * max(abs(sample.time), abs(first.time)) / t_cycle
-        if not (-0.02 < part < 1.0 and 0 <= k and min(first.F_w, sample.F_w) >= 0.0 and apart <= allowed):
+        if not (-0.02 < part < 1.0 and k >= 0 and min(first.F_w, sample.F_w) >= 0.0 and apart <= allowed):
             raise SimulationError(
                 f"The stored state has k = {printable(k)} and part {part:.6g} of a cycle from {first.time:.9g} s to"
                 f" {sample.time:.9g} s, or a tension below 0. {AGAIN}"
