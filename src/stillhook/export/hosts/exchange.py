@@ -223,15 +223,19 @@ def rounding(time: float, t_cycle: float) -> float:
 
 def _sealed(data: dict[str, Any]) -> str:
     """Data as text with the SHA-256 of what it says."""
-    body = json.dumps(data)
-    return json.dumps({"format": FORMAT, "sha256": hashlib.sha256(body.encode()).hexdigest(), "body": body})
+    return _envelope(json.dumps(data))
+
+
+def _envelope(body: str) -> str:
+    digest = hashlib.sha256(body.encode("utf-8", "replace")).hexdigest()
+    return json.dumps({"format": FORMAT, "sha256": digest, "body": body})
 
 
 def _unsealed(text: str) -> dict[str, Any]:
     """Errors: SimulationError, one line, for what is no such text, of another format, or damaged."""
     try:
         data = json.loads(text)
-        form, digest, body = (data.get(name) for name in ("format", "sha256", "body"))
+        form, body = data.get("format"), data.get("body")
     except (ValueError, TypeError, AttributeError, RecursionError):
         form = None
     if form != FORMAT:
@@ -239,7 +243,7 @@ def _unsealed(text: str) -> dict[str, Any]:
             f"The stored state is not one of Stillhook's, or of an older version: its format is {printable(form)}, not"
             f" {FORMAT}. {AGAIN}"
         )
-    if not isinstance(body, str) or hashlib.sha256(body.encode("utf-8", "replace")).hexdigest() != digest:
+    if not isinstance(body, str) or _envelope(body) != text:
         raise SimulationError(f"The stored state is damaged: its checksum is not that of its text. {AGAIN}")
     try:
         found = json.loads(body)

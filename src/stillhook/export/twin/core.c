@@ -73,6 +73,7 @@ static void sh_advance(double *A, const double *row, const double *ahead)
 
 enum { SH_END, SH_START };                                             /* values of input_time */
 enum { SH_LOAD, SH_WIRE, SH_SPAN, SH_PERIOD, SH_MODE, SH_FAULT, SH_CONDITIONS }; /* of the envelope */
+#define SH_MOST_TIME 1e12 /* up to which a host's clock tells cycles apart [s] */
 enum { SH_SECONDS = 30 };                                              /* blocks of the moving peak-to-peak */
 
 struct sh_twin {
@@ -204,6 +205,8 @@ static int sh_start(sh_twin *t, double time)
         return SH_NOT_NOW;
     if (!sh_finite(time))
         return SH_NO_NUMBER;
+    if (fabs(time) > SH_MOST_TIME)
+        return SH_OUT_OF_RANGE;
     sh_all_inputs(t);
 #if SH_TENSION >= 0
     t->beginning[0] = t->row[SH_TENSION] / SH_G - t->beginning[1];

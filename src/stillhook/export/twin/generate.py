@@ -15,7 +15,7 @@ from stillhook.control.registry import ControlLaw
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs, hermite_weights, objections, scale_weights
 from stillhook.engine.pack.winch import pack, water_around
-from stillhook.engine.ranges import Kind, Ranges, ranges
+from stillhook.engine.ranges import SETTING, Kind, Ranges, ranges
 from stillhook.engine.runner import nothing
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, first_lane
@@ -239,8 +239,9 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
 
 
 def _settings(found: Iterable[p.Port]) -> dict[int, tuple[float, float]]:
-    """Places in a lane of what may change while it runs, with their ranges."""
-    return {each.place[1]: (each.least, each.most) for each in found if each.place[0] == "SH_OF_LANE"}
+    """Places in a lane of what may change while it runs, with their ranges in a saved state."""
+    lane = (each for each in found if each.place[0] == "SH_OF_LANE")
+    return {each.place[1]: (max(each.least, -SETTING[1]), min(each.most, SETTING[1])) for each in lane}
 
 
 def _first(record: type, path: str) -> int:

@@ -7,7 +7,6 @@
 enum { SH_KIND = 8, SH_NAME = 64, SH_HEAD = SH_KIND + SH_NAME + 8, SH_CHECKSUM = 4 };
 #define SH_CARRIED (offsetof(struct sh_twin, seen) / sizeof(double))
 #define SH_MOST_CYCLES 9007199254740992.0 /* 2^53, up to which a double counts one by one */
-#define SH_MOST_TIME 1e12                 /* [s] */
 #define SH_MOST_TIP 1e6                   /* [m] */
 
 static uint32_t sh_crc(const unsigned char *bytes, size_t size)
@@ -152,7 +151,7 @@ static int sh_check_clock(const sh_twin *t, char *why, size_t room)
     if (!(fabs(t->time_0) <= SH_MOST_TIME))
         return sh_refuse(why, room, "time at the start", t->time_0, -SH_MOST_TIME, SH_MOST_TIME);
     time = sh_time(t);
-    if (!(fabs(t->host_time - time) <= sh_drift(t, t->host_time)))
+    if (!(fabs(t->host_time) <= 2.0 * SH_MOST_TIME && fabs(t->host_time - time) <= sh_drift(t, t->host_time)))
         return sh_refuse(why, room, "the host's time", t->host_time, time, time);
     return SH_OK;
 }
