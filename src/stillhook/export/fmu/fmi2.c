@@ -75,7 +75,8 @@ SH_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2Stri
         s->own = *made;
         s->host = host;
     } else if (host != NULL && host->logger != NULL)
-        host->logger(host->componentEnvironment, name, fmi2Error, "logStatusError", "%s", wrong ? wrong : "No memory.");
+        host->logger(host->componentEnvironment, name != NULL ? name : "", fmi2Error, "logStatusError", "%s",
+                     wrong ? wrong : "No memory.");
     free(made);
     return s;
 }
