@@ -164,7 +164,7 @@ def test_steps_that_are_no_whole_number_of_cycles_stay_on_the_hosts_clock(nov, c
 
 def test_a_host_that_leaps_ahead_is_refused(exchange: Exchange):
     before = exchange.save()
-    with pytest.raises(SimulationError, match="went ahead from .* give steps of at most 10000 s"):
+    with pytest.raises(SimulationError, match=r"went ahead from .* give steps of at most 10000 s"):
         exchange.at(sample(0.0, 1e9), new_step=True)
     assert exchange.save() == before
 

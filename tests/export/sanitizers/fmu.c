@@ -320,8 +320,7 @@ int main(void)
     for (double cycles = -70.0; cycles < 70.0; cycles += 1.0) { /* counts overwritten in memory */
         sh_twin *w = &((sh_instance *)b)->twin;
         w->cycles = cycles * 100.0 - 0.5 * (cycles > 0.0);
-        w->host_time = 3.0;
-        step(b, 3.0, SH_T_CYCLE);
+        step(b, sh_time(w), SH_T_CYCLE);
         read_all(b);
     }
     SURE(Reset(b) == 0 && started(b));

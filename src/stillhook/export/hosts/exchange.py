@@ -170,8 +170,8 @@ class Exchange:
         return _sealed({**data, "v_op": self.v_op, "state": state})
 
     def restore(self, text: str) -> None:
-        """Go on from what `save` gave. Errors: SimulationError, one line, where it is damaged, of another crane, case or
-        version, or no such text; nothing is changed then."""
+        """Go on from what `save` gave. Errors: SimulationError, one line, where it is damaged, of another crane, case
+        or version, or no such text; nothing is changed then."""
         data = _unsealed(text)
         try:
             first, sample = (Sample(*map(float, data[name])) for name in ("first", "sample"))
