@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.arguments import SERIES_STEP, check_step, checked_cases, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
+from stillhook.engine.ranges import CYCLES, SETTING, SETTINGS, Range, ranges, wrong
 from stillhook.engine.runner import each_case
+from stillhook.engine.saved import bytes_of, printable, seal, unseal
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, first_lane
 from stillhook.errors import SimulationError
@@ -29,8 +31,8 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.winches.records import Tick
 
-MAGIC = b"stillhook session 1\n"
-"""Begin of a saved session."""
+FORMAT = 2
+"""Version of the format of a saved session."""
 NOT_YET = 2**62
 """Stands for a cycle that never comes: no windows are kept, and none is the last."""
 COLUMNS: Mapping[str, tuple[int, ...]] = {
@@ -66,6 +68,16 @@ class WireBlock(ScenarioBlock):
     def record(self, r: Ready) -> list[float]:
         tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)
         return flatten(first_lane(self.d, r.winch, tick))
+
+
+class Kept(NamedTuple):
+    """A state of one session in memory, which `Session.go_back` goes back to."""
+
+    session: Session
+    k: int
+    held: dict[str, FloatArray]
+    blocks: tuple[FloatArray, ...]
+    row: tuple[FloatArray, ...]
 
 
 class Session:
@@ -138,6 +150,13 @@ class Session:
         places = paths(d.Params)
         start = offset(d.Lane, "p", 1)
         self._parameters = {name: start + places.index(at) for name, at in PARAMETERS.items() if at in places}
+        self._begins = [block.A.copy() for block in self._blocks]
+        self._ranges = ranges(
+            paths(d.Lane),
+            wire=max(r.winch.params.hoist.drum.L_full for r in prepared),
+            tension=self._wire,
+            settings={i: _setting_range(name) for name, i in self._parameters.items()},
+        )
         text = json.dumps(
             [crane_toml(crane), [c.to_dict() for c in cases], coupling, n_sub, results_hash()], default=str
         )
@@ -204,7 +223,7 @@ class Session:
         A motion that is set is held until it is set again: better give it to every `step`.
         """
         if name in self._parameters:
-            numbers = self._numbers(name, value)
+            numbers = self._within(name, self._numbers(name, value), _setting_range(name))
             for i, block in enumerate(self._blocks):
                 block.A[self._parameters[name], : self._of(i)] = self._part(numbers, i)
         else:
@@ -234,48 +253,109 @@ class Session:
         return float(values[0]) if self._single else np.array(values)
 
     def save(self, path: str | Path | None = None) -> bytes:
-        """The state as bytes, and in a file where a path is given: it appears under its name when it is complete."""
+        """The state as bytes, and in a file where a path is given: it appears under its name when it is complete.
+
+        The bytes say what they are of and which numbers they hold, and end with the SHA-256 of all before; their length
+        does not grow with time.
+        """
         head = {
             "identity": self._identity,
             "k": self._k,
             "held": {name: [float(x).hex() for x in values] for name, values in self._held.items()},
+            "names": [*self._ranges.names, *(f".row.{name}" for name in Tick._fields)],
         }
-        numbers = [block.A for block in self._blocks] + list(self._row)
-        data = MAGIC + json.dumps(head).encode() + b"\n" + b"".join(a.astype("<f8").tobytes() for a in numbers)
+        data = seal("session", FORMAT, head, self._numbers_in_use())
         if path is not None:
             with atomic_file(Path(path)) as part:
                 part.write_bytes(data)
         return data
 
     def restore(self, state: bytes | str | Path) -> None:
-        """Go back to what `save` gave, bytes or a file: later steps give the same bits. Errors: SimulationError where
-        it is of another crane, scenario, step or version; nothing is changed then."""
-        label = "saved state" if isinstance(state, bytes) else str(state)
-        data = state if isinstance(state, bytes) else Path(state).read_bytes()
-        try:
-            if not data.startswith(MAGIC):
-                raise ValueError
-            line, _, body = data[len(MAGIC) :].partition(b"\n")
-            head = json.loads(line)
-            identity, k = head["identity"], int(head["k"])
-            held = {name: np.array([float.fromhex(x) for x in values]) for name, values in head["held"].items()}
-        except (ValueError, KeyError, TypeError, AttributeError):
-            raise SimulationError(f"{label}: not a saved session. Give what Session.save returned or wrote.") from None
-        if identity != self._identity:
+        """Go back to what `save` gave, bytes or a file: later steps give the same bits.
+
+        Errors: SimulationError, one line, where it is damaged, of another crane, scenario, step or version, or holds a
+        number that no state of this winch has; all of it is checked before anything changes.
+        """
+        data, label = bytes_of(state)
+        head, values = unseal("session", FORMAT, data, label)
+        if head.get("identity") != self._identity:
             raise SimulationError(
                 f"{label}: saved of another crane, scenario, step or version of Stillhook. Restore it into a session of"
                 " the same ones."
             )
-        targets = [block.A for block in self._blocks] + list(self._row)
-        if len(body) != 8 * sum(a.size for a in targets):
-            raise SimulationError(f"{label}: {len(body)} bytes of numbers: the file is not complete. Save it again.")
-        values, at = np.frombuffer(body, dtype="<f8"), 0
-        for array in targets:
-            array[...] = values[at : at + array.size].reshape(array.shape)
-            at += array.size
+        if head.get("names") != [*self._ranges.names, *(f".row.{name}" for name in Tick._fields)]:
+            raise SimulationError(f"{label}: damaged: its numbers have other names. Save it again.")
+        targets = self._numbers_in_use()
+        if len(values) != sum(a.size for a in targets):
+            raise SimulationError(
+                f"{label}: damaged: {len(values)} numbers in place of {sum(a.size for a in targets)}."
+            )
+        k, held = head.get("k"), self._held_in(head.get("held"), label)
+        if type(k) is not int or not 0 <= k <= CYCLES:
+            raise SimulationError(f"{label}: k = {printable(k)}: give a whole number of cycles from 0 to {CYCLES:.0f}.")
+        found, at = [], 0
+        for target in targets:
+            found.append(values[at : at + target.size].reshape(target.shape))
+            at += target.size
+        self._check(found, k, label)
+        for target, numbers in zip(targets, found, strict=True):
+            target[...] = numbers
         self._k, self._held, self._seen = k, held, None
 
+    def keep(self) -> Kept:
+        """The state in memory, for `go_back`: quicker than `save`, and of this session alone."""
+        copies = (tuple(np.array(a) for a in arrays) for arrays in ([b.A for b in self._blocks], self._row))
+        return Kept(self, self._k, dict(self._held), *copies)
+
+    def go_back(self, kept: Kept) -> None:
+        """Go back to what `keep` gave. Errors: SimulationError where it is of another session."""
+        if kept.session is not self:
+            raise SimulationError("Session.go_back: kept of another session. Use save and restore between sessions.")
+        for block, numbers in zip(self._blocks, kept.blocks, strict=True):
+            block.A[...] = numbers
+        self._row = [row.copy() for row in kept.row]
+        self._k, self._held, self._seen = kept.k, dict(kept.held), None
+
     # What is behind it
+
+    def _numbers_in_use(self) -> list[FloatArray]:
+        """What is carried from cycle to cycle, without the lanes that only fill a block."""
+        carried = [block.A[:, : self._of(i)] for i, block in enumerate(self._blocks)]
+        return carried + [row[:, : self._of(i)] for i, row in enumerate(self._row)]
+
+    def _check(self, found: Sequence[FloatArray], k: int, label: str) -> None:
+        """Errors: SimulationError for the first number that no state of this winch has."""
+        n, codes = len(self._blocks), [0.0, *(code_of(mode) for mode in self._modes)]
+        inputs = self._ranges.at(self._ranges.names.index(f".tick.{Tick._fields[0]}"), len(Tick._fields))
+        for i, block in enumerate(self._blocks):
+            used = slice(self._of(i))
+            first = self._ranges.names.index(inputs.names[0])
+            blank = self._begins[i][:, used]
+            problem = wrong(found[i], block.A[:, used], blank, self._ranges, k, codes)
+            rows = slice(first, first + len(Tick._fields))
+            problem = problem or wrong(found[n + i], self._row[i][:, used], blank[rows], inputs, k, codes)
+            if problem:
+                raise SimulationError(f"{label}: no state of this winch: {problem}. Save it again.")
+
+    def _held_in(self, given: Any, label: str) -> dict[str, FloatArray]:
+        """Inputs that are held, as a saved state has them. Errors: SimulationError."""
+        try:
+            held = {name: np.array([float.fromhex(x) for x in values]) for name, values in given.items()}
+            good = all(len(x) == self._n and np.isfinite(x).all() for x in held.values())
+        except (AttributeError, ValueError, TypeError, OverflowError):
+            good = False
+        if not good or not set(held) <= set(self._columns):
+            allowed = ", ".join(self._columns)
+            raise SimulationError(
+                f"{label}: held = {printable(given)}: finite numbers for names of {allowed} are held. Save it again."
+            )
+        codes = [0.0, *(code_of(mode) for mode in self._modes)]
+        for name, values in held.items():
+            i = self._ranges.names.index(f".tick.{Tick._fields[self._columns[name][0]]}")
+            row = values[None]
+            if problem := wrong(row, row, np.full_like(row, np.nan), self._ranges.at(i, 1), 0, codes):
+                raise SimulationError(f"{label}: held: no input of this winch: {problem}. Save it again.")
+        return held
 
     def _of(self, block: int) -> int:
         """Lanes of a block that are in use."""
@@ -336,7 +416,8 @@ class Session:
         if name not in self._columns:
             raise SimulationError(self._unknown(name, (*self._columns, *self._parameters)))
         if name != "mode":
-            return self._numbers(name, value)
+            i = self._ranges.names.index(f".tick.{Tick._fields[self._columns[name][0]]}")
+            return self._within(name, self._numbers(name, value), (self._ranges.least[i], self._ranges.most[i]))
         names = [value] * self._n if isinstance(value, str) else list(value)
         for each in names:
             if each not in self._modes:
@@ -359,8 +440,20 @@ class Session:
             )
         return numbers
 
+    def _within(self, name: str, numbers: FloatArray, allowed: Range) -> FloatArray:
+        if not ((numbers >= allowed[0]) & (numbers <= allowed[1])).all():
+            value = float(numbers[0]) if self._single else [float(x) for x in numbers]
+            raise SimulationError(
+                f"Session: {name} = {units.quote(value)}: give a value from {allowed[0]:g} to {allowed[1]:g}."
+            )
+        return numbers
+
     def _unknown(self, name: Any, allowed: Sequence[str]) -> str:
         return f"Session: {units.quote(name)} is no name here. Choose one of {', '.join(dict.fromkeys(allowed))}."
+
+
+def _setting_range(name: str) -> Range:
+    return SETTINGS.get(name, SETTING)
 
 
 def _whole_motion(given: Mapping[str, Any]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from stillhook.export.twin import Export, compile_library, own_platform
 
 SHIM = Path(__file__).with_name("shim.c")
-OK, DIVERGED, WRONG_STEP, NO_NUMBER, OUT_OF_RANGE, NOT_NOW = range(6)
+OK, DIVERGED, WRONG_STEP, NO_NUMBER, OUT_OF_RANGE, NOT_NOW, NO_STATE = range(7)
 
 
 def library(export: Export, folder: Path) -> ctypes.CDLL:
@@ -31,6 +31,12 @@ def library(export: Export, folder: Path) -> ctypes.CDLL:
         ("start", ctypes.c_int, [pointer, number]),
         ("step", ctypes.c_int, [pointer, number, number]),
         ("time", number, [pointer]),
+        ("state_size", ctypes.c_int64, []),
+        ("save", None, [pointer, text]),
+        ("restore", ctypes.c_int, [pointer, text, ctypes.c_int64, text]),
+        ("put", None, [pointer, ctypes.c_int64, number]),
+        ("at", ctypes.c_int64, [ctypes.c_int]),
+        ("name", text, [ctypes.c_int]),
     ):
         function = getattr(lib, f"twin_{name}")
         function.restype, function.argtypes = result, arguments
@@ -73,8 +79,20 @@ class Host:
     def step(self, time: float, h: float) -> int:
         return int(self.lib.twin_step(self.at, time, h))
 
+    def time(self) -> float:
+        return float(self.lib.twin_time(self.at))
+
     def save(self) -> bytes:
-        return ctypes.string_at(self.at, self.lib.twin_size())
+        room = ctypes.create_string_buffer(self.lib.twin_state_size())
+        self.lib.twin_save(self.at, room)
+        return room.raw
+
+    def try_restore(self, state: bytes) -> tuple[int, str]:
+        """The answer, and what was wrong."""
+        why = ctypes.create_string_buffer(300)
+        answer = self.lib.twin_restore(self.at, state, len(state), why)
+        return int(answer), why.value.decode()
 
     def restore(self, state: bytes) -> None:
-        ctypes.memmove(self.at, state, len(state))
+        answer, why = self.try_restore(state)
+        assert answer == OK, why

@@ -37,8 +37,18 @@ static fmi2Status sh_fmi2_error(sh_fmi2 *c)
 static fmi2Status sh_fmi2_says(fmi2Component c, const char *text)
 {
     sh_fmi2 *s = c;
+    if (s == NULL)
+        return fmi2Error;
     snprintf(s->own.message, sizeof s->own.message, "%s", text);
     return sh_fmi2_error(s);
+}
+
+/* Whether there is an instance, and arrays for n values. */
+static int sh_fmi2_usable(fmi2Component c, size_t n, const void *references, const void *values)
+{
+    if (c != NULL && n > 0 && (references == NULL || values == NULL))
+        sh_fmi2_says(c, "No array of value references or values was given.");
+    return c != NULL && (n == 0 || (references != NULL && values != NULL));
 }
 
 static fmi2Status sh_fmi2_missing(fmi2Component c) { return sh_fmi2_says(c, "This FMU does not have this function."); }
@@ -65,20 +75,28 @@ SH_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2Stri
         s->own = *made;
         s->host = host;
     } else if (host != NULL && host->logger != NULL)
-        host->logger(host->componentEnvironment, name, fmi2Error, "logStatusError", "%s", wrong ? wrong : "No memory.");
+        host->logger(host->componentEnvironment, name != NULL ? name : "", fmi2Error, "logStatusError", "%s",
+                     wrong ? wrong : "No memory.");
     free(made);
     return s;
 }
 
-SH_EXPORT void fmi2FreeInstance(fmi2Component c) { free(c); }
+SH_EXPORT void fmi2FreeInstance(fmi2Component c)
+{
+    if (c != NULL)
+        sh_instance_clear(&((sh_fmi2 *)c)->own);
+    free(c);
+}
 
 SH_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerant, fmi2Real tolerance, fmi2Real start,
                                          fmi2Boolean stops, fmi2Real stop)
 {
     sh_fmi2 *s = c;
     (void)tolerant, (void)tolerance, (void)stops, (void)stop;
-    if (!sh_finite(start))
-        return sh_fmi2_says(c, "startTime: not a number.");
+    if (s == NULL || s->own.phase != SH_INSTANTIATED)
+        return sh_fmi2_says(c, "fmi2SetupExperiment: the instance is initialized already. Reset it.");
+    if (!(fabs(start) <= SH_MOST_TIME))
+        return sh_fmi2_says(c, "startTime: give a number of seconds up to 1e12.");
     s->own.start = start;
     return fmi2OK;
 }
@@ -86,32 +104,35 @@ SH_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerant, 
 SH_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     sh_fmi2 *s = c;
-    if (s->own.now.phase != SH_INSTANTIATED)
+    if (s == NULL || s->own.phase != SH_INSTANTIATED)
         return sh_fmi2_says(c, "fmi2EnterInitializationMode: the instance is initialized already. Reset it.");
-    s->own.now.phase = SH_INITIALIZATION;
+    s->own.phase = SH_INITIALIZATION;
     return fmi2OK;
 }
 
 SH_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     sh_fmi2 *s = c;
-    if (s->own.now.phase != SH_INITIALIZATION)
+    if (s == NULL || s->own.phase != SH_INITIALIZATION)
         return sh_fmi2_says(c, "fmi2ExitInitializationMode: the instance is not in initialization mode.");
-    s->own.now.phase = SH_RUNNING;
+    s->own.phase = SH_RUNNING;
     return sh_instance_start(&s->own) == SH_OK ? fmi2OK : sh_fmi2_error(s);
 }
 
 SH_EXPORT fmi2Status fmi2Terminate(fmi2Component c)
 {
-    ((sh_fmi2 *)c)->own.now.phase = SH_TERMINATED;
+    if (c == NULL)
+        return fmi2Error;
+    ((sh_fmi2 *)c)->own.phase = SH_TERMINATED;
     return fmi2OK;
 }
 
 SH_EXPORT fmi2Status fmi2Reset(fmi2Component c)
 {
     sh_fmi2 *s = c;
-    sh_defaults(&s->own.now.twin);
-    s->own.now.phase = SH_INSTANTIATED;
+    if (s == NULL)
+        return fmi2Error;
+    sh_instance_reset(&s->own);
     return fmi2OK;
 }
 
@@ -123,21 +144,28 @@ static fmi2Status sh_fmi2_untyped(fmi2Component c, fmi2ValueReference v)
     return sh_fmi2_error(s);
 }
 
+/* What is set together is set whole or not at all. */
 #define SH_ACCESS(Name, kind, type)                                                                                 \
     SH_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference v[], size_t n, type value[])       \
     {                                                                                                               \
+        if (!sh_fmi2_usable(c, n, v, value))                                                                        \
+            return fmi2Error;                                                                                       \
         for (size_t i = 0; i < n; i++) {                                                                            \
             if (!sh_is_type((int)v[i], kind))                                                                       \
                 return sh_fmi2_untyped(c, v[i]);                                                                    \
-            value[i] = (type)sh_get(&((sh_fmi2 *)c)->own.now.twin, (int)v[i]);                                      \
+            value[i] = (type)sh_get(&((sh_fmi2 *)c)->own.twin, (int)v[i]);                                          \
         }                                                                                                           \
         return fmi2OK;                                                                                              \
     }                                                                                                               \
     SH_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference v[], size_t n, const type value[]) \
     {                                                                                                               \
+        if (!sh_fmi2_usable(c, n, v, value))                                                                        \
+            return fmi2Error;                                                                                       \
         for (size_t i = 0; i < n; i++)                                                                              \
-            if (sh_instance_set(&((sh_fmi2 *)c)->own, (int)v[i], kind, (double)value[i]) != SH_OK)                  \
+            if (sh_instance_may_set(&((sh_fmi2 *)c)->own, (int)v[i], kind, (double)value[i]) != SH_OK)              \
                 return sh_fmi2_error(c);                                                                            \
+        for (size_t i = 0; i < n; i++)                                                                              \
+            sh_set(&((sh_fmi2 *)c)->own.twin, (int)v[i], (double)value[i]);                                         \
         return fmi2OK;                                                                                              \
     }
 SH_ACCESS(Real, SH_REAL, fmi2Real)
@@ -146,10 +174,12 @@ SH_ACCESS(Boolean, SH_BOOLEAN, fmi2Boolean)
 
 SH_EXPORT fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference v[], size_t n, fmi2String value[])
 {
+    if (!sh_fmi2_usable(c, n, v, value))
+        return fmi2Error;
     for (size_t i = 0; i < n; i++) {
         if (!sh_is_type((int)v[i], SH_TEXT))
             return sh_fmi2_untyped(c, v[i]);
-        value[i] = sh_text(&((sh_fmi2 *)c)->own.now.twin, (int)v[i]);
+        value[i] = sh_text(&((sh_fmi2 *)c)->own.twin, (int)v[i]);
     }
     return fmi2OK;
 }
@@ -160,52 +190,44 @@ SH_EXPORT fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference v[]
     return n == 0 ? fmi2OK : sh_fmi2_says(c, "Texts of this FMU are outputs.");
 }
 
+static fmi2Status sh_fmi2_answer(fmi2Component c, int answer) { return answer == SH_OK ? fmi2OK : sh_fmi2_error(c); }
+
 SH_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    *state = sh_state_copy(&((sh_fmi2 *)c)->own.now, *state);
-    return *state != NULL ? fmi2OK : sh_fmi2_says(c, "No memory.");
+    return c == NULL ? fmi2Error : sh_fmi2_answer(c, sh_instance_keep(&((sh_fmi2 *)c)->own, state));
 }
 
 SH_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    if (state == NULL)
-        return sh_fmi2_says(c, "fmi2SetFMUstate: no state was given.");
-    sh_state_copy(state, &((sh_fmi2 *)c)->own.now);
-    return fmi2OK;
+    return c == NULL ? fmi2Error : sh_fmi2_answer(c, sh_instance_go_back(&((sh_fmi2 *)c)->own, state));
 }
 
 SH_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    (void)c;
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return fmi2OK;
+    return c == NULL ? fmi2Error : sh_fmi2_answer(c, sh_instance_forget(&((sh_fmi2 *)c)->own, state));
 }
 
 SH_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
-    (void)c, (void)state;
-    *size = sizeof(sh_state);
+    if (c == NULL || size == NULL || sh_kept_at(&((sh_fmi2 *)c)->own, state) == NULL)
+        return c == NULL || size == NULL ? fmi2Error : sh_fmi2_error(c);
+    *size = SH_STATE_SIZE;
     return fmi2OK;
 }
 
 SH_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    if (state == NULL || size < sizeof(sh_state))
-        return sh_fmi2_says(c, "fmi2SerializeFMUstate: no state, or no room for it.");
-    memcpy(bytes, state, sizeof(sh_state));
-    return fmi2OK;
+    if (c == NULL)
+        return fmi2Error;
+    return sh_fmi2_answer(c, sh_instance_serialize(&((sh_fmi2 *)c)->own, state, (unsigned char *)bytes, size));
 }
 
 SH_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
-    sh_state *read = sh_state_read(&((sh_fmi2 *)c)->own, (const unsigned char *)bytes, size);
-    if (read == NULL)
-        return sh_fmi2_error(c);
-    *state = read;
-    return fmi2OK;
+    if (c == NULL)
+        return fmi2Error;
+    return sh_fmi2_answer(
+        c, sh_instance_deserialize(&((sh_fmi2 *)c)->own, (const unsigned char *)bytes, size, state));
 }
 
 SH_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference u[], size_t nu,
@@ -234,6 +256,8 @@ SH_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real h, fmi2
 {
     sh_fmi2 *s = c;
     (void)no_return;
+    if (s == NULL)
+        return fmi2Error;
     return sh_instance_step(&s->own, time, h) == SH_OK ? fmi2OK : sh_fmi2_error(s);
 }
 
@@ -242,13 +266,16 @@ SH_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) { return sh_fmi2_says(c, "A
 SH_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
 {
     (void)c, (void)kind;
-    *value = fmi2OK;
+    if (value != NULL)
+        *value = fmi2OK;
     return fmi2Discard;
 }
 
 SH_EXPORT fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
-    *value = sh_time(&((sh_fmi2 *)c)->own.now.twin);
+    if (c == NULL || value == NULL)
+        return fmi2Error;
+    *value = sh_time(&((sh_fmi2 *)c)->own.twin);
     return kind == fmi2LastSuccessfulTime ? fmi2OK : fmi2Discard;
 }
 
@@ -260,14 +287,16 @@ SH_EXPORT fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind 
 
 SH_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    *value = 0;
     (void)c;
+    if (value != NULL)
+        *value = 0;
     return kind == fmi2Terminated ? fmi2OK : fmi2Discard;
 }
 
 SH_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
 {
     (void)c, (void)kind;
-    *value = "";
+    if (value != NULL)
+        *value = "";
     return fmi2Discard;
 }

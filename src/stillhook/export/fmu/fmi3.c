@@ -39,8 +39,19 @@ static fmi3Status sh_fmi3_error(sh_fmi3 *c)
 static fmi3Status sh_fmi3_says(fmi3Instance c, const char *text)
 {
     sh_fmi3 *s = c;
+    if (s == NULL)
+        return fmi3Error;
     snprintf(s->own.message, sizeof s->own.message, "%s", text);
     return sh_fmi3_error(s);
+}
+
+/* Whether there is an instance, and arrays for n values. */
+static int sh_fmi3_usable(fmi3Instance c, size_t n, const void *references, const void *values, size_t room)
+{
+    int good = n == 0 || (references != NULL && values != NULL && room >= n);
+    if (c != NULL && !good)
+        sh_fmi3_says(c, "No array of value references or values was given, or no room in it.");
+    return c != NULL && good;
 }
 
 static fmi3Status sh_fmi3_missing(fmi3Instance c) { return sh_fmi3_says(c, "This FMU does not have this function."); }
@@ -51,6 +62,14 @@ static fmi3Status sh_fmi3_untyped(fmi3Instance c, fmi3ValueReference v)
     snprintf(s->own.message, sizeof s->own.message, "Value reference %u (%s): no variable of this type.", (unsigned)v,
              sh_name((int)v));
     return sh_fmi3_error(s);
+}
+
+/* The answer for a type that no variable has. */
+static fmi3Status sh_fmi3_none(fmi3Instance c, sh_references v, size_t n)
+{
+    if (!sh_fmi3_usable(c, n, v, v, n))
+        return fmi3Error;
+    return n == 0 ? fmi3OK : sh_fmi3_untyped(c, v[0]);
 }
 
 SH_EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
@@ -102,72 +121,89 @@ SH_EXPORT fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3St
     return fmi3InstantiateModelExchange(name, token, resources, visible, logging, host, log);
 }
 
-SH_EXPORT void fmi3FreeInstance(fmi3Instance c) { free(c); }
+SH_EXPORT void fmi3FreeInstance(fmi3Instance c)
+{
+    if (c != NULL)
+        sh_instance_clear(&((sh_fmi3 *)c)->own);
+    free(c);
+}
 
 SH_EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerant, fmi3Float64 tolerance,
                                                  fmi3Float64 start, fmi3Boolean stops, fmi3Float64 stop)
 {
     sh_fmi3 *s = c;
     (void)tolerant, (void)tolerance, (void)stops, (void)stop;
-    if (s->own.now.phase != SH_INSTANTIATED)
+    if (s == NULL || s->own.phase != SH_INSTANTIATED)
         return sh_fmi3_says(c, "fmi3EnterInitializationMode: the instance is initialized already. Reset it.");
-    if (!sh_finite(start))
-        return sh_fmi3_says(c, "startTime: not a number.");
+    if (!(fabs(start) <= SH_MOST_TIME))
+        return sh_fmi3_says(c, "startTime: give a number of seconds up to 1e12.");
     s->own.start = start;
-    s->own.now.phase = SH_INITIALIZATION;
+    s->own.phase = SH_INITIALIZATION;
     return fmi3OK;
 }
 
 SH_EXPORT fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
     sh_fmi3 *s = c;
-    if (s->own.now.phase != SH_INITIALIZATION)
+    if (s == NULL || s->own.phase != SH_INITIALIZATION)
         return sh_fmi3_says(c, "fmi3ExitInitializationMode: the instance is not in initialization mode.");
-    s->own.now.phase = SH_RUNNING;
+    s->own.phase = SH_RUNNING;
     return sh_instance_start(&s->own) == SH_OK ? fmi3OK : sh_fmi3_error(s);
 }
 
 SH_EXPORT fmi3Status fmi3Terminate(fmi3Instance c)
 {
-    ((sh_fmi3 *)c)->own.now.phase = SH_TERMINATED;
+    if (c == NULL)
+        return fmi3Error;
+    ((sh_fmi3 *)c)->own.phase = SH_TERMINATED;
     return fmi3OK;
 }
 
 SH_EXPORT fmi3Status fmi3Reset(fmi3Instance c)
 {
     sh_fmi3 *s = c;
-    sh_defaults(&s->own.now.twin);
-    s->own.now.phase = SH_INSTANTIATED;
+    if (s == NULL)
+        return fmi3Error;
+    sh_instance_reset(&s->own);
     return fmi3OK;
 }
 
+/* What is set together is set whole or not at all. */
+#define SH_PUT(Name, kind, type)                                                                                      \
+    SH_EXPORT fmi3Status fmi3Set##Name(fmi3Instance c, sh_references v, size_t n, const type value[], size_t room)    \
+    {                                                                                                                 \
+        if (!sh_fmi3_usable(c, n, v, value, room))                                                                          \
+            return fmi3Error;                                                                                         \
+        for (size_t i = 0; i < n; i++)                                                                                \
+            if (sh_instance_may_set(&((sh_fmi3 *)c)->own, (int)v[i], kind, (double)value[i]) != SH_OK)                \
+                return sh_fmi3_error(c);                                                                              \
+        for (size_t i = 0; i < n; i++)                                                                                \
+            sh_set(&((sh_fmi3 *)c)->own.twin, (int)v[i], (double)value[i]);                                           \
+        return fmi3OK;                                                                                                \
+    }
 #define SH_ACCESS(Name, kind, type)                                                                                   \
     SH_EXPORT fmi3Status fmi3Get##Name(fmi3Instance c, sh_references v, size_t n, type value[], size_t room)          \
     {                                                                                                                 \
-        (void)room;                                                                                                   \
+        if (!sh_fmi3_usable(c, n, v, value, room))                                                                          \
+            return fmi3Error;                                                                                         \
         for (size_t i = 0; i < n; i++) {                                                                              \
             if (!sh_is_type((int)v[i], kind))                                                                         \
                 return sh_fmi3_untyped(c, v[i]);                                                                      \
-            value[i] = (type)sh_get(&((sh_fmi3 *)c)->own.now.twin, (int)v[i]);                                        \
+            value[i] = (type)sh_get(&((sh_fmi3 *)c)->own.twin, (int)v[i]);                                            \
         }                                                                                                             \
         return fmi3OK;                                                                                                \
     }                                                                                                                 \
-    SH_EXPORT fmi3Status fmi3Set##Name(fmi3Instance c, sh_references v, size_t n, const type value[], size_t room)    \
-    {                                                                                                                 \
-        (void)room;                                                                                                   \
-        for (size_t i = 0; i < n; i++)                                                                                \
-            if (sh_instance_set(&((sh_fmi3 *)c)->own, (int)v[i], kind, (double)value[i]) != SH_OK)                    \
-                return sh_fmi3_error(c);                                                                              \
-        return fmi3OK;                                                                                                \
-    }
+    SH_PUT(Name, kind, type)
 SH_ACCESS(Int32, SH_INTEGER, int32_t)
 SH_ACCESS(Boolean, SH_BOOLEAN, fmi3Boolean)
+SH_PUT(Float64, SH_REAL, fmi3Float64)
 
 /* The value reference behind those of the table is the time. */
 SH_EXPORT fmi3Status fmi3GetFloat64(fmi3Instance c, sh_references v, size_t n, fmi3Float64 value[], size_t room)
 {
-    sh_twin *twin = &((sh_fmi3 *)c)->own.now.twin;
-    (void)room;
+    if (!sh_fmi3_usable(c, n, v, value, room))
+        return fmi3Error;
+    sh_twin *twin = &((sh_fmi3 *)c)->own.twin;
     for (size_t i = 0; i < n; i++) {
         if (!sh_is_type((int)v[i], SH_REAL) && (int)v[i] != sh_count())
             return sh_fmi3_untyped(c, v[i]);
@@ -176,22 +212,14 @@ SH_EXPORT fmi3Status fmi3GetFloat64(fmi3Instance c, sh_references v, size_t n, f
     return fmi3OK;
 }
 
-SH_EXPORT fmi3Status fmi3SetFloat64(fmi3Instance c, sh_references v, size_t n, const fmi3Float64 value[], size_t room)
-{
-    (void)room;
-    for (size_t i = 0; i < n; i++)
-        if (sh_instance_set(&((sh_fmi3 *)c)->own, (int)v[i], SH_REAL, value[i]) != SH_OK)
-            return sh_fmi3_error(c);
-    return fmi3OK;
-}
-
 SH_EXPORT fmi3Status fmi3GetString(fmi3Instance c, sh_references v, size_t n, fmi3String value[], size_t room)
 {
-    (void)room;
+    if (!sh_fmi3_usable(c, n, v, value, room))
+        return fmi3Error;
     for (size_t i = 0; i < n; i++) {
         if (!sh_is_type((int)v[i], SH_TEXT))
             return sh_fmi3_untyped(c, v[i]);
-        value[i] = sh_text(&((sh_fmi3 *)c)->own.now.twin, (int)v[i]);
+        value[i] = sh_text(&((sh_fmi3 *)c)->own.twin, (int)v[i]);
     }
     return fmi3OK;
 }
@@ -207,12 +235,12 @@ SH_EXPORT fmi3Status fmi3SetString(fmi3Instance c, sh_references v, size_t n, co
     SH_EXPORT fmi3Status fmi3Get##Name(fmi3Instance c, sh_references v, size_t n, type value[], size_t room)          \
     {                                                                                                                 \
         (void)value, (void)room;                                                                                      \
-        return n == 0 ? fmi3OK : sh_fmi3_untyped(c, v[0]);                                                            \
+        return sh_fmi3_none(c, v, n);                                                            \
     }                                                                                                                 \
     SH_EXPORT fmi3Status fmi3Set##Name(fmi3Instance c, sh_references v, size_t n, const type value[], size_t room)    \
     {                                                                                                                 \
         (void)value, (void)room;                                                                                      \
-        return n == 0 ? fmi3OK : sh_fmi3_untyped(c, v[0]);                                                            \
+        return sh_fmi3_none(c, v, n);                                                            \
     }
 SH_NONE(Float32, float)
 SH_NONE(Int8, int8_t)
@@ -227,74 +255,66 @@ SH_EXPORT fmi3Status fmi3GetBinary(fmi3Instance c, sh_references v, size_t n, si
                                    size_t room)
 {
     (void)sizes, (void)value, (void)room;
-    return n == 0 ? fmi3OK : sh_fmi3_untyped(c, v[0]);
+    return sh_fmi3_none(c, v, n);
 }
 
 SH_EXPORT fmi3Status fmi3SetBinary(fmi3Instance c, sh_references v, size_t n, const size_t sizes[],
                                    const fmi3Binary value[], size_t room)
 {
     (void)sizes, (void)value, (void)room;
-    return n == 0 ? fmi3OK : sh_fmi3_untyped(c, v[0]);
+    return sh_fmi3_none(c, v, n);
 }
 
 SH_EXPORT fmi3Status fmi3GetClock(fmi3Instance c, sh_references v, size_t n, fmi3Clock value[])
 {
     (void)value;
-    return n == 0 ? fmi3OK : sh_fmi3_untyped(c, v[0]);
+    return sh_fmi3_none(c, v, n);
 }
 
 SH_EXPORT fmi3Status fmi3SetClock(fmi3Instance c, sh_references v, size_t n, const fmi3Clock value[])
 {
     (void)value;
-    return n == 0 ? fmi3OK : sh_fmi3_untyped(c, v[0]);
+    return sh_fmi3_none(c, v, n);
 }
+
+static fmi3Status sh_fmi3_answer(fmi3Instance c, int answer) { return answer == SH_OK ? fmi3OK : sh_fmi3_error(c); }
 
 SH_EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    *state = sh_state_copy(&((sh_fmi3 *)c)->own.now, *state);
-    return *state != NULL ? fmi3OK : sh_fmi3_says(c, "No memory.");
+    return c == NULL ? fmi3Error : sh_fmi3_answer(c, sh_instance_keep(&((sh_fmi3 *)c)->own, state));
 }
 
 SH_EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
-    if (state == NULL)
-        return sh_fmi3_says(c, "fmi3SetFMUState: no state was given.");
-    sh_state_copy(state, &((sh_fmi3 *)c)->own.now);
-    return fmi3OK;
+    return c == NULL ? fmi3Error : sh_fmi3_answer(c, sh_instance_go_back(&((sh_fmi3 *)c)->own, state));
 }
 
 SH_EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    (void)c;
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return fmi3OK;
+    return c == NULL ? fmi3Error : sh_fmi3_answer(c, sh_instance_forget(&((sh_fmi3 *)c)->own, state));
 }
 
 SH_EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
-    (void)c, (void)state;
-    *size = sizeof(sh_state);
+    if (c == NULL || size == NULL || sh_kept_at(&((sh_fmi3 *)c)->own, state) == NULL)
+        return c == NULL || size == NULL ? fmi3Error : sh_fmi3_error(c);
+    *size = SH_STATE_SIZE;
     return fmi3OK;
 }
 
 SH_EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    if (state == NULL || size < sizeof(sh_state))
-        return sh_fmi3_says(c, "fmi3SerializeFMUState: no state, or no room for it.");
-    memcpy(bytes, state, sizeof(sh_state));
-    return fmi3OK;
+    if (c == NULL)
+        return fmi3Error;
+    return sh_fmi3_answer(c, sh_instance_serialize(&((sh_fmi3 *)c)->own, state, (unsigned char *)bytes, size));
 }
 
 SH_EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
-    sh_state *read = sh_state_read(&((sh_fmi3 *)c)->own, bytes, size);
-    if (read == NULL)
-        return sh_fmi3_error(c);
-    *state = read;
-    return fmi3OK;
+    if (c == NULL)
+        return fmi3Error;
+    return sh_fmi3_answer(
+        c, sh_instance_deserialize(&((sh_fmi3 *)c)->own, (const unsigned char *)bytes, size, state));
 }
 
 SH_EXPORT fmi3Status fmi3EnterStepMode(fmi3Instance c)
@@ -307,10 +327,12 @@ SH_EXPORT fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 h,
                                 fmi3Boolean *events, fmi3Boolean *end, fmi3Boolean *early, fmi3Float64 *reached)
 {
     sh_fmi3 *s = c;
-    int answer = sh_instance_step(&s->own, time, h);
     (void)no_return;
+    if (s == NULL || events == NULL || end == NULL || early == NULL || reached == NULL)
+        return sh_fmi3_says(c, "fmi3DoStep: no room for what it answers was given.");
+    int answer = sh_instance_step(&s->own, time, h);
     *events = *end = *early = false;
-    *reached = sh_time(&s->own.now.twin);
+    *reached = sh_time(&s->own.twin);
     return answer == SH_OK ? fmi3OK : sh_fmi3_error(s);
 }
 

@@ -132,7 +132,8 @@ def documentation(export: Export) -> str:
     paragraphs = [
         f"{title(export)}. {twin_line(export.crane)}. {envelope_line(export.crane) or 'No envelope of validity.'}",
         f"A step is a whole number of PLC cycles of {export.t_cycle:g} s and begins where the last one ended; any other"
-        " is refused. NaN and infinity are refused. What is refused changes nothing.",
+        " is refused. Hosts may multiply or add up their time. NaN and infinity are refused. What is refused changes"
+        " nothing. States are checked whole before they are taken, by a checksum and by what each number may be.",
         "Numbers are SI. Tip: up positive. Speeds of wire and operator: hoisting positive. Wire out: paid out"
         f" positive. Modes: {modes}.",
         "Parameter input_time: 1 (default), inputs are those of the start of a step: the acceleration of the tip is"

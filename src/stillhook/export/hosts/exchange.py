@@ -3,17 +3,22 @@
 The host has wire, load and water. It gives, at its own times, the tension at the crane tip and the motion of the tip,
 and gets the rate at which wire is paid out, and the wire out. A time may be asked as often as a host iterates: the
 state is held at the last time that was accepted, and every answer starts from a copy of it.
+
+PLC cycles are counted, from one sample to the next: a host that adds up its time, and whose sum is off by seconds after
+years, has as many cycles as it made steps for.
 """
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import json
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from stillhook.engine.session import Session
+from stillhook.engine.saved import printable
+from stillhook.engine.session import Kept, Session
 from stillhook.errors import SimulationError
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
@@ -21,6 +26,12 @@ from stillhook.spec.scenario import Scenario
 
 ROUNDING = 1e-6
 """Part of a PLC cycle by which a host's time may be beside one and still be it."""
+EPSILON = math.ulp(1.0)
+FORMAT = "stillhook exchange 2"
+MOST_CYCLES = 1_000_000
+"""PLC cycles in one step of a host."""
+LARGEST = 1e12
+"""Largest number of a host in a stored state [SI]."""
 
 
 class Sample(NamedTuple):
@@ -43,11 +54,13 @@ class Answer(NamedTuple):
 
 @dataclass
 class Mark:
-    """A time of the host, and the winch at the last PLC cycle before it: state of the session after k cycles."""
+    """A time of the host: sample; k PLC cycles that it has made, and part of the next [-]; kept state of the session
+    after them."""
 
     sample: Sample
     k: int
-    state: bytes
+    part: float
+    kept: Kept
 
 
 class Exchange:
@@ -90,45 +103,51 @@ class Exchange:
         if not all(math.isfinite(x) for x in sample):
             raise SimulationError(f"The host gave {sample._asdict()} at {sample.time:.6g} s. Give finite numbers.")
         sample = sample._replace(F_w=max(sample.F_w, 0.0))  # a wire cannot push
-        room = ROUNDING * self.crane.control.t_cycle
+        t_cycle = self.crane.control.t_cycle
+        room = t_cycle * rounding(sample.time, t_cycle)
         if self._session is None or sample.time <= self._first.time + room:
             return self._begin(sample)
-        if new_step and self._accepted.sample.time < self._trial.sample.time < sample.time:
-            self._accepted = self._trial
-        if sample.time < self._accepted.sample.time - room:
+        ahead_of_trial = new_step and self._accepted.sample.time < self._trial.sample.time < sample.time
+        before = self._trial if ahead_of_trial else self._accepted
+        if sample.time < before.sample.time - room:
             raise SimulationError(
                 f"The host went back to {sample.time:.6g} s, before its last accepted step at "
-                f"{self._accepted.sample.time:.6g} s. Restore the state that was stored with that time."
+                f"{before.sample.time:.6g} s. Restore the state that was stored with that time."
             )
-        return self._advance(self._session, sample)
+        return self._advance(self._session, sample, before)
 
     def _begin(self, sample: Sample) -> Answer:
-        self._first = sample
-        session = self._standing()
-        self._session = session
-        self._accepted = self._trial = Mark(sample, 0, session.save())
+        session = self._standing(sample)
+        self._session, self._first = session, sample
+        self._accepted = self._trial = Mark(sample, 0, 0.0, session.keep())
         return _reading(session)
 
-    def _standing(self) -> Session:
+    def _standing(self, first: Sample) -> Session:
         """The winch standing under the first tension."""
-        load = max(self._first.F_w / G - self.crane.hook_mass, 0.0)
+        load = max(first.F_w / G - self.crane.hook_mass, 0.0)
         case = self.case.model_copy(update={"load": load, "water": None})
         return Session(self.crane, case, coupling="wire")
 
-    def _advance(self, session: Session, sample: Sample) -> Answer:
-        t_cycle, first = session.cycle, self._first.time
-        before = self._accepted
-        session.restore(before.state)
-        cycles = (sample.time - first) / t_cycle
-        n = math.floor(cycles + ROUNDING)
-        for k in range(before.k + 1, n + 1):
-            session.step(self._inputs(between(before.sample, sample, first + k * t_cycle)))
-        self._trial = Mark(sample, max(n, before.k), session.save())
-        now, x = _reading(session), cycles - n
-        if x <= ROUNDING:
-            return now
-        session.step(self._inputs(ahead(sample, first + (n + 1) * t_cycle)))
-        return inside(now, _reading(session), x, t_cycle)
+    def _advance(self, session: Session, sample: Sample, before: Mark) -> Answer:
+        t_cycle = session.cycle
+        k, part = counted(before, sample.time, t_cycle)
+        if k - before.k > MOST_CYCLES:
+            raise SimulationError(
+                f"The host went ahead from {before.sample.time:.6g} s to {sample.time:.6g} s: give steps of at most"
+                f" {MOST_CYCLES * t_cycle:g} s."
+            )
+        session.go_back(before.kept)
+        start = before.sample._replace(time=before.part * t_cycle)  # times from the cycle before the last sample on
+        end = sample._replace(time=(k - before.k + part) * t_cycle)
+        for j in range(1, k - before.k + 1):
+            session.step(self._inputs(between(start, end, j * t_cycle)))
+        trial, now = Mark(sample, k, part, session.keep()), _reading(session)
+        later = now
+        if part > rounding(sample.time, t_cycle):
+            session.step(self._inputs(ahead(end, (k - before.k + 1) * t_cycle)))
+            later = _reading(session)
+        self._accepted, self._trial = before, trial
+        return now if later is now else inside(now, later, part, t_cycle)
 
     def _inputs(self, sample: Sample) -> dict[str, float]:
         return {
@@ -143,25 +162,96 @@ class Exchange:
         """The state as text, after the last sample; "" before the first."""
         if self._session is None:
             return ""
-        mark = self._trial
-        data = {"first": self._first, "k": mark.k, "sample": mark.sample}
-        return json.dumps({**data, "v_op": self.v_op, "state": base64.b85encode(mark.state).decode()})
+        mark, now = self._trial, self._session.keep()
+        self._session.go_back(mark.kept)
+        state = base64.b85encode(self._session.save()).decode()
+        self._session.go_back(now)
+        data = {"first": self._first, "sample": mark.sample, "k": mark.k, "part": mark.part}
+        return _sealed({**data, "v_op": self.v_op, "state": state})
 
     def restore(self, text: str) -> None:
-        """Go on from what `save` gave. Errors: SimulationError where it is of another crane, case or version, or no
-        such text; nothing is changed then."""
+        """Go on from what `save` gave. Errors: SimulationError, one line, where it is damaged, of another crane, case
+        or version, or no such text; nothing is changed then."""
+        data = _unsealed(text)
         try:
-            data = json.loads(text)
-            first, sample = Sample(*data["first"]), Sample(*data["sample"])
-            k, v_op, state = int(data["k"]), float(data["v_op"]), base64.b85decode(data["state"])
-        except (ValueError, KeyError, TypeError):
-            raise SimulationError("The stored state is not one of Stillhook's. Begin the simulation anew.") from None
-        other = Exchange(self.crane, self.case, v_op=v_op)
-        other._first = first
-        session = other._standing()
+            first, sample = (Sample(*map(float, data[name])) for name in ("first", "sample"))
+            k, part, v_op, state = data["k"], data["part"], data["v_op"], base64.b85decode(data["state"])
+            good = type(k) is int and all(abs(x) <= LARGEST for x in (*first, *sample, part, v_op))
+        except (ValueError, KeyError, TypeError, OverflowError):
+            good = False
+        if not good:
+            raise SimulationError(f"The stored state lacks numbers that are needed. {AGAIN}")
+        self._check(first, sample, k, part)
+        session = self._standing(first)
         session.restore(state)
+        if round(session.time / session.cycle) != k:
+            raise SimulationError(f"The stored state is of {session.time:.9g} s, not of {k} cycles. {AGAIN}")
         self.v_op, self._first, self._session = v_op, first, session
-        self._accepted = self._trial = Mark(sample, k, state)
+        self._accepted = self._trial = Mark(sample, k, part, session.keep())
+
+    def _check(self, first: Sample, sample: Sample, k: int, part: float) -> None:
+        """Errors: SimulationError where a host cannot have been so."""
+        t_cycle = self.crane.control.t_cycle
+        apart = abs((sample.time - first.time) / t_cycle - k - part)
+        allowed = ROUNDING + 1e-9 * k + 4.0 * EPSILON * (k + 2) * max(abs(sample.time), abs(first.time)) / t_cycle
+        if not (-0.02 < part < 1.0 and k >= 0 and min(first.F_w, sample.F_w) >= 0.0 and apart <= allowed):
+            raise SimulationError(
+                f"The stored state has k = {printable(k)} and part {part:.6g} of a cycle from {first.time:.9g} s to"
+                f" {sample.time:.9g} s, or a tension below 0. {AGAIN}"
+            )
+
+
+AGAIN = "Begin the simulation anew."
+
+
+def counted(before: Mark, time: float, t_cycle: float) -> tuple[int, float]:
+    """PLC cycles that the host has made at a time [s], and part of the next, which may be below 0 by `rounding`: from
+    those of the sample before. A step that is a whole number of cycles to the rounding of the host's times is one."""
+    cycles = max(time - before.sample.time, 0.0) / t_cycle
+    if abs(cycles - round(cycles)) <= 1e-9 + 2.0 * EPSILON * abs(time) / t_cycle:
+        cycles = float(round(cycles))
+    whole = math.floor(cycles)
+    part = before.part + (cycles - whole)
+    more = math.floor(part + rounding(time, t_cycle))
+    return before.k + whole + more, part - more
+
+
+def rounding(time: float, t_cycle: float) -> float:
+    """Part of a PLC cycle by which a host's time [s] may be beside one and still be it."""
+    return ROUNDING + min(2.0 * EPSILON * abs(time) / t_cycle, 0.01)
+
+
+def _sealed(data: dict[str, Any]) -> str:
+    """Data as text with the SHA-256 of what it says."""
+    return _envelope(json.dumps(data))
+
+
+def _envelope(body: str) -> str:
+    digest = hashlib.sha256(body.encode("utf-8", "replace")).hexdigest()
+    return json.dumps({"format": FORMAT, "sha256": digest, "body": body})
+
+
+def _unsealed(text: str) -> dict[str, Any]:
+    """Errors: SimulationError, one line, for what is no such text, of another format, or damaged."""
+    try:
+        data = json.loads(text)
+        form, body = data.get("format"), data.get("body")
+    except (ValueError, TypeError, AttributeError, RecursionError):
+        form = None
+    if form != FORMAT:
+        raise SimulationError(
+            f"The stored state is not one of Stillhook's, or of an older version: its format is {printable(form)}, not"
+            f" {FORMAT}. {AGAIN}"
+        )
+    if not isinstance(body, str) or _envelope(body) != text:
+        raise SimulationError(f"The stored state is damaged: its checksum is not that of its text. {AGAIN}")
+    try:
+        found = json.loads(body)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise SimulationError(f"The stored state is damaged: it is no JSON of names and values. {AGAIN}")
+    return found
 
 
 def _reading(session: Session) -> Answer:

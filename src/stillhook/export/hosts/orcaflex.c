@@ -83,6 +83,7 @@ typedef struct {
     int result[OF_READ];
     of_extra tip;
     double force, length;
+    unsigned char *stored; /* the state that the host is given, until it is told to let go */
 } of_winch;
 
 /* A function of OrcFxAPI, which the host has loaded. */
@@ -291,8 +292,12 @@ static void of_initialise(of_info *info)
         free(w);
         return;
     }
-    if (info->state != NULL && !sh_exchange_restore(&w->exchange, info->state, (size_t)info->state_length)) {
-        of_say(info, L"the stored state", L"", " is of another crane, case or version. Begin the simulation anew.");
+    if (info->state != NULL &&
+        (info->state_length < 0 ||
+         sh_exchange_restore(&w->exchange, info->state, (size_t)info->state_length) != SH_OK)) {
+        char text[400];
+        snprintf(text, sizeof text, " is refused: %s. Begin the simulation anew.", w->exchange.why);
+        of_say(info, L"the stored state", L"", text);
         free(w);
         return;
     }
@@ -336,22 +341,43 @@ static void of_calculate(of_info *info)
         info->value = reply.payout * w->length;
 }
 
+static void of_let_go(of_winch *w)
+{
+    if (w != NULL) {
+        free(w->stored);
+        w->stored = NULL;
+    }
+}
+
+static void of_store(of_info *info)
+{
+    of_winch *w = info->data;
+    if (w == NULL)
+        return;
+    of_let_go(w);
+    w->stored = malloc(sh_exchange_size());
+    if (w->stored == NULL) {
+        of_say(info, L"no memory", L"", ".");
+        return;
+    }
+    sh_exchange_save(&w->exchange, w->stored);
+    info->state = w->stored;
+    info->state_length = (int)sh_exchange_size();
+}
+
 SH_EXPORT void SH_CALL StillhookWinch(of_info *info)
 {
     switch (info->action) {
     case OF_INITIALISE: of_initialise(info); break;
     case OF_FINALISE:
+        of_let_go(info->data);
         free(info->data);
         info->data = NULL;
         break;
     case OF_CALCULATE: of_calculate(info); break;
-    case OF_STORE_CREATE:
-        if (info->data != NULL) {
-            info->state = &((of_winch *)info->data)->exchange;
-            info->state_length = (int)sizeof(sh_exchange);
-        }
-        break;
-    default: break; /* nothing was allocated for a stored state; no results of its own, no tracking */
+    case OF_STORE_CREATE: of_store(info); break;
+    case OF_STORE_DESTROY: of_let_go(info->data); break;
+    default: break; /* no results of its own, no tracking */
     }
 }
 

@@ -29,6 +29,8 @@ SH_SHOWN int stillhook_exchange(void *e, double time, double F_w, double s_tip, 
 {
     sh_sample sample = {time, F_w, s_tip, v_tip, a_tip};
     sh_reply reply = {0.0, 0.0};
+    if (e == NULL || payout == NULL || s_w == NULL)
+        return SH_NOT_NOW;
     int answer = sh_exchange_at(e, sample, new_step, &reply);
     if (answer == SH_OK) {
         *payout = reply.payout;
@@ -39,14 +41,19 @@ SH_SHOWN int stillhook_exchange(void *e, double time, double F_w, double s_tip, 
 
 SH_SHOWN double stillhook_get(void *e, const char *name) /* any output at the last PLC cycle; NaN for none */
 {
-    return sh_get(&((sh_exchange *)e)->trial.twin, sh_find(name));
+    return e == NULL || name == NULL ? NAN : sh_get(&((sh_exchange *)e)->trial.twin, sh_find(name));
 }
 
-SH_SHOWN int64_t stillhook_size(void) { return (int64_t)sizeof(sh_exchange); }
-SH_SHOWN void stillhook_save(const void *e, void *bytes) { memcpy(bytes, e, sizeof(sh_exchange)); }
+/* The state as bytes, stillhook_size() of them, with a checksum; what is no such state is refused and changes nothing. */
+SH_SHOWN int64_t stillhook_size(void) { return (int64_t)sh_exchange_size(); }
+SH_SHOWN void stillhook_save(const void *e, void *bytes) { sh_exchange_save(e, bytes); }
 SH_SHOWN int stillhook_restore(void *e, const void *bytes, int64_t size)
 {
-    return sh_exchange_restore(e, bytes, (size_t)size) ? SH_OK : SH_NOT_NOW;
+    return e == NULL || bytes == NULL || size < 0 ? SH_NO_STATE : sh_exchange_restore(e, bytes, (size_t)size);
+}
+SH_SHOWN const char *stillhook_why(const void *e) /* what was wrong with the last state that was refused */
+{
+    return e == NULL ? "" : ((const sh_exchange *)e)->why;
 }
 SH_SHOWN const char *stillhook_words(int answer) { return sh_words(answer); }
 SH_SHOWN const char *stillhook_identity(void) { return sh_identity(); }

@@ -76,6 +76,18 @@ static int si_begin(const float *rxfo)
     return answer;
 }
 
+/* Time of a substep: SIMO's is of single precision, which after a day no longer tells substeps apart, so the substeps
+ * since the last call are counted where both agree to what single precision holds. */
+static double si_time(const int *iinfo, float shown, double sub)
+{
+    double grid = sub > 0.0 ? floor(shown / sub + 0.5) * sub : shown;
+    double n = ((double)iinfo[SI_STEP] - si.step) * (iinfo[SI_SUBSTEPS] > 1 ? iinfo[SI_SUBSTEPS] : 1) +
+               ((double)iinfo[SI_SUBSTEP] - si.substep);
+    double counted = si.now.time + n * sub;
+    int agree = fabs(counted - shown) <= 0.25 * sub + 2.0 * (double)FLT_EPSILON * fabs((double)shown);
+    return si.exchange.started != 0.0 && n >= 0.0 && agree ? counted : grid;
+}
+
 /* Tension at the present places: winch and wire agree on it after some passes. */
 static int si_solve(int new_step, double *F)
 {
@@ -114,7 +126,7 @@ SH_FORTRAN void gfexfo_(int *iwa, float *rwa, double *dwa, int *ipdms, int *iinf
         crane == load || (body != crane && body != load))
         return;
     sub = rinfo[1] / (iinfo[SI_SUBSTEPS] > 1 ? iinfo[SI_SUBSTEPS] : 1);
-    time = sub > 0.0 ? floor(rinfo[0] / sub + 0.5) * sub : rinfo[0]; /* single precision: on the grid of substeps */
+    time = si_time(iinfo, rinfo[0], sub);
     si_point(state + SI_STATE * (crane - 1), rxfo, arm[0], at[0]);
     si_point(state + SI_STATE * (load - 1), rxfo + 3, arm[1], at[1]);
     double e[3] = {at[0][0] - at[1][0], at[0][1] - at[1][1], at[0][2] - at[1][2]};

@@ -73,19 +73,24 @@ static void sh_advance(double *A, const double *row, const double *ahead)
 
 enum { SH_END, SH_START };                                             /* values of input_time */
 enum { SH_LOAD, SH_WIRE, SH_SPAN, SH_PERIOD, SH_MODE, SH_FAULT, SH_CONDITIONS }; /* of the envelope */
+#define SH_MOST_TIME 1e12 /* up to which a host's clock tells cycles apart [s] */
 enum { SH_SECONDS = 30 };                                              /* blocks of the moving peak-to-peak */
 
 struct sh_twin {
-    double A[SH_LANE];    /* everything that is carried from cycle to cycle */
-    double seen[SH_LANE]; /* the same after the PLC's cycle of the present time */
-    double sensed[SH_SENSED];
-    double row[SH_ROW];   /* inputs in force at the present time */
+    /* What a saved state holds, doubles alone up to `seen`. */
+    double A[SH_LANE];  /* everything that is carried from cycle to cycle */
+    double row[SH_ROW]; /* inputs in force at the present time */
     double input[SH_INPUTS];
     double beginning[SH_BEGINNING];
-    double time_0, cycles;
-    double input_time, started, observed, lost;
-    double count, sum_s, sum_s2, sum_v2;                 /* of the tip, for the period of its motion */
+    double time_0, cycles; /* time at the start [s], and PLC cycles since: a double counts them for millions of years */
+    double host_time;      /* where the last step ended by the host's own clock [s] */
+    double input_time, started, lost;
+    double count, sum_s, sum_s2, sum_v2;                    /* of the tip, for the period of its motion */
     double lowest[SH_SECONDS + 1], highest[SH_SECONDS + 1]; /* of the tip, a second each */
+    /* What follows from it. */
+    double seen[SH_LANE]; /* A after the PLC's cycle of the present time */
+    double sensed[SH_SENSED];
+    double observed;
     char causes[SH_TEXT_LENGTH], outside[SH_TEXT_LENGTH];
 };
 
@@ -133,23 +138,42 @@ static void sh_all_inputs(sh_twin *t)
         sh_put(t->row, i, t->input[i]);
 }
 
-static int sh_set(sh_twin *t, int v, double x)
+static int sh_known_mode(double x)
+{
+    for (int i = 0; i < SH_MODES; i++)
+        if (x == sh_modes[i])
+            return 1;
+    return 0;
+}
+
+/* Whether a variable may have this value. */
+static int sh_allowed(int v, double x)
 {
     const sh_variable *row = sh_row(v);
-    if (row == NULL || row->causality == SH_OUTPUT || (row->causality == SH_FIXED && t->started != 0.0))
-        return SH_NOT_NOW;
     if (!sh_finite(x))
         return SH_NO_NUMBER;
     if (x < row->least || x > row->most || (row->type != SH_REAL && x != floor(x)))
         return SH_OUT_OF_RANGE;
+    if (sh_places[v].kind == SH_OF_INPUT && sh_places[v].at == SH_MODE_INPUT && !sh_known_mode(x))
+        return SH_OUT_OF_RANGE;
+    return SH_OK;
+}
+
+/* Whether a variable may be set to this value now. */
+static int sh_may_set(const sh_twin *t, int v, double x)
+{
+    const sh_variable *row = sh_row(v);
+    if (row == NULL || row->causality == SH_OUTPUT || (row->causality == SH_FIXED && t->started != 0.0))
+        return SH_NOT_NOW;
+    return sh_allowed(v, x);
+}
+
+static int sh_set(sh_twin *t, int v, double x)
+{
+    int answer = sh_may_set(t, v, x);
+    if (answer != SH_OK)
+        return answer;
     sh_place p = sh_places[v];
-    if (p.kind == SH_OF_INPUT && p.at == SH_MODE_INPUT) {
-        int known = 0;
-        for (int i = 0; i < SH_MODES; i++)
-            known |= x == sh_modes[i];
-        if (!known)
-            return SH_OUT_OF_RANGE;
-    }
     if (p.kind == SH_OF_INPUT) {
         t->input[p.at] = x;
         if (t->started == 0.0 || t->input_time == SH_START || sh_entries[p.at].at_once)
@@ -181,12 +205,14 @@ static int sh_start(sh_twin *t, double time)
         return SH_NOT_NOW;
     if (!sh_finite(time))
         return SH_NO_NUMBER;
+    if (fabs(time) > SH_MOST_TIME)
+        return SH_OUT_OF_RANGE;
     sh_all_inputs(t);
 #if SH_TENSION >= 0
     t->beginning[0] = t->row[SH_TENSION] / SH_G - t->beginning[1];
 #endif
     sh_rest(t->A, t->row, t->beginning);
-    t->time_0 = time;
+    t->time_0 = t->host_time = time;
     t->cycles = 0.0;
     t->started = 1.0;
     t->observed = 0.0;
@@ -261,7 +287,8 @@ static void sh_remember(sh_twin *t)
 {
     double s = t->row[SH_MOTION], v = t->row[SH_MOTION + 1];
     double per_second = ceil(1.0 / SH_T_CYCLE);
-    int i = (int)fmod(floor(t->cycles / per_second), SH_SECONDS + 1.0);
+    double slot = fmod(floor(t->cycles / per_second), SH_SECONDS + 1.0);
+    int i = slot >= 0.0 && slot <= SH_SECONDS ? (int)slot : 0; /* whatever the count is, inside */
     if (fmod(t->cycles, per_second) == 0.0) {
         t->lowest[i] = HUGE_VAL;
         t->highest[i] = -HUGE_VAL;
@@ -274,15 +301,33 @@ static void sh_remember(sh_twin *t)
     t->sum_v2 += v * v;
 }
 
+/* By how much a host's time may be beside another [s]: a part of a cycle, and the rounding of its own numbers. */
+static double sh_room(double time)
+{
+    return fmin(1e-4 * SH_T_CYCLE + 4.0 * DBL_EPSILON * fabs(time), 0.25 * SH_T_CYCLE);
+}
+
+/* By how much a host's sum of steps may be beside the count: each addition is off by half of its last digit [s]. */
+static double sh_drift(const sh_twin *t, double time)
+{
+    return 1e-4 * SH_T_CYCLE + DBL_EPSILON * (t->cycles + 4.0) * fmax(fabs(time), fabs(t->time_0));
+}
+
+/* Whether a step begins where the last one ended: by the host's own clock, which may be a sum, or by the count. */
+static int sh_on_time(const sh_twin *t, double time)
+{
+    double room = sh_room(time), apart = fabs(time - sh_time(t));
+    return apart <= sh_drift(t, time) && (apart <= room || fabs(time - t->host_time) <= room);
+}
+
 static int sh_step(sh_twin *t, double time, double h)
 {
     double n = floor(h / SH_T_CYCLE + 0.5);
-    double room = 1e-4 * SH_T_CYCLE;
     if (t->started == 0.0)
         return SH_NOT_NOW;
     if (t->lost != 0.0)
         return SH_DIVERGED;
-    if (!(n >= 1.0 && n <= 1e6 && fabs(h - n * SH_T_CYCLE) <= room && fabs(time - sh_time(t)) <= room))
+    if (!(n >= 1.0 && n <= 1e6 && fabs(h - n * SH_T_CYCLE) <= sh_room(time) && sh_on_time(t, time)))
         return SH_WRONG_STEP;
     double from[SH_ROW], end[SH_ROW], ahead[SH_ROW];
     if (t->input_time == SH_START)
@@ -301,6 +346,7 @@ static int sh_step(sh_twin *t, double time, double h)
         if (t->lost != 0.0)
             return SH_DIVERGED;
     }
+    t->host_time = time + h;
     t->observed = 0.0;
     return SH_OK;
 }

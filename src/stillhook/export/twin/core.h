@@ -6,6 +6,7 @@
  * Numbers are SI. Speeds of wire, operator and motor: hoisting positive; wire out: paid out positive; tip: up positive.
  * All functions are static: the file that includes the generated source is the only user.
  */
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -25,7 +26,8 @@ enum sh_answer {
     SH_WRONG_STEP,   /* the step is no whole number of PLC cycles, or does not begin where the last one ended */
     SH_NO_NUMBER,    /* NaN or infinity was given */
     SH_OUT_OF_RANGE, /* a value outside the range of its variable */
-    SH_NOT_NOW       /* unknown variable, an output that is set, or a fixed parameter after sh_start */
+    SH_NOT_NOW,      /* unknown variable, an output that is set, or a fixed parameter after sh_start */
+    SH_NO_STATE      /* bytes that are no state of this winch */
 };
 
 /* What a variable is. */
@@ -40,7 +42,7 @@ typedef struct {
     double least, most; /* allowed range of what may be set */
 } sh_variable;
 
-typedef struct sh_twin sh_twin; /* plain data without pointers: its bytes are the saved state */
+typedef struct sh_twin sh_twin; /* plain data without pointers */
 
 static SH_UNUSED size_t sh_size(void);                           /* bytes of a sh_twin */
 static SH_UNUSED const char *sh_identity(void);                  /* SHA-256 of crane, case and sources */
@@ -55,6 +57,14 @@ static SH_UNUSED const char *sh_text(sh_twin *t, int variable);  /* of a SH_TEXT
 static SH_UNUSED int sh_start(sh_twin *t, double time);          /* derive from the parameters, rest, first cycle */
 static SH_UNUSED int sh_step(sh_twin *t, double time, double h); /* advance by h [s] */
 static SH_UNUSED double sh_time(const sh_twin *t);               /* [s] */
+
+/* A twin as bytes, with `count` numbers of the caller's own; kind: eight characters that say whose state it is. What is
+ * read is checked whole before anything changes; what is wrong is in `why`. */
+static SH_UNUSED size_t sh_state_size(size_t count);
+static SH_UNUSED void sh_state_write(unsigned char *to, const char *kind, const double *own, size_t count,
+                                     const sh_twin *t);
+static SH_UNUSED int sh_state_read(const unsigned char *from, size_t size, const char *kind, double *own, size_t count,
+                                   sh_twin *t, char *why, size_t room);
 
 /* Rows of the generated tables. */
 
@@ -83,6 +93,15 @@ typedef struct {
     int first, second;
     int at_once;
 } sh_entry;
+
+/* What a number of a lane or a row may be: in a range; as in the export, or as it follows from the beginning; a setting,
+ * in the range of its variable; a whole number of PLC cycles; the code of a mode. */
+enum sh_is { SH_IS_RANGE, SH_IS_SAME, SH_IS_SETTING, SH_IS_COUNT, SH_IS_CODE };
+typedef struct {
+    const char *name;
+    enum sh_is is;
+    double least, most;
+} sh_number;
 
 /* A limit: its word, and the place in a lane of its count of cycles. */
 typedef struct {

@@ -17,6 +17,7 @@ from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs, hermite_weights, objections, scale_weights
 from stillhook.engine.pack.guard import guard_settings
 from stillhook.engine.pack.winch import pack, water_around
+from stillhook.engine.ranges import SETTING, Kind, Ranges, ranges
 from stillhook.engine.runner import nothing
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, first_lane
@@ -106,7 +107,7 @@ def export(
             f'"{crane.name}": a winch type or controller of it is outside what is translated to C: {problem}'
         ) from None
     laws = p.laws_of(crane, ready.winch.extra_controllers)
-    parts = [_part("core.h"), made.text, *_tables(crane, made, laws), _part("core.c")]
+    parts = [_part("core.h"), made.text, *_tables(crane, made, laws), _part("core.c"), _part("state.c")]
     body = "\n".join(parts)
     identity = hashlib.sha256(body.encode()).hexdigest()
     return Export(
@@ -161,6 +162,8 @@ class Made:
     beginning: list[float]
     defines: dict[str, int]
     columns: list[tuple[int, int]]
+    lane: Ranges  # what the numbers of a lane may be
+    of_row: Ranges  # and those of a row
     wire_out: int = 0  # place of s_w in a lane
     quintic: Sequence[float] = ()
 
@@ -225,6 +228,8 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         "MODE_COLUMN": Tick._fields.index("mode"),
     }
     y = offset(d.Lane, "y", 1) + d.Signals._fields.index("s_w")
+    full = float(winch.params.hoist.drum.L_full)
+    lane = ranges(paths(d.Lane), wire=full, tension=wire, settings=_settings(found))
     return Made(
         text=_translated(entries),
         ports=found,
@@ -235,9 +240,17 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         beginning=[case.load, crane.hook_mass, *water_around(case), case.s_w],
         defines=defines,
         columns=where,
+        lane=lane,
+        of_row=lane.at(offset(d.Lane, "tick", 1), len(Tick._fields)),
         wire_out=y,
         quintic=scale_weights(hermite_weights(n_sub), ready.drive.t_cycle).tolist(),
     )
+
+
+def _settings(found: Iterable[p.Port]) -> dict[int, tuple[float, float]]:
+    """Places in a lane of what may change while it runs, with their ranges in a saved state."""
+    lane = (each for each in found if each.place[0] == "SH_OF_LANE")
+    return {each.place[1]: (max(each.least, -SETTING[1]), min(each.most, SETTING[1])) for each in lane}
 
 
 def _first(record: type, path: str) -> int:
@@ -298,6 +311,8 @@ def _controller(crane: Crane, ready: Ready) -> Made:
             "MODE_COLUMN": Sensed._fields.index("mode"),
         },
         columns=[(i, -1) for i in range(len(names))],
+        lane=ranges(paths(k.Lane), wire=p.ANY, tension=False, settings=_settings(found)),
+        of_row=ranges([f".row.{name}" for name in names], wire=p.ANY, tension=False, settings={}),
     )
 
 
@@ -349,7 +364,16 @@ def _tables(crane: Crane, made: Made, laws: list[ControlLaw]) -> Iterator[str]:
     yield _rows("sh_entry sh_entries", entries)
     yield _rows("sh_limit sh_limits", (f'{{"{each.word}", {each.at}}}' for each in made.limits))
     yield _rows("sh_place sh_places", (f"{{{kind}, {at}}}" for kind, at in (each.place for each in made.ports)))
+    yield _rows("sh_number sh_numbers", _numbers(made.lane))
+    yield _rows("sh_number sh_row_numbers", _numbers(made.of_row))
     yield _rows("sh_variable sh_variables", (_variable(each) for each in made.ports))
+
+
+def _numbers(r: Ranges) -> Iterator[str]:
+    """What the numbers of a lane or a row may be, and what messages call them."""
+    for name, kind, least, most in zip(*r, strict=True):
+        text = name.removeprefix(".")
+        yield f'{{"{text}", SH_IS_{Kind(int(kind)).name}, {_number(least)}, {_number(most)}}}'
 
 
 def _envelope(crane: Crane) -> Envelope | None:
