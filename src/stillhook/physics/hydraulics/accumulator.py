@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from stillhook.physics.hydraulics.cavitation import P_VAPOUR, line_pressure, void_volume
 from stillhook.physics.scalar import fmax, fmin, scalar
 
 
@@ -49,15 +50,34 @@ class Accumulator(NamedTuple):
 
 
 @scalar
+def linear_pressure(V_o, acc):
+    """Pressure that the oil would have if it carried tension [Pa]; V_o as in `accumulator_pressure`."""
+    V_in = fmin(fmax(V_o, 0.0), acc.V_stroke)
+    return gas_pressure(V_in * acc.i_half - 1.0, acc.gas) + (V_o - V_in) * acc.i_C
+
+
+@scalar
+def accumulator_void(V_o, acc):
+    """Vapour between accumulator and motors [m^3]."""
+    return void_volume(linear_pressure(V_o, acc), acc.i_C)
+
+
+@scalar
 def accumulator_pressure(V_o, acc):
     """Oil pressure of the standing piston [Pa]; V_o oil taken in since the oil end [m^3].
 
     Within 0 < V_o < V_stroke the oil has the pressure of the gas. At the ends the piston stands and further oil loads
-    or unloads the line alone: the pressure rises or falls with the stiffness of the trapped oil. It does not fall below
-    zero (vapour; the run is then marked).
+    or unloads the line alone: the pressure rises or falls with the stiffness of the trapped oil, and not below that of
+    vapour (`stillhook.physics.hydraulics.cavitation`).
     """
-    V_in = fmin(fmax(V_o, 0.0), acc.V_stroke)
-    return fmax(gas_pressure(V_in * acc.i_half - 1.0, acc.gas) + (V_o - V_in) * acc.i_C, 0.0)
+    return line_pressure(linear_pressure(V_o, acc))
+
+
+@scalar
+def port_pressure(p_o, Q_o, acc):
+    """Oil pressure before the moving piston [Pa], where motors and pumps are: not below that of vapour, and that of
+    vapour as long as there is any."""
+    return p_o if p_o <= P_VAPOUR else line_pressure(p_o + piston_loss(Q_o, acc))
 
 
 @scalar

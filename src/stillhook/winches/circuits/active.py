@@ -5,6 +5,7 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
+from stillhook.physics.hydraulics.cavitation import void_energy, void_volume
 from stillhook.physics.hydraulics.lines import (
     Boost,
     Flushing,
@@ -133,6 +134,9 @@ AlphaM = Annotated[float, Row("1", "", "", "motor displacement over its maximum"
 PressureA = Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the hoisting side", "eq. 2.1")]
 PressureB = Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the lowering side", "eq. 2.1")]
 OmegaM = Annotated[float, Row("rad/s", "rotation", "hoisting positive", "motor shaft speed", "eq. 2.12")]
+VoidVolume = Annotated[
+    float, Row("m^3", "volume", "", "vapour in the lines: oil that is missing at the vapour pressure", symbol="V_v")
+]
 ReliefFlow = Annotated[
     float,
     Row("m^3/s", "flow", "out of the circuit", "flow through the relief valves of the active circuit", symbol="Q_r"),
@@ -168,7 +172,7 @@ OverspeedLimit = Annotated[
 ]
 CavitationLimit = Annotated[
     float,
-    Cause("cavitation", "time with a line of the active circuit at or below zero gauge", symbol="t_cav"),
+    Cause("cavitation", "time with a hydraulic line at or below zero gauge", symbol="t_cav"),
 ]
 PowerLimit = Annotated[
     float,
@@ -181,6 +185,9 @@ PowerLimit = Annotated[
 BoostLimit = Annotated[float, Cause("boost", "time with the boost pump at its limit", symbol="t_boost")]
 
 
+VoidMost = Annotated[float, Row("m^3", "volume", "", "most vapour in the lines together", symbol="max V_v")]
+
+
 class Extremes(NamedTuple):
     """Extremes of the active circuit over a run."""
 
@@ -188,6 +195,7 @@ class Extremes(NamedTuple):
     p_b_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the lowering side", symbol="max p_b")]
     p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
     p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
+    void_max: VoidMost
     alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
     alpha_m_min: Annotated[float, Row("1", "", "", "smallest motor displacement used", symbol="min alpha_m")]
     omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
@@ -212,6 +220,7 @@ BLANK = Extremes(
     p_b_max=0.0,
     p_max=0.0,
     p_min=NOT_YET,
+    void_max=0.0,
     alpha_p_max=0.0,
     alpha_m_min=NOT_YET,
     omega_m_max=0.0,
@@ -229,6 +238,7 @@ def fold_extremes(a, y):
         p_b_max=fmax(a.p_b_max, y.p_b),
         p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
         p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
+        void_max=fmax(a.void_max, y.V_void),
         alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
         alpha_m_min=fmin(a.alpha_m_min, y.alpha_m),
         omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
@@ -238,8 +248,22 @@ def fold_extremes(a, y):
 
 
 @scalar
+def line_voids(x, i_C_h):
+    """Vapour in lines A and B [m^3]; x any state with linear pressures p_a, p_b."""
+    return void_volume(x.p_a, i_C_h) + void_volume(x.p_b, i_C_h)
+
+
+@scalar
+def line_energy(p_a, p_b, x, i_C_h):
+    """Energy of the oil in lines A and B with their voids [J]; p_a, p_b pressures [Pa], x as in `line_voids`."""
+    oil = 0.5 * (p_a * p_a + p_b * p_b) / i_C_h
+    return oil + void_energy(x.p_a, i_C_h) + void_energy(x.p_b, i_C_h)
+
+
+@scalar
 def cavitates(p_a, p_b):
-    """1 where a line is at or below zero gauge [Pa], else 0."""
+    """1 where a line is at or below zero gauge [Pa], else 0: below the atmosphere air comes out of the oil, which is
+    before a void opens at the vapour pressure."""
     return 1.0 if fmin(p_a, p_b) <= 0.0 else 0.0
 
 

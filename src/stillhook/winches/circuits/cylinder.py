@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.base.variable import Row
 from stillhook.physics.friction import Bristle
 from stillhook.physics.hydraulics.accumulator import Accumulator
 from stillhook.physics.hydraulics.cylinder import Chambers, Ends, RodFriction, rod_friction_dry
@@ -23,12 +24,12 @@ from stillhook.physics.hydraulics.lines import (
 )
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import wire_damping
-from stillhook.physics.scalar import scalar
+from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
 from stillhook.winches.circuits import tables
-from stillhook.winches.circuits.active import NEAR_LIMIT, servo_rate
-from stillhook.winches.interface import Parts, Stiffness, Stroke
+from stillhook.winches.circuits.active import NEAR_LIMIT, VoidMost, servo_rate
+from stillhook.winches.interface import NOT_YET, Parts, Stiffness, Stroke
 
 NO_LIMIT = 1.0e30
 """Stands for a limit that a crane file does not name [SI]."""
@@ -205,6 +206,40 @@ class CylinderFlows(NamedTuple):
     Q_flush_b: float
     Q_a: float
     Q_b: float
+
+
+class Extremes(NamedTuple):
+    """Extremes of its signals over a run."""
+
+    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
+    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
+    void_max: VoidMost
+    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
+    x_rod_min: Annotated[float, Row("m", "length", "", "least travel of the rod", symbol="min x")]
+    x_rod_max: Annotated[float, Row("m", "length", "", "largest travel of the rod", symbol="max x")]
+    v_rod_max: Annotated[float, Row("m/s", "speed", "", "highest rod speed", symbol="max|v|")]
+    P_hpu_max: Annotated[
+        float,
+        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
+    ]
+
+
+BLANK = Extremes(0.0, NOT_YET, 0.0, 0.0, NOT_YET, -NOT_YET, 0.0, -NOT_YET)
+
+
+@scalar
+def fold_extremes(a, y):
+    """Extremes with one more cycle; y Signals."""
+    return Extremes(
+        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
+        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
+        void_max=fmax(a.void_max, y.V_void),
+        alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
+        x_rod_min=fmin(a.x_rod_min, y.x_rod),
+        x_rod_max=fmax(a.x_rod_max, y.x_rod),
+        v_rod_max=fmax(a.v_rod_max, abs(y.v_rod)),
+        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
+    )
 
 
 @scalar

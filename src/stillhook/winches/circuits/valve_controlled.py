@@ -9,6 +9,7 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.base.variable import Row
 from stillhook.physics.hydraulics import valves
 from stillhook.physics.hydraulics.lines import Relief, capacitance, external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.load_sensing import LoadSensing, load_pressure, pump_setting_wanted
@@ -25,9 +26,11 @@ from stillhook.physics.hydraulics.valves import (
     share_of_drop,
     spool_opening,
 )
-from stillhook.physics.scalar import clip, fmax, scalar
+from stillhook.physics.scalar import clip, fmax, fmin, scalar
 from stillhook.tables.table import Count, Number, Spec, Text
 from stillhook.winches.circuits import tables
+from stillhook.winches.circuits.active import VoidMost
+from stillhook.winches.interface import NOT_YET
 
 NO_LIMIT = 1.0e30
 """Stands for a limit that a crane file does not name [SI]."""
@@ -202,6 +205,56 @@ class ValveFlows(NamedTuple):
     P_valve: float
     P_cb: float
     P_tank: float
+
+
+class Extremes(NamedTuple):
+    """Extremes over a run."""
+
+    p_a_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the hoisting side", symbol="max p_a")]
+    p_b_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the lowering side", symbol="max p_b")]
+    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
+    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
+    void_max: VoidMost
+    p_s_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest supply pressure", symbol="max p_s")]
+    x_v_max: Annotated[float, Row("1", "", "", "largest spool position used", symbol="max|x_v|")]
+    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
+    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
+    P_hpu_max: Annotated[
+        float,
+        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
+    ]
+
+
+BLANK = Extremes(
+    p_a_max=0.0,
+    p_b_max=0.0,
+    p_max=0.0,
+    p_min=NOT_YET,
+    void_max=0.0,
+    p_s_max=0.0,
+    x_v_max=0.0,
+    alpha_p_max=0.0,
+    omega_m_max=0.0,
+    P_hpu_max=-NOT_YET,
+)
+"""Extremes of nothing yet."""
+
+
+@scalar
+def fold_extremes(a, y):
+    """Extremes a with one more cycle of signals y."""
+    return Extremes(
+        p_a_max=fmax(a.p_a_max, y.p_a),
+        p_b_max=fmax(a.p_b_max, y.p_b),
+        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
+        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
+        void_max=fmax(a.void_max, y.V_void),
+        p_s_max=fmax(a.p_s_max, y.p_s),
+        x_v_max=fmax(a.x_v_max, abs(y.x_v)),
+        alpha_p_max=fmax(a.alpha_p_max, y.alpha_p),
+        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
+        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
+    )
 
 
 @scalar
