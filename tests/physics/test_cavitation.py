@@ -119,3 +119,27 @@ def test_oil_that_an_empty_accumulator_gives_is_a_void(missing):
     expands = (p_end - P_VAPOUR) / acc.i_C
     assert accumulator_void(-missing, acc) == pytest.approx(max(missing - expands, 0.0), abs=1e-12)
     assert accumulator_pressure(-missing, acc) == pytest.approx(max(p_end - missing * acc.i_C, P_VAPOUR))
+
+
+@settings(deadline=None)
+@given(st.floats(-1.0e12, 500.0e5), st.floats(-1.0e12, 500.0e5), st.floats(-1.0, 1.0), st.floats(-200.0, 200.0))
+def test_no_more_oil_is_drawn_than_a_line_holds_and_vapour_gives_no_energy(P_a, P_b, alpha_p, omega):
+    """A line that is all vapour is drawn from no further, and what takes the place of vapour flows down the pressure."""
+    A = bare_circuit()
+    f = active_flows(alpha_p, 5.0e-4, omega, P_a, P_b, 1.0, A)
+    p_a, p_b = line_pressure(P_a), line_pressure(P_b)
+    for P, Q in ((P_a, f.Q_a), (P_b, f.Q_b)):
+        if void_volume(P, A.i_C_h) >= A.i_C_h**-1 / A.i_beta:
+            assert Q >= -1e-12 * abs(f.Q_p)
+    assert f.Q_a == pytest.approx(-f.Q_b, abs=1e-15)
+    assert f.Q_int * (p_a - p_b) >= 0.0
+
+
+def test_a_line_half_full_of_vapour_gives_half_the_flow():
+    A = bare_circuit()
+    half = P_VAPOUR - 0.5 / A.i_beta
+    f = active_flows(1.0, 5.0e-4, 0.0, 100.0e5, half, 1.0, A)
+    assert f.Q_a == pytest.approx(0.5 * f.Q_p)
+    assert f.Q_b == pytest.approx(-0.5 * f.Q_p)
+    motors = active_flows(0.0, 5.0e-4, 100.0, half, 100.0e5, 1.0, A)
+    assert motors.Q_b == pytest.approx(0.5 * motors.Q_m)

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.hydraulics.cavitation import P_VAPOUR, line_pressure, void_volume
+from stillhook.physics.hydraulics.cavitation import P_VAPOUR, line_pressure, vapour_share, void_volume
 from stillhook.physics.scalar import fmax, fmin, scalar
 
 
@@ -38,12 +38,14 @@ def polytropic_ratio(V_ratio, n):
 
 class Accumulator(NamedTuple):
     """V_stroke oil volume of the whole stroke [m^3], i_half = 2 / V_stroke;
-    i_C inverse capacitance of the passive line [Pa/m^3], which holds the oil once the piston stands at an end;
+    i_C inverse capacitance of the passive line [Pa/m^3], which holds the oil once the piston stands at an end, i_beta
+    inverse bulk modulus of its oil [1/Pa];
     R piston friction as pressure per flow [Pa s/m^3]; C_leak high to low side [m^3/s/Pa]."""
 
     V_stroke: float
     i_half: float
     i_C: float
+    i_beta: float
     R: float
     C_leak: float
     gas: Gas
@@ -60,6 +62,12 @@ def linear_pressure(V_o, acc):
 def accumulator_void(V_o, acc):
     """Vapour between accumulator and motors [m^3]."""
     return void_volume(linear_pressure(V_o, acc), acc.i_C)
+
+
+@scalar
+def accumulator_vapour(V_o, acc):
+    """Part of the line between accumulator and motors that is vapour [-]."""
+    return vapour_share(linear_pressure(V_o, acc), acc.i_beta)
 
 
 @scalar

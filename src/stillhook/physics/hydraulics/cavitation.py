@@ -10,11 +10,14 @@ Valves, leaks, torques and sensors see p, never P.
 
 Source: discrete vapour cavity model, Wylie and Streeter, Fluid Transients in Systems, 1993, chapter 8 (column
 separation), with one cavity for a line that is one capacitance; terms as in ISO 5598.
-Valid while the void is small against the line. Left out: air that comes out of solution below atmospheric pressure,
-which would soften the line, and the fall of a pump's flow whose inlet draws vapour.
+A pump or motor that draws from a line with a void gets a mixture: the part V_v/V of what it displaces is vapour, oil
+flows back into that from its other port, and no more oil is drawn than a line holds (`vapour_drawn`; assumed).
+
+Left out: air that comes out of solution below atmospheric pressure, which would soften the line before a void opens,
+and where in the line the void is.
 """
 
-from stillhook.physics.scalar import fmax, scalar
+from stillhook.physics.scalar import fmax, fmin, scalar
 
 ATMOSPHERE = 101_325.0
 """Standard atmosphere [Pa]."""
@@ -34,6 +37,26 @@ def void_volume(P, i_C_h):
     """Vapour in a line [m^3], 0 above the vapour pressure; P linear pressure [Pa], i_C_h inverse capacitance
     [Pa/m^3]."""
     return (line_pressure(P) - P) / i_C_h
+
+
+@scalar
+def vapour_share(P, i_beta):
+    r"""Part of a line that is vapour, and of what is drawn from it [-]: :math:`V_v/V = (p - P)/\beta`, at most 1.
+
+    Parameters: P linear pressure [Pa]; i_beta inverse of the effective bulk modulus [1/Pa].
+    """
+    return fmin((line_pressure(P) - P) * i_beta, 1.0)
+
+
+@scalar
+def vapour_drawn(Q, share_from, share_to):
+    """Part of a displaced flow Q that is vapour and not oil, with its sign [m^3/s]: by the vapour share of the line
+    that it comes from, share_from for Q > 0.
+
+    The oil that is missing flows back from the other port, as an internal leak would: machine and flow have the power
+    of Q, and what the collapse of the vapour takes is lost.
+    """
+    return Q * (share_from if Q > 0.0 else share_to)
 
 
 @scalar

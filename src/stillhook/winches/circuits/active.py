@@ -5,7 +5,13 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
-from stillhook.physics.hydraulics.cavitation import void_energy, void_volume
+from stillhook.physics.hydraulics.cavitation import (
+    line_pressure,
+    vapour_drawn,
+    vapour_share,
+    void_energy,
+    void_volume,
+)
 from stillhook.physics.hydraulics.lines import (
     Boost,
     Flushing,
@@ -24,8 +30,9 @@ from stillhook.winches.interface import NOT_YET, Cause, Stiffness
 
 
 class ActiveCircuit(NamedTuple):
-    """i_C_h inverse capacitance of each line [Pa/m^3]; n_full, n_max shaft speed limits at full and at reduced
-    displacement [rad/s]; P_back hydraulic power that the power units take back at most [W]."""
+    """i_C_h inverse capacitance of each line [Pa/m^3]; i_beta inverse bulk modulus of its oil [1/Pa]; n_full, n_max
+    shaft speed limits at full and at reduced displacement [rad/s]; P_back hydraulic power that the power units take
+    back at most [W]."""
 
     pumps: Pumps
     pump_servo: Servo
@@ -33,6 +40,7 @@ class ActiveCircuit(NamedTuple):
     motor_servo: Servo
     control: MotorControl
     i_C_h: float
+    i_beta: float
     boost: Boost
     relief: Relief
     flushing: Flushing
@@ -42,8 +50,9 @@ class ActiveCircuit(NamedTuple):
 
 
 class ActiveFlows(NamedTuple):
-    """Flows [m^3/s]: Q_p pumps towards A; Q_m motors out of A; Q_int leak A to B; Q_ext leak to the housings;
-    Q_boost, Q_relief, Q_flush of line a and b; Q_a, Q_b net into the lines."""
+    """Flows [m^3/s]: Q_p pumps towards A; Q_m motors out of A; Q_int leak A to B, with the oil that takes the place of
+    vapour that was drawn; Q_ext leak to the housings; Q_boost, Q_relief, Q_flush of line a and b; Q_a, Q_b net into the
+    lines."""
 
     Q_p: float
     Q_m: float
@@ -61,17 +70,21 @@ class ActiveFlows(NamedTuple):
 
 
 @scalar
-def active_flows(alpha_p, D_m, omega_m, p_a, p_b, f_pump, A):
+def active_flows(alpha_p, D_m, omega_m, P_a, P_b, f_pump, A):
     """All flows of the active circuit. alpha_p pump setting [-]; D_m displacement of all motors [m^3/rad]; omega_m
-    [rad/s]; p_a, p_b [Pa]; f_pump share of the pumps that run (the others are isolated) [-].
+    [rad/s]; P_a, P_b linear pressures [Pa]; f_pump share of the pumps that run (the others are isolated) [-].
 
     Source: Moslatt 2020 E eq. 11 for both lines; leakage section 2.5.2.4.
-    Differs from print: p_b is a state of its own, held by boost and flushing instead of constant.
+    Differs from print: p_b is a state of its own, held by boost and flushing instead of constant; neither line falls
+    below the vapour pressure.
     """
+    p_a, p_b = line_pressure(P_a), line_pressure(P_b)
+    void_a, void_b = vapour_share(P_a, A.i_beta), vapour_share(P_b, A.i_beta)
     C_leak = f_pump * pump_leakage(alpha_p, A.pumps.leak) + motor_leakage(omega_m, A.motors)
     Q_p = f_pump * pump_flow(alpha_p, A.pumps)
     Q_m = D_m * omega_m
     Q_int = internal_leakage(C_leak, p_a - p_b)
+    Q_int = Q_int + vapour_drawn(Q_p, void_b, void_a) - vapour_drawn(Q_m, void_a, void_b)
     Q_ext_a = external_leakage(C_leak, p_a)
     Q_ext_b = external_leakage(C_leak, p_b)
     Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, A.boost)

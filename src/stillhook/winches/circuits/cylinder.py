@@ -11,6 +11,7 @@ from stillhook import units as u
 from stillhook.base.variable import Row
 from stillhook.physics.friction import Bristle
 from stillhook.physics.hydraulics.accumulator import Accumulator
+from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn, vapour_share
 from stillhook.physics.hydraulics.cylinder import Chambers, Ends, RodFriction, rod_friction_dry
 from stillhook.physics.hydraulics.lines import (
     Boost,
@@ -243,15 +244,17 @@ def fold_extremes(a, y):
 
 
 @scalar
-def cylinder_flows(alpha_p, p_a, p_b, f_pump, C):
-    """All flows of the closed circuit. alpha_p pump setting [-]; p_a, p_b [Pa]; f_pump share of the pumps that run
-    [-].
+def cylinder_flows(alpha_p, P_a, P_b, f_pump, C):
+    """All flows of the closed circuit. alpha_p pump setting [-]; P_a, P_b linear pressures [Pa]; f_pump share of the
+    pumps that run [-].
 
     Source: the lines of Moslatt 2020 E eq. 11, with a cylinder in place of the motors. Differs from the closed circuits
     of rotating winches: relief valves open into the other line, so that pumps may push a rod against its end.
     """
     Q_p = f_pump * C.Q_p * alpha_p
-    Q_int = internal_leakage(C.C_leak, p_a - p_b)
+    p_a, p_b, i_beta = line_pressure(P_a), line_pressure(P_b), 1.0 / C.chambers.beta
+    void_a, void_b = vapour_share(P_a, i_beta), vapour_share(P_b, i_beta)
+    Q_int = internal_leakage(C.C_leak, p_a - p_b) + vapour_drawn(Q_p, void_b, void_a)
     Q_ext_a, Q_ext_b = external_leakage(C.C_leak, p_a), external_leakage(C.C_leak, p_b)
     Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, C.boost)
     Q_relief_a, Q_relief_b = relief_flow(p_a, C.relief), relief_flow(p_b, C.relief)
@@ -309,6 +312,7 @@ def cylinder_drive(crane: Any, gas: Any, hoist: Any) -> CylinderDrive:
             V_stroke=acc.V_stroke,
             i_half=2.0 / acc.V_stroke,
             i_C=t.passive.line.bulk_modulus / t.passive.line.V,
+            i_beta=1.0 / t.passive.line.bulk_modulus,
             R=acc.R_piston,
             C_leak=acc.C_leak,
             gas=gas,

@@ -7,8 +7,13 @@ from stillhook.base.variable import Row
 from stillhook.control.commands import displacement_for_weight, make_up, within_power
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void, port_pressure
-from stillhook.physics.hydraulics.cavitation import line_pressure
+from stillhook.physics.hydraulics.accumulator import (
+    accumulator_pressure,
+    accumulator_vapour,
+    accumulator_void,
+    port_pressure,
+)
+from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
@@ -189,13 +194,14 @@ def circuit(x, q, u, geo, p):
 
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
-    f = active_flows(alpha_p, D_m, x.omega_m, p_a, p_b, u.f_pump, A)
+    f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
 
     D_pm = P.motors.count * P.motors.D_max * alpha_pm
     p_o = accumulator_pressure(x.V_o, P.accumulator)
     C_leak = u.f_passive * pump_leakage(alpha_pp, P.pumps.leak) + motor_leakage(x.omega_m, P.motors)
     Q_pp = u.f_passive * pump_flow(alpha_pp, P.pumps)
     Q_lp = internal_leakage(C_leak, p_o - P.settings.p_lp) + P.accumulator.C_leak * (p_o - P.settings.p_lp)
+    Q_lp = Q_lp - vapour_drawn(D_pm * x.omega_m, accumulator_vapour(x.V_o, P.accumulator), 0.0)
     Q_lp_ext = external_leakage(C_leak, p_o)
     Q_relief_p = relief_flow(p_o, P.relief)
     Q_o = Q_pp - D_pm * x.omega_m - Q_lp - Q_lp_ext - Q_relief_p

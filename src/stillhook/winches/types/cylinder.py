@@ -253,7 +253,7 @@ def circuit(x, q, u, geo, p):
     V_a, V_b, beta = chamber_a(x.x_rod, C.chambers), chamber_b(x.x_rod, C.chambers), C.chambers.beta
     voids = void_volume(x.p_a, beta / V_a) + void_volume(x.p_b, beta / V_b)
     return Circuit(
-        f=cylinder_flows(alpha_p, p_a, p_b, u.f_pump, C),
+        f=cylinder_flows(alpha_p, x.p_a, x.p_b, u.f_pump, C),
         p_a=p_a,
         p_b=p_b,
         V_a=V_a,

@@ -183,7 +183,7 @@ def circuit(x, q, u, geo, p):
     """The whole winch at an instant: flows of the circuit, friction. q point of the load path."""
     A, h, M = p.A, p.hoist, p.A.motors
     p_a, p_b, p_s = line_pressure(x.p_a), line_pressure(x.p_b), line_pressure(x.p_s)
-    f = valve_flows(x.x_v, x.alpha_p, x.omega_m, p_a, p_b, p_s, x.p_pilot, u.f_pump, A)
+    f = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, x.p_pilot, u.f_pump, A)
     g = M.count * torque_loss_dry(M.D_max, p_a - p_b, M.fit) + h.n_motors * system_friction_dry(
         x.omega_m, q.F_w * 0.5 * geo.d, h.friction
     )
@@ -299,8 +299,7 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
     """Plant commands, the PLC's memory (it holds the filtered pressure drop), signals of the drive."""
     A = p.A
     drive = apply_override(drive, tick)
-    p_a, p_b, p_s = line_pressure(x.p_a), line_pressure(x.p_b), line_pressure(x.p_s)
-    dp = valve_flows(x.x_v, x.alpha_p, x.omega_m, p_a, p_b, p_s, x.p_pilot, tick.f_pump, A).dp_v
+    dp = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, x.p_pilot, tick.f_pump, A).dp_v
     dp = low_pass(m_0.held, dp, A.law.tau_dp, p.plc.t_cycle)
     Q = flow_wanted(drive.u_p, drive.brake, m.idle, r.dp_load - r.dp, A)
     return Command(spool_command(Q, dp, A), tick.f_pump, drive.brake), hold(m, dp), drive

@@ -150,7 +150,7 @@ def circuit(x, q, u, geo, p):
     alpha_m = displacement(x.alpha_m, A.motor_servo)
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
-    f = active_flows(alpha_p, D_m, x.omega_m, p_a, p_b, u.f_pump, A)
+    f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
     D = alpha_m * A.motors.D_max
     g = A.motors.count * torque_loss_dry(D, p_a - p_b, A.motors.fit) + h.n_motors * system_friction_dry(
         x.omega_m, q.F_w * 0.5 * geo.d, h.friction

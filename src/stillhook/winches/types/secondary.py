@@ -7,7 +7,13 @@ from stillhook.control.commands import SMALL, make_up, within_power
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import MANUAL, Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void, port_pressure
+from stillhook.physics.hydraulics.accumulator import (
+    accumulator_pressure,
+    accumulator_vapour,
+    accumulator_void,
+    port_pressure,
+)
+from stillhook.physics.hydraulics.cavitation import vapour_drawn
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
@@ -60,8 +66,6 @@ MOVES = 1.0e-3
 """Motor speed at which the breakaway of a steady speed is taken [rad/s]: next to nothing."""
 BISECTIONS = 40
 """Halvings of the speed's range: to the last digit of a float."""
-
-
 TABLES = {"secondary": Secondary}
 __all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "Signals", "charge", "fold_extremes", "notes", "stroke"]
 
@@ -198,6 +202,7 @@ def circuit(x, q, u, geo, p):
     C_leak = u.f_pump * pump_leakage(alpha_rp, R.pumps.leak) + motor_leakage(x.omega_m, R.motors)
     Q_rp = u.f_pump * pump_flow(alpha_rp, R.pumps)
     Q_lp = internal_leakage(C_leak, p_o - p_lp) + R.accumulator.C_leak * (p_o - p_lp)
+    Q_lp = Q_lp - vapour_drawn(D_s * x.omega_m, accumulator_vapour(x.V_o, R.accumulator), 0.0)
     Q_lp_ext = external_leakage(C_leak, p_o)
     Q_relief = relief_flow(p_o, R.relief)
     Q_o = Q_rp - D_s * x.omega_m - Q_lp - Q_lp_ext - Q_relief
