@@ -29,7 +29,7 @@ SUDDEN: dict[str, Any] = {"s_w": "100 m", "duration": "40 s", "warm_up": "0 s", 
 
 
 class Case(NamedTuple):
-    """A start at full motion. before: lowest pressure that version 0.10 gave for it, where oil carried tension [bar]."""
+    """A start at full motion. before: lowest pressure in version 0.10, where oil carried tension [bar]."""
 
     crane: str
     changes: dict[str, Any]
@@ -43,9 +43,7 @@ CASES = {
         "nov-250t", {}, {"load": "240 t", "tip": "sine 3 m 5 s", "s_w": "30 m"}, -535.4
     ),
     "pure active": Case("nov-100t-pure-active", {}, {"load": "45 t", "tip": "sine 3 m 6 s"}, -75.1),
-    "open circuit": Case(
-        "utility-20t-open-circuit", {}, {"load": "15 t", "tip": "sine 3 m 5 s", "s_w": "30 m"}, -15.1
-    ),
+    "open circuit": Case("utility-20t-open-circuit", {}, {"load": "15 t", "tip": "sine 3 m 5 s", "s_w": "30 m"}, -15.1),
     "cylinder": Case("nov-100t-cylinder", {}, {"load": "80 t", "tip": "sine 4 m 8 s"}, -144.0),
     "secondary, accumulator of 60 L": Case(
         "nov-250t-secondary",
@@ -141,7 +139,7 @@ def compute() -> tuple[dict[str, str], Any]:
         "claims": claims_table(found),
         "closed": table(("drained line", "ours", "closed form"), closed),
         "runs": table(
-            ("start", "lowest pressure, version 0.10", "now", "largest void", "time at or below 0 bar", "energy missing"),
+            ("start", "lowest pressure, version 0.10", "now", "largest void", "time at or below 0 bar", "energy lost"),
             rows,
         ),
         "steps": table(("start", "2 ms", "1 ms", "0.5 ms"), steps),
