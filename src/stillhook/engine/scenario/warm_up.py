@@ -17,8 +17,8 @@ from stillhook.units import show
 from stillhook.variables import BY_NAME
 from stillhook.winches.registry import WinchType
 
-LOOK = 10
-"""PLC cycles between two looks at the limits: times are known to within a tenth of a second at 10 ms."""
+LOOK = 20
+"""PLC cycles between two looks at the limits: times are known to within a fifth of a second at 10 ms."""
 OF_EVERY_WINCH = {"saturation": "saturated", "slack": "slack", "wire": "wire"}
 """Limits that every winch has, and their words in a status."""
 REACHED: Mapping[str, tuple[tuple[str, str], ...]] = {
@@ -65,6 +65,8 @@ class Watch:
         """Take what cycles k .. k + count - 1 added."""
         now = self.A[self.at]
         beyond = now > self.seen
+        if not beyond.any():
+            return
         self.first = np.where(beyond, np.minimum(self.first, k * self.t_cycle), self.first)
         self.last = np.where(beyond, (k + count) * self.t_cycle, self.last)
         self.seen = now
