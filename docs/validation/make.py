@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 HERE = Path(__file__).resolve().parent
 CASES = (
+    "cavitation",
     "controllers_at_their_best",
     "cylinder",
     "drives",

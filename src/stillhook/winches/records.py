@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
+from stillhook.physics.hydraulics.cavitation import line_pressure
 from stillhook.physics.hydraulics.swash import displacement, known_displacement
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import scalar
@@ -125,7 +126,7 @@ def closed_circuit_readings(x, y, q, m, tick, geo, T_passive, p_hp, p):
         F=F,
         alpha_m=alpha_m,
         K_wire=ratio,
-        dp=x.p_a - x.p_b,
+        dp=line_pressure(x.p_a) - line_pressure(x.p_b),
         dp_load=dp_load,
         p_hp=p_hp,
     )

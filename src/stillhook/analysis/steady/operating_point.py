@@ -221,11 +221,10 @@ def _sliding(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
 
 
 def _balanced_torque(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
-    """State with the pressure difference that holds the speed, on line A; the torque depends on nothing else of the
-    lines."""
+    """State with the pressure difference that holds the speed; the torque depends on nothing else of the lines."""
 
     def acceleration(dp: float) -> float:
-        y = _sliding(w, x._replace(winch=x.winch._replace(p_a=dp)), u, tip, p)
+        y = _sliding(w, x._replace(winch=_pressed(x.winch, dp)), u, tip, p)
         return float(w.driver.rates(y, u, w.geometry, tip, p).winch.omega_m)
 
     dp = _root(acceleration, 0.0, DP_NEAR, DP_MOST)
@@ -234,7 +233,12 @@ def _balanced_torque(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
             f'"{w.name}": no pressure up to {show(DP_MOST, "pressure")} holds this load at this speed, motors at'
             f" {x.winch.alpha_m:.3g}. Go slower, lower the load or raise alpha_m."
         )
-    return _sliding(w, x._replace(winch=x.winch._replace(p_a=dp)), u, tip, p)
+    return _sliding(w, x._replace(winch=_pressed(x.winch, dp)), u, tip, p)
+
+
+def _pressed(x: Any, dp: float) -> Any:
+    """State with a pressure difference p_a - p_b, neither line below 0: oil carries no tension."""
+    return x._replace(p_a=max(dp, 0.0), p_b=max(-dp, 0.0))
 
 
 def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:

@@ -149,6 +149,7 @@ def active_record(crane: Crane) -> ActiveCircuit:
         motor_servo=servo_record(a.motor.servo, a.motor.alpha_min),
         control=_motor_control(a.motor),
         i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
+        i_beta=1.0 / a.line.bulk_modulus,
         boost=Boost(a.boost.p, a.boost.conductance, NO_LIMIT if a.boost.Q_max is None else a.boost.Q_max),
         relief=Relief(a.relief.p, a.relief.conductance),
         flushing=Flushing(
@@ -193,6 +194,7 @@ def accumulator_record(table: circuits.Accumulator, line: circuits.Line, gas_hel
         V_stroke=acc.V_stroke,
         i_half=2.0 / acc.V_stroke,
         i_C=1.0 / capacitance(line.V, line.bulk_modulus),
+        i_beta=1.0 / line.bulk_modulus,
         R=acc.R_piston,
         C_leak=acc.C_leak,
         gas=gas_record(acc, circuit),

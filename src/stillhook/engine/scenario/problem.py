@@ -29,6 +29,7 @@ from stillhook.engine.inputs import CycleInputs, shape, twin_line
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothing, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
+from stillhook.engine.scenario.warm_up import LOOK, WarmUp, Watch, warm_up_notes
 from stillhook.kernels.lanes import flatten, offset, size
 from stillhook.kernels.statistics import SIGNALS, blank
 from stillhook.library import crane_toml
@@ -52,7 +53,8 @@ class Ready(NamedTuple):
 
 class Result(NamedTuple):
     """What came out of one run: statistics, the three peak-to-peak values over the moving window [m], end state, series
-    (or None) with one row of Signals every `dt` [s], number of samples in the window, step [s], time reached [s]."""
+    (or None) with one row of Signals every `dt` [s], number of samples in the window, step [s], time reached [s], what
+    happened before (None without a warm-up)."""
 
     stats: Any
     span: tuple[float, float, float]
@@ -67,6 +69,7 @@ class Result(NamedTuple):
     step: float
     t_cycle: float
     warm_up: float
+    before: WarmUp | None
 
     def column(self, name: str) -> FloatArray:
         """The time series of a signal. Errors: KeyError for one that this winch type has not."""
@@ -151,10 +154,25 @@ class ScenarioBlock(Block[Ready]):
     def piece(self, D: FloatArray, k: int, count: int) -> None:
         """Run cycles k .. k + count; statistics start again where the warm-up is over."""
         drive = self.drive
+        if k == 0:
+            self.watch = Watch(self.d, self.A, drive.t_cycle)
+            self.before: list[WarmUp | None] = [None] * len(self.ready)
+        if k < drive.first:
+            for i in range(0, count, LOOK):
+                n = min(LOOK, count - i)
+                self._run(D[i : i + n + 1], k + i, n)
+                self.watch.look(k + i, n)
+            return
         if k == drive.first:
+            if k > 0:
+                self.before = [WarmUp(self.watch.of(i), self.part("st", i)) for i in range(len(self.ready))]
             at = offset(self.d.Lane, "st", 1)
             fresh = np.array(flatten(blank(self.d.Stats, self.ready[0].winch.plant)))
             self.A[at : at + len(fresh)] = fresh[:, None]
+        self._run(D, k, count)
+
+    def _run(self, D: FloatArray, k: int, count: int) -> None:
+        drive = self.drive
         self.d.run(
             self.A.reshape(-1),
             D.reshape(-1),
@@ -191,6 +209,7 @@ class ScenarioBlock(Block[Ready]):
             step=t_cycle / self.n_sub,
             t_cycle=t_cycle,
             warm_up=self.drive.first * t_cycle,
+            before=self.before[i],
         )
 
 
@@ -312,6 +331,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     if result.ending is Ending.DIVERGED:
         notes.append(f"lost its numbers by {result.t_end:.2f} s")
     winch, st, t = crane.plant.type, result.stats.common, result.t_cycle
+    notes += warm_up_notes(winch, result.before, t)
     e_c_pp, e_c_pp_measured, s_tip_pp = result.span
     weight = max(st.cycles - 1.0, 1.0)
     mean = st.e_sum / weight

@@ -58,17 +58,18 @@ def chamber_b(x, cyl):
 
 
 @scalar
-def pressure_rate(Q, swept, V, beta):
-    r"""Rate of the pressure in a chamber whose piston moves [Pa/s].
+def pressure_rate(Q, swept, V, below, beta):
+    r"""Rate of the linear pressure in a chamber whose piston moves [Pa/s].
 
-    .. math:: \dot p = \frac{\beta}{V(x)} (Q - A v)
+    .. math:: \dot P = \frac{\beta}{V(x)} (Q - A v) + \frac{p - P}{V(x)} A v
 
     Parameters: Q net flow into the chamber [m^3/s]; swept A v, positive where the chamber grows [m^3/s]; V its oil now
-    [m^3]; beta effective bulk modulus [Pa].
+    [m^3]; below p - P, which is 0 without a void: the second term keeps V_v = V (p - P) / beta from growing with V [Pa]
+    (`stillhook.physics.hydraulics.cavitation`); beta effective bulk modulus [Pa].
     Source: continuity as in Moslatt 2020 eq. 2.14, with the volume of the chamber in place of a constant one (Merritt,
     Hydraulic Control Systems, on valve-controlled pistons).
     """
-    return beta * (Q - swept) / V
+    return beta * (Q - swept) / V + below * swept / V
 
 
 @scalar

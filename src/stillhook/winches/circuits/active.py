@@ -5,6 +5,13 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
+from stillhook.physics.hydraulics.cavitation import (
+    line_pressure,
+    vapour_drawn,
+    vapour_share,
+    void_energy,
+    void_volume,
+)
 from stillhook.physics.hydraulics.lines import (
     Boost,
     Flushing,
@@ -23,8 +30,9 @@ from stillhook.winches.interface import NOT_YET, Cause, Stiffness
 
 
 class ActiveCircuit(NamedTuple):
-    """i_C_h inverse capacitance of each line [Pa/m^3]; n_full, n_max shaft speed limits at full and at reduced
-    displacement [rad/s]; P_back hydraulic power that the power units take back at most [W]."""
+    """i_C_h inverse capacitance of each line [Pa/m^3]; i_beta inverse bulk modulus of its oil [1/Pa]; n_full, n_max
+    shaft speed limits at full and at reduced displacement [rad/s]; P_back hydraulic power that the power units take
+    back at most [W]."""
 
     pumps: Pumps
     pump_servo: Servo
@@ -32,6 +40,7 @@ class ActiveCircuit(NamedTuple):
     motor_servo: Servo
     control: MotorControl
     i_C_h: float
+    i_beta: float
     boost: Boost
     relief: Relief
     flushing: Flushing
@@ -41,8 +50,9 @@ class ActiveCircuit(NamedTuple):
 
 
 class ActiveFlows(NamedTuple):
-    """Flows [m^3/s]: Q_p pumps towards A; Q_m motors out of A; Q_int leak A to B; Q_ext leak to the housings;
-    Q_boost, Q_relief, Q_flush of line a and b; Q_a, Q_b net into the lines."""
+    """Flows [m^3/s]: Q_p pumps towards A; Q_m motors out of A; Q_int leak A to B, with the oil that takes the place of
+    vapour that was drawn; Q_ext leak to the housings; Q_boost, Q_relief, Q_flush of line a and b; Q_a, Q_b net into the
+    lines."""
 
     Q_p: float
     Q_m: float
@@ -60,17 +70,21 @@ class ActiveFlows(NamedTuple):
 
 
 @scalar
-def active_flows(alpha_p, D_m, omega_m, p_a, p_b, f_pump, A):
+def active_flows(alpha_p, D_m, omega_m, P_a, P_b, f_pump, A):
     """All flows of the active circuit. alpha_p pump setting [-]; D_m displacement of all motors [m^3/rad]; omega_m
-    [rad/s]; p_a, p_b [Pa]; f_pump share of the pumps that run (the others are isolated) [-].
+    [rad/s]; P_a, P_b linear pressures [Pa]; f_pump share of the pumps that run (the others are isolated) [-].
 
     Source: Moslatt 2020 E eq. 11 for both lines; leakage section 2.5.2.4.
-    Differs from print: p_b is a state of its own, held by boost and flushing instead of constant.
+    Differs from print: p_b is a state of its own, held by boost and flushing instead of constant; neither line falls
+    below the vapour pressure.
     """
+    p_a, p_b = line_pressure(P_a), line_pressure(P_b)
+    void_a, void_b = vapour_share(P_a, A.i_beta), vapour_share(P_b, A.i_beta)
     C_leak = f_pump * pump_leakage(alpha_p, A.pumps.leak) + motor_leakage(omega_m, A.motors)
     Q_p = f_pump * pump_flow(alpha_p, A.pumps)
     Q_m = D_m * omega_m
     Q_int = internal_leakage(C_leak, p_a - p_b)
+    Q_int = Q_int + vapour_drawn(Q_p, void_b, void_a) - vapour_drawn(Q_m, void_a, void_b)
     Q_ext_a = external_leakage(C_leak, p_a)
     Q_ext_b = external_leakage(C_leak, p_b)
     Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, A.boost)
@@ -133,6 +147,9 @@ AlphaM = Annotated[float, Row("1", "", "", "motor displacement over its maximum"
 PressureA = Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the hoisting side", "eq. 2.1")]
 PressureB = Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the lowering side", "eq. 2.1")]
 OmegaM = Annotated[float, Row("rad/s", "rotation", "hoisting positive", "motor shaft speed", "eq. 2.12")]
+VoidVolume = Annotated[
+    float, Row("m^3", "volume", "", "vapour in the lines: oil that is missing at the vapour pressure", symbol="V_v")
+]
 ReliefFlow = Annotated[
     float,
     Row("m^3/s", "flow", "out of the circuit", "flow through the relief valves of the active circuit", symbol="Q_r"),
@@ -168,7 +185,7 @@ OverspeedLimit = Annotated[
 ]
 CavitationLimit = Annotated[
     float,
-    Cause("cavitation", "time with a line of the active circuit at or below zero gauge", symbol="t_cav"),
+    Cause("cavitation", "time with a hydraulic line at or below zero gauge", symbol="t_cav"),
 ]
 PowerLimit = Annotated[
     float,
@@ -181,6 +198,9 @@ PowerLimit = Annotated[
 BoostLimit = Annotated[float, Cause("boost", "time with the boost pump at its limit", symbol="t_boost")]
 
 
+VoidMost = Annotated[float, Row("m^3", "volume", "", "most vapour in the lines together", symbol="max V_v")]
+
+
 class Extremes(NamedTuple):
     """Extremes of the active circuit over a run."""
 
@@ -188,6 +208,7 @@ class Extremes(NamedTuple):
     p_b_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the lowering side", symbol="max p_b")]
     p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
     p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
+    void_max: VoidMost
     alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
     alpha_m_min: Annotated[float, Row("1", "", "", "smallest motor displacement used", symbol="min alpha_m")]
     omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
@@ -212,6 +233,7 @@ BLANK = Extremes(
     p_b_max=0.0,
     p_max=0.0,
     p_min=NOT_YET,
+    void_max=0.0,
     alpha_p_max=0.0,
     alpha_m_min=NOT_YET,
     omega_m_max=0.0,
@@ -229,6 +251,7 @@ def fold_extremes(a, y):
         p_b_max=fmax(a.p_b_max, y.p_b),
         p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
         p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
+        void_max=fmax(a.void_max, y.V_void),
         alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
         alpha_m_min=fmin(a.alpha_m_min, y.alpha_m),
         omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
@@ -238,8 +261,22 @@ def fold_extremes(a, y):
 
 
 @scalar
+def line_voids(x, i_C_h):
+    """Vapour in lines A and B [m^3]; x any state with linear pressures p_a, p_b."""
+    return void_volume(x.p_a, i_C_h) + void_volume(x.p_b, i_C_h)
+
+
+@scalar
+def line_energy(p_a, p_b, x, i_C_h):
+    """Energy of the oil in lines A and B with their voids [J]; p_a, p_b pressures [Pa], x as in `line_voids`."""
+    oil = 0.5 * (p_a * p_a + p_b * p_b) / i_C_h
+    return oil + void_energy(x.p_a, i_C_h) + void_energy(x.p_b, i_C_h)
+
+
+@scalar
 def cavitates(p_a, p_b):
-    """1 where a line is at or below zero gauge [Pa], else 0."""
+    """1 where a line is at or below zero gauge [Pa], else 0: below the atmosphere air comes out of the oil, which is
+    before a void opens at the vapour pressure."""
     return 1.0 if fmin(p_a, p_b) <= 0.0 else 0.0
 
 

@@ -8,8 +8,10 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.base.variable import Row
 from stillhook.physics.friction import Bristle
 from stillhook.physics.hydraulics.accumulator import Accumulator
+from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn, vapour_share
 from stillhook.physics.hydraulics.cylinder import Chambers, Ends, RodFriction, rod_friction_dry
 from stillhook.physics.hydraulics.lines import (
     Boost,
@@ -23,12 +25,12 @@ from stillhook.physics.hydraulics.lines import (
 )
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import wire_damping
-from stillhook.physics.scalar import scalar
+from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
 from stillhook.winches.circuits import tables
-from stillhook.winches.circuits.active import NEAR_LIMIT, servo_rate
-from stillhook.winches.interface import Parts, Stiffness, Stroke
+from stillhook.winches.circuits.active import NEAR_LIMIT, VoidMost, servo_rate
+from stillhook.winches.interface import NOT_YET, Parts, Stiffness, Stroke
 
 NO_LIMIT = 1.0e30
 """Stands for a limit that a crane file does not name [SI]."""
@@ -207,16 +209,52 @@ class CylinderFlows(NamedTuple):
     Q_b: float
 
 
+class Extremes(NamedTuple):
+    """Extremes of its signals over a run."""
+
+    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
+    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
+    void_max: VoidMost
+    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
+    x_rod_min: Annotated[float, Row("m", "length", "", "least travel of the rod", symbol="min x")]
+    x_rod_max: Annotated[float, Row("m", "length", "", "largest travel of the rod", symbol="max x")]
+    v_rod_max: Annotated[float, Row("m/s", "speed", "", "highest rod speed", symbol="max|v|")]
+    P_hpu_max: Annotated[
+        float,
+        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
+    ]
+
+
+BLANK = Extremes(0.0, NOT_YET, 0.0, 0.0, NOT_YET, -NOT_YET, 0.0, -NOT_YET)
+
+
 @scalar
-def cylinder_flows(alpha_p, p_a, p_b, f_pump, C):
-    """All flows of the closed circuit. alpha_p pump setting [-]; p_a, p_b [Pa]; f_pump share of the pumps that run
-    [-].
+def fold_extremes(a, y):
+    """Extremes with one more cycle; y Signals."""
+    return Extremes(
+        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
+        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
+        void_max=fmax(a.void_max, y.V_void),
+        alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
+        x_rod_min=fmin(a.x_rod_min, y.x_rod),
+        x_rod_max=fmax(a.x_rod_max, y.x_rod),
+        v_rod_max=fmax(a.v_rod_max, abs(y.v_rod)),
+        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
+    )
+
+
+@scalar
+def cylinder_flows(alpha_p, P_a, P_b, f_pump, C):
+    """All flows of the closed circuit. alpha_p pump setting [-]; P_a, P_b linear pressures [Pa]; f_pump share of the
+    pumps that run [-].
 
     Source: the lines of Moslatt 2020 E eq. 11, with a cylinder in place of the motors. Differs from the closed circuits
     of rotating winches: relief valves open into the other line, so that pumps may push a rod against its end.
     """
     Q_p = f_pump * C.Q_p * alpha_p
-    Q_int = internal_leakage(C.C_leak, p_a - p_b)
+    p_a, p_b, i_beta = line_pressure(P_a), line_pressure(P_b), 1.0 / C.chambers.beta
+    void_a, void_b = vapour_share(P_a, i_beta), vapour_share(P_b, i_beta)
+    Q_int = internal_leakage(C.C_leak, p_a - p_b) + vapour_drawn(Q_p, void_b, void_a)
     Q_ext_a, Q_ext_b = external_leakage(C.C_leak, p_a), external_leakage(C.C_leak, p_b)
     Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, C.boost)
     Q_relief_a, Q_relief_b = relief_flow(p_a, C.relief), relief_flow(p_b, C.relief)
@@ -274,6 +312,7 @@ def cylinder_drive(crane: Any, gas: Any, hoist: Any) -> CylinderDrive:
             V_stroke=acc.V_stroke,
             i_half=2.0 / acc.V_stroke,
             i_C=t.passive.line.bulk_modulus / t.passive.line.V,
+            i_beta=1.0 / t.passive.line.bulk_modulus,
             R=acc.R_piston,
             C_leak=acc.C_leak,
             gas=gas,

@@ -4,11 +4,13 @@ import math
 from typing import Any, NamedTuple
 
 from stillhook.control.commands import PassiveSettings, displacement_for_weight
+from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure
 from stillhook.physics.hydraulics.lines import Relief
-from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque
+from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.hydraulics.pump import Pumps
 from stillhook.physics.hydraulics.swash import Servo
+from stillhook.physics.scalar import copysign, scalar
 from stillhook.units import show
 from stillhook.winches.circuits.active import dry_bound, moving_slope, servo_rate
 from stillhook.winches.interface import Carried, OtherMotors, Parts, Stiffness, Stroke
@@ -26,6 +28,29 @@ class PassiveCircuit(NamedTuple):
     settings: PassiveSettings
     n_full: float
     n_max: float
+
+
+@scalar
+def dry_level(T_d, alpha_m, alpha_pm, dp_m, dp_pm, omega_m, p):
+    """Level of the dry friction of all motors and of the transmission at the motor shaft [N m]."""
+    a, b = p.active.motors, p.passive.motors
+    return (
+        a.count * torque_loss_dry(alpha_m * a.D_max, dp_m, a.fit)
+        + b.count * torque_loss_dry(alpha_pm * b.D_max, dp_pm, b.fit)
+        + p.hoist.n_motors * system_friction_dry(omega_m, T_d, p.hoist.friction)
+    )
+
+
+@scalar
+def moving_loss(omega_m, alpha_m, alpha_pm, p):
+    """Viscous and turbulent losses of all motors and of the transmission, against the motion [N m]."""
+    a, b = p.active.motors, p.passive.motors
+    magnitude = (
+        a.count * torque_loss_moving(omega_m, alpha_m * a.D_max, a.fit)
+        + b.count * torque_loss_moving(omega_m, alpha_pm * b.D_max, b.fit)
+        + p.hoist.n_motors * p.hoist.friction.Y_5 * abs(omega_m)
+    )
+    return copysign(magnitude, omega_m)
 
 
 def passive_stiffness(P: PassiveCircuit, J: float) -> Stiffness:

@@ -17,7 +17,7 @@ from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
 from stillhook.winches.circuits import tables
-from stillhook.winches.circuits.active import FrictionTorque, HydraulicPower, OmegaM, PumpShare
+from stillhook.winches.circuits.active import FrictionTorque, HydraulicPower, OmegaM, PumpShare, VoidMost, VoidVolume
 from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.interface import NOT_YET, Parts, Stroke
 
@@ -134,6 +134,7 @@ class Signals(NamedTuple):
     T_s: Annotated[float, Row("N m", "torque", "hoisting positive", "torque of all secondary units, without losses")]
     T_f: FrictionTorque
     p_r: Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the rail", "figure 1.12")]
+    V_void: VoidVolume
     V_acc: Annotated[float, Row("m^3", "volume", "from the oil end", "oil in the accumulator", "paper C")]
     alpha_rp: Annotated[float, Row("1", "", "into the rail", "setting of the rail's pumps over its maximum")]
     f_pump: PumpShare
@@ -145,6 +146,7 @@ class Extremes(NamedTuple):
 
     p_r_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the rail", symbol="max p_r")]
     p_r_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of the rail", symbol="min p_r")]
+    void_max: VoidMost
     V_acc_max: Annotated[float, Row("m^3", "volume", "from the oil end", "most oil in the accumulator")]
     V_acc_min: Annotated[float, Row("m^3", "volume", "from the oil end", "least oil in the accumulator")]
     alpha_s_max: Annotated[
@@ -170,6 +172,7 @@ class Extremes(NamedTuple):
 BLANK = Extremes(
     p_r_max=0.0,
     p_r_min=NOT_YET,
+    void_max=0.0,
     V_acc_max=-NOT_YET,
     V_acc_min=NOT_YET,
     alpha_s_max=0.0,
@@ -185,6 +188,7 @@ def fold_extremes(a, y):
     return Extremes(
         p_r_max=fmax(a.p_r_max, y.p_r),
         p_r_min=fmin(a.p_r_min, y.p_r),
+        void_max=fmax(a.void_max, y.V_void),
         V_acc_max=fmax(a.V_acc_max, y.V_acc),
         V_acc_min=fmin(a.V_acc_min, y.V_acc),
         alpha_s_max=fmax(a.alpha_s_max, abs(y.alpha_s)),

@@ -9,7 +9,9 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.base.variable import Row
 from stillhook.physics.hydraulics import valves
+from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn, vapour_share
 from stillhook.physics.hydraulics.lines import Relief, capacitance, external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.load_sensing import LoadSensing, load_pressure, pump_setting_wanted
 from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit, motor_leakage
@@ -25,9 +27,11 @@ from stillhook.physics.hydraulics.valves import (
     share_of_drop,
     spool_opening,
 )
-from stillhook.physics.scalar import clip, fmax, scalar
+from stillhook.physics.scalar import clip, fmax, fmin, scalar
 from stillhook.tables.table import Count, Number, Spec, Text
 from stillhook.winches.circuits import tables
+from stillhook.winches.circuits.active import VoidMost
+from stillhook.winches.interface import NOT_YET
 
 NO_LIMIT = 1.0e30
 """Stands for a limit that a crane file does not name [SI]."""
@@ -152,8 +156,9 @@ class FlowLaw(NamedTuple):
 
 
 class ValveCircuit(NamedTuple):
-    """i_C_h, i_C_s inverse capacitance of each motor line and of the supply [Pa/m^3]; n_max highest motor speed,
-    n_full motor speed at full command [rad/s]; D_m displacement of all motors [m^3/rad]."""
+    """i_C_h, i_C_s inverse capacitance of each motor line and of the supply [Pa/m^3]; i_beta inverse bulk modulus of
+    the motor lines' oil [1/Pa]; n_max highest motor speed, n_full motor speed at full command [rad/s]; D_m displacement
+    of all motors [m^3/rad]."""
 
     motors: Motors
     edges: Edges
@@ -166,6 +171,7 @@ class ValveCircuit(NamedTuple):
     supply_relief: Relief
     i_C_h: float
     i_C_s: float
+    i_beta: float
     D_m: float
     n_max: float
     n_full: float
@@ -204,16 +210,67 @@ class ValveFlows(NamedTuple):
     P_tank: float
 
 
+class Extremes(NamedTuple):
+    """Extremes over a run."""
+
+    p_a_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the hoisting side", symbol="max p_a")]
+    p_b_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the lowering side", symbol="max p_b")]
+    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
+    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
+    void_max: VoidMost
+    p_s_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest supply pressure", symbol="max p_s")]
+    x_v_max: Annotated[float, Row("1", "", "", "largest spool position used", symbol="max|x_v|")]
+    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
+    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
+    P_hpu_max: Annotated[
+        float,
+        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
+    ]
+
+
+BLANK = Extremes(
+    p_a_max=0.0,
+    p_b_max=0.0,
+    p_max=0.0,
+    p_min=NOT_YET,
+    void_max=0.0,
+    p_s_max=0.0,
+    x_v_max=0.0,
+    alpha_p_max=0.0,
+    omega_m_max=0.0,
+    P_hpu_max=-NOT_YET,
+)
+"""Extremes of nothing yet."""
+
+
 @scalar
-def valve_flows(x_v, alpha_p, omega_m, p_a, p_b, p_s, p_pilot, f_pump, A):
+def fold_extremes(a, y):
+    """Extremes a with one more cycle of signals y."""
+    return Extremes(
+        p_a_max=fmax(a.p_a_max, y.p_a),
+        p_b_max=fmax(a.p_b_max, y.p_b),
+        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
+        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
+        void_max=fmax(a.void_max, y.V_void),
+        p_s_max=fmax(a.p_s_max, y.p_s),
+        x_v_max=fmax(a.x_v_max, abs(y.x_v)),
+        alpha_p_max=fmax(a.alpha_p_max, y.alpha_p),
+        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
+        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
+    )
+
+
+@scalar
+def valve_flows(x_v, alpha_p, omega_m, P_a, P_b, P_s, p_pilot, f_pump, A):
     """All flows of the open circuit. x_v spool position [-], hoisting positive; alpha_p setting of the pumps [-];
-    omega_m [rad/s]; p_a, p_b motor lines, p_s supply, p_pilot pilot of the counterbalance valve [Pa]; f_pump share of
-    the pumps that run [-].
+    omega_m [rad/s]; linear pressures P_a, P_b of the motor lines and P_s of the supply, p_pilot pilot of the
+    counterbalance valve [Pa]; f_pump share of the pumps that run [-].
 
     Hoisting opens P-A (through the check valve) and B-T, lowering P-B and A-T (through the counterbalance valve). Edge
     and valve that the same oil passes count as one orifice: the oil between them is not a volume of its own.
     """
     e, cb, p_T = A.edges, A.cb, A.tank.p_T
+    p_a, p_b, p_s = line_pressure(P_a), line_pressure(P_b), line_pressure(P_s)
     opening = spool_opening(displacement(x_v, A.spool), e)
     K_up, K_down = e.K_v * fmax(opening, 0.0), e.K_v * fmax(-opening, 0.0)
     y = counterbalance_opening(p_a, p_pilot, cb)
@@ -230,7 +287,8 @@ def valve_flows(x_v, alpha_p, omega_m, p_a, p_b, p_s, p_pilot, f_pump, A):
     C_m = motor_leakage(omega_m, A.motors)
     Q_p = f_pump * A.pump.Q_full * clip(alpha_p, 0.0, 1.0)
     Q_m = A.D_m * omega_m
-    Q_int = internal_leakage(C_m, p_a - p_b)
+    void_a, void_b = vapour_share(P_a, A.i_beta), vapour_share(P_b, A.i_beta)
+    Q_int = internal_leakage(C_m, p_a - p_b) - vapour_drawn(Q_m, void_a, void_b)
     Q_ext_a, Q_ext_b = external_leakage(C_m, p_a), external_leakage(C_m, p_b)
     Q_ext_s = A.pump.C_leak * p_s
     Q_relief_a = relief_flow(p_a, A.relief)
@@ -318,6 +376,7 @@ def valve_circuit(crane: Any, P_max: float) -> ValveCircuit:
         supply_relief=Relief(c.supply_relief.p, c.supply_relief.conductance),
         i_C_h=1.0 / capacitance(c.line.V, c.line.bulk_modulus),
         i_C_s=1.0 / capacitance(c.supply.V, c.supply.bulk_modulus),
+        i_beta=1.0 / c.line.bulk_modulus,
         D_m=m.D_total,
         n_max=m.n_max_full,
         n_full=full_flow_speed(crane),

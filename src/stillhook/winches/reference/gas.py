@@ -99,10 +99,10 @@ def gas_density(V_o, acc):
 
 @scalar
 def standing_pressure(V_o, T, acc):
-    """Oil pressure behind the standing piston [Pa, gauge], not below zero; T temperature of the gas [K]. At an end of
-    the stroke more oil squeezes or relieves the oil alone."""
+    """Oil pressure behind the standing piston [Pa, gauge], not below that of vapour; T temperature of the gas [K].
+    At an end of the stroke more oil squeezes or relieves the oil alone."""
     beyond = V_o - clip(V_o, 0.0, acc.V_stroke)
-    return fmax(gas_pressure_true(gas_density(V_o, acc), T) - ATMOSPHERE + beyond * acc.i_C, 0.0)
+    return fmax(gas_pressure_true(gas_density(V_o, acc), T) - ATMOSPHERE + beyond * acc.i_C, -ATMOSPHERE)
 
 
 @scalar

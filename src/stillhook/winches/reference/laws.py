@@ -12,8 +12,8 @@ Written for the truth plant alone: nothing here comes from the twin's leak table
 from typing import NamedTuple
 
 from stillhook.physics.hydraulics.lines import boost_flows, flushing_flow, relief_flow
-from stillhook.physics.scalar import exp, scalar, sqrt
-from stillhook.winches.reference.gas import TrueAccumulator, piston_friction, standing_pressure
+from stillhook.physics.scalar import exp, fmax, scalar, sqrt
+from stillhook.winches.reference.gas import ATMOSPHERE, TrueAccumulator, piston_friction, standing_pressure
 
 P_SOFT = 20e5
 """Pressure below which the flow past edges goes over to a laminar one [Pa] (assumed)."""
@@ -269,6 +269,6 @@ def passive_flows(Q_pp, alpha_pp, D_pm, x, f_passive, thin, relief, P):
         Q_relief=Q_relief,
         Q_o=Q_o,
         p_o=p_o,
-        p_hp=p_o + piston_friction(Q_o, P.acc),
+        p_hp=fmax(p_o + piston_friction(Q_o, P.acc), -ATMOSPHERE),
         p_lp=p_lp,
     )

@@ -14,6 +14,7 @@ from stillhook.control.commands import displacement_for_weight, make_up
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, Plc
 from stillhook.physics.friction import bristle_update, dry_torque
+from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow
 from stillhook.physics.hydraulics.swash import displacement, known_displacement, pilot, swash_acceleration, swash_rate
@@ -100,9 +101,9 @@ class Params(NamedTuple):
 
 class State(NamedTuple):
     """As that of the twin (`active_passive.State`); p_a, p_b are at the motors, where the transmitters sit. Additional:
-    p_ap, p_bp at the pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; g dry level that lags [N m];
-    F_cell tension behind the load cell's filter [N]; T_oil
-    oil above nominal [K] with its rate [K/s]; T_gas gas of the accumulator [K]."""
+    p_ap, p_bp at the pumps, linear as well [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; g dry level that
+    lags [N m]; F_cell tension behind the load cell's filter [N]; T_oil oil above nominal [K] with its rate [K/s]; T_gas
+    gas of the accumulator [K]."""
 
     alpha_p: float
     alpha_p_dot: float
@@ -160,6 +161,15 @@ class Circuit(NamedTuple):
     thin: float
 
 
+with_pressures = replace(State, "p_a", "p_b", "p_ap", "p_bp")
+
+
+@scalar
+def pressed(x):
+    """The state with the pressures that its oil has in place of linear ones."""
+    return with_pressures(x, line_pressure(x.p_a), line_pressure(x.p_b), line_pressure(x.p_ap), line_pressure(x.p_bp))
+
+
 @scalar
 def _pump_flows(x, alpha_p, alpha_pp, f_pump, f_passive, p):
     """Flows of active and passive pumps [m^3/s]; their electric motors slow by the power that both give."""
@@ -180,6 +190,7 @@ def circuit(x, q, u, geo, p):
     """The whole winch at an instant: pumps on their electric motors, active circuit, passive circuit,
     friction."""
     A, P, e = p.active, p.passive, p.extra
+    x = pressed(x)
     alpha_p = displacement(x.alpha_p, A.pump_servo)
     alpha_m = displacement(x.alpha_m, A.motor_servo)
     alpha_pp = displacement(x.alpha_pp, P.pump_servo)
@@ -216,6 +227,7 @@ def circuit(x, q, u, geo, p):
 def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     A, P, e = p.active, p.passive, p.extra
+    x = pressed(x)
     T = (
         motor_torque(c.D_m, x.p_a - x.p_b)
         + motor_torque(c.D_pm, c.o.p_hp - c.o.p_lp)
@@ -332,7 +344,8 @@ def _passive_now(x, tick, p):
 @scalar
 def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own."""
-    A, P, e, o = p.active, p.passive, p.extra, _passive_now(x, tick, p)
+    A, P, e, x = p.active, p.passive, p.extra, pressed(x)
+    o = _passive_now(x, tick, p)
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
     s_w = quantise(y.s_w + tick.n_s, p.sensors.q_s)
     F = quantise(e.cell_gain * x.F_cell + e.cell_zero + tick.n_F, p.sensors.q_F)
@@ -394,7 +407,14 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 @scalar
 def power_units(c, x, p):
     """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
-    return c.f.Q_p * (x.p_ap - x.p_bp) + c.Q_pp * (c.o.p_hp - c.o.p_lp)
+    return c.f.Q_p * (line_pressure(x.p_ap) - line_pressure(x.p_bp)) + c.Q_pp * (c.o.p_hp - c.o.p_lp)
+
+
+@scalar
+def voids(x, lines):
+    """Vapour in both lines [m^3]; that of the passive circuit is not among it."""
+    at_pumps = void_volume(x.p_ap, lines.i_C_p) + void_volume(x.p_bp, lines.i_C_p)
+    return at_pumps + void_volume(x.p_a, lines.i_C_m) + void_volume(x.p_b, lines.i_C_m)
 
 
 @scalar
@@ -403,8 +423,9 @@ def signals(c, x, q, u, geo, p):
     return Signals(
         alpha_p=c.alpha_p,
         alpha_m=c.alpha_m,
-        p_a=x.p_a,
-        p_b=x.p_b,
+        p_a=line_pressure(x.p_a),
+        p_b=line_pressure(x.p_b),
+        V_void=voids(x, p.extra.lines),
         omega_m=x.omega_m,
         Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
         T_f=c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle),
@@ -420,6 +441,7 @@ def signals(c, x, q, u, geo, p):
 @scalar
 def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`. The lines' resistance counts as leakage."""
+    x = pressed(x)
     f, o, dp, dp_pumps = c.f, c.o, x.p_a - x.p_b, x.p_ap - x.p_bp
     T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     dp_p = o.p_hp - o.p_lp
@@ -454,7 +476,10 @@ def through(power):
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]; the accumulator's is counted as power."""
-    return 0.5 * x.omega_m * x.omega_m / geo.i_J + line_energy(x, p.extra.lines)
+    lines = p.extra.lines
+    at_pumps = void_energy(x.p_ap, lines.i_C_p) + void_energy(x.p_bp, lines.i_C_p)
+    at_motors = void_energy(x.p_a, lines.i_C_m) + void_energy(x.p_b, lines.i_C_m)
+    return 0.5 * x.omega_m * x.omega_m / geo.i_J + line_energy(pressed(x), lines) + at_pumps + at_motors
 
 
 @scalar
@@ -464,7 +489,7 @@ def limits(c, x, q, u, p):
         relief=fmax(relieves(c.f.Q_relief_a + c.f.Q_relief_b), relieves(c.o.Q_relief)),
         overspeed=fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive)),
         stroke=1.0 if x.V_o <= 0.0 or x.V_o >= p.extra.passive.acc.V_stroke else 0.0,
-        cavitation=cavitates(x.p_a, x.p_b),
+        cavitation=fmax(cavitates(x.p_a, x.p_b), cavitates(c.o.p_hp, c.o.p_hp)),
         power=out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active),
         boost=out_of_boost(c.f, p.active),
     )

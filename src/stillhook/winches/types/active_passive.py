@@ -6,14 +6,20 @@ from typing import Annotated, Any, NamedTuple
 from stillhook.base.variable import Row
 from stillhook.control.commands import displacement_for_weight, make_up, within_power
 from stillhook.control.plc import Plc, hold
-from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
+from stillhook.physics.friction import bristle_update, dry_torque
+from stillhook.physics.hydraulics.accumulator import (
+    accumulator_pressure,
+    accumulator_vapour,
+    accumulator_void,
+    port_pressure,
+)
+from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
-from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
+from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.records import replace
-from stillhook.physics.scalar import copysign, fmax, scalar
+from stillhook.physics.scalar import fmax, scalar
 from stillhook.winches import load_path
 from stillhook.winches.circuits import passive as passive_circuit
 from stillhook.winches.circuits.active import (
@@ -35,6 +41,7 @@ from stillhook.winches.circuits.active import (
     PumpShare,
     ReliefFlow,
     ReliefLimit,
+    VoidVolume,
     active_flows,
     active_stiffness,
     cavitates,
@@ -42,12 +49,14 @@ from stillhook.winches.circuits.active import (
     full_speed,
     lag,
     least_displacement,
+    line_energy,
+    line_voids,
     out_of_boost,
     out_of_power,
     overspeed,
     relieves,
 )
-from stillhook.winches.circuits.passive import PassiveCircuit, carried_by, passive_stiffness
+from stillhook.winches.circuits.passive import PassiveCircuit, carried_by, dry_level, moving_loss, passive_stiffness
 from stillhook.winches.interface import Carried, Cause, Parts, Stiffness
 from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override, closed_circuit_readings
@@ -81,8 +90,8 @@ class State(NamedTuple):
     alpha_pp_dot: float  # its rate [1/s]
     alpha_pm: float  # setting of the passive motors [-]
     alpha_pm_dot: float  # its rate [1/s]
-    p_a: float  # pressure of line A, hoisting [Pa]
-    p_b: float  # pressure of line B, lowering [Pa]
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_b: float  # that of line B, lowering [Pa]
     V_o: float  # oil in the accumulator [m^3]
     omega_m: float  # motor speed, hoisting positive [rad/s]
     z: float  # bristle, half a step ahead [rad]
@@ -102,10 +111,13 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], torques at the motor shaft [N m].
-    g level of dry friction, with that of the brake where it is held (above 0.5)."""
+    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], vapour in all lines [m^3],
+    torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
     f: ActiveFlows
+    p_a: float
+    p_b: float
+    V_void: float
     alpha_p: float
     alpha_m: float
     alpha_pp: float
@@ -131,6 +143,7 @@ class Signals(NamedTuple):
     alpha_m: AlphaM
     p_a: PressureA
     p_b: PressureB
+    V_void: VoidVolume
     omega_m: OmegaM
     Q_relief: ReliefFlow
     T_f: FrictionTorque
@@ -170,29 +183,6 @@ SUPPLIED = ("pump", "boost", "passive_pump")
 
 
 @scalar
-def dry_level(T_d, alpha_m, alpha_pm, dp_m, dp_pm, omega_m, p):
-    """Level of the dry friction of all motors and of the transmission at the motor shaft [N m]."""
-    a, b = p.active.motors, p.passive.motors
-    return (
-        a.count * torque_loss_dry(alpha_m * a.D_max, dp_m, a.fit)
-        + b.count * torque_loss_dry(alpha_pm * b.D_max, dp_pm, b.fit)
-        + p.hoist.n_motors * system_friction_dry(omega_m, T_d, p.hoist.friction)
-    )
-
-
-@scalar
-def moving_loss(omega_m, alpha_m, alpha_pm, p):
-    """Viscous and turbulent losses of all motors and of the transmission, against the motion [N m]."""
-    a, b = p.active.motors, p.passive.motors
-    magnitude = (
-        a.count * torque_loss_moving(omega_m, alpha_m * a.D_max, a.fit)
-        + b.count * torque_loss_moving(omega_m, alpha_pm * b.D_max, b.fit)
-        + p.hoist.n_motors * p.hoist.friction.Y_5 * abs(omega_m)
-    )
-    return copysign(magnitude, omega_m)
-
-
-@scalar
 def circuit(x, q, u, geo, p):
     """The whole winch at an instant, read along its diagram: active circuit, passive circuit, friction. q point of the
     load path."""
@@ -203,6 +193,7 @@ def circuit(x, q, u, geo, p):
     alpha_pm = displacement(x.alpha_pm, P.motor_servo)
 
     D_m = A.motors.count * A.motors.D_max * alpha_m
+    p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
     f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
 
     D_pm = P.motors.count * P.motors.D_max * alpha_pm
@@ -210,16 +201,21 @@ def circuit(x, q, u, geo, p):
     C_leak = u.f_passive * pump_leakage(alpha_pp, P.pumps.leak) + motor_leakage(x.omega_m, P.motors)
     Q_pp = u.f_passive * pump_flow(alpha_pp, P.pumps)
     Q_lp = internal_leakage(C_leak, p_o - P.settings.p_lp) + P.accumulator.C_leak * (p_o - P.settings.p_lp)
+    Q_lp = Q_lp - vapour_drawn(D_pm * x.omega_m, accumulator_vapour(x.V_o, P.accumulator), 0.0)
     Q_lp_ext = external_leakage(C_leak, p_o)
     Q_relief_p = relief_flow(p_o, P.relief)
     Q_o = Q_pp - D_pm * x.omega_m - Q_lp - Q_lp_ext - Q_relief_p
-    p_hp = p_o + piston_loss(Q_o, P.accumulator)
+    p_hp = port_pressure(p_o, Q_o, P.accumulator)
+    V_void = line_voids(x, A.i_C_h) + accumulator_void(x.V_o, P.accumulator)
 
-    g = dry_level(q.F_w * 0.5 * geo.d, alpha_m, alpha_pm, x.p_a - x.p_b, p_hp - P.settings.p_lp, x.omega_m, p)
+    g = dry_level(q.F_w * 0.5 * geo.d, alpha_m, alpha_pm, p_a - p_b, p_hp - P.settings.p_lp, x.omega_m, p)
     g = g + u.brake * p.hoist.T_brake
     T_moving = moving_loss(x.omega_m, alpha_m, alpha_pm, p)
     return Circuit(
         f=f,
+        p_a=p_a,
+        p_b=p_b,
+        V_void=V_void,
         alpha_p=alpha_p,
         alpha_m=alpha_m,
         alpha_pp=alpha_pp,
@@ -244,7 +240,7 @@ def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     A, P = p.active, p.passive
     T = (
-        motor_torque(c.D_m, x.p_a - x.p_b)
+        motor_torque(c.D_m, c.p_a - c.p_b)
         + motor_torque(c.D_pm, c.p_hp - P.settings.p_lp)
         - q.F_w * geo.r_eff
         - c.T_moving
@@ -333,7 +329,7 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
     u_m, held = pilot(drive.u_m, m.held, A.control)
     u_pm = displacement_for_weight(m.F, geo.r_eff, r.p_hp, P.settings)
     power, f = p.plc.power, tick.f_known
-    P_left = f * power.P_max - fmax(f * power.Q_p * drive.u_p * (x.p_a - x.p_b), 0.0)
+    P_left = f * power.P_max - fmax(f * power.Q_p * drive.u_p * r.dp, 0.0)
     demand = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
     u_pp = within_power(demand, r.p_hp - P.settings.p_lp, f * power.Q_pp, fmax(P_left, 0.0))
     return (
@@ -354,7 +350,7 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 @scalar
 def power_units(c, x, p):
     """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
-    return c.f.Q_p * (x.p_a - x.p_b) + c.Q_pp * (c.p_hp - p.passive.settings.p_lp)
+    return c.f.Q_p * (c.p_a - c.p_b) + c.Q_pp * (c.p_hp - p.passive.settings.p_lp)
 
 
 @scalar
@@ -363,8 +359,9 @@ def signals(c, x, q, u, geo, p):
     return Signals(
         alpha_p=c.alpha_p,
         alpha_m=c.alpha_m,
-        p_a=x.p_a,
-        p_b=x.p_b,
+        p_a=c.p_a,
+        p_b=c.p_b,
+        V_void=c.V_void,
         omega_m=x.omega_m,
         Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
         T_f=c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle),
@@ -381,18 +378,18 @@ def signals(c, x, q, u, geo, p):
 def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     P = p.passive
-    f, dp = c.f, x.p_a - x.p_b
+    f, dp = c.f, c.p_a - c.p_b
     T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     dp_p = c.p_hp - P.settings.p_lp
     Q_low = c.D_pm * x.omega_m + c.Q_lp - c.Q_pp  # into the low side, whose pressure is held
     return Powers(
         pump=f.Q_p * dp,
-        boost=x.p_a * f.Q_boost_a + x.p_b * f.Q_boost_b,
+        boost=c.p_a * f.Q_boost_a + c.p_b * f.Q_boost_b,
         passive_pump=c.Q_pp * dp_p,
         friction=T_f * x.omega_m,
-        leakage=f.Q_int * dp + f.Q_ext_a * x.p_a + f.Q_ext_b * x.p_b + c.Q_lp * dp_p + c.Q_lp_ext * c.p_hp,
-        relief=f.Q_relief_a * x.p_a + f.Q_relief_b * x.p_b + c.Q_relief_p * c.p_hp,
-        flushing=f.Q_flush_a * x.p_a + f.Q_flush_b * x.p_b,
+        leakage=f.Q_int * dp + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b + c.Q_lp * dp_p + c.Q_lp_ext * c.p_hp,
+        relief=f.Q_relief_a * c.p_a + f.Q_relief_b * c.p_b + c.Q_relief_p * c.p_hp,
+        flushing=f.Q_flush_a * c.p_a + f.Q_flush_b * c.p_b,
         passive=c.Q_o * c.p_hp + P.settings.p_lp * Q_low,
     )
 
@@ -406,7 +403,7 @@ def through(power):
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]; the accumulator's is counted as power."""
-    oil = 0.5 * (x.p_a * x.p_a + x.p_b * x.p_b) / p.active.i_C_h
+    oil = line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
     return 0.5 * x.omega_m * x.omega_m / geo.i_J + oil
 
 
@@ -417,7 +414,7 @@ def limits(c, x, q, u, p):
         relief=fmax(relieves(c.f.Q_relief_a + c.f.Q_relief_b), relieves(c.Q_relief_p)),
         overspeed=fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive)),
         stroke=1.0 if x.V_o <= 0.0 or x.V_o >= p.passive.accumulator.V_stroke else 0.0,
-        cavitation=cavitates(x.p_a, x.p_b),
+        cavitation=fmax(cavitates(c.p_a, c.p_b), cavitates(c.p_hp, c.p_hp)),
         power=out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active),
         boost=out_of_boost(c.f, p.active),
     )

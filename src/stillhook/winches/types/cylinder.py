@@ -17,7 +17,8 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plc import MANUAL, ActuatorCommands, Plc, hold
 from stillhook.errors import SpecError
 from stillhook.physics.friction import bristle_update, dry_torque
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void, piston_loss, port_pressure
+from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.cylinder import (
     carried_power,
     chamber_a,
@@ -34,7 +35,7 @@ from stillhook.physics.hydraulics.cylinder import (
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
 from stillhook.physics.records import replace
-from stillhook.physics.scalar import clip, fmax, fmin, scalar
+from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.physics.sensor import quantise
 from stillhook.winches import load_path
 from stillhook.winches.circuits.active import (
@@ -48,21 +49,25 @@ from stillhook.winches.circuits.active import (
     PumpShare,
     ReliefFlow,
     ReliefLimit,
+    VoidVolume,
     cavitates,
     out_of_boost,
     out_of_power,
     relieves,
 )
 from stillhook.winches.circuits.cylinder import (
+    BLANK,
     FILL_MOST,
     MAKE_UP_RATE,
     CylinderDrive,
     CylinderFlows,
     CylinderTable,
+    Extremes,
     charge,
     cylinder_drive,
     cylinder_flows,
     cylinder_stiffness,
+    fold_extremes,
     full_speed,
     full_wire_speed,
     gas_pressure_set,
@@ -76,7 +81,7 @@ from stillhook.winches.circuits.cylinder import (
     sized,
     stroke,
 )
-from stillhook.winches.interface import NOT_YET, Cause, Parts, Stiffness
+from stillhook.winches.interface import Cause, Parts, Stiffness
 from stillhook.winches.load_path import Hoist, drum_geometry
 from stillhook.winches.records import Geometry, Sensors, apply_override
 
@@ -85,7 +90,21 @@ TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates h
 PATH = load_path
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
-__all__ = ["NAME", "PATH", "TITLE", "charge", "full_speed", "full_wire_speed", "lag", "motors", "notes", "pump_flows"]
+__all__ = [
+    "BLANK",
+    "NAME",
+    "PATH",
+    "TITLE",
+    "Extremes",
+    "fold_extremes",
+    "charge",
+    "full_speed",
+    "full_wire_speed",
+    "lag",
+    "motors",
+    "notes",
+    "pump_flows",
+]
 __all__ += ["pump_speed", "pump_units", "refusal", "sized", "stroke"]
 
 
@@ -101,8 +120,8 @@ class State(NamedTuple):
 
     alpha_p: float  # setting of the pumps [-]
     alpha_p_dot: float  # its rate [1/s]
-    p_a: float  # pressure of line A, hoisting [Pa]
-    p_b: float  # pressure of line B, lowering [Pa]
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_b: float  # that of line B, lowering [Pa]
     V_o: float  # oil in the accumulator [m^3]
     x_rod: float  # how far the rod is out [m]
     v_rod: float  # its speed, out and hoisting positive [m/s]
@@ -124,10 +143,16 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], forces on the rod [N]. g level of
-    dry friction, with that of the lock where it is held (above 0.5); F_brake tension that the drum's brake holds."""
+    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], volumes of line and chamber and
+    vapour in all of them [m^3], forces on the rod [N]. g level of dry friction, with that of the lock where it is held
+    (above 0.5); F_brake tension that the drum's brake holds."""
 
     f: CylinderFlows
+    p_a: float
+    p_b: float
+    V_a: float
+    V_b: float
+    V_void: float
     alpha_p: float
     Q_leak: float
     Q_relief_p: float
@@ -153,6 +178,7 @@ class Signals(NamedTuple):
     alpha_p: AlphaP
     p_a: PressureA
     p_b: PressureB
+    V_void: VoidVolume
     x_rod: RodPlace
     v_rod: RodSpeed
     F_f: RodFriction
@@ -162,21 +188,6 @@ class Signals(NamedTuple):
     p_hp: Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the chamber on the accumulator")]
     V_acc: Annotated[float, Row("m^3", "volume", "from the oil end", "oil in the accumulator")]
     v_drum: Annotated[float, Row("m/s", "speed", "hoisting positive", "wire speed of the drum")]
-
-
-class Extremes(NamedTuple):
-    """Extremes of its signals over a run."""
-
-    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
-    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
-    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
-    x_rod_min: Annotated[float, Row("m", "length", "", "least travel of the rod", symbol="min x")]
-    x_rod_max: Annotated[float, Row("m", "length", "", "largest travel of the rod", symbol="max x")]
-    v_rod_max: Annotated[float, Row("m/s", "speed", "", "highest rod speed", symbol="max|v|")]
-    P_hpu_max: Annotated[
-        float,
-        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
-    ]
 
 
 class Limits(NamedTuple):
@@ -212,22 +223,7 @@ class Powers(NamedTuple):
 
 
 SUPPLIED = ("pump", "boost", "make_up", "winch")
-BLANK = Extremes(0.0, NOT_YET, 0.0, NOT_YET, -NOT_YET, 0.0, -NOT_YET)
 SHOWN = {"p_max": "peak\npressure", "x_rod_max": "most\nstroke", "stroke_time": "stroke\nlimit"}
-
-
-@scalar
-def fold_extremes(a, y):
-    """Extremes with one more cycle; y Signals."""
-    return Extremes(
-        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
-        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
-        alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
-        x_rod_min=fmin(a.x_rod_min, y.x_rod),
-        x_rod_max=fmax(a.x_rod_max, y.x_rod),
-        v_rod_max=fmax(a.v_rod_max, abs(y.v_rod)),
-        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
-    )
 
 
 @scalar
@@ -253,14 +249,22 @@ def circuit(x, q, u, geo, p):
     p_o = accumulator_pressure(x.V_o, C.accumulator)
     Q_leak, Q_relief_p = C.accumulator.C_leak * p_o, relief_flow(p_o, C.passive_relief)
     Q_o = u.Q_make_up - C.chambers.A_p * x.v_rod - Q_leak - Q_relief_p
+    p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
+    V_a, V_b, beta = chamber_a(x.x_rod, C.chambers), chamber_b(x.x_rod, C.chambers), C.chambers.beta
+    voids = void_volume(x.p_a, beta / V_a) + void_volume(x.p_b, beta / V_b)
     return Circuit(
         f=cylinder_flows(alpha_p, x.p_a, x.p_b, u.f_pump, C),
+        p_a=p_a,
+        p_b=p_b,
+        V_a=V_a,
+        V_b=V_b,
+        V_void=voids + accumulator_void(x.V_o, C.accumulator),
         alpha_p=alpha_p,
         Q_leak=Q_leak,
         Q_relief_p=Q_relief_p,
         Q_o=Q_o,
         p_o=p_o,
-        p_hp=p_o + piston_loss(Q_o, C.accumulator),
+        p_hp=port_pressure(p_o, Q_o, C.accumulator),
         F_end=stop_force(x.x_rod, C.ends) + cushion_force(x.x_rod, x.v_rod, C.ends),
         g=rod_friction_dry(x.v_rod, C.n_f * q.F_w, C.friction) + u.brake * C.F_lock,
         held=u.brake,
@@ -279,13 +283,12 @@ def friction(c, x, p):
 def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     C = p.cylinder
-    F = rod_force(x.p_a, x.p_b, c.p_hp, C.chambers) - C.n_f * q.F_w - friction(c, x, p) + c.F_end
-    V_a, V_b = chamber_a(x.x_rod, C.chambers), chamber_b(x.x_rod, C.chambers)
+    F = rod_force(c.p_a, c.p_b, c.p_hp, C.chambers) - C.n_f * q.F_w - friction(c, x, p) + c.F_end
     return State(
         alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, C.servo),
         alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, C.servo),
-        p_a=pressure_rate(c.f.Q_a, C.chambers.A_a * x.v_rod, V_a, C.chambers.beta),
-        p_b=pressure_rate(c.f.Q_b, -C.chambers.A_b * x.v_rod, V_b, C.chambers.beta),
+        p_a=pressure_rate(c.f.Q_a, C.chambers.A_a * x.v_rod, c.V_a, c.p_a - x.p_a, C.chambers.beta),
+        p_b=pressure_rate(c.f.Q_b, -C.chambers.A_b * x.v_rod, c.V_b, c.p_b - x.p_b, C.chambers.beta),
         V_o=c.Q_o,
         x_rod=x.v_rod,
         v_rod=F * C.i_m,
@@ -336,14 +339,13 @@ def sense(x, y, q, m, tick, geo, p):
     encoder, what the winch lags."""
     C = p.cylinder
     behind = clip(tick.v_op, -C.v_winch, C.v_winch) - x.v_drum
-    v_op = behind if tick.mode > MANUAL else 0.0
     F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
     p_o = accumulator_pressure(x.V_o, C.accumulator)
     return Sensed(
         s_tip=tick.s_m,
         v_tip=tick.v_m,
         a_tip=tick.a_m,
-        v_op=v_op,
+        v_op=behind if tick.mode > MANUAL else 0.0,
         s_op=tick.s_op,
         mode=tick.mode,
         f_pump=tick.f_known,
@@ -351,7 +353,7 @@ def sense(x, y, q, m, tick, geo, p):
         F=F,
         alpha_m=1.0,
         K_wire=1.0,
-        dp=x.p_a - x.p_b,
+        dp=line_pressure(x.p_a) - line_pressure(x.p_b),
         dp_load=(C.n_f * F - C.chambers.A_p * p_o) / C.chambers.A_a,
         p_hp=p_o,
     )
@@ -385,14 +387,15 @@ def signals(c, x, q, u, geo, p):
     """Its own signals at an instant."""
     return Signals(
         alpha_p=c.alpha_p,
-        p_a=x.p_a,
-        p_b=x.p_b,
+        p_a=c.p_a,
+        p_b=c.p_b,
+        V_void=c.V_void,
         x_rod=x.x_rod,
         v_rod=x.v_rod,
         F_f=friction(c, x, p),
         Q_relief=c.f.Q_relief_a + c.f.Q_relief_b + c.Q_relief_p,
         f_pump=u.f_pump,
-        P_hpu=c.f.Q_p * (x.p_a - x.p_b),
+        P_hpu=c.f.Q_p * (c.p_a - c.p_b),
         p_hp=c.p_hp,
         V_acc=x.V_o,
         v_drum=x.v_drum,
@@ -404,17 +407,17 @@ def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`. What goes into the accumulator is counted as
     power."""
     f, C, v = c.f, p.cylinder, x.v_rod
-    A, dp = C.chambers, x.p_a - x.p_b
-    carried = carried_power(x.p_a, A.A_a * v, A.beta) - carried_power(x.p_b, A.A_b * v, A.beta)
+    A, dp = C.chambers, c.p_a - c.p_b
+    carried = carried_power(c.p_a, A.A_a * v, A.beta) - carried_power(c.p_b, A.A_b * v, A.beta)
     return Powers(
         pump=f.Q_p * dp,
-        boost=x.p_a * f.Q_boost_a + x.p_b * f.Q_boost_b,
+        boost=c.p_a * f.Q_boost_a + c.p_b * f.Q_boost_b,
         make_up=(c.Q_o + A.A_p * v + c.Q_leak + c.Q_relief_p) * c.p_hp,
         winch=q.F_w * x.v_drum,
         friction=friction(c, x, p) * v,
-        leakage=f.Q_int * dp + f.Q_ext_a * x.p_a + f.Q_ext_b * x.p_b + c.Q_leak * c.p_hp,
+        leakage=f.Q_int * dp + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b + c.Q_leak * c.p_hp,
         relief=(f.Q_relief_a - f.Q_relief_b) * dp + c.Q_relief_p * c.p_hp,
-        flushing=f.Q_flush_a * x.p_a + f.Q_flush_b * x.p_b,
+        flushing=f.Q_flush_a * c.p_a + f.Q_flush_b * c.p_b,
         cushion=-cushion_force(x.x_rod, v, C.ends) * v,
         carried=-carried,
         accumulator=c.Q_o * c.p_o,
@@ -433,25 +436,25 @@ def stored_energy(c, x, geo, p):
     """Energy stored in the rod, its end stops and the two lines [J]; the accumulator's is counted as power."""
     C = p.cylinder
     A = C.chambers
-    oil = oil_energy(x.p_a, chamber_a(x.x_rod, A), A.beta) + oil_energy(x.p_b, chamber_b(x.x_rod, A), A.beta)
-    return 0.5 * x.v_rod * x.v_rod / C.i_m + stop_energy(x.x_rod, C.ends) + oil
+    oil = oil_energy(c.p_a, c.V_a, A.beta) + oil_energy(c.p_b, c.V_b, A.beta)
+    voids = void_energy(x.p_a, A.beta / c.V_a) + void_energy(x.p_b, A.beta / c.V_b)
+    return 0.5 * x.v_rod * x.v_rod / C.i_m + stop_energy(x.x_rod, C.ends) + oil + voids
 
 
 @scalar
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
     C = p.cylinder
-    stands = u.v_drum == 0.0
     return Limits(
         stroke=in_cushion(x.x_rod, C.ends),
         flow=1.0 if abs(u.u_raw) > 1.0 else 0.0,
         rod_speed=1.0 if abs(x.v_rod) > C.v_rod else 0.0,
         relief=relieves(c.f.Q_relief_a + c.f.Q_relief_b + c.Q_relief_p),
-        cavitation=cavitates(x.p_a, x.p_b),
+        cavitation=fmax(cavitates(c.p_a, c.p_b), cavitates(c.p_hp, c.p_hp)),
         accumulator=1.0 if x.V_o <= 0.0 or x.V_o >= C.accumulator.V_stroke else 0.0,
-        power=out_of_power(c.f.Q_p * (x.p_a - x.p_b), u.f_pump, p.plc, C),
+        power=out_of_power(c.f.Q_p * (c.p_a - c.p_b), u.f_pump, p.plc, C),
         boost=out_of_boost(c.f, C),
-        slip=1.0 if stands and q.F_w > c.F_brake else 0.0,
+        slip=1.0 if u.v_drum == 0.0 and q.F_w > c.F_brake else 0.0,
         drum_speed=1.0 if abs(u.v_drum) > C.v_winch else 0.0,
     )
 

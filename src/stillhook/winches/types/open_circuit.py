@@ -7,6 +7,7 @@ from stillhook.base.variable import Row
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import Plc, hold, low_pass
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction, system_friction_dry
+from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.load_sensing import power_limited_setting, pump_setting_rate
 from stillhook.physics.hydraulics.motor import (
     motor_leakage,
@@ -18,7 +19,7 @@ from stillhook.physics.hydraulics.motor import (
 from stillhook.physics.hydraulics.swash import swash_acceleration, swash_rate
 from stillhook.physics.hydraulics.valves import in_series, orifice_flow, pilot_pressure_rate, spool_for_opening
 from stillhook.physics.load_path.drum import K_wire
-from stillhook.physics.scalar import clip, copysign, fmax, fmin, scalar
+from stillhook.physics.scalar import clip, copysign, fmax, scalar
 from stillhook.physics.sensor import quantise
 from stillhook.units import show
 from stillhook.winches import load_path
@@ -34,15 +35,21 @@ from stillhook.winches.circuits.active import (
     PressureB,
     ReliefFlow,
     ReliefLimit,
+    VoidVolume,
     cavitates,
     dry_bound,
+    line_energy,
+    line_voids,
     moving_slope,
     relieves,
 )
 from stillhook.winches.circuits.valve_controlled import (
+    BLANK,
+    Extremes,
     OpenCircuit,
     ValveCircuit,
     ValveFlows,
+    fold_extremes,
     full_flow_speed,
     motors_of,
     pilot_pressure,
@@ -50,7 +57,7 @@ from stillhook.winches.circuits.valve_controlled import (
     valve_flows,
     valve_rates,
 )
-from stillhook.winches.interface import NOT_YET, Cause, Parts, Stiffness
+from stillhook.winches.interface import Cause, Parts, Stiffness
 from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 
@@ -58,6 +65,7 @@ NAME = "open-circuit"
 TITLE = "open-circuit winch: a proportional directional valve moves the drum, a counterbalance valve holds the load"
 PATH = load_path
 CONTROL = "speed"
+__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes"]
 TABLES = {"open": OpenCircuit}
 TUNED = {
     "open.drive.share": (0.0, 1.0),
@@ -84,9 +92,9 @@ class State(NamedTuple):
     x_v: float  # spool position, hoisting positive [-]
     x_v_dot: float  # its rate [1/s]
     alpha_p: float  # setting of the pumps [-]
-    p_a: float  # pressure of line A, hoisting, at the motors [Pa]
-    p_b: float  # pressure of line B, lowering [Pa]
-    p_s: float  # supply pressure [Pa]
+    p_a: float  # linear pressure of line A, hoisting, at the motors [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_b: float  # that of line B, lowering [Pa]
+    p_s: float  # that of the supply [Pa]
     p_pilot: float  # pressure in the pilot line of the counterbalance valve [Pa]
     omega_m: float  # motor speed, hoisting positive [rad/s]
     z: float  # bristle, half a step ahead [rad]
@@ -102,10 +110,14 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """The winch at an instant; torques at the motor shaft [N m]. g level of dry friction, with that of the brake; held
-    how far the brake is closed."""
+    """The winch at an instant; pressures [Pa], vapour in all lines [m^3], torques at the motor shaft [N m]. g level of
+    dry friction, with that of the brake; held how far the brake is closed."""
 
     f: ValveFlows
+    p_a: float
+    p_b: float
+    p_s: float
+    V_void: float
     g: float
     held: float
     T_moving: float
@@ -120,27 +132,11 @@ class Signals(NamedTuple):
     p_a: PressureA
     p_b: PressureB
     p_s: Annotated[float, Row("Pa", "pressure", "gauge", "supply pressure of the directional valve")]
+    V_void: VoidVolume
     omega_m: OmegaM
     Q_relief: ReliefFlow
     T_f: FrictionTorque
     P_hpu: HydraulicPower
-
-
-class Extremes(NamedTuple):
-    """Extremes over a run."""
-
-    p_a_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the hoisting side", symbol="max p_a")]
-    p_b_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the lowering side", symbol="max p_b")]
-    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
-    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
-    p_s_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest supply pressure", symbol="max p_s")]
-    x_v_max: Annotated[float, Row("1", "", "", "largest spool position used", symbol="max|x_v|")]
-    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
-    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
-    P_hpu_max: Annotated[
-        float,
-        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
-    ]
 
 
 class Limits(NamedTuple):
@@ -168,34 +164,6 @@ class Powers(NamedTuple):
 
 
 SUPPLIED = ("pump",)
-BLANK = Extremes(
-    p_a_max=0.0,
-    p_b_max=0.0,
-    p_max=0.0,
-    p_min=NOT_YET,
-    p_s_max=0.0,
-    x_v_max=0.0,
-    alpha_p_max=0.0,
-    omega_m_max=0.0,
-    P_hpu_max=-NOT_YET,
-)
-"""Extremes of nothing yet."""
-
-
-@scalar
-def fold_extremes(a, y):
-    """Extremes a with one more cycle of signals y."""
-    return Extremes(
-        p_a_max=fmax(a.p_a_max, y.p_a),
-        p_b_max=fmax(a.p_b_max, y.p_b),
-        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
-        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
-        p_s_max=fmax(a.p_s_max, y.p_s),
-        x_v_max=fmax(a.x_v_max, abs(y.x_v)),
-        alpha_p_max=fmax(a.alpha_p_max, y.alpha_p),
-        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
-        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
-    )
 
 
 @scalar
@@ -214,12 +182,22 @@ def wire_speed(x, geo):
 def circuit(x, q, u, geo, p):
     """The whole winch at an instant: flows of the circuit, friction. q point of the load path."""
     A, h, M = p.A, p.hoist, p.A.motors
+    p_a, p_b, p_s = line_pressure(x.p_a), line_pressure(x.p_b), line_pressure(x.p_s)
     f = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, x.p_pilot, u.f_pump, A)
-    g = M.count * torque_loss_dry(M.D_max, x.p_a - x.p_b, M.fit) + h.n_motors * system_friction_dry(
+    g = M.count * torque_loss_dry(M.D_max, p_a - p_b, M.fit) + h.n_motors * system_friction_dry(
         x.omega_m, q.F_w * 0.5 * geo.d, h.friction
     )
     moving = M.count * torque_loss_moving(x.omega_m, M.D_max, M.fit) + h.n_motors * h.friction.Y_5 * abs(x.omega_m)
-    return Circuit(f=f, g=g + u.brake * h.T_brake, held=u.brake, T_moving=copysign(moving, x.omega_m))
+    return Circuit(
+        f=f,
+        p_a=p_a,
+        p_b=p_b,
+        p_s=p_s,
+        V_void=line_voids(x, A.i_C_h) + void_volume(x.p_s, A.i_C_s),
+        g=g + u.brake * h.T_brake,
+        held=u.brake,
+        T_moving=copysign(moving, x.omega_m),
+    )
 
 
 @scalar
@@ -232,7 +210,7 @@ def friction(c, x, p):
 def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle is advanced by `bristle_after`."""
     A, f = p.A, c.f
-    T = motor_torque(A.D_m, x.p_a - x.p_b) - q.F_w * geo.r_eff - friction(c, x, p)
+    T = motor_torque(A.D_m, c.p_a - c.p_b) - q.F_w * geo.r_eff - friction(c, x, p)
     return State(
         x_v=swash_rate(x.x_v, x.x_v_dot, A.spool),
         x_v_dot=swash_acceleration(x.x_v, x.x_v_dot, u.x_v, A.spool),
@@ -240,7 +218,7 @@ def rates(c, x, q, u, geo, p):
         p_a=f.Q_a * A.i_C_h,
         p_b=f.Q_b * A.i_C_h,
         p_s=f.Q_s * A.i_C_s,
-        p_pilot=pilot_pressure_rate(x.p_pilot, x.p_b, A.cb),
+        p_pilot=pilot_pressure_rate(x.p_pilot, c.p_b, A.cb),
         omega_m=T * geo.i_J,
         z=0.0,
     )
@@ -287,7 +265,7 @@ def sense(x, y, q, m, tick, geo, p):
         F=F,
         alpha_m=1.0,
         K_wire=K_wire(geo.d, p.hoist.drum),
-        dp=x.p_a - x.p_b,
+        dp=line_pressure(x.p_a) - line_pressure(x.p_b),
         dp_load=F * geo.r_eff / p.A.D_m,
         p_hp=0.0,
     )
@@ -335,13 +313,14 @@ def signals(c, x, q, u, geo, p):
         x_v=x.x_v,
         y_cb=f.y,
         alpha_p=x.alpha_p,
-        p_a=x.p_a,
-        p_b=x.p_b,
-        p_s=x.p_s,
+        p_a=c.p_a,
+        p_b=c.p_b,
+        p_s=c.p_s,
+        V_void=c.V_void,
         omega_m=x.omega_m,
         Q_relief=f.Q_relief_a + f.Q_relief_b + f.Q_relief_s,
         T_f=friction(c, x, p),
-        P_hpu=f.Q_p * x.p_s,
+        P_hpu=f.Q_p * c.p_s,
     )
 
 
@@ -349,7 +328,7 @@ def signals(c, x, q, u, geo, p):
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
     A, f = p.A, c.f
-    most = power_limited_setting(x.p_s, u.f_pump, A.pump)
+    most = power_limited_setting(c.p_s, u.f_pump, A.pump)
     spent = x.alpha_p >= NEAR_LIMIT * most
     return Limits(
         valve=1.0 if abs(u.x_v) >= 1.0 else 0.0,
@@ -357,7 +336,7 @@ def limits(c, x, q, u, p):
         power=1.0 if spent and most < 1.0 else 0.0,
         relief=relieves(f.Q_relief_a + f.Q_relief_b + f.Q_relief_s),
         overspeed=1.0 if abs(x.omega_m) > A.n_max else 0.0,
-        cavitation=cavitates(x.p_a, x.p_b),
+        cavitation=cavitates(c.p_a, c.p_b),
         brake=1.0 if c.held >= 1.0 and p.hoist.bristle.sigma_0 * abs(x.z) >= c.g else 0.0,
     )
 
@@ -367,12 +346,12 @@ def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     f = c.f
     return Powers(
-        pump=f.Q_p * x.p_s,
+        pump=f.Q_p * c.p_s,
         friction=friction(c, x, p) * x.omega_m,
         valve=f.P_valve,
         counterbalance=f.P_cb,
-        leakage=f.Q_int * (x.p_a - x.p_b) + f.Q_ext_a * x.p_a + f.Q_ext_b * x.p_b + f.Q_ext_s * x.p_s,
-        relief=f.Q_relief_a * x.p_a + f.Q_relief_b * x.p_b + f.Q_relief_s * x.p_s,
+        leakage=f.Q_int * (c.p_a - c.p_b) + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b + f.Q_ext_s * c.p_s,
+        relief=f.Q_relief_a * c.p_a + f.Q_relief_b * c.p_b + f.Q_relief_s * c.p_s,
         tank=f.P_tank,
     )
 
@@ -387,8 +366,9 @@ def through(power):
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft, motor lines and supply [J]."""
-    oil = 0.5 * (x.p_a * x.p_a + x.p_b * x.p_b) / p.A.i_C_h + 0.5 * x.p_s * x.p_s / p.A.i_C_s
-    return 0.5 * x.omega_m * x.omega_m / geo.i_J + oil
+    A = p.A
+    supply = 0.5 * c.p_s * c.p_s / A.i_C_s + void_energy(x.p_s, A.i_C_s)
+    return 0.5 * x.omega_m * x.omega_m / geo.i_J + line_energy(c.p_a, c.p_b, x, A.i_C_h) + supply
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
+from stillhook.physics.hydraulics.cavitation import line_pressure
 from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.scalar import copysign, scalar
@@ -29,6 +30,7 @@ from stillhook.winches.circuits.active import (
     PumpShare,
     ReliefFlow,
     ReliefLimit,
+    VoidVolume,
     active_flows,
     active_stiffness,
     cavitates,
@@ -36,6 +38,8 @@ from stillhook.winches.circuits.active import (
     full_speed,
     lag,
     least_displacement,
+    line_energy,
+    line_voids,
     out_of_boost,
     out_of_power,
     overspeed,
@@ -67,8 +71,8 @@ class State(NamedTuple):
     alpha_p_dot: float  # its rate [1/s]
     alpha_m: float  # setting of the motors [-]
     alpha_m_dot: float  # its rate [1/s]
-    p_a: float  # pressure of line A, hoisting [Pa]
-    p_b: float  # pressure of line B, lowering [Pa]
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_b: float  # that of line B, lowering [Pa]
     omega_m: float  # motor speed, hoisting positive [rad/s]
     z: float  # bristle, half a step ahead [rad]
 
@@ -84,10 +88,13 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; flows [m^3/s], torques at the motor shaft [N m]. g level of dry
-    friction, with that of the brake where it is held (above 0.5)."""
+    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], vapour in both lines [m^3],
+    torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
     f: ActiveFlows
+    p_a: float
+    p_b: float
+    V_void: float
     alpha_p: float
     alpha_m: float
     D_m: float
@@ -103,6 +110,7 @@ class Signals(NamedTuple):
     alpha_m: AlphaM
     p_a: PressureA
     p_b: PressureB
+    V_void: VoidVolume
     omega_m: OmegaM
     Q_relief: ReliefFlow
     T_f: FrictionTorque
@@ -141,9 +149,10 @@ def circuit(x, q, u, geo, p):
     alpha_p = displacement(x.alpha_p, A.pump_servo)
     alpha_m = displacement(x.alpha_m, A.motor_servo)
     D_m = A.motors.count * A.motors.D_max * alpha_m
+    p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
     f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
     D = alpha_m * A.motors.D_max
-    g = A.motors.count * torque_loss_dry(D, x.p_a - x.p_b, A.motors.fit) + h.n_motors * system_friction_dry(
+    g = A.motors.count * torque_loss_dry(D, p_a - p_b, A.motors.fit) + h.n_motors * system_friction_dry(
         x.omega_m, q.F_w * 0.5 * geo.d, h.friction
     )
     magnitude = A.motors.count * torque_loss_moving(x.omega_m, D, A.motors.fit) + h.n_motors * h.friction.Y_5 * abs(
@@ -151,7 +160,16 @@ def circuit(x, q, u, geo, p):
     )
     g = g + u.brake * h.T_brake
     return Circuit(
-        f=f, alpha_p=alpha_p, alpha_m=alpha_m, D_m=D_m, g=g, held=u.brake, T_moving=copysign(magnitude, x.omega_m)
+        f=f,
+        p_a=p_a,
+        p_b=p_b,
+        V_void=line_voids(x, A.i_C_h),
+        alpha_p=alpha_p,
+        alpha_m=alpha_m,
+        D_m=D_m,
+        g=g,
+        held=u.brake,
+        T_moving=copysign(magnitude, x.omega_m),
     )
 
 
@@ -160,7 +178,7 @@ def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     A = p.active
     T = (
-        motor_torque(c.D_m, x.p_a - x.p_b)
+        motor_torque(c.D_m, c.p_a - c.p_b)
         - q.F_w * geo.r_eff
         - c.T_moving
         - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
@@ -232,28 +250,29 @@ def signals(c, x, q, u, geo, p):
     return Signals(
         alpha_p=c.alpha_p,
         alpha_m=c.alpha_m,
-        p_a=x.p_a,
-        p_b=x.p_b,
+        p_a=c.p_a,
+        p_b=c.p_b,
+        V_void=c.V_void,
         omega_m=x.omega_m,
         Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
         T_f=c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle),
         f_pump=u.f_pump,
-        P_hpu=c.f.Q_p * (x.p_a - x.p_b),
+        P_hpu=c.f.Q_p * (c.p_a - c.p_b),
     )
 
 
 @scalar
 def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
-    f, dp = c.f, x.p_a - x.p_b
+    f, dp = c.f, c.p_a - c.p_b
     T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Powers(
         pump=f.Q_p * dp,
-        boost=x.p_a * f.Q_boost_a + x.p_b * f.Q_boost_b,
+        boost=c.p_a * f.Q_boost_a + c.p_b * f.Q_boost_b,
         friction=T_f * x.omega_m,
-        leakage=f.Q_int * dp + f.Q_ext_a * x.p_a + f.Q_ext_b * x.p_b,
-        relief=f.Q_relief_a * x.p_a + f.Q_relief_b * x.p_b,
-        flushing=f.Q_flush_a * x.p_a + f.Q_flush_b * x.p_b,
+        leakage=f.Q_int * dp + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b,
+        relief=f.Q_relief_a * c.p_a + f.Q_relief_b * c.p_b,
+        flushing=f.Q_flush_a * c.p_a + f.Q_flush_b * c.p_b,
     )
 
 
@@ -266,7 +285,7 @@ def through(power):
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]."""
-    oil = 0.5 * (x.p_a * x.p_a + x.p_b * x.p_b) / p.active.i_C_h
+    oil = line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
     return 0.5 * x.omega_m * x.omega_m / geo.i_J + oil
 
 
@@ -276,8 +295,8 @@ def limits(c, x, q, u, p):
     return Limits(
         relief=relieves(c.f.Q_relief_a + c.f.Q_relief_b),
         overspeed=overspeed(c.alpha_m, x.omega_m, p.active),
-        cavitation=cavitates(x.p_a, x.p_b),
-        power=out_of_power(c.f.Q_p * (x.p_a - x.p_b), u.f_pump, p.plc, p.active),
+        cavitation=cavitates(c.p_a, c.p_b),
+        power=out_of_power(c.f.Q_p * (c.p_a - c.p_b), u.f_pump, p.plc, p.active),
         boost=out_of_boost(c.f, p.active),
     )
 

@@ -7,7 +7,13 @@ from stillhook.control.commands import SMALL, make_up, within_power
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import MANUAL, Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
+from stillhook.physics.hydraulics.accumulator import (
+    accumulator_pressure,
+    accumulator_vapour,
+    accumulator_void,
+    port_pressure,
+)
+from stillhook.physics.hydraulics.cavitation import vapour_drawn
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
@@ -24,11 +30,7 @@ from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import copysign, fmax, scalar
 from stillhook.physics.sensor import quantise
 from stillhook.winches import load_path
-from stillhook.winches.circuits.active import (
-    PowerLimit,
-    out_of_power,
-    relieves,
-)
+from stillhook.winches.circuits.active import CavitationLimit, PowerLimit, cavitates, out_of_power, relieves
 from stillhook.winches.circuits.passive import PassiveCircuit, passive_stiffness
 from stillhook.winches.circuits.rail import (
     BLANK,
@@ -64,8 +66,6 @@ MOVES = 1.0e-3
 """Motor speed at which the breakaway of a steady speed is taken [rad/s]: next to nothing."""
 BISECTIONS = 40
 """Halvings of the speed's range: to the last digit of a float."""
-
-
 TABLES = {"secondary": Secondary}
 __all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "Signals", "charge", "fold_extremes", "notes", "stroke"]
 
@@ -139,6 +139,7 @@ class Limits(NamedTuple):
     relief: Annotated[float, Cause("relief", "time with the rail's relief valve open", symbol="t_relief")]
     stroke: Annotated[float, Cause("accumulator", "time with the accumulator piston at an end", symbol="t_stroke")]
     overspeed: Annotated[float, Cause("overspeed", "time with the units above their speed limit", symbol="t_over")]
+    cavitation: CavitationLimit
     power: PowerLimit
     brake: Annotated[float, Cause("brake", "time with the closed holding brake slipping", symbol="t_brake")]
 
@@ -201,10 +202,11 @@ def circuit(x, q, u, geo, p):
     C_leak = u.f_pump * pump_leakage(alpha_rp, R.pumps.leak) + motor_leakage(x.omega_m, R.motors)
     Q_rp = u.f_pump * pump_flow(alpha_rp, R.pumps)
     Q_lp = internal_leakage(C_leak, p_o - p_lp) + R.accumulator.C_leak * (p_o - p_lp)
+    Q_lp = Q_lp - vapour_drawn(D_s * x.omega_m, accumulator_vapour(x.V_o, R.accumulator), 0.0)
     Q_lp_ext = external_leakage(C_leak, p_o)
     Q_relief = relief_flow(p_o, R.relief)
     Q_o = Q_rp - D_s * x.omega_m - Q_lp - Q_lp_ext - Q_relief
-    p_r = p_o + piston_loss(Q_o, R.accumulator)
+    p_r = port_pressure(p_o, Q_o, R.accumulator)
 
     dp = fmax(p_r - p_lp, R.settings.dp_least)
     T_P = speed_torque(u.omega_ref, x.omega_m, 1.0 / geo.i_J, d.K) * (1.0 - u.brake)
@@ -350,6 +352,7 @@ def signals(c, x, q, u, geo, p):
         T_s=motor_torque(c.D_s, c.p_r - p.rail.settings.p_lp),
         T_f=friction(c, x, p),
         p_r=c.p_r,
+        V_void=accumulator_void(x.V_o, p.rail.accumulator),
         V_acc=x.V_o,
         alpha_rp=c.alpha_rp,
         f_pump=u.f_pump,
@@ -367,6 +370,7 @@ def limits(c, x, q, u, p):
         relief=relieves(c.Q_relief),
         stroke=1.0 if x.V_o <= 0.0 or x.V_o >= p.rail.accumulator.V_stroke else 0.0,
         overspeed=1.0 if abs(x.omega_m) > p.rail.n_full else 0.0,
+        cavitation=cavitates(c.p_r, c.p_r),
         power=out_of_power(power_units(c, p), u.f_pump, p.plc, p),
         brake=1.0 if u.brake >= 1.0 and abs(x.omega_m) > SMALL * p.drive.n_full else 0.0,
     )
