@@ -16,7 +16,7 @@ from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.problem import Result, energy_unaccounted, limits_passed, run_cases
 from stillhook.library import changed
 from stillhook.physics.electric import drive, machine
-from stillhook.physics.electric.heating import Winding, time_to_limit
+from stillhook.physics.electric.heating import Body, time_to_limit
 from stillhook.physics.scalar import G
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.spec.crane import Crane
@@ -73,8 +73,7 @@ def poles(crane: Crane) -> tuple[np.ndarray, np.ndarray]:
     q = electric.load_path.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
     T = F * geo.r_eff
     names = ("i", "omega_m", "omega_ref", "T_n")
-    i = machine.current(T, p.machines)
-    middle = electric.State(i, 0.0, 0.0, T, 0.0, p.store.E_set, p.theta_0, 0.0, 0.0)
+    middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.machines), T_ff=T)
 
     def rate(v: np.ndarray) -> np.ndarray:
         x = middle._replace(**{n: getattr(middle, n) + d for n, d in zip(names, v[:4], strict=True)})
@@ -150,7 +149,7 @@ def claims(wave: Result) -> dict[str, tuple[str, str, str]]:
     speeds = np.linspace(1.0, M.n_max, 22939)
     full = [machine.torque_limit(w, 1e9, 1e9, M) >= M.T_max for w in speeds]
     corner = float(speeds[np.argmin(full)])
-    winding = Winding(300.0, 1.0, 1.0 / 180.0, 400.0)
+    winding = Body(300.0, 1.0, 1.0 / 180.0, 400.0)
     published = time_to_limit(300.0, 100.0 * (47.0 / 26.0) ** 2, winding)
     grid = changed(CRANE, {"electric": {"supply": {"P_max": "300 kW"}}})
     hoist = run(grid, load="97 t", s_w="200 m", **steady(1.0, 120.0))

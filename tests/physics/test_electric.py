@@ -21,7 +21,7 @@ from stillhook.kernels.c99 import library as native
 from stillhook.kernels.lanes import VL
 from stillhook.library import changed
 from stillhook.physics.electric import machine, supply
-from stillhook.physics.electric.heating import Winding, time_to_limit
+from stillhook.physics.electric.heating import Body, time_to_limit
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane
@@ -135,7 +135,7 @@ def test_torque_is_full_up_to_the_corner_speed_and_falls_as_power_over_speed_bey
 
 def test_a_published_overload_time_follows_from_the_thermal_time_constant():
     """Siemens, 1FW6 configuration manual 05/2009, section 5.3: 47 A on a machine of 26 A and 180 s lasts 66 s."""
-    winding = Winding(theta_c=300.0, R_th=1.0, i_tau=1.0 / 180.0, theta_max=400.0)
+    winding = Body(theta_c=300.0, R_th=1.0, i_tau=1.0 / 180.0, theta_max=400.0)
     assert round(time_to_limit(300.0, 100.0 * (47.0 / 26.0) ** 2, winding)) == 66
 
 
@@ -180,7 +180,7 @@ def cascade_poles() -> tuple[np.ndarray, np.ndarray]:
     q = electric.load_path.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
     T = F * geo.r_eff
     names = ("i", "omega_m", "omega_ref", "T_n")
-    middle = electric.State(T / (p.machines.count * p.machines.K_t), 0.0, 0.0, T, 0.0, p.store.E_set, 300.0, 0.0, 0.0)
+    middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.machines), T_ff=T)
 
     def rate(v: np.ndarray) -> np.ndarray:
         """Deviations of i, speed, set-point, integral part, wire taken in [m]; K_p closes the loop on the wire."""
@@ -284,10 +284,9 @@ def test_the_store_carries_the_wave_and_the_grid_the_mean():
 
 def test_a_store_gives_and_takes_nothing_at_its_ends():
     s = params().store
-    assert supply.above_low(s.E_low, s) == 0.0
-    assert supply.below_high(s.E_high + 1.0 / s.i_band, s) == pytest.approx(0.0, abs=ROUNDING)
-    assert supply.above_low(s.E_set, s) == supply.below_high(s.E_set, s) == 1.0
-    assert supply.resistor_power(s.E_high, s, params().grid) == params().grid.P_resistor
+    assert supply.store_gives(s.E_low, s) == supply.store_takes(s.E_high, s) == 0.0
+    assert supply.store_gives(s.E_set, s) == supply.store_takes(s.E_set, s) == s.P_max
+    assert supply.resistor_power(0.0, s.E_high, 0.0, s, params().grid) == params().grid.P_resistor
 
 
 def test_a_long_hoist_ends_at_the_power_of_the_grid():

@@ -7,7 +7,7 @@ import typing
 from collections.abc import Callable
 from typing import Any
 
-from stillhook.physics.scalar import scalar
+from stillhook.physics.scalar import fmax, scalar
 
 
 @functools.cache
@@ -30,3 +30,12 @@ def replace(cls: type, *names: str) -> Callable[..., Any]:
     file = f"<{cls.__name__} with {' '.join(names)} of {cls.__module__}>"
     define(f"def replace(x, {values}): return cls({args})\n", made, file)
     return typing.cast(Callable[..., Any], scalar(made["replace"]))
+
+
+def inflow(cls: type, *names: str) -> Callable[..., Any]:
+    """A scalar function record -> sum of these fields where they are positive."""
+    made: dict[str, Any] = {"fmax": fmax}
+    terms = " + ".join(f"fmax(x.{n}, 0.0)" for n in names)
+    file = f"<inflow of {' '.join(names)} of {cls.__module__}>"
+    define(f"def inflow(x): return {terms}\n", made, file)
+    return typing.cast(Callable[..., Any], scalar(made["inflow"]))

@@ -36,8 +36,8 @@ start(s_w, tick, p), settle(x, q, u, tick, geo, p)
     The state at rest before the PLC's first cycle, and under its first commands.
 sense(x, y, q, m, tick, geo, p), actuate(drive, r, x, m_0, m, tick, geo, p)
     What the PLC reads; the plant's commands, the PLC's memory and the signals of the drive.
-signals(c, x, q, u, geo, p), limits(c, x, q, u, p), powers(c, x, q, p), stored_energy(c, x, geo, p), through(power)
-    Its signals, limits, powers and stored energy; the power that the energy audit is taken relative to.
+signals(c, x, q, u, geo, p), limits(c, x, q, u, p), powers(c, x, q, p), stored_energy(c, x, geo, p)
+    Its signals, limits, powers and stored energy.
 BLANK, fold_extremes(a, y)
     Extremes of nothing yet, and with one more cycle of signals y.
 

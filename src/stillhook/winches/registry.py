@@ -32,7 +32,6 @@ FUNCTIONS = (
     "signals",
     "limits",
     "powers",
-    "through",
     "stored_energy",
     "fold_extremes",
 )

@@ -398,12 +398,6 @@ def powers(c, x, q, p):
 
 
 @scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: through all pumps, both directions added up."""
-    return abs(power.pump) + abs(power.passive_pump)
-
-
-@scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]; the accumulator's is counted as power."""
     oil = 0.5 * (x.p_a * x.p_a + x.p_b * x.p_b) / p.active.i_C_h

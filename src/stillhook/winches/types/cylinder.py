@@ -423,12 +423,6 @@ def powers(c, x, q, p):
 
 
 @scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: through pumps and winch, both directions added up."""
-    return abs(power.pump) + abs(power.winch)
-
-
-@scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in the rod, its end stops and the two lines [J]; the accumulator's is counted as power."""
     C = p.cylinder

@@ -378,13 +378,6 @@ def powers(c, x, q, p):
 
 
 @scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: what is throttled, as a winch that lowers takes little from
-    its pumps and gives nothing back."""
-    return abs(power.pump) + abs(power.counterbalance)
-
-
-@scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft, motor lines and supply [J]."""
     oil = 0.5 * (x.p_a * x.p_a + x.p_b * x.p_b) / p.A.i_C_h + 0.5 * x.p_s * x.p_s / p.A.i_C_s
