@@ -112,11 +112,17 @@ def resistor_most(heat, grid):
 
 
 @scalar
+def chopped(E, store, grid):
+    """Power that the resistor is to burn by the voltage of the store alone [W]: all at its highest energy, none a band
+    below it."""
+    return grid.P_resistor * clip(1.0 - (store.E_high - E) * store.i_band, 0.0, 1.0)
+
+
+@scalar
 def resistor_demand(P_dc, E, store, grid):
-    """Power that is to be burnt [W]: by the voltage of the store, all at its highest energy and none a band below it,
-    or what neither store nor grid take of P_dc, the power of the winch [W]."""
-    by_voltage = grid.P_resistor * clip(1.0 - (store.E_high - E) * store.i_band, 0.0, 1.0)
-    return fmax(by_voltage, -P_dc - grid.P_back - store_takes(E, store))
+    """Power that is to be burnt [W]: by the voltage of the store, or what neither store nor grid take of P_dc, the
+    power of the winch [W]."""
+    return fmax(chopped(E, store, grid), -P_dc - grid.P_back - store_takes(E, store))
 
 
 @scalar
@@ -153,9 +159,9 @@ def grid_power(P_dc, P_resistor, E, store, grid):
 
 
 @scalar
-def supply_limit(E, store, grid):
-    """Power that the DC link can give the winch [W]."""
-    return grid.P_max + store_gives(E, store)
+def supply_limit(E, heat, store, grid):
+    """Power that the DC link can give the winch [W]: that of grid and store, less what is burnt."""
+    return grid.P_max + store_gives(E, store) - fmin(chopped(E, store, grid), resistor_most(heat, grid))
 
 
 @scalar

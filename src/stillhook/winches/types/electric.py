@@ -244,7 +244,7 @@ def circuit(x, q, u, geo, p):
     point of the load path. Where the holding brake closes it takes the load over, and the drive lets go."""
     h, M = p.hoist, p.machines
     held = fmax(u.brake, x.trip)
-    give, take = supply_limit(x.E, p.store, p.grid), take_limit(x.E, x.heat, p.store, p.grid)
+    give, take = supply_limit(x.E, x.heat, p.store, p.grid), take_limit(x.E, x.heat, p.store, p.grid)
     T_demand = (1.0 - held) * torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, p.speed)
     T_ref = clip(T_demand, -torque_limit(-x.omega_m, give, take, M), torque_limit(x.omega_m, give, take, M))
     P_dc = link_power(x.i, x.omega_m, M)
