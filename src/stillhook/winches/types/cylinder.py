@@ -69,6 +69,7 @@ from stillhook.winches.circuits.cylinder import (
     lag,
     motors,
     notes,
+    part_speeds,
     pump_flows,
     pump_speed,
     pump_units,
@@ -85,8 +86,8 @@ TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates h
 PATH = load_path
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
-__all__ = ["NAME", "PATH", "TITLE", "charge", "full_speed", "full_wire_speed", "lag", "motors", "notes", "pump_flows"]
-__all__ += ["pump_speed", "pump_units", "refusal", "sized", "stroke"]
+__all__ = ["NAME", "PATH", "TITLE", "charge", "full_speed", "full_wire_speed", "lag", "motors", "notes", "part_speeds"]
+__all__ += ["pump_flows", "pump_speed", "pump_units", "refusal", "sized", "stroke"]
 
 
 class Params(NamedTuple):
