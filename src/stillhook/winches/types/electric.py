@@ -109,17 +109,15 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; powers [W], torques of all machines at the shaft [N m]. P_burn
-    what the braking resistor is to burn; I_store current into the store [A], V_dc voltage of the link [V]. g level of
-    dry friction, with that of the brake where it is held (above 0.5); held how far the brake is closed, by the PLC or a
-    trip [-]."""
+    """Everything that the diagram shows at an instant; powers [W], torques of all machines at the shaft [N m]. I_store
+    current into the store [A], V_dc voltage of the link [V]. g level of dry friction, with that of the brake where it
+    is held (above 0.5); held how far the brake is closed, by the PLC or a trip [-]."""
 
     T_demand: float
     T_ref: float
     T: float
     P_dc: float
     P_el: float
-    P_burn: float
     P_resistor: float
     P_store: float
     I_store: float
@@ -259,7 +257,6 @@ def circuit(x, q, u, geo, p):
         T=torque(x.i, M),
         P_dc=P_dc,
         P_el=P_el,
-        P_burn=resistor_demand(P_dc, x.E, p.store, p.grid),
         P_resistor=P_resistor,
         P_store=P_store,
         I_store=I_store,
@@ -415,7 +412,7 @@ def limits(c, x, q, u, p):
         store_empty=1.0 if (x.E - s.E_low) * s.i_band < 1.0 else 0.0,
         store_current=1.0 if abs(c.I_store) > (1.0 - NEAR) * s.I_max else 0.0,
         store_heat=1.0 if x.theta_store > p.heat_store.theta_max else 0.0,
-        resistor=1.0 if c.P_burn > c.P_resistor and c.P_resistor < p.grid.P_resistor else 0.0,
+        resistor=1.0 if c.P_resistor < fmin(resistor_demand(c.P_dc, x.E, s, p.grid), p.grid.P_resistor) else 0.0,
         overvoltage=1.0 if c.V_dc > (1.0 + NEAR) * s.V_high else 0.0,
         undervoltage=1.0 if c.V_dc < (1.0 - NEAR) * s.V_low else 0.0,
         brake=1.0 if slips else 0.0,
