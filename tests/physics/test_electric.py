@@ -576,8 +576,8 @@ def test_a_resistor_is_hot_when_a_first_order_body_is_and_burns_its_rating_from_
 
 
 def test_a_store_is_hot_when_a_first_order_body_is():
-    """A steady hoist out of the store alone: rise R I^2 over that at the rated current, less what tau_th holds back."""
-    crane = edited(store={"tau_th": "30 s", "I_rated": "300 A", "R": "15 mohm"})
+    """In a heavy wave: 40 K at the loss of 300 A, delayed by tau_th."""
+    crane = edited(store={"tau_th": "30 s", "P_loss": "1350 W"})
     result = run(crane, **(WAVE | {"load": "97 t", "tip": "sine 1.5 m 10 s"}))
     I = result.column("I_store")
     theta = np.full(len(I), 298.15)

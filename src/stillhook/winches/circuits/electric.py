@@ -98,8 +98,8 @@ class Supercapacitors(Spec):
     P_max: u.Power = Field(ge=0, description="largest power of the store")
     tau: u.Time = Field(gt=0, description="time in which the grid refills it")
     I_max: u.Current = Field(gt=0, description="largest current of the whole store, either way")
-    I_rated: u.Current = Field(gt=0, description="current of the whole store that its cooling holds for ever")
-    rise: u.TemperatureRise = Field(gt=0, description="temperature rise of the store at that current")
+    P_loss: u.Power = Field(gt=0, description="loss of the whole store that its cooling takes for ever")
+    rise: u.TemperatureRise = Field(gt=0, description="temperature rise of the store at that loss")
     tau_th: u.Time = Field(gt=0, description="thermal time constant of the store")
     theta_c: u.Temperature = Field(gt=0, description="temperature of the air around the store")
     theta_max: u.Temperature = Field(gt=0, description="highest temperature of the store")
@@ -184,7 +184,7 @@ def records(e: Electric) -> Records:
             i_tau=1.0 / g.tau_th,
         ),
         winding=Body(m.theta_c, m.rise / (m.R * (m.T_rated / m.K_t) ** 2), 1.0 / m.tau_th, m.theta_max),
-        heat_store=Body(s.theta_c, s.rise / (s.R * s.I_rated**2) if s.R > 0.0 else 0.0, 1.0 / s.tau_th, s.theta_max),
+        heat_store=Body(s.theta_c, s.rise / s.P_loss, 1.0 / s.tau_th, s.theta_max),
         n_full=m.n_full,
         theta_0=m.theta_c if m.theta_0 is None else m.theta_0,
         theta_store_0=s.theta_c if s.theta_0 is None else s.theta_0,
