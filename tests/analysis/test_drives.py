@@ -98,6 +98,52 @@ def test_full_command_moves_no_part_of_a_sized_drive_faster_than_it_is_made_for(
         assert not beyond(crane)
 
 
+def use(crane: Crane) -> dict[str, float]:
+    """What SWL and hook at full command take of the parts of a drive [-]: pressure, torque, flow, power, brake; of stores
+    the part that a second at full speed takes."""
+    W, T, n = (crane.SWL + crane.hook_mass) * 9.80665, holding_torque(crane), motor_speed_max(crane)
+    P = W * wire_speed_max(crane)
+    out = {}
+    if crane.brake and crane.brake.T:
+        out["brake"] = T / crane.brake.T
+    if crane.hpu:
+        out["power units"] = P / crane.hpu.P_max
+    if a := crane.table("active"):
+        out["motors"] = T / (a.motor.D_total * (a.relief.p - a.boost.p))
+    if p := crane.table("passive"):
+        out["passive motors"] = T / (p.motor.D_total * (p.accumulator.gas.p_0 - p.p_lp))
+        out["accumulator"] = P / (p.accumulator.V_stroke * p.accumulator.gas.p_0)
+    if s := crane.table("secondary"):
+        out["units"] = T / (s.unit.D_total * s.accumulator.gas.p_0)
+        out["accumulator"] = P / (s.accumulator.V_stroke * s.accumulator.gas.p_0)
+        out["pumps"] = s.unit.D_total * n / (sum(s.pump.D) * s.pump.omega_p)
+    if o := crane.table("open"):
+        Q = o.motor.D_total * n
+        out |= {"valve": Q / o.valve.Q_N, "counterbalance": Q / o.counterbalance.Q_N}
+        out["motors"] = T / (o.motor.D_total * o.relief.p)
+    if c := crane.table("cylinder"):
+        out["gas"] = c.falls * W / (c.passive.A * c.passive.accumulator.gas.p_0)
+        out["accumulator"] = c.passive.A * c.x_max / c.passive.accumulator.V_stroke
+    if e := crane.table("electric"):
+        out["machines"] = T / (e.motor.count * e.motor.T_rated)
+        out["power"] = T * n / (e.motor.count * e.motor.P_max)
+        out |= {"grid": T * n / e.supply.P_max, "store": T * n / e.store.P_max}
+        out["current"] = T * n / (e.store.I_max * e.store.V_min)
+        out["energy"] = P / (e.store.C * (e.store.V_max**2 - e.store.V_min**2))
+    return out
+
+
+@pytest.mark.parametrize("name", stillhook.cranes())
+@pytest.mark.parametrize("drive", LIBRARY)
+def test_no_part_of_a_sized_drive_is_used_more_than_in_the_crane_that_it_is_of(drive, name):
+    """Motors, valves, gas, stores, power and brake keep what the library crane has to spare."""
+    reference = load_crane(name)
+    of = library_crane(drive, reference)
+    sized, library = use(fitted(of, reference, wire_speed_max(reference)).crane), use(of)
+    assert set(sized) >= set(library) - {"brake"}
+    assert {part for part in sized if part in library and sized[part] > library[part] * (1.0 + ROUNDED)} == set()
+
+
 def test_seals_end_the_speed_of_a_cylinder_and_it_says_so():
     """Two falls on seals of 0.5 m/s: 1 m/s of wire, where nov-250t has 1.21."""
     fit = fitted(load_crane("nov-100t-cylinder"), load_crane("nov-250t"), 1.2)
