@@ -10,9 +10,18 @@ import pytest
 import stillhook
 from stillhook import Scenario, load_crane
 from stillhook.analysis.drives.comparison import DriveComparison, compare_drives
-from stillhook.analysis.drives.sizing import EXPONENTS, _records, drives, library_crane, of_one_motor, scaled
+from stillhook.analysis.drives.sizing import (
+    EXPONENTS,
+    _records,
+    beyond,
+    drives,
+    fitted,
+    library_crane,
+    of_one_motor,
+    scaled,
+)
 from stillhook.cli import run as command
-from stillhook.engine.pack.winch import wire_speed_max
+from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
 from stillhook.library import changed
 from stillhook.library.write import items
 from stillhook.spec.crane import INERTIA_TOLERANCE, Crane, content, effective_inertia, holding_torque
@@ -69,6 +78,88 @@ def capability(crane: Crane) -> float:
     if crane.table("electric"):
         return sum(m.count * m.T_max for m in crane.motors)
     return sum(m.count * m.D_max for m in crane.motors)
+
+
+@pytest.mark.parametrize("name", stillhook.cranes())
+@pytest.mark.parametrize("drive", LIBRARY)
+def test_full_command_moves_no_part_of_a_sized_drive_faster_than_it_is_made_for(drive, name):
+    """Whatever the reference and the wire speed; what a drive falls short of it says, with the part that ends it."""
+    reference = load_crane(name)
+    for v in (wire_speed_max(reference), 2.0 * wire_speed_max(reference)):
+        fit = fitted(library_crane(drive, reference), reference, v)
+        crane = fit.crane
+        assert wire_speed_max(crane) == pytest.approx(fit.v_full, rel=ROUNDED)
+        if crane.cylinder:
+            assert crane.cylinder.Q / crane.cylinder.A_a <= crane.cylinder.v_max * (1.0 + ROUNDED)
+            assert fit.v_full == pytest.approx(min(v, crane.cylinder.falls * crane.cylinder.v_max), rel=ROUNDED)
+        for motor in crane.motors:
+            assert motor_speed_max(crane) <= motor.n_max
+        assert (fit.v_full < v * (1.0 - ROUNDED)) == bool(fit.held_by)
+        assert not beyond(crane)
+
+
+def use(crane: Crane) -> dict[str, float]:
+    """What SWL and hook at full command take of the parts of a drive [-]: pressure, torque, flow, power, brake; of stores
+    the part that a second at full speed takes."""
+    W, T, n = (crane.SWL + crane.hook_mass) * 9.80665, holding_torque(crane), motor_speed_max(crane)
+    P = W * wire_speed_max(crane)
+    out = {}
+    if crane.brake and crane.brake.T:
+        out["brake"] = T / crane.brake.T
+    if crane.hpu:
+        out["power units"] = P / crane.hpu.P_max
+    if a := crane.table("active"):
+        out["motors"] = T / (a.motor.D_total * (a.relief.p - a.boost.p))
+    if p := crane.table("passive"):
+        out["passive motors"] = T / (p.motor.D_total * (p.accumulator.gas.p_0 - p.p_lp))
+        out["accumulator"] = P / (p.accumulator.V_stroke * p.accumulator.gas.p_0)
+    if s := crane.table("secondary"):
+        out["units"] = T / (s.unit.D_total * s.accumulator.gas.p_0)
+        out["accumulator"] = P / (s.accumulator.V_stroke * s.accumulator.gas.p_0)
+        out["pumps"] = s.unit.D_total * n / (sum(s.pump.D) * s.pump.omega_p)
+    if o := crane.table("open"):
+        Q = o.motor.D_total * n
+        out |= {"valve": Q / o.valve.Q_N, "counterbalance": Q / o.counterbalance.Q_N}
+        out["motors"] = T / (o.motor.D_total * o.relief.p)
+    if c := crane.table("cylinder"):
+        out["gas"] = c.falls * W / (c.passive.A * c.passive.accumulator.gas.p_0)
+        out["accumulator"] = c.passive.A * c.x_max / c.passive.accumulator.V_stroke
+    if e := crane.table("electric"):
+        out["machines"] = T / (e.motor.count * e.motor.T_rated)
+        out["power"] = T * n / (e.motor.count * e.motor.P_max)
+        out |= {"grid": T * n / e.supply.P_max, "store": T * n / e.store.P_max}
+        out["current"] = T * n / (e.store.I_max * e.store.V_min)
+        out["energy"] = P / (e.store.C * (e.store.V_max**2 - e.store.V_min**2))
+    return out
+
+
+@pytest.mark.parametrize("name", stillhook.cranes())
+@pytest.mark.parametrize("drive", LIBRARY)
+def test_no_part_of_a_sized_drive_is_used_more_than_in_the_crane_that_it_is_of(drive, name):
+    """Motors, valves, gas, stores, power and brake keep what the library crane has to spare."""
+    reference = load_crane(name)
+    of = library_crane(drive, reference)
+    sized, library = use(fitted(of, reference, wire_speed_max(reference)).crane), use(of)
+    assert set(sized) >= set(library) - {"brake"}
+    assert {part for part in sized if part in library and sized[part] > library[part] * (1.0 + ROUNDED)} == set()
+
+
+def test_seals_end_the_speed_of_a_cylinder_and_it_says_so():
+    """Two falls on seals of 0.5 m/s: 1 m/s of wire, where nov-250t has 1.21."""
+    fit = fitted(load_crane("nov-100t-cylinder"), load_crane("nov-250t"), 1.2)
+    assert fit.v_full == pytest.approx(1.0, rel=ROUNDED)
+    assert fit.held_by == "rod seals of 30 m/min"
+    slower = changed(load_crane("nov-100t-cylinder"), {"cylinder": {"falls": 3}})
+    assert fitted(slower, load_crane("nov-250t"), 1.2).held_by == ""
+
+
+def test_a_motor_that_is_too_fast_is_named():
+    """A gear cannot be too fast for its motors in this library; a motor of a lower limit is."""
+    crane = load_crane("nov-100t-pure-active")
+    slow = crane.active.motor.model_copy(update={"n_max_full": 100.0})
+    weak = crane.model_copy(update={"active": crane.active.model_copy(update={"motor": slow})})
+    assert [(part.part, part.highest) for part in beyond(weak)] == [("motors", 100.0)]
+    assert not beyond(crane)
 
 
 @pytest.mark.parametrize("drive", LIBRARY)
@@ -183,6 +274,29 @@ def test_bands_that_overlap_tell_nothing_apart(pair):
             apart = a.band("energy_net").high < b.band("energy_net").low
             assert (b.name in better[a.name]) == apart
     assert sorted(name for group in pair.ranking("energy_net") for name in group) == sorted(PAIR)
+
+
+@pytest.fixture(scope="module")
+def slow() -> DriveComparison:
+    """At 1.2 m/s of full command, of which a cylinder has 1."""
+    return compare_drives(load_crane("nov-100t-pure-active"), CASE, ("cylinder", "pure-active"), n=2, v_top=1.2)
+
+
+def test_a_drive_that_does_not_reach_the_speed_is_shown_and_not_ranked(slow):
+    cylinder, pure_active = slow.runs
+    assert (cylinder.short, pure_active.short) == (
+        "60 m/min of wire at full command, held by rod seals of 30 m/min",
+        "",
+    )
+    assert cylinder.to_dict()["v_w_full"] == pytest.approx(1.0, rel=ROUNDED)
+    for name in ("e_c_pp", "energy_net"):
+        assert slow.ranking(name) == [["pure-active"], ["cylinder"]]
+        assert slow.better(name) == {"cylinder": [], "pure-active": []}
+        assert slow.verdict(name).endswith(
+            "pure-active alone is fast enough to be ranked; not ranked: cylinder, 60 m/min of wire at full command,"
+            " held by rod seals of 30 m/min."
+        )
+    assert "held by rod seals" in cylinder.drive.describe()
 
 
 def test_without_draws_nothing_is_told_apart():

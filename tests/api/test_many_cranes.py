@@ -32,7 +32,7 @@ def test_a_list_of_cranes_runs_one_case_each_as_it_does_alone():
     assert together.sizes == {"case": 20}
     for i in (0, 7, 19):
         alone = simulate([CRANES[i]], CASE)
-        for name in ("e_c_pp", "p_max", "energy_pumps", "energy_unaccounted"):
+        for name in ("e_c_pp", "p_max", "energy_through", "energy_unaccounted"):
             assert float(together[name][i]) == float(alone[name][0])
     assert np.all(np.diff(together.p_max.values) > 0.0)  # more friction, more pressure
 
@@ -99,7 +99,7 @@ def test_a_run_of_several_cranes_repeats_itself_from_disk(cases, tmp_path):
     assert each == ([cases] * 3 if isinstance(cases, Scenario) else cases)
     again = rerun(stored)
     assert again["case"].values.tolist() == data["case"].values.tolist()
-    for name in ("e_c_pp", "p_max", "energy_pumps"):
+    for name in ("e_c_pp", "p_max", "energy_through"):
         assert np.array_equal(again[name].values, data[name].values)
 
 

@@ -261,7 +261,7 @@ def test_a_case_that_loses_its_numbers_is_marked_and_spoils_no_other():
     assert math.isnan(float(data.e_c_pp[1]))
     assert math.isnan(float(data.energy_unaccounted[1]))
     alone = simulate(crane, good, series=False)
-    for name in ("e_c_pp", "p_max", "energy_pumps"):
+    for name in ("e_c_pp", "p_max", "energy_through"):
         assert data[name].values[0] == data[name].values[2] == alone[name].item()
 
 

@@ -98,7 +98,7 @@ def pressed(**values: float) -> truth.State:
 def test_every_joule_is_found_again(load, s_w):
     found = run(load, s_w)
     assert abs(float(found["energy_unaccounted"])) < AUDIT
-    assert float(found["energy_pumps"]) > 0.0
+    assert float(found["energy_through"]) > 0.0
 
 
 def test_every_joule_is_found_again_where_the_pumps_saturate():

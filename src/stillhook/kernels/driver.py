@@ -12,8 +12,8 @@ from stillhook.control.plc import Memory, memory_before
 from stillhook.kernels.lanes import Array, access, joined, offset, size
 from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common, window_add, window_turn
 from stillhook.physics.load_path.drum import hung
-from stillhook.physics.records import replace
-from stillhook.physics.scalar import align_stack, clip, scalar
+from stillhook.physics.records import inflow, replace
+from stillhook.physics.scalar import align_stack, clip, fmax, scalar
 from stillhook.winches.load_path import Hoist
 from stillhook.winches.records import THIN, CommonSignals, Geometry, Tick, Tip
 
@@ -25,7 +25,8 @@ Command, Params = plant.Command, plant.Params
 circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
 sense, actuate, start, settle = plant.sense, plant.actuate, plant.start, plant.settle
 own_signals, winch_powers, stored_energy = plant.signals, plant.powers, plant.stored_energy
-limits, through, fold_extremes = plant.limits, plant.through, plant.fold_extremes
+limits, fold_extremes = plant.limits, plant.fold_extremes
+supplied = inflow(plant.Powers, *(n for n in plant.SUPPLIED if n not in getattr(plant, "WITHIN", ())))
 point, path_rates, path_start, path_powers = path.at, path.rates, path.start, path.powers
 path_weight = path.weight
 path_energy, at_its_end, path_motion = path.energy, path.at_its_end, path.motion
@@ -208,11 +209,17 @@ def signals(c, x, q, u, m, drive, tick, geo, p):
 
 
 @scalar
+def through(power, q):
+    """Power through the winch [W]: what comes in from its supply and over the wire, each joule once."""
+    return supplied(power) + fmax(-q.F_w * q.v_w, 0.0)
+
+
+@scalar
 def fold(a, y, c, x, q, u, tip, E, p, w):
     """Statistics with one more cycle: y signals, E stored energy [J], w weight of the cycle in integrals."""
     power = join_powers(winch_powers(c, x.winch, q, p), path_powers(q, x.path, tip, p))
     return Stats(
-        fold_common(a.common, y, through(power), E, at_its_end(x.path, p), w),
+        fold_common(a.common, y, through(power, q), E, at_its_end(x.path, p), w),
         fold_extremes(a.extremes, y),
         add_limits(a.limits, 1.0, limits(c, x.winch, q, u, p)),
         add_powers(a.power, w, power),

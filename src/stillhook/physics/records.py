@@ -7,7 +7,7 @@ import typing
 from collections.abc import Callable
 from typing import Any
 
-from stillhook.physics.scalar import scalar
+from stillhook.physics.scalar import fmax, scalar
 
 
 @functools.cache
@@ -49,3 +49,12 @@ def coded(cls: type) -> Callable[..., Any]:
     terms = " + ".join(f"{float(2**i)} * x.{f}" for i, (f, _) in enumerate(fields(cls)))
     define(f"def coded(x): return {terms}\n", made, f"<code of {cls.__name__} of {cls.__module__}>")
     return typing.cast(Callable[..., Any], scalar(made["coded"]))
+
+
+def inflow(cls: type, *names: str) -> Callable[..., Any]:
+    """A scalar function record -> sum of these fields where they are positive."""
+    made: dict[str, Any] = {"fmax": fmax}
+    terms = " + ".join(f"fmax(x.{n}, 0.0)" for n in names)
+    file = f"<inflow of {' '.join(names)} of {cls.__module__}>"
+    define(f"def inflow(x): return {terms}\n", made, file)
+    return typing.cast(Callable[..., Any], scalar(made["inflow"]))

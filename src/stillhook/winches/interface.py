@@ -36,8 +36,8 @@ start(s_w, tick, p), settle(x, q, u, tick, geo, p)
     The state at rest before the PLC's first cycle, and under its first commands.
 sense(x, y, q, m, tick, geo, p), actuate(drive, r, x, m_0, m, tick, geo, p)
     What the PLC reads; the plant's commands, the PLC's memory and the signals of the drive.
-signals(c, x, q, u, geo, p), limits(c, x, q, u, p), powers(c, x, q, p), stored_energy(c, x, geo, p), through(power)
-    Its signals, limits, powers and stored energy; the power that the energy audit is taken relative to.
+signals(c, x, q, u, geo, p), limits(c, x, q, u, p), powers(c, x, q, p), stored_energy(c, x, geo, p)
+    Its signals, limits, powers and stored energy.
 BLANK, fold_extremes(a, y)
     Extremes of nothing yet, and with one more cycle of signals y.
 
@@ -74,6 +74,8 @@ refusal(crane, case), notes(crane, held, parts)
 sized(crane, reference, v_top)
     Where its size is not a number of motors: size of its tables for the load of another crane and a wire speed at full
     command [m/s], over their size now, by path of the table.
+part_speeds(crane)
+    `PartSpeed` of what moves with the wire and is no motor on the shaft (default none).
 stroke(crane, F)
     Tip motion that takes the stroke of what carries the tension F [N], in `Stroke`; None where nothing has one.
 speed_limit(p, geo, F_w, lowering)
@@ -124,6 +126,15 @@ class OtherMotors(NamedTuple):
     motor: Any  # MotorSet
     alpha: float  # displacement that it takes [-]; above 1 they cannot
     dp: float  # pressure over them [Pa]
+
+
+class PartSpeed(NamedTuple):
+    """A part that moves with the wire at full command."""
+
+    part: str
+    speed: float  # at full command
+    highest: float  # that it is made for
+    quantity: str  # "speed" [m/s] or "rotation" [rad/s]
 
 
 class Stroke(NamedTuple):

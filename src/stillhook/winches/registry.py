@@ -17,7 +17,7 @@ from stillhook.control.interface import DISPLACEMENT, SPEED
 from stillhook.control.registry import Mode, default_of, modes_of, usual_of
 from stillhook.errors import SpecError
 from stillhook.winches import types
-from stillhook.winches.interface import Cause, OtherMotors, Parts, Stroke
+from stillhook.winches.interface import Cause, OtherMotors, Parts, PartSpeed, Stroke
 
 RECORDS = ("Params", "State", "Command", "Circuit", "Signals", "Extremes", "Limits", "Powers")
 FUNCTIONS = (
@@ -32,7 +32,6 @@ FUNCTIONS = (
     "signals",
     "limits",
     "powers",
-    "through",
     "stored_energy",
     "fold_extremes",
 )
@@ -83,6 +82,10 @@ class Unspecific:
 
     @staticmethod
     def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
+        return []
+
+    @staticmethod
+    def part_speeds(crane: Any) -> list[PartSpeed]:
         return []
 
     @staticmethod

@@ -112,7 +112,7 @@ class DriveRun:
     @property
     def notes(self) -> list[str]:
         """Notes of the run, and of energy that came out of stores or went into them."""
-        out, E = list(self.summary["notes"]), self.energy.stored
+        out, E = [*self.drive.beyond, *self.summary["notes"]], self.energy.stored
         if abs(E) > STORES * abs(self.energy.net):
             way = "came out of" if E < 0.0 else "went into"
             kwh = number(in_unit(abs(E), "kWh", "energy"), 3)
@@ -120,6 +120,12 @@ class DriveRun:
                 f"{kwh} kWh per hour {way} stores, which the net energy leaves out: run longer, with a longer warm-up"
             )
         return out
+
+    @property
+    def short(self) -> str:
+        """Why it is not as fast at full command as the drives were to be, "" where it is."""
+        of = self.drive
+        return f"{fmt(of.v_full, 'speed', 3)} of wire at full command, held by {of.held_by}" if of.held_by else ""
 
     def value(self, name: str) -> float:
         """One of `BANDED` at the nominal values."""
@@ -150,6 +156,8 @@ class DriveRun:
             "failed_draws": self.failed,
             "v_w_top": self.v_w_top,
             "binds": self.binds,
+            "v_w_full": of.v_full,
+            "held_by": of.held_by,
             "stroke": self.stroke,
             "P_installed": self.P_installed,
             "D_motors": self.D_motors,
@@ -211,14 +219,16 @@ class DriveComparison:
         )
 
     def better(self, name: str) -> dict[str, list[str]]:
-        """Drive -> drives that it is told apart from, and better than."""
-        bands = {run.name: run.band(name) for run in self.runs}
+        """Drive -> drives that it is told apart from, and better than, among those that reach the speed of full command
+        that was asked for."""
+        bands = {run.name: Band(math.nan, math.nan) if run.short else run.band(name) for run in self.runs}
         return {a: [b for b in bands if bands[a].high < bands[b].low] for a in bands}
 
     def ranking(self, name: str) -> list[list[str]]:
         """Drives in groups, the best first: those of one group are not told apart from all others of it. Drives
-        without a band come last, in one group."""
-        runs = sorted((r for r in self.runs if math.isfinite(r.band(name).low)), key=lambda r: r.value(name))
+        without a band, and those that are slower at full command than was asked for, come last, in one group."""
+        fast = (r for r in self.runs if math.isfinite(r.band(name).low) and not r.short)
+        runs = sorted(fast, key=lambda r: r.value(name))
         groups: list[list[str]] = []
         highest = -math.inf
         for run in sorted(runs, key=lambda r: r.band(name).low):
@@ -239,10 +249,14 @@ class DriveComparison:
             return f"By {by}: one drive alone; name others to compare it with."
         if not self.n:
             return f"By {by}: not told apart, as nothing was drawn."
-        groups = self.ranking(name)
+        slow = {run.name: run.short for run in self.runs if run.short}
+        fast = [[drive for drive in group if drive not in slow] for group in self.ranking(name)]
+        groups = [group for group in fast if group]
+        if not groups:
+            return f"By {by}: not ranked, as no drive has the {fmt(self.v_top, 'speed', 3)} of full command."
         best, told = groups[0], []
-        if len(best) == 1 and len(groups) > 1:
-            told.append(f"{best[0]} is best")
+        if len(best) == 1:
+            told.append(f"{best[0]} is best" if len(groups) > 1 else f"{best[0]} alone is fast enough to be ranked")
         elif len(best) > 1:
             told.append(f"not told apart: {', '.join(best)}")
             within = {a: [b for b in better[a] if b in best] for a in best}
@@ -250,6 +264,7 @@ class DriveComparison:
             told[0] += f" (but {', and '.join(known)})" if known else ""
         for group in groups[1:]:
             told.append(f"then {group[0]}" if len(group) == 1 else f"then, not told apart: {', '.join(group)}")
+        told += [f"not ranked: {drive}, {short}" for drive, short in slow.items()]
         return f"By {by}: {'; '.join(told)}."
 
     def ordered(self) -> list[DriveRun]:

@@ -12,6 +12,8 @@ from stillhook.engine.scenario.problem import Result
 from stillhook.report.formatting import HOUR
 from stillhook.winches.registry import WinchType
 
+ROUNDING = 1e-12
+"""Part of the supply's energy, both directions added up, that is nothing from rounding [-]."""
 SUPPLY = ("P_el", "P_hpu")
 """Signals with the power of what feeds a drive: of the grid, of the hydraulic power units."""
 
@@ -65,6 +67,7 @@ def energies(winch: WinchType, result: Result) -> Energies:
     net = hour * sum(power[name] for name in feeds)
     positive, negative = (hour * part for part in _parts(supply(winch, result)))
     others = net - (positive + negative)
+    others = 0.0 if abs(others) < ROUNDING * (positive - negative) else others
     common = result.stats.common
     return Energies(
         drawn=positive + max(others, 0.0),

@@ -16,14 +16,17 @@ from stillhook.analysis.controllers import lateness, strong_ssc
 from stillhook.analysis.kept import kept
 from stillhook.base.choice import nearest
 from stillhook.control.interface import DISPLACEMENT
-from stillhook.engine.pack.winch import wire_speed_max
+from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
+from stillhook.engine.scenario.checks import speed_limit
 from stillhook.errors import SpecError
 from stillhook.library import changed, cranes, load_crane
 from stillhook.library.write import Item, file_value, items
+from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, SourceKind, effective_inertia, holding_torque
 from stillhook.spec.scenario import Mode
 from stillhook.tables.table import Spec
 from stillhook.units import quote, show
+from stillhook.winches.interface import PartSpeed
 from stillhook.winches.registry import WINCH_TYPES
 
 EXPONENTS: Mapping[str, int] = {
@@ -69,7 +72,7 @@ EXPONENTS: Mapping[str, int] = {
 """Power of the size of a drive with which a number of each kind goes. The turbulent loss is a torque over displacement
 cubed."""
 ROUNDING = 1e-9
-"""Part of a motor by which a number of motors may be above a whole number from rounding [-]."""
+"""Part by which a number of motors may be above a whole number, and a speed above its limit, from rounding [-]."""
 OF_REFERENCE = ("drum", "wire")
 """Tables that are those of the reference."""
 OF_PLC = ("t_cycle", "compute_share", "tau_F", "t_bumpless")
@@ -95,7 +98,9 @@ class Sized:
 
     crane: with its position gain; source: the library crane that it was scaled from; size s: torque at the motor shaft
     over that of the library crane [-]; parts: motors of its tables; mode: its controller; basis: what the gain follows
-    from; t_lead: `lateness`, which a drive may do without [s].
+    from; t_lead: `lateness`, which a drive may do without [s]; v_full: wire speed at full command [m/s]; held_by: part
+    that allows no more of it, "" where it is that asked for; beyond: parts that full command turns faster than they
+    are made for.
     """
 
     name: str
@@ -106,11 +111,15 @@ class Sized:
     mode: Mode
     basis: str
     t_lead: float
+    v_full: float
+    held_by: str
+    beyond: tuple[str, ...]
 
     def describe(self) -> str:
         """In words: "electric: that of nov-100t-electric, size 2.58, 16 motors"."""
         motors = f", {sum(part.motors for part in self.parts)} motors" if self.parts else ""
-        return f"{self.name}: drive of {self.source}, size {self.size:.3g}{motors}"
+        held = f", {show(self.v_full, 'speed')} at full command, held by {self.held_by}" if self.held_by else ""
+        return f"{self.name}: drive of {self.source}, size {self.size:.3g}{motors}{held}"
 
 
 def drives(names: str) -> list[str]:
@@ -147,9 +156,52 @@ def sized(drive: str, reference: Crane, v_top: float | None = None) -> Sized:
     """A drive of this name sized for the reference, with its position gain; v_top wire speed at full command and full
     displacement on the full drum [m/s], default that of the reference. Errors: SpecError."""
     of = library_crane(drive, reference)
-    crane, size, parts = scaled(of, reference, v_top)
-    crane, mode, basis, t_lead = with_gain(crane)
-    return Sized(drive, crane, of.name, size, parts, mode, basis, t_lead)
+    fit = fitted(of, reference, wire_speed_max(reference) if v_top is None else v_top)
+    crane, mode, basis, t_lead = with_gain(fit.crane)
+    lines = tuple(
+        f"{part.part}: {show(part.speed, part.quantity)} at full command, made for {show(part.highest, part.quantity)}"
+        for part in beyond(crane)
+    )
+    return Sized(drive, crane, of.name, fit.size, fit.parts, mode, basis, t_lead, fit.v_full, fit.held_by, lines)
+
+
+class Fitted(NamedTuple):
+    """A drive sized within what its parts are made for; see `Sized`."""
+
+    crane: Crane
+    size: float
+    parts: tuple[Part, ...]
+    v_full: float
+    held_by: str
+
+
+def fitted(of: Crane, reference: Crane, v: float) -> Fitted:
+    """The drive of a library crane sized for the reference and a wire speed at full command [m/s]. One without gears,
+    whose parts are the faster the larger its flow, is sized for the speed at which the first of them ends."""
+    crane, size, parts = scaled(of, reference, v)
+    over = beyond(crane)
+    if not over or crane.plant.type.full_wire_speed(crane) is None:
+        return Fitted(crane, size, parts, v, "")
+    most = max(over, key=lambda part: part.speed / part.highest)
+    v *= most.highest / most.speed
+    return Fitted(*scaled(of, reference, v), v, f"{most.part} of {show(most.highest, most.quantity)}")
+
+
+def beyond(crane: Crane) -> list[PartSpeed]:
+    """Parts that full command at full displacement moves faster than they are made for: motors on the shaft, those that
+    carry SWL and hook at the displacement at which they do, and what a type names."""
+    winch = crane.plant.type
+    n = motor_speed_max(crane)
+    others = {id(o.motor): min(o.alpha, 1.0) for o in winch.other_motors(crane, _weight(crane), crane.drum.d_max)}
+    parts = [*winch.part_speeds(crane)]
+    for motor in crane.motors:
+        highest = speed_limit(motor, others.get(id(motor), 1.0)) if hasattr(motor, "n_max_full") else motor.n_max
+        parts.append(PartSpeed("motors", n, highest, "rotation"))
+    return [part for part in parts if part.speed > part.highest * (1.0 + ROUNDING)]
+
+
+def _weight(crane: Crane) -> float:
+    return (crane.SWL + crane.hook_mass) * G
 
 
 def scaled(of: Crane, reference: Crane, v_top: float | None = None) -> tuple[Crane, float, tuple[Part, ...]]:
@@ -400,7 +452,8 @@ def rule(reference: Crane, v: float) -> tuple[str, ...]:
     """The rule of sizing in a few lines; v wire speed at full command [m/s]."""
     return (
         f"Sizing: hook, drum, wire, system friction at the drum and PLC of {reference.name}; each drive is that of a"
-        f" library crane, geared to {show(v, 'speed')} of wire at full command and full displacement.",
+        f" library crane, geared to {show(v, 'speed')} of wire at full command and full displacement, or to what its"
+        " parts are made for where that is less.",
         "Size: whole motors that keep the torque reserve which the library crane has for its own SWL on the full drum;"
         " pumps, lines, valves, stores and power go with the motors, pressures, speeds and times stay.",
         "Gain: the largest with gain margin 2, phase margin 45 deg and sensitivity peak 2; strong SSC on closed"

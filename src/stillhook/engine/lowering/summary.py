@@ -89,7 +89,7 @@ OF_RUN = (
     "z_load_end",
     "s_w_end",
     "programme_time",
-    "energy_pumps",
+    "energy_through",
     "work_gravity",
     "work_damping",
     "work_buoyancy",
@@ -152,8 +152,8 @@ def total(result: LiftResult) -> StageResult:
 
 
 def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = None) -> float:
-    """Energy that the audit does not find again, over the energy through pumps and tip and the works of weight and
-    water [-].
+    """Energy that the audit does not find again, over the energy through the winch or that of the weight, the
+    larger: what a sinking load gives goes over the wire through the winch, or into the water [-].
 
     In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping,
     lifting, passive gas, and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings. r:
@@ -165,7 +165,7 @@ def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = No
     of_winch = (supplied - consumed) * t - (st.E_end - st.E_start) - W.top
     water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
     wire = W.top + W.relay + water - W.damping - W.gravity - (result.hang.E - result.hang.E_0)
-    through = st.through * t + abs(W.gravity)
+    through = max(st.through * t, abs(W.gravity))
     return (of_winch + wire) / through if through > 0.0 else math.nan
 
 
@@ -193,7 +193,7 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
     missing = 0.0 if "slack" in beyond else abs(unaccounted(crane.plant.type, result, r))
     if (
         missing > AUDIT
-        and missing * (r.stats.common.through * result.interval + abs(result.hang.works.gravity)) > AUDIT_FLOOR
+        and missing * max(r.stats.common.through * result.interval, abs(result.hang.works.gravity)) > AUDIT_FLOOR
     ):
         beyond.append("audit")
     return ", ".join(beyond) or OK
@@ -278,7 +278,7 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
         "programme_time": (
             result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan
         ),
-        "energy_pumps": r.stats.common.through * result.interval,
+        "energy_through": r.stats.common.through * result.interval,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
         "work_buoyancy": W.buoyancy,

@@ -256,7 +256,7 @@ LEAST_EFFICIENCY = 0.05
 """Efficiency below which a winch does not compensate [-]: a twentieth of the tip's motion is what friction alone takes
 off."""
 AUDIT = 0.05
-"""Energy not found again, over that through the pumps, from which a run is numerically wrong [-]; sound runs stay below
+"""Energy not found again, over that through the winch, from which a run is numerically wrong [-]; sound runs stay below
 1e-3."""
 AUDIT_FLOOR = 1.0e3
 """Energy below which nothing moves that an audit could judge [J]: a tonne by a tenth of a metre."""
@@ -307,7 +307,7 @@ def _audit_fails(winch: WinchType, result: Result) -> bool:
 
 
 def energy_unaccounted(winch: WinchType, result: Result) -> float:
-    """Energy that the audit does not find again, over the energy through the drive [-].
+    """Energy that the audit does not find again, over the energy through the winch [-].
 
     In: what drives the winch, and the tip. Out: what the winch type and the load path lose. Stored: shaft, load, wire,
     oil.
@@ -344,7 +344,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         "e_c_mean": mean,
         "e_c_std": math.sqrt(max(st.e2_sum / weight - mean * mean, 0.0)),
         **winch_numbers(winch, result.stats, t),
-        "energy_pumps": st.through * t,
+        "energy_through": st.through * t,
         "energy_unaccounted": energy_unaccounted(winch, result),
         "counted_time": weight * t,
         "warm_up": result.warm_up,

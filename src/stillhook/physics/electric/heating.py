@@ -1,4 +1,4 @@
-"""Temperature of a winding as one body."""
+"""Temperature of a winding, or of a store, as one body."""
 
 import math
 from typing import NamedTuple
@@ -6,9 +6,9 @@ from typing import NamedTuple
 from stillhook.physics.scalar import scalar
 
 
-class Winding(NamedTuple):
-    """theta_c coolant [K]; R_th temperature rise over loss of one machine [K/W]; i_tau inverse of the thermal time
-    constant [1/s]; theta_max highest temperature [K]."""
+class Body(NamedTuple):
+    """theta_c coolant [K]; R_th temperature rise over loss, of one machine or of the whole store [K/W]; i_tau inverse
+    of the thermal time constant [1/s]; theta_max highest temperature [K]."""
 
     theta_c: float
     R_th: float
@@ -17,25 +17,26 @@ class Winding(NamedTuple):
 
 
 @scalar
-def heating_rate(theta, P_loss, winding):
-    r"""Rate of the winding's temperature [K/s]; theta [K], P_loss copper and iron loss of one machine [W].
+def heating_rate(theta, P_loss, body):
+    r"""Rate of the body's temperature [K/s]; theta [K], P_loss what heats it [W]: copper and iron loss of one machine,
+    loss of the store.
 
     .. math:: \tau_{th}\dot\theta = R_{th} P - (\theta - \theta_c)
 
     Source: Siemens, 1FW6 built-in torque motors, configuration manual 05/2009, section 5.3 (one body, first order).
     Differs from print: iron loss heats the same body.
     """
-    return winding.i_tau * (winding.R_th * P_loss - (theta - winding.theta_c))
+    return body.i_tau * (body.R_th * P_loss - (theta - body.theta_c))
 
 
-def time_to_limit(theta: float, P_loss: float, winding: Winding) -> float:
-    r"""Time for which a steady loss P_loss of one machine [W] may last from the temperature theta [K], in s.
+def time_to_limit(theta: float, P_loss: float, body: Body) -> float:
+    r"""Time for which a steady loss P_loss [W] may last from the temperature theta [K], in s.
 
     .. math:: t = \tau_{th} \ln\frac{\theta_\infty - \theta}{\theta_\infty - \theta_{max}}
 
     0 above the limit, infinite where it is never reached.
     """
-    end = winding.theta_c + winding.R_th * P_loss
-    if theta >= winding.theta_max:
+    end = body.theta_c + body.R_th * P_loss
+    if theta >= body.theta_max:
         return 0.0
-    return math.log((end - theta) / (end - winding.theta_max)) / winding.i_tau if end > winding.theta_max else math.inf
+    return math.log((end - theta) / (end - body.theta_max)) / body.i_tau if end > body.theta_max else math.inf

@@ -30,7 +30,7 @@ from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
 from stillhook.winches.circuits import tables
 from stillhook.winches.circuits.active import NEAR_LIMIT, VoidMost, servo_rate
-from stillhook.winches.interface import NOT_YET, Parts, Stiffness, Stroke
+from stillhook.winches.interface import NOT_YET, Parts, PartSpeed, Stiffness, Stroke
 
 NO_LIMIT = 1.0e30
 """Stands for a limit that a crane file does not name [SI]."""
@@ -372,6 +372,12 @@ def sized(crane: Any, reference: Any, v_top: float) -> dict[str, float]:
     flow = force * v_top / crane.cylinder.v_w_max
     of_flow = ("pump", "boost", "relief", "flushing")
     return {"cylinder": force, **{f"cylinder.{name}": flow for name in of_flow}, "hpu": flow, "brake": force}
+
+
+def part_speeds(crane: Any) -> list[PartSpeed]:
+    """The rod in its seals, by the smaller of both areas."""
+    t: CylinderTable = crane.cylinder
+    return [PartSpeed("rod seals", t.Q / min(t.A_a, t.A_b), t.v_max, "speed")]
 
 
 def full_wire_speed(crane: Any) -> float:

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from stillhook import units as u
 from stillhook.physics.electric.drive import SpeedLoop, current_loop_rate
-from stillhook.physics.electric.heating import Winding
+from stillhook.physics.electric.heating import Body
 from stillhook.physics.electric.machine import Machines
 from stillhook.physics.electric.supply import Grid, Store, energy
 from stillhook.tables.table import Count, Spec
@@ -73,7 +73,18 @@ class SupplyLimits(Spec):
 
     P_max: u.Power = Field(gt=0, description="largest power from the grid")
     P_back: u.Power = Field(ge=0, description="largest power back to the grid")
-    P_resistor: u.Power = Field(ge=0, description="power of the braking resistor")
+    P_resistor: u.Power = Field(ge=0, description="power of the braking resistor for a while")
+    P_rated: u.Power = Field(ge=0, description="power that the braking resistor burns for ever")
+    tau_th: u.Time = Field(gt=0, description="thermal time constant of the braking resistor")
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.P_rated > self.P_resistor:
+            raise ValueError(
+                f"P_rated {show(self.P_rated, 'power')} is above P_resistor {show(self.P_resistor, 'power')}: what the"
+                " resistor burns for ever is no more than for a while. Lower P_rated."
+            )
+        return self
 
 
 class Supercapacitors(Spec):
@@ -86,12 +97,24 @@ class Supercapacitors(Spec):
     V_max: u.Voltage = Field(gt=0, description="highest voltage")
     P_max: u.Power = Field(ge=0, description="largest power of the store")
     tau: u.Time = Field(gt=0, description="time in which the grid refills it")
+    I_max: u.Current = Field(gt=0, description="largest current of the whole store, either way")
+    P_loss: u.Power = Field(gt=0, description="loss of the whole store that its cooling takes for ever")
+    rise: u.TemperatureRise = Field(gt=0, description="temperature rise of the store at that loss")
+    tau_th: u.Time = Field(gt=0, description="thermal time constant of the store")
+    theta_c: u.Temperature = Field(gt=0, description="temperature of the air around the store")
+    theta_max: u.Temperature = Field(gt=0, description="highest temperature of the store")
+    theta_0: u.Temperature | None = Field(default=None, gt=0, description="temperature at the start; default theta_c")
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         if not self.V_min < self.V_set < self.V_max:
             volts = ", ".join(show(V, "voltage") for V in (self.V_min, self.V_set, self.V_max))
             raise ValueError(f"V_min, V_set, V_max are {volts}: they must rise. Change the one that is out of place.")
+        if self.theta_max <= self.theta_c:
+            raise ValueError(
+                f"theta_max {show(self.theta_max, 'temperature')} is not above theta_c"
+                f" {show(self.theta_c, 'temperature')}: nothing would cool the store. Raise theta_max."
+            )
         return self
 
 
@@ -107,21 +130,23 @@ class Electric(Spec):
 
 class Records(NamedTuple):
     """The drive as its equations read it; rate_i of the current loop [1/s], n_full motor speed at full command
-    [rad/s], theta_0 temperature of the windings at the start [K]."""
+    [rad/s], theta_0 and theta_store_0 temperatures of windings and store at the start [K]."""
 
     machines: Machines
     rate_i: float
     speed: SpeedLoop
     store: Store
     grid: Grid
-    winding: Winding
+    winding: Body
+    heat_store: Body
     n_full: float
     theta_0: float
+    theta_store_0: float
 
 
 def records(e: Electric) -> Records:
     """Records of an electric drive."""
-    m, s = e.motor, e.store
+    m, s, g = e.motor, e.store, e.supply
     E_low, E_high = energy(s.C, s.V_min), energy(s.C, s.V_max)
     return Records(
         machines=Machines(
@@ -143,12 +168,24 @@ def records(e: Electric) -> Records:
             E_low=E_low,
             E_high=E_high,
             E_set=energy(s.C, s.V_set),
+            V_low=s.V_min,
+            V_high=s.V_max,
             i_band=1.0 / (BAND * (E_high - E_low)),
             i_tau=1.0 / s.tau,
             P_max=s.P_max,
+            I_max=s.I_max,
         ),
-        grid=Grid(e.supply.P_max, e.supply.P_back, e.supply.P_resistor),
-        winding=Winding(m.theta_c, m.rise / (m.R * (m.T_rated / m.K_t) ** 2), 1.0 / m.tau_th, m.theta_max),
+        grid=Grid(
+            P_max=g.P_max,
+            P_back=g.P_back,
+            P_resistor=g.P_resistor,
+            P_rated=g.P_rated,
+            i_rated=1.0 / g.P_rated if g.P_rated > 0.0 else 0.0,
+            i_tau=1.0 / g.tau_th,
+        ),
+        winding=Body(m.theta_c, m.rise / (m.R * (m.T_rated / m.K_t) ** 2), 1.0 / m.tau_th, m.theta_max),
+        heat_store=Body(s.theta_c, s.rise / s.P_loss, 1.0 / s.tau_th, s.theta_max),
         n_full=m.n_full,
         theta_0=m.theta_c if m.theta_0 is None else m.theta_0,
+        theta_store_0=s.theta_c if s.theta_0 is None else s.theta_0,
     )

@@ -468,12 +468,6 @@ def powers(c, x, q, p):
 
 
 @scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: through all pumps, both directions added up."""
-    return abs(power.pump) + abs(power.passive_pump)
-
-
-@scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]; the accumulator's is counted as power."""
     lines = p.extra.lines

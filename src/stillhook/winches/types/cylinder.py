@@ -74,6 +74,7 @@ from stillhook.winches.circuits.cylinder import (
     lag,
     motors,
     notes,
+    part_speeds,
     pump_flows,
     pump_speed,
     pump_units,
@@ -103,6 +104,7 @@ __all__ = [
     "lag",
     "motors",
     "notes",
+    "part_speeds",
     "pump_flows",
 ]
 __all__ += ["pump_speed", "pump_units", "refusal", "sized", "stroke"]
@@ -423,12 +425,6 @@ def powers(c, x, q, p):
         accumulator=c.Q_o * c.p_o,
         piston=c.Q_o * (c.p_hp - c.p_o),
     )
-
-
-@scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: through pumps and winch, both directions added up."""
-    return abs(power.pump) + abs(power.winch)
 
 
 @scalar

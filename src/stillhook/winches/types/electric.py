@@ -14,7 +14,7 @@ from stillhook.physics.electric.drive import (
     smoothing_rate,
     torque_demand,
 )
-from stillhook.physics.electric.heating import Winding, heating_rate, time_to_limit
+from stillhook.physics.electric.heating import Body, heating_rate, time_to_limit
 from stillhook.physics.electric.machine import (
     Machines,
     copper_loss,
@@ -29,8 +29,11 @@ from stillhook.physics.electric.supply import (
     Grid,
     Store,
     grid_power,
+    open_voltage,
+    resistor_demand,
+    resistor_heating_rate,
     resistor_power,
-    store_loss,
+    store_current,
     supply_limit,
     take_limit,
 )
@@ -62,17 +65,19 @@ TABLES = {"electric": Electric}
 
 
 class Params(NamedTuple):
-    """Parameters of a run; rate_i of the current loop [1/s], n_full motor speed at full command [rad/s], theta_0
-    temperature at the start [K]."""
+    """Parameters of a run; rate_i of the current loop [1/s], n_full motor speed at full command [rad/s], theta_0 and
+    theta_store_0 temperatures of windings and store at the start [K]."""
 
     machines: Machines
     rate_i: float
     speed: SpeedLoop
     store: Store
     grid: Grid
-    winding: Winding
+    winding: Body
+    heat_store: Body
     n_full: float
     theta_0: float
+    theta_store_0: float
     hoist: Hoist
     plc: Plc
     sensors: Sensors
@@ -88,6 +93,8 @@ class State(NamedTuple):
     T_n: float  # integral part of the speed loop [N m]
     E: float  # energy of the store [J]
     theta: float  # temperature of the windings [K]
+    theta_store: float  # temperature of the store [K]
+    heat: float  # temperature rise of the braking resistor over the highest that it may have [-]
     trip: float  # how far the brake is closed after a trip for overspeed, for good [-]
     z: float  # bristle, half a step ahead [rad]
 
@@ -102,9 +109,9 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; powers [W], torques of all machines at the shaft [N m]. g level
-    of dry friction, with that of the brake where it is held (above 0.5); held how far the brake is closed, by the PLC
-    or a trip [-]."""
+    """Everything that the diagram shows at an instant; powers [W], torques of all machines at the shaft [N m]. I_store
+    current into the store [A], V_dc voltage of the link [V]. g level of dry friction, with that of the brake where it
+    is held (above 0.5); held how far the brake is closed, by the PLC or a trip [-]."""
 
     T_demand: float
     T_ref: float
@@ -113,7 +120,9 @@ class Circuit(NamedTuple):
     P_el: float
     P_resistor: float
     P_store: float
+    I_store: float
     loss_store: float
+    V_dc: float
     g: float
     held: float
 
@@ -127,7 +136,11 @@ class Signals(NamedTuple):
     P_el: Annotated[float, Row("W", "power", "to the winch positive", "power from the grid; negative: fed back")]
     P_dc: Annotated[float, Row("W", "power", "to the winch positive", "power of the inverters from the DC link")]
     E_store: Annotated[float, Row("J", "energy", "", "energy of the store on the DC link")]
+    V_dc: Annotated[float, Row("V", "voltage", "", "voltage of the DC link")]
+    I_store: Annotated[float, Row("A", "current", "charging positive", "current into the store")]
+    P_resistor: Annotated[float, Row("W", "power", "", "power of the braking resistor")]
     theta: Annotated[float, Row("K", "temperature", "", "temperature of the windings")]
+    theta_store: Annotated[float, Row("K", "temperature", "", "temperature of the store")]
 
 
 class Extremes(NamedTuple):
@@ -139,10 +152,16 @@ class Extremes(NamedTuple):
     P_el_min: Annotated[float, Row("W", "power", "to the winch positive", "lowest power; negative: most fed back")]
     E_store_min: Annotated[float, Row("J", "energy", "", "lowest energy of the store", symbol="min E_store")]
     E_store_max: Annotated[float, Row("J", "energy", "", "highest energy of the store", symbol="max E_store")]
+    V_dc_min: Annotated[float, Row("V", "voltage", "", "lowest voltage of the DC link", symbol="min V_dc")]
+    V_dc_max: Annotated[float, Row("V", "voltage", "", "highest voltage of the DC link", symbol="max V_dc")]
+    I_store_max: Annotated[float, Row("A", "current", "", "largest current of the store", symbol="max|I_store|")]
     theta_max: Annotated[float, Row("K", "temperature", "", "highest temperature of the windings", symbol="max theta")]
+    theta_store_max: Annotated[
+        float, Row("K", "temperature", "", "highest temperature of the store", symbol="max theta_store")
+    ]
 
 
-BLANK = Extremes(0.0, 0.0, -NOT_YET, NOT_YET, NOT_YET, 0.0, 0.0)
+BLANK = Extremes(0.0, 0.0, -NOT_YET, NOT_YET, NOT_YET, 0.0, NOT_YET, 0.0, 0.0, 0.0, 0.0)
 
 
 class Limits(NamedTuple):
@@ -152,8 +171,18 @@ class Limits(NamedTuple):
     drive_power: Annotated[float, Cause("power", "time with the machines or their supply at their largest power")]
     temperature: Annotated[float, Cause("temperature", "time with the windings above their highest temperature")]
     speed: Annotated[float, Cause("overspeed", "time with the machines above their highest speed, or tripped by it")]
-    store_full: Annotated[float, Cause("store full", "time with the store full and the braking resistor at its most")]
+    store_full: Annotated[
+        float,
+        Cause("store full", "time with less taken back than the load gives, the store close to its highest voltage"),
+    ]
     store_empty: Annotated[float, Cause("store empty", "time with the store too empty for its power")]
+    store_current: Annotated[float, Cause("store current", "time with the store at its largest current")]
+    store_heat: Annotated[float, Cause("store temperature", "time with the store above its highest temperature")]
+    resistor: Annotated[
+        float, Cause("resistor temperature", "time with the braking resistor too hot for what it is to burn")
+    ]
+    overvoltage: Annotated[float, Cause("overvoltage", "time with the DC link above its highest voltage")]
+    undervoltage: Annotated[float, Cause("undervoltage", "time with the DC link below its lowest voltage")]
     brake: Annotated[float, Cause("brake slipping", "time with the holding brake slipping")]
 
 
@@ -187,7 +216,11 @@ def fold_extremes(a, y):
         P_el_min=fmin(a.P_el_min, y.P_el),
         E_store_min=fmin(a.E_store_min, y.E_store),
         E_store_max=fmax(a.E_store_max, y.E_store),
+        V_dc_min=fmin(a.V_dc_min, y.V_dc),
+        V_dc_max=fmax(a.V_dc_max, y.V_dc),
+        I_store_max=fmax(a.I_store_max, abs(y.I_store)),
         theta_max=fmax(a.theta_max, y.theta),
+        theta_store_max=fmax(a.theta_store_max, y.theta_store),
     )
 
 
@@ -209,13 +242,14 @@ def circuit(x, q, u, geo, p):
     point of the load path. Where the holding brake closes it takes the load over, and the drive lets go."""
     h, M = p.hoist, p.machines
     held = fmax(u.brake, x.trip)
-    give, take = supply_limit(x.E, p.store, p.grid), take_limit(x.E, p.store, p.grid)
+    give, take = supply_limit(x.E, x.heat, p.store, p.grid), take_limit(x.E, x.heat, p.store, p.grid)
     T_demand = (1.0 - held) * torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, p.speed)
     T_ref = clip(T_demand, -torque_limit(-x.omega_m, give, take, M), torque_limit(x.omega_m, give, take, M))
     P_dc = link_power(x.i, x.omega_m, M)
-    P_el = grid_power(P_dc, x.E, p.store, p.grid)
-    P_resistor = resistor_power(x.E, p.store, p.grid)
+    P_resistor = resistor_power(P_dc, x.E, x.heat, p.store, p.grid)
+    P_el = grid_power(P_dc, P_resistor, x.E, p.store, p.grid)
     P_store = P_el - P_dc - P_resistor
+    I_store = store_current(P_store, x.E, p.store)
     g = h.n_motors * system_friction_dry(x.omega_m, q.F_w * 0.5 * geo.d, h.friction) + held * h.T_brake
     return Circuit(
         T_demand=T_demand,
@@ -225,7 +259,9 @@ def circuit(x, q, u, geo, p):
         P_el=P_el,
         P_resistor=P_resistor,
         P_store=P_store,
-        loss_store=store_loss(P_store, x.E, p.store),
+        I_store=I_store,
+        loss_store=p.store.R * I_store * I_store,
+        V_dc=open_voltage(x.E, p.store) + p.store.R * I_store,
         g=g,
         held=held,
     )
@@ -254,6 +290,8 @@ def rates(c, x, q, u, geo, p):
         T_n=(1.0 - c.held) * T_n - c.held * p.speed.i_T * x.T_n,
         E=c.P_store - c.loss_store,
         theta=heating_rate(x.theta, heat, p.winding),
+        theta_store=heating_rate(x.theta_store, c.loss_store, p.heat_store),
+        heat=resistor_heating_rate(x.heat, c.P_resistor, p.grid),
         trip=CLOSING * (1.0 - x.trip) if trips else 0.0,
         z=0.0,
     )
@@ -269,7 +307,17 @@ def bristle_after(c, x, p, tau):
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the load hangs still; s_w wire out [m]."""
     return State(
-        i=0.0, omega_m=0.0, omega_ref=0.0, T_ff=0.0, T_n=0.0, E=p.store.E_set, theta=p.theta_0, trip=0.0, z=0.0
+        i=0.0,
+        omega_m=0.0,
+        omega_ref=0.0,
+        T_ff=0.0,
+        T_n=0.0,
+        E=p.store.E_set,
+        theta=p.theta_0,
+        theta_store=p.theta_store_0,
+        heat=0.0,
+        trip=0.0,
+        z=0.0,
     )
 
 
@@ -285,6 +333,8 @@ def settle(x, q, u, tick, geo, p):
         T_n=(1.0 - u.brake) * (T - u.T_ff),
         E=x.E,
         theta=x.theta,
+        theta_store=x.theta_store,
+        heat=x.heat,
         trip=0.0,
         z=-u.brake * T / p.hoist.bristle.sigma_0,
     )
@@ -324,11 +374,25 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 @scalar
 def signals(c, x, q, u, geo, p):
     """Its own signals at an instant."""
-    return Signals(omega_m=x.omega_m, T_m=c.T, i=x.i, P_el=c.P_el, P_dc=c.P_dc, E_store=x.E, theta=x.theta)
+    return Signals(
+        omega_m=x.omega_m,
+        T_m=c.T,
+        i=x.i,
+        P_el=c.P_el,
+        P_dc=c.P_dc,
+        E_store=x.E,
+        V_dc=c.V_dc,
+        I_store=c.I_store,
+        P_resistor=c.P_resistor,
+        theta=x.theta,
+        theta_store=x.theta_store,
+    )
 
 
 AT = 1.0 - 1.0e-9
 """Part of the largest torque from which the demand counts as held at it [-]: rounding."""
+NEAR = 1.0e-3
+"""Part of a limit of the supply within which it counts as reached [-]: it is approached with a lag."""
 SLIPS = 0.999
 """Part of the level of friction from which the closed brake counts as slipping [-]: it gets there asymptotically."""
 
@@ -337,14 +401,20 @@ SLIPS = 0.999
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
     beyond, torque_held = abs(c.T_demand) > abs(c.T_ref), abs(c.T_ref) >= AT * p.machines.T_max
+    s, held_back = p.store, beyond and not torque_held
     slips = c.held > 0.5 and p.hoist.bristle.sigma_0 * abs(x.z) >= SLIPS * c.g
     return Limits(
         torque=1.0 if beyond and torque_held else 0.0,
-        drive_power=1.0 if beyond and not torque_held else 0.0,
+        drive_power=1.0 if held_back else 0.0,
         temperature=1.0 if x.theta > p.winding.theta_max else 0.0,
         speed=1.0 if abs(x.omega_m) > p.machines.n_max or x.trip > TRIPPED else 0.0,
-        store_full=1.0 if x.E > p.store.E_high else 0.0,
-        store_empty=1.0 if (x.E - p.store.E_low) * p.store.i_band < 1.0 else 0.0,
+        store_full=1.0 if held_back and c.T_ref * x.omega_m < 0.0 and (s.E_high - x.E) * s.i_band < 1.0 else 0.0,
+        store_empty=1.0 if (x.E - s.E_low) * s.i_band < 1.0 else 0.0,
+        store_current=1.0 if abs(c.I_store) > (1.0 - NEAR) * s.I_max else 0.0,
+        store_heat=1.0 if x.theta_store > p.heat_store.theta_max else 0.0,
+        resistor=1.0 if c.P_resistor < fmin(resistor_demand(c.P_dc, x.E, s, p.grid), p.grid.P_resistor) else 0.0,
+        overvoltage=1.0 if c.V_dc > (1.0 + NEAR) * s.V_high else 0.0,
+        undervoltage=1.0 if c.V_dc < (1.0 - NEAR) * s.V_low else 0.0,
         brake=1.0 if slips else 0.0,
     )
 
@@ -364,13 +434,6 @@ def powers(c, x, q, p):
         resistor=c.P_resistor,
         friction=friction(c, x, p) * x.omega_m,
     )
-
-
-@scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: of grid and machines, both directions added up, and
-    of the inverters."""
-    return abs(power.grid) + abs(power.motor) + power.inverter
 
 
 @scalar
@@ -407,7 +470,8 @@ def stiffness(p: Params) -> Stiffness:
         "speed control": math.sqrt(p.speed.K * p.rate_i / J),  # with its current loop: s^2 + rate s + rate K / J
         "integral part of the speed control": p.speed.i_T,
         "smoothing of the set-points": p.speed.i_tau,
-        "limits of the store": (p.store.P_max + p.grid.P_resistor + p.machines.P_max) * p.store.i_band,
+        "limits of the store": (2.0 * p.store.P_max + p.grid.P_max + p.grid.P_back + p.grid.P_resistor)
+        * p.store.i_band,
         "refilling of the store": p.store.i_tau,
         "closing of the brake at a trip": CLOSING,
     }
@@ -416,7 +480,8 @@ def stiffness(p: Params) -> Stiffness:
 
 def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) -> tuple[float, str]:
     """Highest steady motor speed with the tension F_w at the top [N], and its cause: [rad/s], a word of `Limits` or the
-    full command. The store is exhausted, the windings are not yet warm, the braking resistor has its full power."""
+    full command. The store is exhausted, the windings are not yet warm, the braking resistor burns what it may for
+    ever."""
     h, sign = p.hoist, -1.0 if lowering else 1.0
 
     def cause(omega: float) -> str:
@@ -425,7 +490,7 @@ def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) ->
         P = link_power(current(T, p.machines), sign * omega, p.machines)
         if abs(T) > p.machines.T_max:
             return "torque"
-        if P < -(p.grid.P_back + p.grid.P_resistor):
+        if P < -(p.grid.P_back + p.grid.P_rated):
             return "store full"
         return "power" if abs(T) * omega > p.machines.P_max or P > p.grid.P_max else ""
 

@@ -357,13 +357,6 @@ def powers(c, x, q, p):
 
 
 @scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: what is throttled, as a winch that lowers takes little from
-    its pumps and gives nothing back."""
-    return abs(power.pump) + abs(power.counterbalance)
-
-
-@scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft, motor lines and supply [J]."""
     A = p.A

@@ -277,12 +277,6 @@ def powers(c, x, q, p):
 
 
 @scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: through the pumps, both directions added up."""
-    return abs(power.pump)
-
-
-@scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]."""
     oil = line_energy(c.p_a, c.p_b, x, p.active.i_C_h)

@@ -393,12 +393,6 @@ def powers(c, x, q, p):
 
 
 @scalar
-def through(power):
-    """Power that the energy audit is taken relative to [W]: through pumps and accumulator, both directions added up."""
-    return abs(power.pump) + abs(power.gas)
-
-
-@scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in the shaft [J]; the accumulator's is counted as power."""
     return 0.5 * x.omega_m * x.omega_m / geo.i_J
