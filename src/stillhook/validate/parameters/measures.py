@@ -4,7 +4,7 @@ are these parameters less those of the crane file, with the likely cause in word
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters import flow, hoisting, settings, signals
 from stillhook.validate.parameters.hoisting import Friction
-from stillhook.validate.parameters.leakage import form_says
+from stillhook.validate.parameters.leakage import LeakChoice, file_point_says, form_says
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import Ratio
 from stillhook.winches.circuits.tables import ServoVariant
@@ -211,14 +211,21 @@ def _flow(estimates: ParameterEstimates) -> list[Measure]:
     b = estimates.balance
     if b is None:
         note = "log p_a, p_b, the motor speed, alpha_m (or u_m) and alpha_p (or u_p), with pressure in one line"
-        return undetermined(note, "displacement_ratio_error", "leakage_error", "leakage_here_error")
+        return undetermined(note, "displacement_ratio_error", "leakage_error", "leakage_file_error")
     data = rests_on(estimates.parts, b.tests, b.ratio.n)
-    working_point = f"at {point_text(b.leak.at)}, the working point of the leakage in these data"
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
-        measure("leakage_error", b.leak.judged, data=data, note=_leak_says(b)),
-        measure("leakage_here_error", b.leakage, data=data, note=working_point),
+        measure("leakage_error", b.leakage, data=data, note=_leak_says(b)),
+        _at_file_point(b.leak, data),
     ]
+
+
+def _at_file_point(leak: LeakChoice, data: str) -> Measure:
+    """Leakage at the crane file's point; no value where the data do not reach its pressure."""
+    name, note = "leakage_file_error", file_point_says(leak)
+    if leak.beyond_pressure != 0.0:
+        return measure(name, None, data=data, note=f"{note}; at that pressure nothing was measured")
+    return measure(name, leak.at_file_point, data=data, note=note)
 
 
 def _ratio_says(b: flow.Balance) -> str:
@@ -234,11 +241,12 @@ def _leak_says(b: flow.Balance) -> str:
     leak = b.leak
     implied, ours = (show(x, "leakage", 3) for x in (b.twin_leakage * (1.0 + b.leakage.value), b.twin_leakage))
     text = f"{implied} implied, {ours} in the twin at the working point of these data ({point_text(leak.at)})"
+    text += f"; {file_point_says(leak)}"
     if leak.refuted:
         text += f"; {form_says(leak)}"
     elif len(leak.remaining_forms) > 1:
         forms = ", ".join(leak.remaining_forms)
-        text += f", form as in the crane file; the data do not distinguish these forms: {forms}"
+        text += f"; form as in the crane file; the data do not distinguish these forms: {forms}"
     return text
 
 
@@ -295,14 +303,14 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
         return undetermined("the load cell is wrong: correct it first", name)
     each = extremes({d.test: d.delay.value for d in estimates.delays}, lambda x: f"{in_ms(x)} ms")
     text = f"{in_ms(total.value)} ms estimated{f', {each} by test' if each else ''}, {in_ms(campaign.delay)} ms stated"
-    if total.half > signals.WIDEST and abs(total.value - campaign.delay) < total.half:
+    e = Estimate.around(total.value - campaign.delay, total.half, total.n)
+    data = rests_on(estimates.parts, [d.test for d in estimates.delays], total.n)
+    if total.half > signals.WIDEST and abs(e.value) < total.half:
         note = (
             f"{text}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little"
             " wire out"
         )
-        return undetermined(note, name)
-    e = Estimate.around(total.value - campaign.delay, total.half, total.n)
-    data = rests_on(estimates.parts, [d.test for d in estimates.delays], total.n)
+        return [replace(measure(name, e, data=data, note=note), undetectable=True)]
     return [measure(name, e, data=data, note=f"{text}, from the force of the hook's motion")]
 
 
