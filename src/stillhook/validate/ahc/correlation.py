@@ -1,7 +1,7 @@
 """Correlation of simulated and measured control error over the load cases, with its interval.
 
-Of each case Fisher's z = atanh(r), on which correlations scatter evenly, with the deviation of its own effective
-number of samples; over the cases the mean of z, with the scatter between cases.
+Of each case Fisher's z = atanh(r), on which correlations scatter evenly, with the deviation of its own blocks of time;
+over the cases the mean of z, with the scatter between cases.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.blocks import blocks
-from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
+from stillhook.statistics.estimate import LEAST, NORMAL_95, Estimate, t_factor
 from stillhook.statistics.few_cases import mean_of_few
+from stillhook.statistics.time_lag import dot
 
-SCATTER = 0.5
-"""Scale of the prior of the scatter of z between load cases of one crane: half of its weight is below 0.34, 5 % above
-0.98. About r = 0.95 a scatter of 0.5 is 0.87 to 0.98."""
+SCATTER = 0.6
+"""Scale of the prior of the scatter of z between load cases of one crane: half of its weight is below 0.4, 5 % above
+1.2. About r = 0.95 a scatter of 0.5 is 0.87 to 0.98. Independent cranes have 0.3 to 0.6 (docs/validation,
+error-correlation)."""
 HIGHEST = 1.0 - 1e-9
 """Largest correlation that has a z."""
 
@@ -49,7 +50,7 @@ def _z(r: float) -> float:
     return math.atanh(min(max(r, -HIGHEST), HIGHEST))
 
 
-def case_correlation(parts: Sequence[FloatArray]) -> CaseCorrelation | None:
+def case_correlation(parts: Sequence[FloatArray], block: int) -> CaseCorrelation | None:
     """Correlation of the two columns over the unbroken parts (n, 2) of one load case, each about its own mean; None
     where one column does not move.
 
@@ -58,9 +59,9 @@ def case_correlation(parts: Sequence[FloatArray]) -> CaseCorrelation | None:
 
     .. math:: psi = (u v - r (u^2 + v^2) / 2) / (1 - r^2)
 
-    over the number of samples that the memory of psi leaves (`stillhook.statistics.blocks`): autocorrelation of errors
-    and of what they differ by, each with its own spectrum, counts as it is. Student's factor of so many samples less
-    one is in the deviation.
+    from its sums over blocks of time [samples], some waves long: errors and what they differ by may be autocorrelated
+    in any way within a block. Student's factor of the number of blocks less one is in the deviation. (The memory of psi
+    read off its autocovariance is too short in 200 s of narrow-banded waves: it passes zero within each wave.)
     Source: Devlin, Gnanadesikan and Kettenring 1975, Biometrika 62, 531-545 (influence function of z).
     """
     centred = [np.asarray(p, dtype=np.float64) - np.mean(p, axis=0) for p in parts if len(p) > 1]
@@ -73,9 +74,12 @@ def case_correlation(parts: Sequence[FloatArray]) -> CaseCorrelation | None:
     r = float(np.mean((rows[:, 0] / size[0]) * (rows[:, 1] / size[1])))
     bounded = min(max(r, -HIGHEST), HIGHEST)
     influence = [_influence(p / size, bounded) for p in centred]
-    effective = max(blocks(influence).effective, 2.0)
-    variance = float(np.mean(np.concatenate(influence) ** 2)) / effective
-    return CaseCorrelation(r, math.sqrt(variance) * t_factor(effective - 1.0) / NORMAL_95, effective)
+    least = 1 if len(influence) > 1 else 2
+    pieces = [x for p in influence for x in np.array_split(p, max(least, round(len(p) / block)))]
+    sums, count = np.array([float(x.sum()) for x in pieces]), len(pieces)
+    variance = count / (count - 1) * dot(sums, sums) / len(rows) ** 2
+    effective = float(np.mean(np.concatenate(influence) ** 2)) / max(variance, LEAST**2)
+    return CaseCorrelation(r, math.sqrt(variance) * t_factor(count - 1) / NORMAL_95, min(effective, len(rows)))
 
 
 def _influence(x: FloatArray, r: float) -> FloatArray:

@@ -103,7 +103,7 @@ def measures(comparisons: Sequence[Comparison], like: Shape, settings: Mapping[s
         *_by_case(comparisons, mean.cases, settings["window"]),
         *_largest(comparisons),
         _efficiency(comparisons, settings["eta_above"], block),
-        *_shape(comparisons, like),
+        *_shape(comparisons, like, settings["window"]),
     )
 
 
@@ -299,21 +299,22 @@ def _thin(c: Comparison) -> FloatArray:
     return np.column_stack([x - x.mean() for x in c.quiet])[:: max(1, round(THIN / c.replay.record.step))]
 
 
-def _shape(comparisons: Sequence[Comparison], like: Shape) -> tuple[Measure, ...]:
+def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tuple[Measure, ...]:
     data = _extent(comparisons)
     band = "" if math.isfinite(like.distance) else "no segment is a minute long"
     return (
-        _correlation(comparisons, like.correlation),
+        _correlation(comparisons, like.correlation, window),
         _measure("e_c_lag", like.lag, Estimate.around(like.lag, NORMAL_95 * like.u_lag), data=data),
         _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
         _measure("e_c_spectral_distance", like.distance, data=data, note=band),
     )
 
 
-def _correlation(comparisons: Sequence[Comparison], together: float) -> Measure:
+def _correlation(comparisons: Sequence[Comparison], together: float, window: float) -> Measure:
     """Correlation over the load cases; together: that of all samples, in which the largest errors count most."""
     rows = parts_by_case([c for c in comparisons if len(c.pair[0])], _thin)
-    cases = {name: c for name, parts in rows.items() if (c := correlation.case_correlation(parts)) is not None}
+    block = round(window / THIN)
+    cases = {name: c for name, x in rows.items() if (c := correlation.case_correlation(x, block)) is not None}
     if not cases:
         return _measure("e_c_correlation", None, note="the control error does not move in any load case")
     estimate = correlation.over_cases(cases)

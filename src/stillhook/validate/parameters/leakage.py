@@ -47,7 +47,10 @@ SIGNS = {"C_h": -1.0, "slip": -1.0}
 PARTS = ("head", "stroke", "speed")
 LINEAR = ("head", "alpha")
 """Parts of a leak that rises in proportion to the pumps' setting: of the form "stroke", but no table of the library."""
-ONE_SLOPE = (LINEAR, ("head", "speed"))
+BY_PRESSURE = ("head", "pressure")
+"""Parts of a leak whose conductance rises or falls with pressure: gaps that open, flow past edges, oil that warms. No
+published form has it, so none is offered; what the data leave of it is in the interval."""
+ONE_SLOPE = (LINEAR, ("head", "speed"), BY_PRESSURE)
 """Leak laws with one slope, the simplest that show the uncertainty of the slope."""
 EXTRAPOLATED = 0.25
 """Half width of the interval at the crane file's setting and speed beyond which the data do not determine the leakage
@@ -81,6 +84,11 @@ class LeakRows:
     slip: FloatArray
     alpha: FloatArray
     dp: FloatArray
+
+    @property
+    def pressure(self) -> FloatArray:
+        """Head times pressure difference, over SLIP_PRESSURE [Pa]."""
+        return self.head * np.abs(self.dp) / SLIP_PRESSURE
 
     @property
     def used(self) -> BoolArray:
@@ -282,6 +290,8 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
     misfits = {
         parts: fitted for parts, (fitted, distance) in laws.items() if _probability(*distance, fitted.blocks) >= AGAINST
     }
+    if BY_PRESSURE in laws:  # none of the widest law's parts, so that its distance from that law refutes nothing
+        misfits[BY_PRESSURE] = laws[BY_PRESSURE][0]
     sloped = tuple((parts, misfits[parts]) for parts in ONE_SLOPE if parts in misfits)
     return _chosen(crane, rows, options, len(widest[0]), sloped)
 
@@ -356,7 +366,7 @@ def _chosen(
     stroke = float(pump_leakage(file.at.alpha_p, pump_leak(crane.active.pump)))
     stated = stated_leak(crane.active)
     # conductance at the crane file's point per coefficient of each part
-    per = {"head": 1.0, "stroke": stroke, "alpha": file.at.alpha_p, "speed": file.at.n_m, "file": stated}
+    per = {"head": 1.0, "stroke": stroke, "alpha": file.at.alpha_p, "speed": file.at.n_m, "file": stated, "pressure": math.nan}
     m = options[0][2].blocks
     evidence = np.array([m * math.log1p(T2 / (m - 1)) + (carried - q) * math.log(m) for *_, (T2, q) in options])
     weights = np.exp(-0.5 * (evidence - evidence.min()))
@@ -381,7 +391,7 @@ def _chosen(
     bend = _bend(rows, best)
     values, references = ([(c.weight, getattr(c, name)) for c in candidates] for name in ("value", "reference"))
     free_values = [_value(rows, *law) for law in sloped]
-    free_references = [_reference(per, *law) for law in sloped]
+    free_references = [_reference(per, *law) for law in sloped if law[0] != BY_PRESSURE]
     blocks, unclosed = best.fit.blocks, rows.unclosed
     return LeakChoice(
         chosen=best,

@@ -216,11 +216,11 @@ def _flow(estimates: ParameterEstimates) -> list[Measure]:
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
         measure("leakage_error", b.leakage, data=data, note=_leak_says(b)),
-        _at_file_point(b.leak, data),
+        at_file_point(b.leak, data),
     ]
 
 
-def _at_file_point(leak: LeakChoice, data: str) -> Measure:
+def at_file_point(leak: LeakChoice, data: str) -> Measure:
     """Leakage at the crane file's point; no value where the data do not reach its pressure."""
     name, note = "leakage_file_error", file_point_says(leak)
     if leak.beyond_pressure != 0.0:
