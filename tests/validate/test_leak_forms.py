@@ -161,7 +161,7 @@ def test_step_4_agrees_in_the_right_form_and_offers_no_factor_in_a_wrong_one(twi
         assert "Not proposed as a tuned value: the form of the leakage does not fit" in " ".join(found.statements)
         tuned = tuned_crane(found, c).active.leak
         assert tuned.form is LeakForm.CONSTANT
-        assert tuned.at.p == pytest.approx(found.leak.at.p)
+        assert tuned.at.p == pytest.approx(found.leak.at.p, rel=1e-3)
 
 
 # --- intervals ------------------------------------------------------------------------------------------------------------------------------------
@@ -190,8 +190,10 @@ def drawn(i: int):
 
 @pytest.mark.thorough
 def test_intervals_hold_the_leak_in_95_of_100_cranes_under_drift_and_warming_oil(monkeypatch):
-    """Cranes whose law is one of the forms: the part of the interval for what no form closes is left out."""
+    """Cranes whose law is one of the forms: the parts of the interval for what no form closes, and for a slope with pressure that none has,
+    are left out."""
     monkeypatch.setattr(implied_leak, "UNCLOSED", 0.0)
+    monkeypatch.setattr(implied_leak, "ONE_SLOPE", implied_leak.ONE_SLOPE[:2])
     hits, wrongly = 0, 0
     for i in range(DRAWS):
         b, truth = drawn(i)
@@ -287,7 +289,7 @@ def test_a_leak_that_changes_with_pressure_is_judged_where_it_was_measured():
     here_held, carried_held, cranes = 0, 0, 20
     for i in range(cranes):
         rng = np.random.default_rng(6000 + i)
-        rise = float(rng.choice((-1.0, 1.0)) * rng.uniform(0.4, 0.7))
+        rise = float(rng.choice((-1.0, 1.0)) * rng.uniform(0.2, 0.5))
         leaks = Leaks(constant=rng.uniform(0.25, 0.4), slip=0.008, warming=2.0, drift=0.3, late=0.02, by_pressure=rise)
         parts, truth = flow_parts(leaks, 700 + i, seconds=240.0)
         b = balance(parts)

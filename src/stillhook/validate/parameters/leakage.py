@@ -50,6 +50,8 @@ LINEAR = ("head", "alpha")
 BY_PRESSURE = ("head", "pressure")
 """Parts of a leak whose conductance rises or falls with pressure: gaps that open, flow past edges, oil that warms. No
 published form has it, so none is offered; what the data leave of it is in the interval."""
+PRESSURE_SPREAD = 0.3
+"""Deviation of that rise up to SLIP_PRESSURE before any data, over the conductance without pressure [-]."""
 ONE_SLOPE = (LINEAR, ("head", "speed"), BY_PRESSURE)
 """Leak laws with one slope, the simplest that show the uncertainty of the slope."""
 EXTRAPOLATED = 0.25
@@ -291,7 +293,7 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
         parts: fitted for parts, (fitted, distance) in laws.items() if _probability(*distance, fitted.blocks) >= AGAINST
     }
     if BY_PRESSURE in laws:  # none of the widest law's parts, so that its distance from that law refutes nothing
-        misfits[BY_PRESSURE] = laws[BY_PRESSURE][0]
+        misfits[BY_PRESSURE] = _of_usual_slope(laws[BY_PRESSURE][0])
     sloped = tuple((parts, misfits[parts]) for parts in ONE_SLOPE if parts in misfits)
     return _chosen(crane, rows, options, len(widest[0]), sloped)
 
@@ -310,10 +312,20 @@ def _fitted(rows: LeakRows, nuisance: tuple[str, ...], parts: tuple[str, ...]) -
 
 
 def _informed(fitted: Fit, i: int) -> Fit:
-    """The fit with the slip, coefficient i, and its prior, by the covariance of the blocks (Bayes, normal)."""
-    gain = fitted.cov[:, i] / (fitted.cov[i, i] + SLIP_SPREAD**2)
+    """The fit with the slip, coefficient i, and its prior."""
+    return _known(fitted, i, SLIP, SLIP_SPREAD)
+
+
+def _known(fitted: Fit, i: int, value: float, spread: float) -> Fit:
+    """The fit with coefficient i known beforehand within a deviation, by the covariance of the blocks (Bayes)."""
+    gain = fitted.cov[:, i] / (fitted.cov[i, i] + spread**2)
     cov = fitted.cov - np.outer(gain, fitted.cov[i])
-    return replace(fitted, b=fitted.b + gain * (SLIP - fitted.b[i]), cov=0.5 * (cov + cov.T))
+    return replace(fitted, b=fitted.b + gain * (value - fitted.b[i]), cov=0.5 * (cov + cov.T))
+
+
+def _of_usual_slope(fitted: Fit) -> Fit:
+    """The law `BY_PRESSURE` with what is known of its slope beforehand."""
+    return _known(fitted, len(fitted.b) - 1, 0.0, PRESSURE_SPREAD * float(fitted.b[-2]))
 
 
 def _widest(rows: LeakRows, nuisance: tuple[str, ...]) -> tuple[tuple[str, ...], Fit] | None:
@@ -366,7 +378,14 @@ def _chosen(
     stroke = float(pump_leakage(file.at.alpha_p, pump_leak(crane.active.pump)))
     stated = stated_leak(crane.active)
     # conductance at the crane file's point per coefficient of each part
-    per = {"head": 1.0, "stroke": stroke, "alpha": file.at.alpha_p, "speed": file.at.n_m, "file": stated, "pressure": math.nan}
+    per = {
+        "head": 1.0,
+        "stroke": stroke,
+        "alpha": file.at.alpha_p,
+        "speed": file.at.n_m,
+        "file": stated,
+        "pressure": math.nan,
+    }
     m = options[0][2].blocks
     evidence = np.array([m * math.log1p(T2 / (m - 1)) + (carried - q) * math.log(m) for *_, (T2, q) in options])
     weights = np.exp(-0.5 * (evidence - evidence.min()))

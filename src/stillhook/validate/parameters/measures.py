@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stillhook.library.leakage import point_text
+from stillhook.report.formatting import percent
 from stillhook.statistics.estimate import Estimate, extremes
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import MEASURES, Measure
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters import flow, hoisting, settings, signals
+from stillhook.validate.parameters import flow, hoisting, settings, signals, wire
 from stillhook.validate.parameters.hoisting import Friction
 from stillhook.validate.parameters.leakage import LeakChoice, file_point_says, form_says
 from stillhook.validate.parameters.segments import LogPart
@@ -47,6 +48,7 @@ class ParameterEstimates:
     cells: tuple[hoisting.Cell, ...]
     frictions: tuple[Friction, ...]
     delays: tuple[signals.TipDelay, ...]
+    wires: tuple[wire.WireStiffness, ...]
     references: tuple[signals.Reference, ...]
     pressures: tuple[flow.Pressures, ...]
     rests: flow.Rests | None
@@ -70,6 +72,7 @@ def parameter_estimates(
     closed = [p for p in parts if "active" in p.crane.circuits]
     motor, pump = settings.motor_offset(closed), settings.pump_setting(closed)
     progress(0.84)
+    delays = signals.tip_delays(parts)
     balance, cells, frictions = flow.balance(closed), hoisting.cells(parts), hoisting.frictions(closed)
     progress(0.9)
     return ParameterEstimates(
@@ -83,7 +86,8 @@ def parameter_estimates(
         balance=balance,
         cells=cells,
         frictions=frictions,
-        delays=signals.tip_delays(parts),
+        delays=delays,
+        wires=wire.wire_stiffnesses(parts, delays),
         references=signals.references(parts),
         pressures=flow.pressures(closed),
         rests=flow.rests(closed[0].crane, records) if closed and records else None,
@@ -105,6 +109,7 @@ def measures(campaign: Campaign, estimates: ParameterEstimates) -> tuple[Measure
         *_cells(estimates),
         *friction,
         *_delay(campaign, estimates),
+        _wire(estimates),
         *_references(estimates),
         *pressures,
     )
@@ -312,6 +317,24 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
         )
         return [replace(measure(name, e, data=data, note=note), undetectable=True)]
     return [measure(name, e, data=data, note=f"{text}, from the force of the hook's motion")]
+
+
+def _wire(estimates: ParameterEstimates) -> Measure:
+    """Stiffness of the wire; one that agrees within a wide interval is marked as not detectable."""
+    name, total = "wire_stiffness_error", wire.overall(estimates.wires)
+    if total is None:
+        note = "log the load cell F_w together with s_tip and s_w, in heave compensation with tip motion"
+        return measure(name, None, note=note)
+    if any(error > hoisting.CLOSE for error in estimates.cell_errors):
+        return measure(name, None, note="the load cell is wrong: correct it first")
+    each = extremes({x.test: x.error.value for x in estimates.wires}, percent)
+    note = f"from the force of the hook's motion{f', {each} by test' if each else ''}"
+    data = rests_on(estimates.parts, [x.test for x in estimates.wires], total.n)
+    found = measure(name, total, data=data, note=note)
+    if total.half <= wire.WIDEST or abs(total.value) > total.half:
+        return found
+    advice = "load, motion or load cell are too weak; test a heavy load with much wire out in short waves"
+    return replace(found, note=f"{note}; {advice}", undetectable=True)
 
 
 def _references(estimates: ParameterEstimates) -> list[Measure]:
