@@ -59,6 +59,7 @@ def units() -> str:
 def criteria() -> str:
     """Every row of the sets of acceptance criteria that come with Stillhook."""
     from stillhook.validate.criteria.criteria import criteria_sets, load_criteria
+    from stillhook.validate.report.texts import WEIGHTS
 
     sets = [load_criteria(name) for name in criteria_sets()]
     rows = [
@@ -72,18 +73,17 @@ def criteria() -> str:
     lead = (
         "What `stillhook validate` judges a twin by, unless a campaign names a criteria file of its own. Steps are"
         " those of paper F, 0 is the data set. A line is shown where the whole 95 % interval meets the limit, refuted"
-        " where no part of it does, else not shown. Must be: what the line must come to; for information: it is not"
-        " judged; if there are data: no data at all do not stand in the way."
+        " where no part of it does, else not shown; not covered where the tests lack the data of the line. Kind:"
+        f" {'; '.join(f'{weight}: {text}' for weight, text in WEIGHTS.items())}. If there are data: without any the"
+        " line does not count."
     )
-    head = ("set", "key", "step", "what", "measure", "limit", "must be", "source", "reason")
+    head = ("set", "key", "step", "what", "measure", "limit", "kind", "source", "reason")
     return page("Acceptance criteria", lead, head, rows)
 
 
 def ask_of(c: Criterion) -> str:
-    """What the line of a criterion must come to."""
-    if not c.judged:
-        return "for information"
-    return c.ask.value if c.needed else f"{c.ask.value}, if there are data"
+    """Kind of the line of a criterion."""
+    return c.weight if c.needed or not c.judged else f"{c.weight}, if there are data"
 
 
 def rules() -> str:

@@ -37,6 +37,9 @@ PUMPS_OVER_TABLE = 1355.0 / 355.0
 CONSTANT_LEAK = 0.4 * LPM_PER_BAR
 STROKE_LEAK = (0.13 * LPM_PER_BAR, 0.27 * LPM_PER_BAR)
 """Leak of the cases with another form [m^3/s/Pa]: all of it; at rest, and its rise to full stroke."""
+PRESSURE_LEAK, PRESSURE_RISE = 0.286 * LPM_PER_BAR, 0.4 / (225.0 * BAR)
+"""Leak of the case whose conductance rises with pressure: without pressure [m^3/s/Pa], and its rise [1/Pa]: 0.4
+L/min/bar at 225 bar."""
 ZETA_WIRE = 0.02  # assumed
 SLIP = 0.008  # assumed: asynchronous motors of the power units
 TAU_CELL, GAIN_CELL = 0.08, 1.002  # s, -; assumed
@@ -76,6 +79,7 @@ class Leak(StrEnum):
     LIKE_FILE = "stroke and speed"
     CONSTANT = "constant"
     STROKE = "stroke"
+    PRESSURE = "pressure"
 
 
 class Defect(NamedTuple):
@@ -126,7 +130,7 @@ FILE_GAS = entry("passive.accumulator.gas", "V_0", '"9 m^3"')
 FILE_MOTORS = entry("passive.motor", "count", "14") + entry("inertia", "J_m_eff", '"4.028 kg m^2"')
 """Two motors less, with the inertia of two rotors less (0.036 kg m^2 each)."""
 FILE_BOOST = entry("active.boost", "p", '"35 bar"')
-LEAKAGE_LINES = ("p-leakage", "p-leakage-here", "4-leakage")
+LEAKAGE_LINES = ("p-leakage", "4-leakage")
 CASES: tuple[Case, ...] = (
     *(Case(f"healthy-{seed}", f"nothing wrong, crane {seed}", Must.PASS, seed=seed) for seed in range(4)),
     Case("precharge", "file: precharge 310 bar; crane: 280 bar", Must.TURN_DOWN, ("6-precharge",), file=FILE_PRECHARGE),
@@ -146,6 +150,13 @@ CASES: tuple[Case, ...] = (
     ),
     Case(
         "leak-constant", "leakage constant, 0.4 L/min/bar", Must.NOT_REFUTE, LEAKAGE_LINES, Defect(leak=Leak.CONSTANT)
+    ),
+    Case(
+        "leak-pressure",
+        "leakage 0.286 L/min/bar, rising to 0.4 at 225 bar",
+        Must.NOT_REFUTE,
+        LEAKAGE_LINES,
+        Defect(leak=Leak.PRESSURE),
     ),
     Case(
         "leak-stroke", "leakage 0.13 + 0.27 L/min/bar × stroke", Must.NAME_FORM, LEAKAGE_LINES, Defect(leak=Leak.STROKE)
@@ -232,6 +243,7 @@ def leakage(crane: Crane, defect: Defect, factor: float) -> tuple[float, float, 
         Leak.LIKE_FILE: (at_20 - 0.2 * rise + motor.count * motor.C_1, rise, motor.count * motor.C_2),
         Leak.CONSTANT: (CONSTANT_LEAK, 0.0, 0.0),
         Leak.STROKE: (*STROKE_LEAK, 0.0),
+        Leak.PRESSURE: (PRESSURE_LEAK, 0.0, 0.0),
     }
     at_rest, stroke, speed = forms[defect.leak]
     scale = defect.leakage * factor
@@ -251,6 +263,7 @@ def active_circuit(crane: Crane, defect: Defect, drawn: Drawn, day: DrawnOfTest)
         leak=at_rest,
         leak_stroke=stroke,
         leak_speed=speed,
+        leak_pressure=PRESSURE_RISE if defect.leak is Leak.PRESSURE else 0.0,
         C_h=a.line.V / a.line.bulk_modulus * drawn.capacitance,
         p_boost=a.boost.p,
         G_boost=a.boost.conductance,

@@ -79,6 +79,7 @@ class Active(NamedTuple):
     leak: float  # at rest [m^3/s/Pa]
     leak_stroke: float  # its rise to full stroke [m^3/s/Pa]
     leak_speed: float  # its rise with motor speed [m^3/rad/Pa]
+    leak_pressure: float  # rise of all of it with the pressure between the lines [1/Pa]
     C_h: float  # capacitance of one line [m^3/Pa]
     p_boost: float  # [Pa]
     G_boost: float  # [m^3/s/Pa]
@@ -318,6 +319,7 @@ def lines(x: State, a_p: float, motor_flow: float, viscosity: float, a: Active, 
     nominal."""
     dp = x.p_a - x.p_b
     leak = (a.leak + a.leak_stroke * abs(a_p) + a.leak_speed * abs(x.omega)) / viscosity
+    leak *= 1.0 + a.leak_pressure * abs(dp)
     pump_flow = a.D_pumps * a.omega_p * a_p * (1.0 - a.slip * (a_p * dp) / PRESSURE_OF_SLIP)
     across = pump_flow - motor_flow - LEAK_ACROSS * leak * dp
     to_case = (1.0 - LEAK_ACROSS) * leak

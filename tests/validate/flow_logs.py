@@ -24,7 +24,7 @@ NOISE = {"p_a": 0.5 * BAR, "p_b": 0.5 * BAR, "omega_m": 0.3, "alpha_p": 5e-4, "a
 class Leaks:
     """Total leak: constant + stroke times the pumps' table + speed per 1000 rev/min [L/min/bar, -, L/min/bar]; slip of the electric motors
     at full flow and 250 bar [-]; warming of the oil over the log [K] at 3 % per kelvin; drift of the zeros of p_a, p_b [bar]; late: lag of
-    the motor speed's signal [s]."""
+    the motor speed's signal [s]; by_pressure: rise of the conductance up to 225 bar, over that without pressure [-]."""
 
     constant: float = 0.0
     stroke: float = 0.0
@@ -33,6 +33,7 @@ class Leaks:
     warming: float = 0.0
     drift: float = 0.0
     late: float = 0.0
+    by_pressure: float = 0.0
 
     def conductance(self, alpha_p, n_m):
         """Cold leak conductance [L/min/bar]."""
@@ -68,7 +69,7 @@ def flow_log(leaks: Leaks, rng, *, seconds: float = 300.0):
     filled = np.gradient(higher, STEP) * capacitance(TWIN.active.line.V, TWIN.active.line.bulk_modulus)
     alpha_p = v.copy()
     for _ in range(6):  # what leaks goes with the setting that makes up for it
-        C = warm * leaks.conductance(alpha_p, omega_m) * L_MIN_BAR
+        C = warm * leaks.conductance(alpha_p, omega_m) * L_MIN_BAR * (1.0 + leaks.by_pressure * np.abs(dp) / (225.0 * BAR))
         slipped = leaks.slip * Q * alpha_p**2 * np.abs(dp) / (250.0 * BAR)
         alpha_p = (D_m * alpha_m * omega_m + sign * (C * head + filled + slipped)) / Q
     late = round(leaks.late / STEP)

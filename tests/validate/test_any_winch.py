@@ -109,7 +109,7 @@ def test_a_document_lists_every_line_that_was_not_judged_and_certifies_no_envelo
     steps = {step["step"]: step for step in data["steps"]}
     assert steps[4]["verdict"] == steps[6]["verdict"] == "not judged"
     assert steps[4]["statements"] == ['Step 4 is not judged: winch type "electric" has no closed circuit.']
-    assert lines(result)["1d"].verdict is Verdict.REFUTED  # ten minutes are too few
+    assert lines(result)["1d"].verdict is Verdict.NOT_COVERED  # ten minutes are too few
     assert data["envelope"] is None
     assert data["detection_limits"]["limits"] == []  # those of the trials are of another winch type
     [detects] = next(s for s in data["limitations"] if s["heading"].startswith("What this method detects"))["lines"]

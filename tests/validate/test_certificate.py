@@ -21,7 +21,7 @@ from stillhook.report.pdf import pages
 from stillhook.spec.crane import content
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
 from stillhook.validate.certificate.certificate import content_of
-from stillhook.validate.certificate.document import document
+from stillhook.validate.certificate.document import annex, document
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures as pictures_of
 from stillhook.validate.report.figures import pictures
@@ -69,7 +69,7 @@ def test_both_files_are_the_same_to_the_byte_in_another_folder_process_locale_an
     code = ELSEWHERE.format(root=str(ROOT))
     done = subprocess.run([sys.executable, "-c", code], cwd=other, env=os.environ | odd, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert sorted(here) == ["certificate.json", "certificate.pdf", "crane.toml"]
+    assert sorted(here) == ["certificate-annex.pdf", "certificate.json", "certificate.pdf", "crane.toml"]
     for name, data in here.items():
         assert (other / name).read_bytes() == data, name
         assert str(tmp_path).encode() not in data, f"{name} names a folder of this machine"
@@ -122,7 +122,7 @@ def test_the_level_is_that_of_table_2_7(campaign, tmp_path):
 @pytest.mark.slow
 def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing(campaign, tmp_path):
     files = certificate_files(staged(campaign, **TOO_MUCH))
-    assert sorted(files) == ["not-passed.json", "not-passed.pdf"]
+    assert sorted(files) == ["not-passed-annex.pdf", "not-passed.json", "not-passed.pdf"]
     data = json.loads(files["not-passed.json"])
     assert data["passed"] is False
     assert data["envelope"] is None
@@ -156,7 +156,7 @@ def test_a_twin_that_never_compensated_is_validated_for_nothing(campaign, tmp_pa
 def test_what_the_data_cannot_tell_is_among_the_limitations(campaign, tmp_path):
     data = certificate_of(staged(campaign, **NOT_SHOWN)).data
     told = {part["heading"]: part["lines"] for part in data["limitations"]}
-    assert any(line.startswith("2b (in the way)") for line in told["Not shown by these data"])
+    assert any(line.startswith("2b (blocks the certificate)") for line in told["Not covered by the tests"])
     assert "Synthetic data" in told
 
 
@@ -195,7 +195,8 @@ def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tm
     monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
     found = staged(write(tmp_path, synthetic=synthetic))
     data = certificate_of(found).data
-    marks = [_marked(page) for page in pages(document(data, pictures(found)), 80.0)]
+    made = (document(data), annex(data, pictures(found)))
+    marks = [_marked(page) for one in made for page in pages(one, 80.0)]
     assert len(marks) > 5
     assert all(marks) if synthetic else not any(marks)
 
@@ -205,14 +206,14 @@ def test_names_that_typst_could_take_for_markup_stay_as_they_are(campaign, tmp_p
     text = campaign.read_text()
     campaign.write_text(text.replace('"Sea trial"', '"#1 *sea* $trial$ @ 30° <50 %> [x] Åsgård \\\\ _e_"'))
     made = certificate_of(staged(campaign))
-    assert made.pdf({}).startswith(b"%PDF")
+    assert made.pdf().startswith(b"%PDF")
 
 
 @pytest.mark.slow
 def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
     campaign.write_text(campaign.read_text().replace('"Sea trial"', '"海上試験"'), encoding="utf-8")
     made = certificate_of(staged(campaign))
-    assert made.pdf({}) == made.pdf({})
+    assert made.pdf() == made.pdf()
     assert "海上試験" in made.text()
 
 
@@ -223,7 +224,7 @@ def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
         (lambda t: t.replace('"passed": false', '"passed": true'), "was changed after it was written"),
         (lambda t: t[: len(t) // 2], "not a certificate"),
         (lambda t: "[1, 2]", "JSON, but not a certificate"),
-        (lambda t: t.replace("certificate 3", "certificate 9"), 'this Stillhook reads "stillhook certificate 3"'),
+        (lambda t: t.replace("certificate 4", "certificate 9"), 'this Stillhook reads "stillhook certificate 4"'),
         (lambda t: "", "not a certificate"),
     ],
 )

@@ -1,5 +1,6 @@
 """Whether a certificate still holds: every input that it rests on, changed alone, is named."""
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -119,7 +120,7 @@ def test_it_finds_its_campaign_by_its_hash_in_a_folder_beside_its_own(file, tmp_
             "campaign.toml",
             'delay = "40 ms"',
             'delay = "40 ms"\ncriteria = "own.toml"',
-            "criteria: own version 2 now, and not what paper-f version 2 was",
+            "criteria: own version 2 now, and not what paper-f version 3 was",
         ),
         (
             "ours.toml",
@@ -262,9 +263,7 @@ def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsy
     assert UNSIGNED in capsys.readouterr().out
     assert command(["certificate", "check", str(file), "--json"]) == 1  # computed again from the logs it does not hold
     assert json.loads(capsys.readouterr().out)["unsigned"] == UNSIGNED
-    assert (
-        Text(UNSIGNED) in document(data | {"digest": digest_of(data)}, {}).section("how to check this document").parts
-    )
+    assert Text(UNSIGNED) in document(data | {"digest": digest_of(data)}).section("How to check this document").parts
 
 
 def test_an_example_campaign_with_an_unknown_defect_names_those_there_are(tmp_path, capsys):
@@ -291,3 +290,20 @@ def test_an_example_campaign_is_of_the_crane_seed_and_defect_that_were_asked_for
     assert (asked["seed"], asked["defect"], asked["size"], asked["plan"].crane.name) == (5, "gear", 0.03, "ours")
     assert command(["certificate", "example-campaign", str(tmp_path / "new"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["crane"] == "well matched by its twin"
+
+
+@pytest.mark.slow
+def test_the_annex_is_covered_by_the_certificate(file):
+    """The steps, numbers and crane file are in the annex: another one next to the certificate does not go unseen."""
+    data = json.loads(file.read_text(encoding="utf-8"))
+    annex = file.parent / data["annex"]["file"]
+    assert annex.name == "certificate-annex.pdf"
+    assert hashlib.sha256(annex.read_bytes()).hexdigest() == data["annex"]["sha256"]
+    assert checked(file, quick=True).holds
+    annex.write_bytes(annex.read_bytes() + b"%")
+    for quick in (True, False):
+        found = checked(file, quick=quick)
+        assert not found.holds
+        assert any("annex certificate-annex.pdf: changed since" in line for line in found.changed)
+    annex.unlink()  # kept elsewhere
+    assert checked(file, quick=True).holds

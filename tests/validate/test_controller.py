@@ -227,7 +227,7 @@ def test_the_cubic_law_gives_its_threshold_too():
 def test_calm_seas_say_nothing_of_the_threshold():
     step = checked(record(ahc_log(TWIN, height=0.6)))
     assert found(step, "u_thr_difference").value is None
-    assert lines(step)["3-u_thr"].verdict is Verdict.NOT_SHOWN
+    assert lines(step)["3-u_thr"].verdict is Verdict.NOT_COVERED
     assert not lines(step)["3-u_thr"].failed
 
 

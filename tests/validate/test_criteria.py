@@ -88,25 +88,28 @@ def test_a_changed_limit_says_what_it_was_and_takes_no_credit_from_the_paper(tmp
         "6 cm",
         "changed in mine.toml; at most 5 cm in paper F table 2",
     )
-    assert c.changes == (f"2b: {MEAN} at most 6 cm, to be shown in place of {MEAN} at most 5 cm, to be shown",)
+    assert c.changes == (f"2b: {MEAN} at most 6 cm, required in place of {MEAN} at most 5 cm, required",)
     assert c.name == "mine"
 
 
 def test_rows_can_be_dropped_added_and_made_stricter_and_all_of_it_is_told(tmp_path):
     c = own(
         tmp_path,
-        'key = "own"\nstep = 5\ntitle = "Spread"\nmeasure = "e_c_pp_deviation_s"\nat_most = "20 mm"\nask = "not refuted"\nneeded = false',
+        'key = "own"\nstep = 5\ntitle = "Spread"\nmeasure = "e_c_pp_deviation_s"\nat_most = "20 mm"\nask = "supporting"\nneeded = false',
         'drop = ["2d-correlation"]\n[settings]\nwindow = "20 s"',
     )
     rows = {x.key: x for x in c.criteria}
     assert "2d-correlation" not in rows
-    assert (rows["own"].ask, rows["own"].needed, rows["own"].limit) == (Requirement.NOT_REFUTED, False, 0.02)
+    assert (rows["own"].ask, rows["own"].needed, rows["own"].limit) == (Requirement.SUPPORTING, False, 0.02)
     assert c.settings["window"] == 20.0
     assert len(c.changes) == 3
 
 
 def test_a_judged_row_that_is_only_shown_from_now_on_is_told_as_a_change(tmp_path):
-    assert "for information" in own(tmp_path, 'key = "2b"\njudged = false').changes[0]
+    assert (
+        "e_c_pp_deviation at most 5 cm, information in place of"
+        in own(tmp_path, 'key = "2b"\njudged = false').changes[0]
+    )
 
 
 def test_the_digest_follows_what_is_asked_and_not_how_it_is_written(tmp_path):
@@ -143,10 +146,10 @@ def test_a_set_without_a_base_gives_everything_itself(tmp_path):
         ('key = "2b"\nat_most = "5 cm"\nat_least = "1 cm"', "exactly one of"),
         ('key = "x"\nstep = 5\ntitle = "W"\nmeasure = "e_c_pp_deviation"', "exactly one of"),
         ('key = "2b"\nstep = 3', "step"),
-        ('key = "2b"\nask = "half"', "it must be 'shown' or 'not refuted'"),
+        ('key = "2b"\nask = "half"', "it must be 'required' or 'supporting'"),
         (
             'key = "2b"\nby = "any"',
-            'by is no longer a field: the complete 95 % interval decides. Leave it out, or write ask = "not refuted"',
+            'by is no longer a field: the complete 95 % interval decides. Leave it out, or write ask = "supporting"',
         ),
         ('key = "2b"\njudged = "yes"', "true or false"),
         ('key = "2b"\nlimit = "5 cm"', "unknown field"),
@@ -244,7 +247,7 @@ def test_for_at_least_the_smallest_is_the_worst():
         Measure("load_share", 0.7, test="a"),
         Measure("load_share", 0.3, test="b"),
     )
-    assert found.verdict is Verdict.REFUTED
+    assert found.verdict is Verdict.NOT_COVERED
     assert found.measure is not None
     assert found.measure.test == "b"
 
@@ -260,7 +263,7 @@ def test_for_at_least_the_smallest_is_the_worst():
         (0.07, (0.0501, 0.09), Verdict.REFUTED),
     ],
 )
-@pytest.mark.parametrize("ask", ["shown", "not refuted"])
+@pytest.mark.parametrize("ask", ["required", "supporting"])
 def test_the_interval_alone_gives_the_verdict_whatever_the_row_asks(tmp_path, ask, value, ends, verdict):
     criteria = own(tmp_path, f'key = "2b"\nask = "{ask}"')
     assert line(criteria, "2b", Measure(MEAN, value, "length", *ends)).verdict is verdict
@@ -286,7 +289,7 @@ def test_what_must_be_shown_blocks_while_it_is_not(tmp_path):
 
 
 def test_what_must_not_be_refuted_blocks_only_where_the_estimate_misses_the_limit():
-    criteria = load_criteria("paper-f")  # p-tip-delay: within +-40 ms, not to be refuted
+    criteria = load_criteria("paper-f")  # p-tip-delay: within +-40 ms, supporting
     late = line(criteria, "p-tip-delay", Measure("tip_delay_error", 0.0437, "time", 0.0379, 0.0496))
     assert (late.verdict, late.failed) == (Verdict.NOT_SHOWN, True)
     assert (
@@ -360,14 +363,14 @@ def test_within_is_of_zero_either_way():
 @pytest.mark.parametrize("value", [None, float("nan")])
 def test_data_that_cannot_tell_are_a_no_where_the_criterion_is_needed(value):
     found = line(load_criteria("paper-f"), "2b", Measure(MEAN, value, "length", note="s_tip is not in the log"))
-    assert found.verdict is Verdict.NOT_SHOWN
+    assert found.verdict is Verdict.NOT_COVERED
     assert found.failed
     assert "s_tip is not in the log" in found.message
 
 
 def test_a_step_that_found_nothing_at_all_is_a_no():
     found = line(load_criteria("paper-f"), "2b")
-    assert (found.verdict, found.failed) == (Verdict.NOT_SHOWN, True)
+    assert (found.verdict, found.failed) == (Verdict.NOT_COVERED, True)
 
 
 def test_what_is_not_needed_does_not_count_where_the_data_cannot_tell(tmp_path):
@@ -380,7 +383,7 @@ def test_what_is_not_needed_does_not_count_where_the_data_cannot_tell(tmp_path):
 def test_one_test_that_cannot_tell_outweighs_those_that_pass_but_not_one_that_fails():
     criteria = load_criteria("paper-f")
     unknown, good, bad = (Measure("u_p_deviation", x, test=t) for x, t in ((None, "a"), (0.01, "b"), (0.1, "c")))
-    assert line(criteria, "3-pump", unknown, good).verdict is Verdict.NOT_SHOWN
+    assert line(criteria, "3-pump", unknown, good).verdict is Verdict.NOT_COVERED
     assert line(criteria, "3-pump", unknown, good, bad).verdict is Verdict.REFUTED
 
 

@@ -67,7 +67,9 @@ def test_the_data_set_of_paper_f_covers_what_it_asks():
 )
 def test_what_is_not_covered_fails(records, failed):
     lines = judge(campaign().criteria, checked(*records).measures, (StepNumber.DATA,))
-    assert {line.key for line in lines if line.verdict is Verdict.REFUTED} == failed
+    assert {line.key for line in lines if line.failed} == failed
+    assert {line.key for line in lines if line.verdict is Verdict.NOT_COVERED and line.judged} == failed
+    assert all("which the tests do not reach" in line.message for line in lines if line.failed)
 
 
 @pytest.mark.slow

@@ -162,7 +162,7 @@ def test_data_without_saturation_are_a_no_that_says_what_to_log():
     step = checked(*records)
     assert not step.parts
     line = lines(step)["4"]
-    assert line.verdict is Verdict.NOT_SHOWN
+    assert line.verdict is Verdict.NOT_COVERED
     assert line.failed
     assert "log hoisting and lowering with the joystick beyond the winch's limit" in line.message
     assert step.statements[0].startswith("The velocity limits are not shown")
@@ -198,7 +198,7 @@ def test_without_the_tip_the_driven_twin_still_tells():
 def test_without_the_motors_the_driven_twin_cannot_tell_and_says_so():
     step = checked(without(limits_record(own_limits_log()), "u_m", "alpha_m"))
     line = lines(step)["4-speed"]
-    assert line.verdict is Verdict.NOT_SHOWN
+    assert line.verdict is Verdict.NOT_COVERED
     assert "log u_m or alpha_m" in line.message
     assert abs(found(step, "limit_speed_error_whole", "lowering").value) < ALIKE
 

@@ -45,7 +45,7 @@ def test_heave_compensation_alone_has_no_rest_and_says_what_to_log():
     step = rested(records())
     assert only(step).value is None
     assert "keep the winch on its brake" in only(step).note
-    assert lines(step)[KEY].verdict is Verdict.NOT_SHOWN
+    assert lines(step)[KEY].verdict is Verdict.NOT_COVERED
 
 
 def test_without_a_brake_a_rest_shows_nothing():

@@ -5,8 +5,7 @@ import pytest
 
 from stillhook.statistics.blocks import interval, one_number, pooled
 from stillhook.statistics.estimate import NORMAL_95, Estimate, between, extremes, half_of_mean, random_effects
-from stillhook.validate.ahc.comparison import correlation
-from stillhook.validate.ahc.measures import FISHER, over_cases
+from stillhook.validate.ahc.measures import over_cases
 
 LENGTHS = np.array([200.0, 1500.0, 200.0, 300.0])  # s: load cases of paper F table 3
 DRAWS = 400
@@ -117,14 +116,3 @@ def test_one_load_case_says_that_it_is_alone():
     found = over_cases(np.mean, {"1": [windows(np.random.default_rng(0), 1.0, 100)], "2": []}, at_least=5)
     assert list(found.cases) == ["1"]
     assert "one load case" in found.extremes(str)
-
-
-@pytest.mark.slow
-def test_correlations_scatter_on_fishers_scale_and_stay_below_one():
-    rng, parts = np.random.default_rng(2), {}
-    for name, noise in (("1", 0.02), ("2", 0.1), ("3", 0.4)):
-        x = np.sin(np.arange(1500) * 0.07)
-        parts[name] = [np.column_stack([x, x + noise * rng.standard_normal(len(x))])]
-    found = over_cases(correlation, parts, at_least=100, bounds=(-1.0, 1.0), scale=FISHER)
-    assert found.pooled.low < found.cases["3"].value + 0.05
-    assert found.pooled.high < 1.0

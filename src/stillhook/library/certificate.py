@@ -16,7 +16,7 @@ from stillhook.errors import ValidateError
 from stillhook.spec.validity import Certified
 from stillhook.units import KINDS, quote
 
-FORMAT = "stillhook certificate 3"
+FORMAT = "stillhook certificate 4"
 """What a certificate's file begins to say; the number changes with the meaning of its contents."""
 LARGEST = 50_000_000
 """Bytes; a certificate has some hundred kB."""
@@ -27,6 +27,7 @@ _LOG = {"test": str, "file": str, "sha256": str}
 _CELLS = {"key": str, "title": str, "value": str, "limit": str, "verdict": str}
 _LINE = {"key": str, "verdict": str, "message": str, "failed": bool, "cells": _CELLS}
 _DECIDES = {"verdict": str, "key": str, "text": str}
+_ANNEX = (dict, type(None))
 _TWIN = {"statement": str, "version": str, "code": str, "method": str, "level": int, "variant": int, "libraries": {}}
 _REQUIRED: dict[str, Any] = {
     "title": str,
@@ -43,6 +44,7 @@ _REQUIRED: dict[str, Any] = {
     "decisive": [_DECIDES],
     "risks": str,
     "data": [{"duration": float | int}],
+    "annex": _ANNEX,
 }
 """Fields read of a certificate, by type."""
 _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time"}

@@ -16,12 +16,12 @@ from stillhook.report.formatting import percent
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Statistic, interval
 from stillhook.statistics.estimate import ENDS, NORMAL_95, Estimate, extremes, half_of_mean
+from stillhook.validate.ahc import correlation
 from stillhook.validate.ahc.comparison import (
     EVERY,
     Comparison,
     Shape,
     by_case,
-    correlation,
     counted_share,
     gaussian_share,
     mean_and_s,
@@ -30,15 +30,9 @@ from stillhook.validate.ahc.replay import SMOOTH
 from stillhook.validate.criteria.results import MEASURES, OF_SIGNAL, Measure
 from stillhook.variables import Variable
 
-Scale = tuple[Callable[[float], float], Callable[[float], float]]
-AS_IT_IS: Scale = (float, float)
-FISHER: Scale = (math.atanh, math.tanh)
-"""Scale on which correlations scatter evenly. Source: Fisher 1915."""
 ENOUGH = 4
 """Least number of load cases to estimate their scatter: Student's t is 12.7 with two, 4.3 with three, 3.2 with
 four, as in paper F."""
-ONE = 1.0 - 1e-9
-"""Largest correlation that has a place on it."""
 
 
 @dataclass(frozen=True)
@@ -65,13 +59,11 @@ def over_cases(
     *,
     at_least: int,
     bounds: tuple[float, float] = (-math.inf, math.inf),
-    scale: Scale = AS_IT_IS,
 ) -> OverCases:
     """A statistic of all parts together, by load case.
 
-    Parameters: parts of each load case, as of `block_bootstrap.interval`; scale: a function of the statistic on which
-    cases scatter evenly, and its inverse. The interval is that of the blocks, widened to that of a mean of the cases,
-    each with the weight of its samples and each with its own true value.
+    Parameters: parts of each load case, as of `block_bootstrap.interval`. The interval is that of the blocks, widened
+    to that of a mean of the cases, each with the weight of its samples and each with its own true value.
     """
     filled = {name: [p for p in rows if len(p)] for name, rows in parts.items()}
     filled = {name: rows for name, rows in filled.items() if rows}
@@ -80,27 +72,16 @@ def over_cases(
     names = [name for name, case in cases.items() if math.isfinite(case.value)]
     if len(names) < 2 or not math.isfinite(total.value):
         return OverCases(total, cases)
-    to, back = scale
-    centre = _on(to, total.value)
     weights = [sum(map(len, filled[name])) for name in names]
-    half = half_of_mean(
-        [_on(to, cases[name].value) for name in names], [_half(cases[name], to) for name in names], weights
-    )
-    low, high = (min(max(back(centre + sign * half), bounds[0]), bounds[1]) for sign in (-1.0, 1.0))
+    half = half_of_mean([cases[name].value for name in names], [_half(cases[name]) for name in names], weights)
+    low, high = (min(max(total.value + sign * half, bounds[0]), bounds[1]) for sign in (-1.0, 1.0))
     low, high = np.fmin(low, total.low), np.fmax(high, total.high)
     return OverCases(Estimate(total.value, float(low), float(high), total.n), cases)
 
 
-def _half(case: Estimate, to: Callable[[float], float]) -> float:
-    """The longer side of an interval on its scale: the other may end at a bound. NaN where it has no interval."""
-    centre = _on(to, case.value)
-    return float(np.fmax(_on(to, case.high) - centre, centre - _on(to, case.low)))
-
-
-def _on(to: Callable[[float], float], x: float) -> float:
-    if not math.isfinite(x):
-        return math.nan
-    return to(min(max(x, -ONE), ONE)) if to is math.atanh else to(x)
+def _half(case: Estimate) -> float:
+    """The longer side of an interval: the other may end at a bound. NaN where it has no interval."""
+    return float(np.fmax(case.high - case.value, case.value - case.low))
 
 
 NEAR, FAR = 0.05, 0.06
@@ -319,15 +300,25 @@ def _thin(c: Comparison) -> FloatArray:
 
 
 def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tuple[Measure, ...]:
-    rows = parts_by_case([c for c in comparisons if len(c.pair[0])], _thin)
-    bounds, block = (-1.0, 1.0), round(2.0 * window / THIN)
-    estimate = over_cases(correlation, rows, at_least=block, bounds=bounds, scale=FISHER) if rows else None
     data = _extent(comparisons)
     band = "" if math.isfinite(like.distance) else "no segment is a minute long"
-    pooled, note = (estimate.pooled, estimate.extremes("{:.3g}".format)) if estimate else (None, "")
     return (
-        _measure("e_c_correlation", like.correlation, pooled, data=data, note=note),
+        _correlation(comparisons, like.correlation, window),
         _measure("e_c_lag", like.lag, Estimate.around(like.lag, NORMAL_95 * like.u_lag), data=data),
         _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
         _measure("e_c_spectral_distance", like.distance, data=data, note=band),
     )
+
+
+def _correlation(comparisons: Sequence[Comparison], together: float, window: float) -> Measure:
+    """Correlation over the load cases; together: that of all samples, in which the largest errors count most."""
+    rows = parts_by_case([c for c in comparisons if len(c.pair[0])], _thin)
+    block = round(window / THIN)
+    cases = {name: c for name, x in rows.items() if (c := correlation.case_correlation(x, block)) is not None}
+    if not cases:
+        return _measure("e_c_correlation", None, note="the control error does not move in any load case")
+    estimate = correlation.over_cases(cases)
+    data = f"{_extent(comparisons)}, {estimate.n:.0f} effective samples"
+    each = OverCases(estimate, {name: c.estimate for name, c in cases.items()}).extremes("{:.3g}".format)
+    note = f"{each}; {together:.3g} over all samples together"
+    return _measure("e_c_correlation", estimate.value, estimate, data=data, note=note)

@@ -28,12 +28,13 @@ from stillhook.errors import ValidateError
 from stillhook.kernels.build import PACKAGE, results_hash
 from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
 from stillhook.library.certificate import FORMAT, canonical, certified_of, digest_of, read_certificate
+from stillhook.report.document import Document
 from stillhook.report.formatting import fmt
 from stillhook.report.pdf import Unset, pdf
 from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
-from stillhook.validate.certificate.document import document
+from stillhook.validate.certificate.document import annex, document
 from stillhook.validate.criteria.criteria import DetectionLimits, detection_limits
 from stillhook.validate.criteria.results import MEASURES, CriterionResult, Measure, Outcome, Step, Verdict
 from stillhook.validate.data_set.campaign import Campaign
@@ -145,7 +146,10 @@ def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
     lines."""
     sections = {
         "Synthetic data": [SYNTHETIC] if validation.campaign.synthetic else [],
-        "Not shown by these data": list(_not_shown(validation)),
+        "Not shown by these data": list(_open(validation, Verdict.NOT_SHOWN)),
+        "Not covered by the tests": list(_open(validation, Verdict.NOT_COVERED)),
+        texts.UNDETECTABLE: texts.undetectable(validation),
+        "Remarks of the campaign": [f"Remark: {text}" for text in validation.campaign.remarks],
         "Not judged: no meaning for this winch type": texts.without_meaning_says(validation),
         texts.HEADING: texts.unjudged_says(validation),
         "Of this certificate" if passed else "Of this validation": list(ALWAYS),
@@ -170,12 +174,12 @@ def _detects(crane: Crane) -> list[str]:
     ]
 
 
-def _not_shown(validation: Validation) -> Iterator[str]:
+def _open(validation: Validation, verdict: Verdict) -> Iterator[str]:
     for line in validation.lines:
-        if line.verdict is Verdict.NOT_SHOWN:
-            weight = "in the way" if line.failed else "not in the way"
+        undetectable = line.measure is not None and line.measure.undetectable  # they have a heading of their own
+        if line.verdict is verdict and not undetectable:
+            weight = "blocks the certificate" if line.failed else "does not block it"
             yield f"{line.key} ({weight}): {line.message}"
-    yield from (f"Remark: {text}" for text in validation.campaign.remarks)
 
 
 METHOD_FOLDERS = ("validate", "statistics", "logs", "formats", "report", "base")
@@ -225,6 +229,7 @@ def content_of(validation: Validation) -> dict[str, Any]:
         "envelope": plain(envelope) if passed else None,
         "limitations": limitations(validation, passed),
         "detection_limits": _limits_of(campaign.crane).to_dict(),
+        "annex": None,
     }
 
 
@@ -388,25 +393,63 @@ class Certificate:
         """Its canonical text."""
         return canonical(self.data)
 
-    def pdf(self, figures: Mapping[str, bytes]) -> bytes:
-        """The document. figures: PNG by stem, of `stillhook.validate.report.figures.pictures`.
+    @property
+    def pdf_name(self) -> str:
+        """Name of its PDF."""
+        return Path(self.name).with_suffix(".pdf").name
+
+    @property
+    def annex_name(self) -> str:
+        """Name of the PDF of its annex."""
+        return f"{Path(self.name).stem}-annex.pdf"
+
+    def pdf(self) -> bytes:
+        """The document.
 
         Letters that the fonts lack print as boxes; the JSON has them. Errors: ValidateError where it cannot be set.
         """
-        try:
-            return pdf(document(self.data, figures))
-        except Unset as problem:
-            raise ValidateError(f"certificate: {problem}") from None
+        return _set(document(self.data))
+
+    def annex(self, figures: Mapping[str, bytes]) -> bytes:
+        """The annex, of the contents without it. figures: PNG by stem, of
+        `stillhook.validate.report.figures.pictures`. Errors: as of `pdf`."""
+        return _set(annex(_numbered({**self.data, "annex": None}), figures))
+
+    def with_annex(self, content: bytes) -> Certificate:
+        """The certificate with the hash of its annex."""
+        named = {"file": self.annex_name, "sha256": hashlib.sha256(content).hexdigest()}
+        return Certificate(_numbered({**self.data, "annex": named}))
 
     def crane_toml(self) -> str:
         """The crane as a complete file that names this certificate in the same folder."""
         return certified_crane_toml(crane_from_toml(self.data["crane"]["toml"], CRANE), self.name)
 
 
+def _set(made: Document) -> bytes:
+    try:
+        return pdf(made)
+    except Unset as problem:
+        raise ValidateError(f"certificate: {problem}") from None
+
+
+def _numbered(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Contents with their digest."""
+    return {**data, "digest": digest_of(data)}
+
+
 def certificate_of(validation: Validation) -> Certificate:
-    """The certificate of a validation. Errors: ValidateError where not all steps were taken."""
+    """The certificate of a validation, without an annex. Errors: ValidateError where not all steps were taken."""
     data = json.loads(canonical(content_of(validation)))  # as a reader of the file will have it
-    return Certificate({**data, "digest": digest_of(data)})
+    return Certificate(_numbered(data))
+
+
+def with_its_annex(made: Certificate, figures: Mapping[str, bytes]) -> tuple[Certificate, bytes | None]:
+    """The certificate with the hash of its annex, and the annex; unchanged and None where no PDF can be set (without
+    the extra `report`)."""
+    if not can_set():
+        return made, None
+    content = made.annex(figures)
+    return made.with_annex(content), content
 
 
 def load_certificate(path: str | Path) -> Certificate:
@@ -415,8 +458,8 @@ def load_certificate(path: str | Path) -> Certificate:
 
 
 def certificate_files(validation: Validation, images: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
-    """Name and content of the files of a certificate: JSON, PDF (with the extra `report`), and where it passed the
-    crane's file.
+    """Name and content of the files of a certificate: JSON, PDF and its annex (with the extra `report`), and where it
+    passed the crane's file.
 
     drawn: the pictures of the validation (`stillhook.validate.report.figures.pictures`), where they already exist.
     A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all
@@ -424,8 +467,9 @@ def certificate_files(validation: Validation, images: Mapping[str, bytes] | None
     """
     from stillhook.validate.report.figures import pictures  # heavy
 
-    made, figures = certificate_of(validation), drawn(lambda: pictures(validation)) if images is None else images
+    figures = drawn(lambda: pictures(validation)) if images is None else images
+    made, annexed = with_its_annex(certificate_of(validation), figures)
     files = {made.name: made.text().encode()}
-    if can_set():
-        files[Path(made.name).with_suffix(".pdf").name] = made.pdf(figures)
+    if annexed is not None:
+        files |= {made.pdf_name: made.pdf(), made.annex_name: annexed}
     return files | ({CRANE: made.crane_toml().encode()} if made.passed else {})

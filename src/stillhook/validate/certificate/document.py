@@ -27,9 +27,10 @@ from stillhook.report.formatting import fmt, groups
 from stillhook.spec.validity import SHORT, UNSIGNED
 from stillhook.units import KINDS, number, show
 from stillhook.validate.criteria import results
+from stillhook.validate.criteria.criteria import INFORMATION
 from stillhook.validate.criteria.results import SETTINGS, TITLES, Outcome, StepNumber
-from stillhook.validate.report.document import JUDGED, caption, deciding, step_passed
-from stillhook.validate.report.texts import MEANING, SHOWS, deciding_title
+from stillhook.validate.report.document import JUDGED, caption, deciding, legend_says, step_passed
+from stillhook.validate.report.texts import SHOWS, deciding_title
 
 HEADING = {True: "Validation certificate", False: "Validation report"}
 WORD = {o.value: o.value.upper() for o in Outcome}
@@ -51,14 +52,15 @@ NONE = (
     " used as a certificate."
 )
 HOLDS = (
-    "It holds for the crane file of appendix D and the code named above, as long as neither they nor the logs change: "
+    "It holds for the crane file of annex E and the code named above, as long as neither they nor the logs change: "
     "stillhook certificate check certificate.json recomputes and verifies it."
 )
 NO_HOLD = "When the twin or the tests have been corrected, validate again: stillhook validate campaign.toml."
 PROCEDURE = (
     (
-        "This document was set from its JSON file, whose digest is its number. The same logs, campaign, criteria, crane"
-        " file and code give the same bytes of both files, on any day and in any folder."
+        "This document was set from its JSON file, whose digest is its number. The steps with their figures, the"
+        " criteria, every number and the crane file are in its annex, whose hash is in the JSON file. The same logs,"
+        " campaign, criteria, crane file and code give the same bytes of all files, on any day and in any folder."
     ),
     (
         "stillhook certificate show FILE prints a summary. stillhook certificate check FILE recomputes everything from"
@@ -68,25 +70,28 @@ PROCEDURE = (
 )
 
 
-def document(data: Mapping[str, Any], figures: Mapping[str, bytes]) -> Document:
-    """The document. data of a certificate; figures: PNG by stem, of `stillhook.validate.report.figures.pictures`."""
-    marks = [] if data["passed"] else [NOT_PASSED]
+ANNEX = (
+    "Lines, steps with their figures, criteria, numbers and crane file behind the certificate of the same crane and"
+    " date. The JSON file of the certificate holds the SHA-256 of this document; stillhook certificate check compares"
+    " it. The number above is that of the contents without this annex."
+)
+
+
+def document(data: Mapping[str, Any]) -> Document:
+    """The certificate: what a reader decides by. data of a certificate."""
     sections = [
         Section("Verdict, line by line", _lines(data)),
         Section("What this does not say", [Section(x["heading"], [Bullets(x["lines"])]) for x in data["limitations"]]),
         Section("Data", _data(data)),
-        *(_step(step, data, figures) for step in data["steps"]),
-        Section("Appendix A: how to check this document", [_checks(data), *map(Text, PROCEDURE)]),
-        Section("Appendix B: the criteria", _criteria(data)),
-        Section("Appendix C: every number that was found", _measures(data)),
-        Section("Appendix D: the crane file", [Text(_crane_note(data)), *_crane(data)]),
+        Section("Steps", [Table(("step", "", "verdict"), [_step_verdict(step) for step in data["steps"]])]),
+        Section("How to check this document", [_checks(data), *map(Text, PROCEDURE)]),
     ]
     return Document(
         title=HEADING[data["passed"]],
         name=data["crane"]["name"],
         subtitle=data["crane"]["title"],
         purpose="digital twin of a heave-compensated crane winch",
-        marks=[*marks, MARK] if data["synthetic"] else marks,
+        marks=_marks(data),
         watermark="SYNTHETIC" if data["synthetic"] else "",
         front=_front(data),
         sections=sections,
@@ -95,6 +100,42 @@ def document(data: Mapping[str, Any], figures: Mapping[str, bytes]) -> Document:
         date=data["date"],
         made_by=f"Stillhook {data['twin']['version']}",
     )
+
+
+def annex(data: Mapping[str, Any], figures: Mapping[str, bytes]) -> Document:
+    """The annex: what the verdict rests on, complete. data of a certificate without its annex; figures: PNG by stem, of
+    `stillhook.validate.report.figures.pictures`."""
+    sections = [
+        Section("A: every line in full", _lines(data, full=True)),
+        *(_step(step, data, figures) for step in data["steps"]),
+        Section("B: notes from reading the logs", [Bullets(_reading_notes(data))]),
+        Section("C: the criteria", _criteria(data)),
+        Section("D: every number that was found", _measures(data)),
+        Section("E: the crane file", [Text(_crane_note(data)), *_crane(data)]),
+    ]
+    title = f"Annex to the {HEADING[data['passed']].lower()}"
+    return Document(
+        title=title,
+        name=data["crane"]["name"],
+        subtitle=data["title"],
+        purpose="digital twin of a heave-compensated crane winch",
+        marks=_marks(data),
+        watermark="SYNTHETIC" if data["synthetic"] else "",
+        front=[Text(ANNEX)],
+        sections=sections,
+        number=groups(data["digest"], SHORT),
+        date=data["date"],
+        made_by=f"Stillhook {data['twin']['version']}",
+    )
+
+
+def _marks(data: Mapping[str, Any]) -> list[str]:
+    marks = [] if data["passed"] else [NOT_PASSED]
+    return [*marks, MARK] if data["synthetic"] else marks
+
+
+def _step_verdict(step: Mapping[str, Any]) -> tuple[str, str, str]:
+    return str(step["step"]), step["title"], step["verdict"]
 
 
 def _front(data: Mapping[str, Any]) -> list[Part]:
@@ -143,20 +184,23 @@ def _facts(data: Mapping[str, Any]) -> list[list[str]]:
     ]
 
 
-def _lines(data: Mapping[str, Any]) -> list[Part]:
+def _lines(data: Mapping[str, Any], *, full: bool = False) -> list[Part]:
+    """Every line; full: each with what it rests on, otherwise only those that are judged and not shown."""
     parts: list[Part] = [Text(JUDGED), Text(data["risks"])]
     for number_ in StepNumber:
-        rows = [_line(line) for line in data["lines"] if line["step"] == number_]
+        rows = [_line(line, full=full) for line in data["lines"] if line["step"] == number_]
         if rows:
             parts.append(Table(LINE_HEAD, rows, f"Step {int(number_)}: {TITLES[number_]}"))
-    verdicts = {line["verdict"] for line in data["lines"]}
-    return [*parts, Bullets([f"{v.value}: {text}." for v, text in MEANING.items() if v.value in verdicts])]
+    weights, verdicts = ({line[name] for line in data["lines"]} for name in ("weight", "verdict"))
+    return [*parts, Bullets(legend_says(weights, verdicts))]
 
 
-def _line(line: Mapping[str, Any]) -> tuple[Cell, ...]:
-    """A verdict line, see `LINE_HEAD`; below the criterion what it rests on, below the limit its source."""
+def _line(line: Mapping[str, Any], *, full: bool) -> tuple[Cell, ...]:
+    """A verdict line, see `LINE_HEAD`; in full below the criterion what it rests on, below the limit its source."""
     cells = line["cells"]
-    title, limit = (_noted(cells[a], cells[b]) for a, b in (("title", "data"), ("limit", "source")))
+    noted = full or (line["judged"] and line["verdict"] != SHOWN)
+    title = _noted(cells["title"], cells["data"] if noted else "")
+    limit = _noted(cells["limit"], cells["source"] if full else "")
     return cells["key"], title, cells["value"], cells["interval"], limit, Verdict(cells["verdict"], passed(line))
 
 
@@ -165,18 +209,15 @@ def _noted(text: str, note: str) -> str:
 
 
 def _data(data: Mapping[str, Any]) -> list[Part]:
-    """The campaign, its logs with their hashes, load cases, and notes from reading."""
+    """The campaign, its logs with their hashes, and load cases."""
     hashes = [(log["test"], log["sha256"]) for log in data["campaign"]["logs"]]
     load_cases = Table(data["load_cases"]["header"], data["load_cases"]["rows"])
-    parts: list[Part] = [
+    return [
         facts(_campaign(data)),
         Table(("test", "kind", "log", "samples", "rate", "length"), _logs(data)),
         Table((), hashes, "SHA-256 of the logs", [Column.WORD, Column.CODE]),
         Section("Load cases", [Text(LOAD_CASES), load_cases]),
     ]
-    if notes := _reading_notes(data):
-        parts.append(Section("Notes from reading the logs", [Bullets(notes)]))
-    return parts
 
 
 def _campaign(data: Mapping[str, Any]) -> list[list[str]]:
@@ -252,13 +293,14 @@ def _criteria(data: Mapping[str, Any]) -> list[Table]:
     ]
     rows = [_criterion(c) for c in criteria["criteria"]]
     settings = [(SETTINGS[name].meaning, _setting(name, value)) for name, value in criteria["settings"].items()]
-    tables = [facts(about), Table(("", "criterion", "limit", "must be", "source and reason"), rows)]
+    tables = [facts(about), Table(("", "criterion", "limit", "kind", "source and reason"), rows)]
     return [*tables, facts(settings, "Settings")] if settings else tables
 
 
 def _criterion(c: Mapping[str, Any]) -> tuple[str, ...]:
     limit = f"{c['kind']} {'±' if c['kind'] == 'within' else ''}{c['written']}"
-    counts = (c["ask"] if c["needed"] else f"{c['ask']}, if there are data") if c["judged"] else "for information"
+    weight = c["ask"] if c["judged"] else INFORMATION
+    counts = weight if c["needed"] or not c["judged"] else f"{weight}, if there are data"
     return c["key"], c["title"], limit, counts, "; ".join(t for t in (c["source"], c["reason"]) if t)
 
 
@@ -294,8 +336,15 @@ def _checks(data: Mapping[str, Any]) -> Table:
     return facts(
         [
             ("number", groups(data["digest"])),
+            ("annex", _annex(data)),
             ("code of the twin", twin["code"]),
             ("code of the method", twin["method"]),
             ("Stillhook, libraries", f"{twin['version']}; {libraries}"),
         ]
     )
+
+
+def _annex(data: Mapping[str, Any]) -> str:
+    """Name and hash of the annex."""
+    made = data["annex"]
+    return "none was set" if made is None else f"{made['file']}, SHA-256 {groups(made['sha256'])}"

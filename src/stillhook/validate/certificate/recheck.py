@@ -18,7 +18,14 @@ from stillhook.report.pictures import can_draw, can_set
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import UNSIGNED
 from stillhook.units import number, quote, show
-from stillhook.validate.certificate.certificate import Certificate, certificate_of, crane_part, sha256_of, versions
+from stillhook.validate.certificate.certificate import (
+    Certificate,
+    certificate_of,
+    crane_part,
+    sha256_of,
+    versions,
+    with_its_annex,
+)
 from stillhook.validate.data_set.campaign import Campaign, load_campaign
 from stillhook.validate.report.figures import pictures
 from stillhook.validate.validation import validate
@@ -34,7 +41,8 @@ class Check:
     """What a check found. changed: inputs that are other than they were, a line each; missing: inputs that are not
     there, or cannot be used any more; lines: verdict lines and ends of the envelope that come out otherwise; computed:
     whether they were computed again; same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF
-    next to it, None where there is none; largest: largest relative difference of two numbers, and where it is."""
+    and the annex next to it, None where there is none; largest: largest relative difference of two numbers, and where
+    it is."""
 
     certificate: Certificate
     changed: tuple[str, ...]
@@ -100,7 +108,7 @@ def check(
     """
     data = certificate.data
     file = Path(campaign) if campaign is not None else _near(Path(path), data)
-    code = tuple(_code(data["twin"]))
+    code = (*_annex(data, Path(path)), *_code(data["twin"]))
     if not file.is_file():
         hint = "State it with --campaign." if campaign is None else "Check the path."
         return Check(certificate, code, (f"campaign {quote(str(file))}: no such file. {hint}",))
@@ -113,13 +121,15 @@ def check(
         validation = validate(todo, progress=progress)
     except StillhookError as problem:
         return Check(certificate, changed, missing or (str(problem),))
+    comparable = can_draw() and can_set()
+    figures = pictures(validation) if comparable else {}
     again = certificate_of(validation)
     if campaign is not None:
         again = _named(again, data["campaign"]["file"])
+    if comparable and data["annex"] is not None:
+        again, _ = with_its_annex(again, figures)
     largest, where = max(_differences(data, again.data), default=(0.0, ""))
-    pdf_file = Path(path).with_suffix(".pdf")
-    comparable = pdf_file.is_file() and can_draw() and can_set()
-    same_pdf = pdf_file.read_bytes() == again.pdf(pictures(validation)) if comparable else None
+    same_pdf = _same_pdf(Path(path), again, figures) if comparable else None
     return Check(
         certificate,
         changed,
@@ -131,6 +141,24 @@ def check(
         largest,
         where,
     )
+
+
+def _annex(data: Mapping[str, Any], path: Path) -> Iterator[str]:
+    """Whether the annex next to the certificate is another one than it names; it may be kept elsewhere."""
+    named = data["annex"]
+    if named is None:
+        return
+    file = path.parent / Path(str(named.get("file", ""))).name
+    if file.is_file() and sha256_of(file) != named.get("sha256"):
+        yield f"annex {file.name}: changed since; the certificate holds the hash of another one."
+
+
+def _same_pdf(path: Path, again: Certificate, figures: Mapping[str, bytes]) -> bool | None:
+    """Whether the PDF files next to the certificate come out as they are; None where there are none."""
+    main, annex = path.with_suffix(".pdf"), path.parent / again.annex_name
+    same = [main.read_bytes() == again.pdf()] if main.is_file() else []
+    same += [annex.read_bytes() == again.annex(figures)] if annex.is_file() else []
+    return all(same) if same else None
 
 
 def _near(path: Path, data: Mapping[str, Any]) -> Path:

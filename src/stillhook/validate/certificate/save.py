@@ -34,7 +34,7 @@ SOMETIMES = (
     DEVIATIONS,
     TUNED,
     CRANE,
-    *(f"{stem}{end}" for stem in (CERTIFICATE, NOT_PASSED) for end in (".json", ".pdf")),
+    *(f"{stem}{end}" for stem in (CERTIFICATE, NOT_PASSED) for end in (".json", ".pdf", "-annex.pdf")),
 )
 """Files that not every validation writes: one of an earlier validation must not stay next to the report of a later
 one."""

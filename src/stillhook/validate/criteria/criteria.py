@@ -39,6 +39,8 @@ from stillhook.units import quote
 from stillhook.validate.criteria.results import MEASURES, SETTINGS, StepNumber
 
 OURS = "ours"
+INFORMATION = "information"
+"""Kind of a line that is not judged."""
 
 
 class Limit(StrEnum):
@@ -50,25 +52,27 @@ class Limit(StrEnum):
 
 
 class Requirement(StrEnum):
-    """Verdict that a line requires. SHOWN: the data must show that the limit is met; NOT_REFUTED: they must not refute
-    it, for a limit that data can refute but hardly prove; then "not shown" blocks the certificate only where the
+    """Weight of a judged line. REQUIRED: the data must show that the limit is met; SUPPORTING: they must not refute it,
+    for a limit that data can refute but hardly prove; then "not shown" blocks the certificate only where the
     estimate itself misses the limit.
     """
 
-    SHOWN = "shown"
-    NOT_REFUTED = "not refuted"
+    REQUIRED = "required"
+    SUPPORTING = "supporting"
 
 
 _LIMITS = {kind.replace(" ", "_"): kind for kind in Limit}
 BEFORE = "by"
 """Field of criteria files until criteria set version 1: which part of the interval counted."""
+ASK_BEFORE = {"shown": Requirement.REQUIRED, "not refuted": Requirement.SUPPORTING}
+"""Values of the field ask until criteria set version 2."""
 
 
 @dataclass(frozen=True)
 class Criterion:
     """One criterion. measure: name of the measure that it judges; kind of limit; limit in SI; quantity of the measure;
-    written: the limit as the file has it ("5 cm"); ask: verdict that the line requires; judged: counts for the verdict;
-    needed: missing data count as a failure; source and reason of the limit."""
+    written: the limit as the file has it ("5 cm"); ask: weight of the line where it is judged; judged: counts for the
+    verdict; needed: missing data count as a failure; source and reason of the limit."""
 
     key: str
     step: StepNumber
@@ -78,11 +82,16 @@ class Criterion:
     limit: float
     quantity: str
     written: str
-    ask: Requirement = Requirement.SHOWN
+    ask: Requirement = Requirement.REQUIRED
     judged: bool = True
     needed: bool = True
     source: str = ""
     reason: str = ""
+
+    @property
+    def weight(self) -> str:
+        """Kind of the line in a word: required, supporting or information."""
+        return self.ask.value if self.judged else INFORMATION
 
     @property
     def limit_text(self) -> str:
@@ -132,7 +141,7 @@ class CriterionTable(RowTable):
     at_least: Any = Field(default=None, description="limit, or at_most, or within (of zero)")
     at_most: Any = None
     within: Any = None
-    ask: Requirement | None = Field(default=None, description="verdict that the line requires")
+    ask: Requirement | None = Field(default=None, description="weight of the line: required or supporting")
     judged: Flag | None = Field(default=None, description="false: for information")
     needed: Flag | None = Field(default=None, description="false: does not count where there are no data")
     source: Text | None = Field(default=None, description="where the limit is from")
@@ -144,7 +153,12 @@ class CriterionTable(RowTable):
         if isinstance(data, Mapping) and BEFORE in data:
             raise ValueError(
                 f"{BEFORE} is no longer a field: the complete 95 % interval decides. Leave it out, or write "
-                'ask = "not refuted" where it was "any".'
+                'ask = "supporting" where it was "any".'
+            )
+        ask = data.get("ask") if isinstance(data, Mapping) else None
+        if isinstance(ask, str) and ask in ASK_BEFORE:
+            raise ValueError(
+                f'ask = "{ask}" has another name since criteria set version 3. Write ask = "{ASK_BEFORE[ask].value}".'
             )
         return data
 
@@ -181,7 +195,7 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
         title = "Standard deviation of the deviation"
         measure = "e_c_pp_deviation_s"
         at_most = "2 cm"
-        ask = "shown"                 # default; "not refuted": a limit that data can refute but hardly prove
+        ask = "required"              # default; "supporting": a limit that data can refute but hardly prove
         judged = true                 # false: for information
         needed = true                 # false: does not count where there are no data
 
@@ -245,7 +259,7 @@ def _row(row: CriterionTable, old: Criterion | None, table: TomlTable, *, label:
         limit=limit,
         quantity=definition.quantity,
         written=written,
-        ask=row.ask or (old.ask if old else Requirement.SHOWN),
+        ask=row.ask or (old.ask if old else Requirement.REQUIRED),
         judged=row.judged if row.judged is not None else old is None or old.judged,
         needed=row.needed if row.needed is not None else old is None or old.needed,
         source=row.source or (old.source if old else f"given in {label}"),
@@ -303,8 +317,7 @@ def _changes(base: Criteria, kept: tuple[Criterion, ...], settings: Mapping[str,
 
 
 def _terms(c: Criterion) -> str:
-    judged, needed = "" if c.judged else ", for information", "" if c.needed else ", not needed"
-    return f"{c.measure} {c.limit_text}, to be {c.ask.value}{judged}{needed}"
+    return f"{c.measure} {c.limit_text}, {c.weight}{'' if c.needed else ', not needed'}"
 
 
 LIMITS_FILE = Path(str(files("stillhook.validate.criteria") / "detection_limits.toml"))

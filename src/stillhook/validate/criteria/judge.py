@@ -1,4 +1,4 @@
-"""Judgement of the measures by a set of criteria: one result per criterion, with one of three verdicts."""
+"""Judgement of the measures by a set of criteria: one result per criterion, with a verdict."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from stillhook.units import in_unit, number
 from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit, Requirement
-from stillhook.validate.criteria.results import CriterionResult, Measure, Outcome, StepNumber, Verdict
+from stillhook.validate.criteria.results import MEASURES, CriterionResult, Measure, Outcome, StepNumber, Verdict
 
 DIGITS = 3
 
@@ -20,9 +20,9 @@ def judge(
 ) -> tuple[CriterionResult, ...]:
     """The result of every criterion that belongs to one of these steps.
 
-    Of several measures of one name (one a test or load case) the worst is judged: refuted before not shown before
-    shown; one without a figure counts as not shown, and is left out where the criterion is not needed and others have
-    one. lacks: measures that have no meaning for the crane, with the reason; their lines are not judged.
+    Of several measures of one name (one a test or load case) the worst is judged: refuted before not shown and not
+    covered before shown; one without a figure is not covered, and is left out where the criterion is not needed and
+    others have one. lacks: measures that have no meaning for the crane, with the reason; their lines are not judged.
     """
     without = lacks or {}
     everything, completed_steps = tuple(measures), set(steps)
@@ -48,14 +48,17 @@ def outcome_of(results: Iterable[CriterionResult]) -> Outcome:
 
 def verdict_of(criterion: Criterion, measure: Measure) -> Verdict:
     """Shown where the complete 95 % interval of a measure meets the limit, refuted where no part of it does, else not
-    shown; a measure without an interval is judged by its value, one without a value is not shown."""
+    shown; a measure without an interval is judged by its value. Not covered: one without a value, one that the data
+    cannot detect, and one that counts what the tests contain and misses its limit."""
     value = _value(measure)
-    if value is None:
-        return Verdict.NOT_SHOWN
+    if value is None or measure.undetectable:
+        return Verdict.NOT_COVERED
     low, high = _ends(measure) or (value, value)
     fulfilled = [_within(criterion, x) for x in (low, high, value)]
     if all(fulfilled):
         return Verdict.SHOWN
+    if MEASURES[criterion.measure].coverage:
+        return Verdict.NOT_COVERED
     crosses_zero = criterion.kind is Limit.WITHIN and low <= 0.0 <= high
     return Verdict.NOT_SHOWN if crosses_zero or any(fulfilled) else Verdict.REFUTED
 
@@ -78,12 +81,12 @@ def _within(c: Criterion, x: float) -> bool:
 
 
 def _required(c: Criterion, m: Measure | None) -> bool:
-    """Whether "not shown" for this measure blocks the certificate: it must be shown, or has no value, or its estimate
-    misses the limit."""
+    """Whether "not shown" or "not covered" for this measure blocks the certificate: it must be shown, or has no value,
+    or its estimate misses the limit."""
     value = None if m is None else _value(m)
-    if value is None:
+    if value is None or (m is not None and m.undetectable):
         return c.needed
-    return c.ask is Requirement.SHOWN or not _within(c, value)
+    return c.ask is Requirement.REQUIRED or not _within(c, value)
 
 
 def _used(c: Criterion, m: Measure) -> float:
@@ -101,7 +104,8 @@ def _used(c: Criterion, m: Measure) -> float:
 
 def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
     """Rank: refuted, then blocking, then others; within a rank by utilisation of the limit, then by value."""
-    blocking = {Verdict.REFUTED: 3, Verdict.NOT_SHOWN: 2 if _required(c, m) else 1}
+    open_ = 2 if _required(c, m) else 1
+    blocking = {Verdict.REFUTED: 3, Verdict.NOT_SHOWN: open_, Verdict.NOT_COVERED: open_}
     rank = blocking.get(verdict_of(c, m), 0)
     used = _used(c, m)
     beyond = 0.0 if m.value is None else c.limit - m.value if c.kind is Limit.AT_LEAST else abs(m.value)
@@ -109,23 +113,24 @@ def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
 
 
 def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
-    available = [m for m in same if _value(m) is not None]
+    available = [m for m in same if _value(m) is not None and not m.undetectable]
     pool = same if c.needed or not available else available
     worst = max(pool, key=lambda m: _badness(c, m)) if pool else None
-    verdict = verdict_of(c, worst) if worst is not None else Verdict.NOT_SHOWN
-    has_figure = worst is not None and _value(worst) is not None
+    verdict = verdict_of(c, worst) if worst is not None else Verdict.NOT_COVERED
+    has_figure = worst is not None and _value(worst) is not None and not worst.undetectable
     return CriterionResult(
         key=c.key,
         step=c.step,
         title=c.title,
-        verdict=verdict if c.judged or not has_figure else Verdict.INFO,
+        verdict=verdict if c.judged else Verdict.INFO,
         measure=worst,
         limit=c.limit_text,
+        weight=c.weight,
         judged=c.judged and (c.needed or has_figure),
         source=c.source,
         message=_message(c, worst, available),
         required=_required(c, worst),
-        used=_used(c, worst) if worst is not None else math.nan,
+        used=_used(c, worst) if worst is not None and has_figure else math.nan,
         figures=sum(_ends(m) is not None for m in available),
     )
 
@@ -139,6 +144,7 @@ def _not_judged(c: Criterion, reason: str) -> CriterionResult:
         verdict=Verdict.NOT_JUDGED,
         measure=Measure(c.measure, None, c.quantity, note=reason),
         limit=c.limit_text,
+        weight=c.weight,
         judged=False,
         source=c.source,
         message=f"{c.title}: not judged, {reason}.",
@@ -188,12 +194,17 @@ def _message(c: Criterion, m: Measure | None, known: Sequence[Measure]) -> str:
     parts = [part for part in (interval_words(c, m), structural_words(c, m)) if part]
     interval = f" (95 % interval {', '.join(parts)})" if parts else ""
     limit = f"limit {c.limit_text}{_beyond(c, m)}" if c.judged else f"{c.limit_text} for comparison, not judged"
+    if m.undetectable:
+        limit = f"not detectable with these data, as the interval is wider than the limit ({c.limit_text})"
     return f"{c.title}{where}: {in_words(c, value)}{interval}, {limit}{rest}."
 
 
 def _beyond(c: Criterion, m: Measure) -> str:
-    """Why a value with an interval is not shown, in words."""
-    if verdict_of(c, m) is not Verdict.NOT_SHOWN or m.value is None:
+    """Why a value is not shown or not covered, in words."""
+    verdict = verdict_of(c, m)
+    if verdict is Verdict.NOT_COVERED:
+        return ", which the tests do not reach"
+    if verdict is not Verdict.NOT_SHOWN or m.value is None:
         return ""
     if _within(c, m.value):
         return ", which part of the interval misses"

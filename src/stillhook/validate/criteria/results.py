@@ -49,13 +49,14 @@ TITLES: Mapping[StepNumber, str] = {
 class Verdict(StrEnum):
     """Verdict of the data on a criterion, from the 95 % interval of its value alone.
 
-    SHOWN: the complete interval meets the limit; REFUTED: no part of it does; NOT_SHOWN: some of it does, or there is
-    no figure; INFO: for comparison; NOT_JUDGED: the crane lacks what the line rests on. A figure
-    without an interval (a count, a maximum) is shown or refuted by its value.
+    SHOWN: the complete interval meets the limit; REFUTED: no part of it does; NOT_SHOWN: some of it does; NOT_COVERED:
+    the tests lack the data of the line, which says nothing of the crane; INFO: for comparison; NOT_JUDGED: the crane
+    lacks what the line rests on. A figure without an interval (a count, a maximum) is shown or refuted by its value.
     """
 
     SHOWN = "shown"
     NOT_SHOWN = "not shown"
+    NOT_COVERED = "not covered"
     REFUTED = "refuted"
     INFO = "for information"
     NOT_JUDGED = "not judged"
@@ -63,7 +64,7 @@ class Verdict(StrEnum):
 
 class Outcome(StrEnum):
     """Outcome of all lines together. PASSED: no line blocks; REFUTED: a line is refuted; NOT_SHOWN: none
-    is, but something that must be shown is not; NOT_JUDGED: no line counts."""
+    is, but something that must be shown is not, or is not covered by the tests; NOT_JUDGED: no line counts."""
 
     PASSED = "passed"
     NOT_SHOWN = "not shown"
@@ -80,7 +81,8 @@ class Measure:
     structural: half width, in the quantity, due to the form of a law in addition to the sampling error; test: name of
     the test or load case that it is of, "" for all; data: what it is based on ("4 load cases, 2140 s, 71 effective
     windows"); note: further information in one line, such as the likely cause. value None: not determined by the data;
-    `note` gives the reason.
+    `note` gives the reason. undetectable: the interval is so wide that a deviation of the size of the limit would not
+    be detected: the value is stated, and not judged.
     """
 
     name: str
@@ -92,10 +94,11 @@ class Measure:
     data: str = ""
     note: str = ""
     structural: float = 0.0
+    undetectable: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """The measure as plain data for JSON, in SI."""
-        names = ("name", "value", "low", "high", "structural", "quantity", "test", "data", "note")
+        names = ("name", "value", "low", "high", "structural", "quantity", "test", "data", "note", "undetectable")
         return {name: getattr(self, name) for name in names}
 
 
@@ -103,11 +106,12 @@ class Measure:
 class CriterionResult:
     """One line of the verdict: a criterion, its value, the limit and the underlying data.
 
-    judged: whether the line counts for the verdict; required: whether it blocks the certificate where it is not shown;
-    limit as text ("at most 5 cm"); source of the criterion ("paper F table 2", "ours"); message: all of it in one
-    sentence; used: the farthest end of the interval (of a figure without one: the figure) as a part of the limit, above
-    1 beyond it, NaN where there is none; figures: how many figures with an interval were judged (one a test or load
-    case), 0 where the line was judged by a value or not at all.
+    weight: required, supporting or information; judged: whether the line counts for the verdict; required: whether it
+    blocks the certificate where it is not shown or not covered; limit as text ("at most 5 cm"); source of the criterion
+    ("paper F table 2", "ours"); message: all of it in one sentence; used: the farthest end of the interval (of a figure
+    without one: the figure) as a part of the limit, above 1 beyond it, NaN where there is none; figures: how many
+    figures with an interval were judged (one a test or load case), 0 where the line was judged by a value or not at
+    all.
     """
 
     key: str
@@ -116,6 +120,7 @@ class CriterionResult:
     verdict: Verdict
     measure: Measure | None
     limit: str
+    weight: str
     judged: bool
     source: str
     message: str
@@ -126,9 +131,8 @@ class CriterionResult:
     @property
     def failed(self) -> bool:
         """Whether this line blocks a certificate."""
-        return self.judged and (
-            self.verdict is Verdict.REFUTED or (self.verdict is Verdict.NOT_SHOWN and self.required)
-        )
+        open_ = self.verdict in (Verdict.NOT_SHOWN, Verdict.NOT_COVERED)
+        return self.judged and (self.verdict is Verdict.REFUTED or (open_ and self.required))
 
     @property
     def consumer_risk(self) -> float | None:
@@ -149,6 +153,7 @@ class CriterionResult:
             "step": int(self.step),
             "title": self.title,
             "verdict": self.verdict.value,
+            "weight": self.weight,
             "judged": self.judged,
             "required": self.required,
             "failed": self.failed,
@@ -206,12 +211,14 @@ class Named:
 class NamedMeasure(Named):
     """step that computes it; signals: logged signals that it depends on, and so judges; kinds of tests that it covers
     where it covers several at once, () all; needs: circuits of the crane, and own signals of its winch type, without
-    which it has no meaning."""
+    which it has no meaning; coverage: it counts what the tests contain, so that it can be too little and refute
+    nothing."""
 
     step: StepNumber
     signals: Sequence[str] = ()
     kinds: Sequence[str] = ()
     needs: Sequence[str] = ()
+    coverage: bool = False
 
 
 _TABLE = tomllib.loads((files("stillhook.validate.criteria") / "measures.toml").read_text(encoding="utf-8"))

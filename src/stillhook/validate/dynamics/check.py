@@ -164,7 +164,7 @@ def _leak_at(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) 
     """Point of the leakage of step 4: of its own turns, or of the flow balance if that refutes the crane file's
     form."""
     if flow is not None and flow.leak.refuted:
-        return flow.leak.judged_at
+        return flow.leak.at
     rows = leak_rows(parts_of(campaign, tests))
     if rows is not None and rows.used.any():
         return rows.at
@@ -298,8 +298,8 @@ def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
 
     The capacitance goes into the volume of the lines, the leakage into motors and pumps of the active circuit alike,
     the inertia into all parts but the wire, whose own follows from its mass. Where the logs refute the form of the
-    leakage, the form that they support is used, as estimated by the flow balance, provided that they determine the
-    value at the crane file's point, and nothing of the crane file's form.
+    leakage, the form that they support is used, as estimated by the flow balance and at its pressure, provided that
+    they determine the value at the crane file's setting and speed, and nothing of the crane file's form.
     """
     if not isinstance(step, DynamicsStep):
         return None
@@ -358,8 +358,12 @@ def _leakage_in_form(crane: Crane, leak: LeakChoice, campaign: Campaign) -> dict
         "active.pump.leak_scale": (1.0 if a.pump.leak_scale is None else a.pump.leak_scale) * of_pumps,
         "active.C_leak": leak.reference.value,
     }
-    form_leaf: Leaf = {"value": form.value, "kind": "fitted", "source": source}
-    return _leaves(crane, values, source) | {"active.leak.form": form_leaf}
+    pressure = f"{number(in_display(leak.at.p, 'pressure'), DIGITS)} {KINDS['pressure'].display}"
+    point: dict[str, Leaf] = {
+        "active.leak.form": {"value": form.value, "kind": "fitted", "source": source},
+        "active.leak.at.p": {"value": pressure, "kind": "fitted", "source": source},
+    }
+    return _leaves(crane, values, source) | point
 
 
 def _nested(leaves: Mapping[str, Leaf]) -> dict[str, Any]:

@@ -133,7 +133,7 @@ def in_form(f: TunedValue, flow: Balance | None) -> TunedValue:
     refute the crane file's form: a value of a law that does not hold is meaningless. Every other value unchanged."""
     if f.name != C_LEAK or flow is None or not flow.leak.refuted:
         return f
-    e = flow.leak.judged
+    e = flow.leak.value
     return replace(
         f,
         factor=Estimate(1.0 + e.value, max(1.0 + e.low, 0.0), 1.0 + e.high, e.n, e.structural),
@@ -141,7 +141,7 @@ def in_form(f: TunedValue, flow: Balance | None) -> TunedValue:
         reason="",
         fits=False,
         form=f"{form_says(flow.leak)} (by the flow balance of the tests with heave compensation)",
-        of=None if flow.leak.judged_at_file_point else flow.leak.twin,
+        of=flow.leak.twin,
     )
 
 

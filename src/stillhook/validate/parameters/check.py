@@ -66,9 +66,12 @@ def statements(criteria: Criteria, results: Sequence[Measure]) -> tuple[str, ...
             met = [(m, verdict_of(c, m)) for m in same]
             wrong = [m for m, verdict in met if verdict is Verdict.REFUTED]
             open_ = [m.value for m, verdict in met if verdict is Verdict.NOT_SHOWN and m.value is not None]
+            wide_only = [m for m in same if m.undetectable]
             if wrong:
                 worst = max(wrong, key=lambda m: abs(m.value or 0.0))
                 broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(same))))
+            elif wide_only:
+                unknown.setdefault(wide_only[0].note, []).append(c.title)
             elif all(m.value is None for m in same):
                 unknown.setdefault(same[0].note, []).append(c.title)
             elif open_:

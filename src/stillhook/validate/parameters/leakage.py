@@ -17,12 +17,12 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
-from stillhook.library.leakage import Point, form_of, pump_leak, stated_leak
+from stillhook.library.leakage import form_of, point_text, pump_leak, stated_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Fit, fit
 from stillhook.statistics.estimate import Estimate, t_factor
-from stillhook.units import parse, show
+from stillhook.units import number, parse, show
 from stillhook.winches.circuits.tables import LeakForm, LeakPoint
 
 FEWEST_FOR_FORM = 8
@@ -47,11 +47,18 @@ SIGNS = {"C_h": -1.0, "slip": -1.0}
 PARTS = ("head", "stroke", "speed")
 LINEAR = ("head", "alpha")
 """Parts of a leak that rises in proportion to the pumps' setting: of the form "stroke", but no table of the library."""
-ONE_SLOPE = (LINEAR, ("head", "speed"))
+BY_PRESSURE = ("head", "pressure")
+"""Parts of a leak whose conductance rises or falls with pressure: gaps that open, flow past edges, oil that warms. No
+published form has it, so none is offered; what the data leave of it is in the interval."""
+PRESSURE_SPREAD = 0.3
+"""Deviation of that rise up to SLIP_PRESSURE before any data, over the conductance without pressure [-]."""
+ONE_SLOPE = (LINEAR, ("head", "speed"), BY_PRESSURE)
 """Leak laws with one slope, the simplest that show the uncertainty of the slope."""
 EXTRAPOLATED = 0.25
-"""Half width of the interval at the crane file's point beyond which the data do not determine the leakage there [-]:
-the criteria's limit."""
+"""Half width of the interval at the crane file's setting and speed beyond which the data do not determine the leakage
+there, so that no law is offered [-]: the criteria's limit."""
+OUTER = 0.02
+"""Share of the rows at either end that do not count for the range of the data [-]."""
 NUISANCE = ("Q_p", "way", "C_h", "rate", "slip")
 """Columns in addition to the leak: ratio of the displacements, zero of the pumps' setting, capacitance of the line, lag
 of the speed, and slip of the electric motors that drive the pumps, which takes flow like a leak that rises with setting
@@ -81,6 +88,11 @@ class LeakRows:
     dp: FloatArray
 
     @property
+    def pressure(self) -> FloatArray:
+        """Head times pressure difference, over SLIP_PRESSURE [Pa]."""
+        return self.head * np.abs(self.dp) / SLIP_PRESSURE
+
+    @property
     def used(self) -> BoolArray:
         """Rows used in a fit, (n,)."""
         return np.isfinite(self.Q_m) & np.isfinite(
@@ -105,6 +117,32 @@ class LeakRows:
         """Working point of the leakage of these rows; setting and speed weighted by the driving pressure."""
         head = self.total("head")
         return WorkingPoint(float(np.mean(self.dp[self.used])), self.total("alpha") / head, self.total("speed") / head)
+
+    @property
+    def span(self) -> Span:
+        """Range of the leakage in these rows."""
+        good = self.used & (self.head > 0.0)
+
+        def ends(x: FloatArray) -> tuple[float, float]:
+            low, high = np.quantile(x[good], (OUTER, 1.0 - OUTER))
+            return float(low), float(high)
+
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return Span(ends(self.dp), ends(self.alpha / self.head), ends(self.speed / self.head))
+
+
+class Span(NamedTuple):
+    """Smallest and largest pressure difference [Pa], setting of the pumps [-] and speed of the motors [rad/s] of the
+    data, without `OUTER` at either end."""
+
+    p: tuple[float, float]
+    alpha_p: tuple[float, float]
+    n_m: tuple[float, float]
+
+
+def _beyond(x: float | None, ends: tuple[float, float]) -> float:
+    """How far a number is above or below a range; 0 inside."""
+    return 0.0 if x is None else min(x - ends[0], 0.0) + max(x - ends[1], 0.0)
 
 
 class WorkingPoint(NamedTuple):
@@ -147,7 +185,8 @@ class LeakChoice:
     file's law at the working point [m^3/s/Pa]; bend: part of the leakage by which the crane file's law, scaled, differs
     from the chosen one over the data, as a deviation [-]; refuted: the crane file's form is; in_file_form: value that
     the crane file's law, scaled, would give; sloped: the laws of `ONE_SLOPE` that the data leave by their parts,
-    whatever the sign of their slope; file_at: the crane file's point."""
+    whatever the sign of their slope; file_at: the crane file's point; span: pressures, settings and speeds of the
+    data."""
 
     chosen: Candidate
     candidates: tuple[Candidate, ...]
@@ -162,22 +201,7 @@ class LeakChoice:
     in_file_form: Estimate
     sloped: tuple[tuple[tuple[str, ...], Fit], ...]
     file_at: LeakPoint
-
-    @property
-    def judged_at_file_point(self) -> bool:
-        """Whether the leakage is judged at the crane file's point: its form is refuted, and the data determine the
-        leakage there."""
-        return self.refuted and self.at_file_point.half <= EXTRAPOLATED
-
-    @property
-    def judged(self) -> Estimate:
-        """Leakage over the crane file's, less 1, where it is judged: at the crane file's or else the working point."""
-        return self.at_file_point if self.judged_at_file_point else self.value
-
-    @property
-    def judged_at(self) -> Point:
-        """The point of `judged`."""
-        return self.file_at if self.judged_at_file_point else self.at
+    span: Span
 
     @property
     def at_file_point(self) -> Estimate:
@@ -187,9 +211,17 @@ class LeakChoice:
 
     @property
     def offered(self) -> bool:
-        """Whether the chosen law may replace that of a crane file: the data determine its value there, and a file can
-        state it. One that rises in proportion to the pumps' setting is in no table."""
-        return self.judged_at_file_point and self.chosen.parts != LINEAR
+        """Whether the chosen law may replace that of a crane file, at the pressure of the data: they determine its
+        value at the file's setting and speed, and a file can state it. One that rises in proportion to the pumps'
+        setting is in no table."""
+        return self.refuted and self.at_file_point.half <= EXTRAPOLATED and self.chosen.parts != LINEAR
+
+    @property
+    def beyond_pressure(self) -> float:
+        """Pressure by which the crane file's point is outside the data, above positive [Pa]; 0 inside, or where the
+        file states none. Leakage measured at one pressure says nothing of another: every form is proportional to
+        pressure, and no form is fitted over it."""
+        return _beyond(self.file_at.p, self.span.p)
 
     def nuisance(self, name: str, add: float = 0.0, factor: float = 1.0) -> Estimate:
         """Coefficient of one of `NUISANCE` times a factor, plus a number, with an interval across the forms."""
@@ -260,6 +292,8 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
     misfits = {
         parts: fitted for parts, (fitted, distance) in laws.items() if _probability(*distance, fitted.blocks) >= AGAINST
     }
+    if BY_PRESSURE in laws:  # none of the widest law's parts, so that its distance from that law refutes nothing
+        misfits[BY_PRESSURE] = _of_usual_slope(laws[BY_PRESSURE][0])
     sloped = tuple((parts, misfits[parts]) for parts in ONE_SLOPE if parts in misfits)
     return _chosen(crane, rows, options, len(widest[0]), sloped)
 
@@ -278,10 +312,20 @@ def _fitted(rows: LeakRows, nuisance: tuple[str, ...], parts: tuple[str, ...]) -
 
 
 def _informed(fitted: Fit, i: int) -> Fit:
-    """The fit with the slip, coefficient i, and its prior, by the covariance of the blocks (Bayes, normal)."""
-    gain = fitted.cov[:, i] / (fitted.cov[i, i] + SLIP_SPREAD**2)
+    """The fit with the slip, coefficient i, and its prior."""
+    return _known(fitted, i, SLIP, SLIP_SPREAD)
+
+
+def _known(fitted: Fit, i: int, value: float, spread: float) -> Fit:
+    """The fit with coefficient i known beforehand within a deviation, by the covariance of the blocks (Bayes)."""
+    gain = fitted.cov[:, i] / (fitted.cov[i, i] + spread**2)
     cov = fitted.cov - np.outer(gain, fitted.cov[i])
-    return replace(fitted, b=fitted.b + gain * (SLIP - fitted.b[i]), cov=0.5 * (cov + cov.T))
+    return replace(fitted, b=fitted.b + gain * (value - fitted.b[i]), cov=0.5 * (cov + cov.T))
+
+
+def _of_usual_slope(fitted: Fit) -> Fit:
+    """The law `BY_PRESSURE` with what is known of its slope beforehand."""
+    return _known(fitted, len(fitted.b) - 1, 0.0, PRESSURE_SPREAD * float(fitted.b[-2]))
 
 
 def _widest(rows: LeakRows, nuisance: tuple[str, ...]) -> tuple[tuple[str, ...], Fit] | None:
@@ -334,7 +378,14 @@ def _chosen(
     stroke = float(pump_leakage(file.at.alpha_p, pump_leak(crane.active.pump)))
     stated = stated_leak(crane.active)
     # conductance at the crane file's point per coefficient of each part
-    per = {"head": 1.0, "stroke": stroke, "alpha": file.at.alpha_p, "speed": file.at.n_m, "file": stated}
+    per = {
+        "head": 1.0,
+        "stroke": stroke,
+        "alpha": file.at.alpha_p,
+        "speed": file.at.n_m,
+        "file": stated,
+        "pressure": math.nan,
+    }
     m = options[0][2].blocks
     evidence = np.array([m * math.log1p(T2 / (m - 1)) + (carried - q) * math.log(m) for *_, (T2, q) in options])
     weights = np.exp(-0.5 * (evidence - evidence.min()))
@@ -359,7 +410,7 @@ def _chosen(
     bend = _bend(rows, best)
     values, references = ([(c.weight, getattr(c, name)) for c in candidates] for name in ("value", "reference"))
     free_values = [_value(rows, *law) for law in sloped]
-    free_references = [_reference(per, *law) for law in sloped]
+    free_references = [_reference(per, *law) for law in sloped if law[0] != BY_PRESSURE]
     blocks, unclosed = best.fit.blocks, rows.unclosed
     return LeakChoice(
         chosen=best,
@@ -375,6 +426,7 @@ def _chosen(
         in_file_form=file_candidate.value,
         sloped=sloped,
         file_at=file.at,
+        span=rows.span,
     )
 
 
@@ -440,14 +492,32 @@ def form_says(leak: LeakChoice) -> str:
         log_form, file_form = f"{log_form} in other parts", "not as stated"
     others = [form for form in leak.remaining_forms if form is not leak.chosen.form]
     apart = f" (not distinguished from {' or '.join(others)})" if others else ""
-    judged_at = "crane file's point"
-    if not leak.judged_at_file_point:
-        half = f"{100.0 * leak.at_file_point.half:.0f} %"
-        judged_at = f"working point of the data, because at the crane file's point the uncertainty is +- {half}"
-    reference = f"{show(leak.reference.value, 'leakage', 3)} +- {show(leak.reference.half, 'leakage', 2)}"
     return (
-        f"the form of the leakage does not fit: it {log_form} in the log{apart}, {file_form} in the crane file; at the"
-        f" crane file's point {reference} where it has {show(leak.stated, 'leakage', 3)}; structural error of its law,"
-        f" scaled to these data: {100.0 * leak.bend:.1f} %; in its form the data give"
-        f" {100.0 * leak.in_file_form.value:+.1f} %, so no value in that form is offered; judged at the {judged_at}"
+        f"the form of the leakage does not fit: it {log_form} in the log{apart}, {file_form} in the crane file;"
+        f" structural error of its law, scaled to these data: {100.0 * leak.bend:.1f} %; in its form the data give"
+        f" {100.0 * leak.in_file_form.value:+.1f} %, so no value in that form is offered"
     )
+
+
+def file_point_says(leak: LeakChoice) -> str:
+    """How far the crane file's point is from the data, in words."""
+    at, span = leak.file_at, leak.span
+    parts = [
+        _apart(at.p, span.p, "pressure"),
+        _apart(at.alpha_p, span.alpha_p, ""),
+        _apart(at.n_m, span.n_m, "rotation"),
+    ]
+    outside = [part for part in parts if part]
+    where = f"outside the data by {', '.join(outside)}" if outside else "inside the range of the data"
+    return f"the crane file's point ({point_text(at)}) is {where}"
+
+
+def _apart(x: float | None, ends: tuple[float, float], quantity: str) -> str:
+    """Distance of a coordinate from its range, "129 bar (data 22 to 96 bar)"; "" inside."""
+    far = abs(_beyond(x, ends))
+    if far == 0.0:
+        return ""
+    if not quantity:
+        return f"alpha_p {number(far, 2)} (data {number(ends[0], 2)} to {number(ends[1], 2)})"
+    low, high = (show(end, quantity, 3) for end in ends)
+    return f"{show(far, quantity, 3)} (data {low} to {high})"

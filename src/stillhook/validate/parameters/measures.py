@@ -4,19 +4,20 @@ are these parameters less those of the crane file, with the likely cause in word
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stillhook.library.leakage import point_text
+from stillhook.report.formatting import percent
 from stillhook.statistics.estimate import Estimate, extremes
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import MEASURES, Measure
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters import flow, hoisting, settings, signals
+from stillhook.validate.parameters import flow, hoisting, settings, signals, wire
 from stillhook.validate.parameters.hoisting import Friction
-from stillhook.validate.parameters.leakage import form_says
+from stillhook.validate.parameters.leakage import LeakChoice, file_point_says, form_says
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import Ratio
 from stillhook.winches.circuits.tables import ServoVariant
@@ -47,6 +48,7 @@ class ParameterEstimates:
     cells: tuple[hoisting.Cell, ...]
     frictions: tuple[Friction, ...]
     delays: tuple[signals.TipDelay, ...]
+    wires: tuple[wire.WireStiffness, ...]
     references: tuple[signals.Reference, ...]
     pressures: tuple[flow.Pressures, ...]
     rests: flow.Rests | None
@@ -70,6 +72,7 @@ def parameter_estimates(
     closed = [p for p in parts if "active" in p.crane.circuits]
     motor, pump = settings.motor_offset(closed), settings.pump_setting(closed)
     progress(0.84)
+    delays = signals.tip_delays(parts)
     balance, cells, frictions = flow.balance(closed), hoisting.cells(parts), hoisting.frictions(closed)
     progress(0.9)
     return ParameterEstimates(
@@ -83,7 +86,8 @@ def parameter_estimates(
         balance=balance,
         cells=cells,
         frictions=frictions,
-        delays=signals.tip_delays(parts),
+        delays=delays,
+        wires=wire.wire_stiffnesses(parts, delays),
         references=signals.references(parts),
         pressures=flow.pressures(closed),
         rests=flow.rests(closed[0].crane, records) if closed and records else None,
@@ -105,6 +109,7 @@ def measures(campaign: Campaign, estimates: ParameterEstimates) -> tuple[Measure
         *_cells(estimates),
         *friction,
         *_delay(campaign, estimates),
+        _wire(estimates),
         *_references(estimates),
         *pressures,
     )
@@ -211,14 +216,21 @@ def _flow(estimates: ParameterEstimates) -> list[Measure]:
     b = estimates.balance
     if b is None:
         note = "log p_a, p_b, the motor speed, alpha_m (or u_m) and alpha_p (or u_p), with pressure in one line"
-        return undetermined(note, "displacement_ratio_error", "leakage_error", "leakage_here_error")
+        return undetermined(note, "displacement_ratio_error", "leakage_error", "leakage_file_error")
     data = rests_on(estimates.parts, b.tests, b.ratio.n)
-    working_point = f"at {point_text(b.leak.at)}, the working point of the leakage in these data"
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
-        measure("leakage_error", b.leak.judged, data=data, note=_leak_says(b)),
-        measure("leakage_here_error", b.leakage, data=data, note=working_point),
+        measure("leakage_error", b.leakage, data=data, note=_leak_says(b)),
+        at_file_point(b.leak, data),
     ]
+
+
+def at_file_point(leak: LeakChoice, data: str) -> Measure:
+    """Leakage at the crane file's point; no value where the data do not reach its pressure."""
+    name, note = "leakage_file_error", file_point_says(leak)
+    if leak.beyond_pressure != 0.0:
+        return measure(name, None, data=data, note=f"{note}; at that pressure nothing was measured")
+    return measure(name, leak.at_file_point, data=data, note=note)
 
 
 def _ratio_says(b: flow.Balance) -> str:
@@ -234,11 +246,12 @@ def _leak_says(b: flow.Balance) -> str:
     leak = b.leak
     implied, ours = (show(x, "leakage", 3) for x in (b.twin_leakage * (1.0 + b.leakage.value), b.twin_leakage))
     text = f"{implied} implied, {ours} in the twin at the working point of these data ({point_text(leak.at)})"
+    text += f"; {file_point_says(leak)}"
     if leak.refuted:
         text += f"; {form_says(leak)}"
     elif len(leak.remaining_forms) > 1:
         forms = ", ".join(leak.remaining_forms)
-        text += f", form as in the crane file; the data do not distinguish these forms: {forms}"
+        text += f"; form as in the crane file; the data do not distinguish these forms: {forms}"
     return text
 
 
@@ -295,15 +308,33 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
         return undetermined("the load cell is wrong: correct it first", name)
     each = extremes({d.test: d.delay.value for d in estimates.delays}, lambda x: f"{in_ms(x)} ms")
     text = f"{in_ms(total.value)} ms estimated{f', {each} by test' if each else ''}, {in_ms(campaign.delay)} ms stated"
-    if total.half > signals.WIDEST and abs(total.value - campaign.delay) < total.half:
+    e = Estimate.around(total.value - campaign.delay, total.half, total.n)
+    data = rests_on(estimates.parts, [d.test for d in estimates.delays], total.n)
+    if total.half > signals.WIDEST and abs(e.value) < total.half:
         note = (
             f"{text}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little"
             " wire out"
         )
-        return undetermined(note, name)
-    e = Estimate.around(total.value - campaign.delay, total.half, total.n)
-    data = rests_on(estimates.parts, [d.test for d in estimates.delays], total.n)
+        return [replace(measure(name, e, data=data, note=note), undetectable=True)]
     return [measure(name, e, data=data, note=f"{text}, from the force of the hook's motion")]
+
+
+def _wire(estimates: ParameterEstimates) -> Measure:
+    """Stiffness of the wire; one that agrees within a wide interval is marked as not detectable."""
+    name, total = "wire_stiffness_error", wire.overall(estimates.wires)
+    if total is None:
+        note = "log the load cell F_w together with s_tip and s_w, in heave compensation with tip motion"
+        return measure(name, None, note=note)
+    if any(error > hoisting.CLOSE for error in estimates.cell_errors):
+        return measure(name, None, note="the load cell is wrong: correct it first")
+    each = extremes({x.test: x.error.value for x in estimates.wires}, percent)
+    note = f"from the force of the hook's motion{f', {each} by test' if each else ''}"
+    data = rests_on(estimates.parts, [x.test for x in estimates.wires], total.n)
+    found = measure(name, total, data=data, note=note)
+    if total.half <= wire.WIDEST or abs(total.value) > total.half:
+        return found
+    advice = "load, motion or load cell are too weak; test a heavy load with much wire out in short waves"
+    return replace(found, note=f"{note}; {advice}", undetectable=True)
 
 
 def _references(estimates: ParameterEstimates) -> list[Measure]:

@@ -214,13 +214,15 @@ class TipDelay:
 
 
 @dataclass(frozen=True)
-class _Sea:
-    """A part in the band of the sea: measured force (n,) [N], spectra of the forces that tip and wire make, direction
-    of the wire (n,), angular frequencies [rad/s], blocks, and the samples that count."""
+class Sea:
+    """A part in the band of the sea: measured force (n,) [N], spectra of the forces that tip and wire make, relative
+    change of either by that of the wire's stiffness, direction of the wire (n,), angular frequencies [rad/s], blocks,
+    and the samples that count."""
 
     force: FloatArray
     tip: Spectrum
     wire: Spectrum
+    by_stiffness: Spectrum
     way: FloatArray
     w: FloatArray
     block: IntArray
@@ -238,9 +240,9 @@ class _Sea:
 
 def tip_delays(parts: Sequence[LogPart]) -> tuple[TipDelay, ...]:
     """Delay of the logged tip behind the true one, of every test with heave compensation and a logged load cell."""
-    usable = [p for p in parts if _compensates(p, LEAST_PP) and p.knows("F_w", "s_tip", "s_w")]
+    usable = [p for p in parts if compensates(p, LEAST_PP) and p.knows("F_w", "s_tip", "s_w")]
     tests = by_test([p for p in usable if p.segment.duration > 4.0 * EDGE])
-    return tuple(d for test, same in tests.items() if (d := _delay(test, [_sea(p) for p in same])) is not None)
+    return tuple(d for test, same in tests.items() if (d := _delay(test, [sea_of(p) for p in same])) is not None)
 
 
 def overall(delays: Sequence[TipDelay]) -> Estimate | None:
@@ -248,11 +250,12 @@ def overall(delays: Sequence[TipDelay]) -> Estimate | None:
     return pooled([f.delay for f in delays]) if delays else None
 
 
-def _compensates(part: LogPart, least_pp: float) -> bool:
+def compensates(part: LogPart, least_pp: float) -> bool:
     return part.segment.mode.compensates and part.segment.s_tip_pp >= least_pp
 
 
-def _sea(part: LogPart) -> _Sea:
+def sea_of(part: LogPart, stiffness: float = 1.0) -> Sea:
+    """A part in the band of the sea; stiffness: of the wire over the twin's [-]."""
     from scipy.signal import detrend  # heavy: only where logs are checked
 
     n = max(1, round(EVERY / part.step))
@@ -261,26 +264,28 @@ def _sea(part: LogPart) -> _Sea:
     t = part.t[::n]
     inside = (t > EDGE) & (t < t[-1] - EDGE) & np.isfinite(F) & np.isfinite(tip) & np.isfinite(wire)
     f = np.asarray(np.fft.rfftfreq(len(t), n * part.step), dtype=np.float64)
-    response, top = _response(part, f)
+    response, by_stiffness, top = _response(part, f, stiffness)
     band = np.interp(f, (*LOW, top, FLANK * top), (0.0, 1.0, 1.0, 0.0), left=0.0, right=0.0)
     level = (detrend(filled(x)) for x in (F, tip, wire, np.tanh(speed / TURN)))
     F_band, s_tip, s_w, way_band = (np.fft.rfft(x) * band for x in level)
     force, way = (np.fft.irfft(x, len(t)) for x in (F_band, way_band))
-    return _Sea(force, s_tip * response, s_w * response, way, 2.0 * math.pi * f, part.blocks(t), inside)
+    return Sea(force, s_tip * response, s_w * response, by_stiffness, way, 2.0 * math.pi * f, part.blocks(t), inside)
 
 
-def _response(part: LogPart, f: FloatArray) -> tuple[Spectrum, float]:
-    """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass, and the band's
-    upper end [Hz]."""
+def _response(part: LogPart, f: FloatArray, stiffness: float) -> tuple[Spectrum, Spectrum, float]:
+    """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass; its relative
+    change by that of the stiffness [-]; and the band's upper end [Hz]."""
     hoist, w = part.params.hoist, 2.0 * math.pi * f
     s_w = float(np.nanmean(part["s_w"]))
-    k, m = float(wire_stiffness(s_w, hoist.wire)), float(hoist.load.m)
+    twin_k, m = float(wire_stiffness(s_w, hoist.wire)), float(hoist.load.m)
+    k = stiffness * twin_k
     pull = k + 1j * w * float(wire_damping(s_w, m, hoist.wire))
-    top = min(HIGH, BELOW_RESONANCE * math.sqrt(k / m) / (2.0 * math.pi))
-    return -m * w**2 * pull / (pull - m * w**2), max(top, 1.1 * LOW[1])
+    top = min(HIGH, BELOW_RESONANCE * math.sqrt(twin_k / m) / (2.0 * math.pi))
+    left = pull - m * w**2
+    return -m * w**2 * pull / left, k / pull - k / left, max(top, 1.1 * LOW[1])
 
 
-def _delay(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
+def _delay(test: str, seas: Sequence[Sea]) -> TipDelay | None:
     """The better determined of two fits: with the gain of the force free, and with the twin's, whose uncertainty is
     then included."""
     free, fixed = _fitted(seas, fixed_gain=False), _fitted(seas, fixed_gain=True)
@@ -297,7 +302,7 @@ def _delay(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
     return TipDelay(test, result, gain, np.array([_misfit(seas, x) for x in CURVE]))
 
 
-def _fitted(seas: Sequence[_Sea], *, fixed_gain: bool) -> tuple[float, Fit] | None:
+def _fitted(seas: Sequence[Sea], *, fixed_gain: bool) -> tuple[float, Fit] | None:
     """The delay at which the tip's speed explains no remaining force, with the fit there: gain (unless fixed) and gain
     times rest of the delay, next to the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
     delay, fitted = 0.0, None
@@ -313,19 +318,19 @@ def _fitted(seas: Sequence[_Sea], *, fixed_gain: bool) -> tuple[float, Fit] | No
     return delay, fitted
 
 
-def _columns(seas: Sequence[_Sea], delay: float) -> tuple[NDArray[Any], ...]:
+def _columns(seas: Sequence[Sea], delay: float) -> tuple[NDArray[Any], ...]:
     """With the tip ahead by a time: force of the hook's motion, of the tip's speed (per s), the first one's rate,
     measured force, direction of the wire, and block of time, of the samples that count."""
     return stacked([x[s.inside] for x in (*s.columns(delay), s.force, s.way, s.block)] for s in seas)
 
 
-def _leans(seas: Sequence[_Sea]) -> float:
+def _leans(seas: Sequence[Sea]) -> float:
     """Delay [s] that an error of the gain of the twin's force resembles, over that error."""
     hook, speed, *_ = _columns(seas, 0.0)
     return dot(hook, speed) / dot(speed, speed)
 
 
-def _misfit(seas: Sequence[_Sea], delay: float) -> float:
+def _misfit(seas: Sequence[Sea], delay: float) -> float:
     """Rms of the remaining force with the tip ahead by a time [N], with the twin's gain."""
     hook, _, _, force, way, _ = _columns(seas, delay)
     rest = force - hook
@@ -354,7 +359,7 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
     reference moves by that time against the tip's speed.
     """
     out = []
-    usable = [p for p in parts if _compensates(p, LEAST_TIP_PP) and p.has("e_c_measured", "s_w", "s_tip")]
+    usable = [p for p in parts if compensates(p, LEAST_TIP_PP) and p.has("e_c_measured", "s_w", "s_tip")]
     for test, same in by_test(usable).items():
         rest, v, block = stacked(_rows(p) for p in same)
         fitted = fit((v,), rest, block)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from stillhook.validate.report.texts import (
     STEP_HEAD,
     TERSE_HEAD,
     UNJUDGED,
+    WEIGHTS,
     deciding_title,
     decisive,
     decisive_cells,
@@ -55,9 +56,8 @@ if TYPE_CHECKING:
 SYNTHETIC = "SYNTHETIC: these logs are simulated, not measured on a crane. The results say nothing about a real crane."
 JUDGED = (
     "Each line is judged by the 95 % interval of its value alone: shown where the complete interval meets the limit,"
-    " refuted where no part of it does, else not shown. A line that must be shown (the default) blocks the certificate"
-    " while it is not shown. A line that must not be refuted, because data can refute its limit but hardly prove it,"
-    " blocks where it is refuted, or where it is not shown and the estimate itself misses the limit."
+    " refuted where no part of it does, else not shown; not covered where the tests lack the data. The column of the"
+    " limit marks the supporting checks; other judged lines are required."
 )
 METHOD = (
     "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table"
@@ -81,7 +81,7 @@ def report(validation: Validation, figures: Mapping[str, bytes]) -> Document:
         Section("Steps", [Table(STEP_HEAD, [step_row(validation, step) for step in validation.steps])]),
         Section("Verdict, line by line", _lines(validation)),
         *(_step(validation, step, figures) for step in validation.steps),
-        Section("How the verdict is reached", [Text(JUDGED), Text(METHOD)]),
+        Section("How the verdict is reached", [Text(JUDGED), *legend(validation.lines), Text(METHOD)]),
     ]
     return Document(
         title=f"Validation of {title(validation)}",
@@ -104,7 +104,11 @@ def verdict(validation: Validation) -> list[Part]:
 
 def deciding(heading: str, rows: Sequence[Sequence[str]], failed: bool) -> Table:
     """The lines that decide a verdict: outcome, key, and the value against its limit."""
-    return facts([(Verdict(word, not failed), key, text) for word, key, text in rows], heading)
+    shown = results.Verdict.SHOWN.value
+    return facts(
+        [(Verdict(word, False if failed else True if word == shown else None), key, text) for word, key, text in rows],
+        heading,
+    )
 
 
 def _about(campaign: Campaign) -> Table:
@@ -126,6 +130,8 @@ def _load_cases(validation: Validation) -> list[Part]:
     parts += _covered(validation)
     if notes := reading_notes(validation):
         parts.append(Section("Notes from reading the logs", [Bullets(notes)]))
+    if wide := texts.undetectable(validation):
+        parts.append(Section(texts.UNDETECTABLE, [Bullets(wide)]))
     if names := texts.unjudged_says(validation):
         parts.append(Section(texts.HEADING, [Text(texts.UNJUDGED), Bullets(names)]))
     return parts
@@ -151,9 +157,14 @@ def _lines(validation: Validation) -> list[Part]:
 
 
 def legend(lines: Sequence[CriterionResult]) -> list[Part]:
-    """Meaning of the verdicts among these lines."""
-    verdicts = {line.verdict for line in lines}
-    return [Bullets([f"{v.value}: {text}." for v, text in MEANING.items() if v in verdicts])]
+    """Kinds of line and meaning of the verdicts among these lines."""
+    return [Bullets(legend_says({line.weight for line in lines}, {line.verdict for line in lines}))]
+
+
+def legend_says(weights: Container[str], verdicts: Container[str]) -> list[str]:
+    """A sentence for each kind of line, and for each verdict."""
+    kinds = [f"{weight}: {text}." for weight, text in WEIGHTS.items() if weight in weights]
+    return kinds + [f"{v.value}: {text}." for v, text in MEANING.items() if v in verdicts]
 
 
 def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> Section:
@@ -249,7 +260,7 @@ def deviations_table(validation: Validation) -> pandas.DataFrame | None:
     return pd.DataFrame(joined).round(6)
 
 
-TERSE_COLUMNS = (Column.TEXT, Column.NUMBER, Column.NUMBER, Column.NUMBER, Column.TEXT)
+TERSE_COLUMNS = (Column.TEXT, Column.NUMBER, Column.NUMBER, Column.NUMBER, Column.TEXT, Column.TEXT)
 
 
 def summary(validation: Validation, *, tables: bool = False, everything: bool = False) -> Document:
@@ -264,6 +275,8 @@ def summary(validation: Validation, *, tables: bool = False, everything: bool = 
     if left_out := without_meaning(validation):
         keys = [f"{', '.join(line.key for line in lines)}: {reason}." for reason, lines in left_out.items()]
         sections.append(Section("not judged", [Bullets(keys)]))
+    if wide := texts.undetectable(validation):
+        sections.append(Section(texts.UNDETECTABLE.lower(), [Bullets(wide)]))
     if names := unjudged_says(validation):
         sections.append(Section(HEADING, [Text(f"{'; '.join(names)}. {UNJUDGED}")]))
     return Document(title(validation), sections, verdict(validation))

@@ -24,7 +24,7 @@ from stillhook.report.document import Cell
 from stillhook.sea.motion.recorded import wave_periods
 from stillhook.units import number
 from stillhook.validate.ahc.replay import SETTLE, usable
-from stillhook.validate.criteria.criteria import Criterion, Limit, Requirement
+from stillhook.validate.criteria.criteria import INFORMATION, Criterion, Limit, Requirement
 from stillhook.validate.criteria.judge import in_words, interval_words, outcome_of, structural_words
 from stillhook.validate.criteria.results import (
     MEASURES,
@@ -45,14 +45,26 @@ from stillhook.variables import WINDOW
 
 MEANING = {
     Verdict.SHOWN: "the complete 95 % interval meets the limit; a value without an interval (marked by value) meets it",
-    Verdict.NOT_SHOWN: (
-        "part of the interval meets the limit and part does not, or there is no value; in capitals it blocks the"
-        " certificate"
+    Verdict.NOT_SHOWN: "part of the interval meets the limit and part does not; in capitals it blocks the certificate",
+    Verdict.NOT_COVERED: (
+        "the tests lack the data for this line, or detect no deviation of the size of the limit; it says nothing about"
+        " the crane; in capitals it blocks the certificate"
     ),
     Verdict.REFUTED: "no part of the interval meets the limit; a value without an interval misses it",
     Verdict.INFO: "not part of the verdict",
     Verdict.NOT_JUDGED: "the winch type lacks what the line rests on; the verdict says nothing about it",
 }
+WEIGHTS = {
+    Requirement.REQUIRED.value: "the certificate is issued only if the complete interval meets the limit",
+    Requirement.SUPPORTING.value: (
+        "it is refuted only if the interval lies entirely outside the limit, and holds the certificate back only then,"
+        " or while the estimate itself is outside"
+    ),
+    INFORMATION: "for comparison; it never decides",
+}
+"""The three kinds of line, a sentence each."""
+OPEN = (Verdict.NOT_SHOWN, Verdict.NOT_COVERED)
+"""Verdicts that leave a line open."""
 SHOWS = {
     StepNumber.DATA: "Do the tests cover enough loads, wire lengths, motion and time for a verdict on this crane?",
     StepNumber.PARAMETERS: "Are pumps, motors, gears, drum, friction and sensors those of the crane file?",
@@ -67,9 +79,9 @@ SHOWS = {
 SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
 SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
 FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
-TERSE_HEAD = ("", "found", "95 %", "limit", "verdict")
-STEP_HEAD = ("step", "", "shown", "not\nshown", "refuted", "info", "verdict")
-COUNTED = (Verdict.SHOWN, Verdict.NOT_SHOWN, Verdict.REFUTED, Verdict.INFO)
+TERSE_HEAD = ("", "found", "95 %", "limit", "kind", "verdict")
+STEP_HEAD = ("step", "", "shown", "not\nshown", "not\ncovered", "refuted", "info", "verdict")
+COUNTED = (Verdict.SHOWN, Verdict.NOT_SHOWN, Verdict.NOT_COVERED, Verdict.REFUTED, Verdict.INFO)
 """Verdicts that STEP_HEAD counts."""
 DECISIVE = 3
 """Number of lines directly below the verdict."""
@@ -104,19 +116,21 @@ def sentence(validation: Validation) -> str:
             represents = f'"{campaign.crane.name}" as described represents {subject}, within the tested ranges'
             claim = represents if validation.complete else "no objection"
             shown = sum(line.verdict is Verdict.SHOWN for line in judged)
-            open_ = [line for line in judged if line.verdict is Verdict.NOT_SHOWN]
-            rest = f"; {len(open_)} not shown and not refuted ({_keys(open_)})" if open_ else ""
+            open_ = _counts(judged, OPEN)
+            rest = f"; {' and '.join(open_)}, none of which blocks" if open_ else ""
             return f"PASSED: {claim}: of {count} of {criteria}, {shown} shown{rest}.{part}"
         case Outcome.NOT_SHOWN:
-            keys = f"{len(failed)} not shown ({_keys(failed)})" if failed else "none shown"
+            keys = " and ".join(_counts(failed, OPEN)) or "none shown"
             return f"NOT SHOWN: of {count} of {criteria}, none refuted, but {keys}.{part}"
         case Outcome.REFUTED:
-            counts = [
-                f"{n} {v.value} ({_keys(line for line in failed if line.verdict is v)})"
-                for v in (Verdict.REFUTED, Verdict.NOT_SHOWN)
-                if (n := sum(line.verdict is v for line in failed))
-            ]
+            counts = _counts(failed, (Verdict.REFUTED, *OPEN))
             return f"REFUTED: of {count} of {criteria}, {' and '.join(counts)}.{part}"
+
+
+def _counts(lines: Sequence[CriterionResult], verdicts: Sequence[Verdict]) -> list[str]:
+    """How many lines have each of these verdicts, with their keys: "2 not covered (1c-low, 1d)"."""
+    of = {v: [line for line in lines if line.verdict is v] for v in verdicts}
+    return [f"{len(some)} {v.value} ({_keys(some)})" for v, some in of.items() if some]
 
 
 def without_meaning(validation: Validation) -> dict[str, list[CriterionResult]]:
@@ -131,6 +145,15 @@ def without_meaning(validation: Validation) -> dict[str, list[CriterionResult]]:
 def without_meaning_says(validation: Validation) -> list[str]:
     """The same in lines, one a line of the verdict."""
     return [f"{line.key}: {line.message}" for lines in without_meaning(validation).values() for line in lines]
+
+
+def undetectable(validation: Validation) -> list[str]:
+    """Lines whose deviation the data could not detect at the size of the limit, each with its interval."""
+    return [
+        f"{line.key}: {line.message}"
+        for line in validation.lines
+        if line.measure is not None and line.measure.undetectable
+    ]
 
 
 def decisive(validation: Validation) -> list[CriterionResult]:
@@ -241,7 +264,7 @@ def line_cells(validation: Validation, line: CriterionResult) -> LineCells:
     measured = m is not None and m.value is not None
     between = interval_words(c, m) if m is not None and measured else ""
     figure = in_words(c, m.value) if m is not None and m.value is not None else "-"
-    limit = line.limit + (", not to be refuted" if c.ask is Requirement.NOT_REFUTED else "")
+    limit = line.limit + (f" ({line.weight})" if line.weight == Requirement.SUPPORTING else "")
     between = between or ("by value" if measured else "")
     data = "; ".join(x for x in behind if x)
     return LineCells(line.key, line.title, figure, between, limit, verdict_word(line), data, line.source)
@@ -252,8 +275,8 @@ def terse_cells(validation: Validation, line: CriterionResult) -> tuple[Cell, ..
     cells = line_cells(validation, line)
     unit = cells.value.partition(" ")[2]
     bare = cells.interval.removesuffix(f" {unit}") if unit else cells.interval
-    verdict = document.Verdict("info") if line.verdict is Verdict.INFO else line_verdict(line)
-    return cells.key, cells.value, bare, line.limit, verdict
+    verdict = document.Verdict("-") if line.verdict is Verdict.INFO else line_verdict(line)
+    return cells.key, cells.value, bare, line.limit, line.weight, verdict
 
 
 def short_cells(validation: Validation, line: CriterionResult) -> tuple[Cell, ...]:
@@ -392,6 +415,7 @@ def _ends(values: Any) -> list[float]:
     return [float(np.min(values)), float(np.max(values))]
 
 
+UNDETECTABLE = "Not detectable with these data"
 HEADING = "Logged, not judged"
 UNJUDGED = (
     "No judged line of the verdict depends on these signals in these tests. Errors in them would not be detected."
