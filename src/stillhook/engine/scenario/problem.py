@@ -28,7 +28,9 @@ from stillhook.engine.inputs import CycleInputs, shape, twin_line
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothing, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
+from stillhook.engine.scenario.oscillation import OSCILLATES, oscillation_notes, oscillation_numbers
 from stillhook.kernels.lanes import flatten, offset, size
+from stillhook.kernels.oscillation import begun_again
 from stillhook.kernels.statistics import SIGNALS, blank
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
@@ -120,7 +122,7 @@ def first_lane(d: Any, packed: Packed, tick: Tick) -> Any:
         geo=nothing(Geometry),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
         laws=d.laws.blank(packed.settings),
-        st=blank(d.Stats, packed.plant),
+        st=blank(d.Stats, packed.plant, packed.params.plc.t_cycle),
         y=nothing(d.Signals),
         tip_0=tip,
         tip_1=tip,
@@ -151,9 +153,7 @@ class ScenarioBlock(Block[Ready]):
         """Run cycles k .. k + count; statistics start again where the warm-up is over."""
         drive = self.drive
         if k == drive.first:
-            at = offset(self.d.Lane, "st", 1)
-            fresh = np.array(flatten(blank(self.d.Stats, self.ready[0].winch.plant)))
-            self.A[at : at + len(fresh)] = fresh[:, None]
+            self._count_from_here()
         self.d.run(
             self.A.reshape(-1),
             D.reshape(-1),
@@ -170,6 +170,14 @@ class ScenarioBlock(Block[Ready]):
             self.n_sub,
             drive.t_cycle,
         )
+
+    def _count_from_here(self) -> None:
+        """Statistics of every lane start again; what is known of an oscillation that goes on is kept."""
+        at = offset(self.d.Lane, "st", 1)
+        fresh = blank(self.d.Stats, self.ready[0].winch.plant, self.drive.t_cycle)
+        for i in range(self.A.shape[1]):
+            values = flatten(fresh._replace(oscillation=begun_again(self.part("st", i).oscillation)))
+            self.A[at : at + len(values), i] = values
 
     def result(self, i: int) -> Result:
         """What came out of one lane."""
@@ -245,20 +253,24 @@ POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_st
 
 
 def limits_passed(winch: WinchType, stats: Any) -> list[str]:
-    """Words for the limits that were passed in a run: of the pumps, of the winch type's own, of the wire."""
+    """Words for the limits that were passed in a run: of the pumps, of the winch type's own, of the wire, and whether it
+    oscillates."""
     st = stats.common
     return [
         *(["saturated"] if st.saturation_cycles > 0.0 else []),
         *winch.limits_passed(stats),
         *(["slack"] if st.slack_cycles > 0.0 else []),
         *(["wire"] if st.wire_cycles > 0.0 else []),
+        *([OSCILLATES] if stats.oscillation.largest.time > 0.0 else []),
     ]
 
 
 def status(winch: WinchType, case: Scenario, result: Result, foreseen: Foreseen) -> str:
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
-    "unstable": K_p is above the gain of marginal stability, however the run went. "audit": the energy does not add up,
+    "oscillates": the wire's speed swings by itself (`stillhook.kernels.oscillation`). "unstable": K_p is above the gain
+    of marginal stability of the published loop, however the run went; said of closed circuits alone, and its absence
+    says nothing. "audit": the energy does not add up,
     so the numbers are wrong; judged only for runs as long as the window, and not where a wire snaps taut within a cycle
     of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; judged only for
     plain compensation, where nothing else moves the hook.
@@ -307,7 +319,8 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     """
     foreseen = foresee(crane, case)
     doubts = (*implausible_values(crane), *implausible_values(case))
-    notes = [*doubts, *foreseen.notes, *_window_notes(result)]
+    swing = result.stats.oscillation.largest
+    notes = [*doubts, *oscillation_notes(crane, swing), *foreseen.notes, *_window_notes(result)]
     if result.ending is Ending.DIVERGED:
         notes.append(f"lost its numbers by {result.t_end:.2f} s")
     winch, st, t = crane.plant.type, result.stats.common, result.t_cycle
@@ -352,6 +365,7 @@ def winch_numbers(winch: WinchType, stats: Any, t_cycle: float) -> dict[str, flo
         "saturation_time": st.saturation_cycles * t_cycle,
         "slack_time": st.slack_cycles * t_cycle,
         "wire_time": st.wire_cycles * t_cycle,
+        **oscillation_numbers(stats.oscillation.largest),
         **winch.own_numbers(stats, t_cycle),
     }
 
