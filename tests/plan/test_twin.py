@@ -223,7 +223,10 @@ def numbers(n=20, **changed):
         "v_landed": 0.2,
     }
     exact = ("duration", "snap")
-    return {name: np.full(n, value) * (1.0 if name in exact or name.endswith("_time") else wiggle) for name, value in (base | changed).items()}
+    return {
+        name: np.full(n, value) * (1.0 if name in exact or name.endswith("_time") else wiggle)
+        for name, value in (base | changed).items()
+    }
 
 
 STILL = {"s_tip_pp": 0.0, "e_c_pp": 0.0, "load_pp": 0.0, "F_w_max": 1.3e6, "DAF": 0.9, "v_tip_max": 0.0, "v_w_max": 0.0}

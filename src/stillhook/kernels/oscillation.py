@@ -79,9 +79,9 @@ class Rhythm(NamedTuple):
 
 class Watched(NamedTuple):
     """What every sample changes. dt time between samples [s], n samples; mean squares of the tip's speed and
-    acceleration, and its half periods; omega corner of the filters [rad/s], filters of error and demand; side of zero (1
-    above), band about zero [m/s]; up: 1 where the error has just come up through zero; t since it did before [s]; ranges
-    since then of error, demand [m/s] and tension [N]."""
+    acceleration, and its half periods; omega corner of the filters [rad/s], filters of error and demand; side of zero
+    (1 above), band about zero [m/s]; up: 1 where the error has just come up through zero; t since it did before [s];
+    ranges since then of error, demand [m/s] and tension [N]."""
 
     dt: float
     n: float

@@ -7,8 +7,8 @@ from typing import Any
 
 from stillhook.base.identity import remembered
 from stillhook.control.registry import MANUAL_MODE
-from stillhook.engine.lowering.checks import tip_capacity
 from stillhook.engine.lowering.run import LiftResult, StageResult
+from stillhook.engine.pack.capacity import OVERLOAD, overloads
 from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.pack.programme import hanging
 from stillhook.engine.runner import Ending
@@ -190,8 +190,8 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
         beyond.append(STROKE)
     if unplanned_touches(case, result):
         beyond.append("touchdown")
-    if r.stats.common.F_max > tip_capacity(crane):
-        beyond.append("overload")
+    if overloads(crane, r.stats.common.F_max):
+        beyond.append(OVERLOAD)
     if result.hang.sup.stuck > 0.0:
         beyond.append("stuck")
     elif result.hang.sup.done == 0.0:

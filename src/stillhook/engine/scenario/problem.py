@@ -25,6 +25,7 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.batch import Row, run_batch, scenario_as_bytes
 from stillhook.engine.inputs import CycleInputs, shape, twin_line
+from stillhook.engine.pack.capacity import OVERLOAD, overload_notes, overloads
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothing, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
@@ -253,8 +254,8 @@ POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_st
 
 
 def limits_passed(winch: WinchType, stats: Any) -> list[str]:
-    """Words for the limits that were passed in a run: of the pumps, of the winch type's own, of the wire, and whether it
-    oscillates."""
+    """Words for the limits that were passed in a run: of the pumps, of the winch type's own, of the wire, and whether
+    it oscillates."""
     st = stats.common
     return [
         *(["saturated"] if st.saturation_cycles > 0.0 else []),
@@ -265,9 +266,10 @@ def limits_passed(winch: WinchType, stats: Any) -> list[str]:
     ]
 
 
-def status(winch: WinchType, case: Scenario, result: Result, foreseen: Foreseen) -> str:
+def status(crane: Crane, case: Scenario, result: Result, foreseen: Foreseen) -> str:
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
+    "overload": SWL and hook are less than what pulls at the crane tip, peaks and the weight of the wire included.
     "oscillates": the wire's speed swings by itself (`stillhook.kernels.oscillation`). "unstable": K_p is above the gain
     of marginal stability of the published loop, however the run went; said of closed circuits alone, and its absence
     says nothing. "audit": the energy does not add up,
@@ -277,8 +279,10 @@ def status(winch: WinchType, case: Scenario, result: Result, foreseen: Foreseen)
     """
     if result.ending is Ending.DIVERGED:
         return "diverged"
-    st = result.stats.common
+    winch, st = crane.plant.type, result.stats.common
     beyond = limits_passed(winch, result.stats)
+    if overloads(crane, st.F_max + foreseen.wire):
+        beyond.append(OVERLOAD)
     one_sided = st.e_min > 0.0 or st.e_max < 0.0
     if one_sided and abs(st.e_sum) > OFFSET * max(st.cycles - 1.0, 1.0):
         beyond.append("offset")
@@ -320,7 +324,8 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     foreseen = foresee(crane, case)
     doubts = (*implausible_values(crane), *implausible_values(case))
     swing = result.stats.oscillation.largest
-    notes = [*doubts, *oscillation_notes(crane, swing), *foreseen.notes, *_window_notes(result)]
+    heavy = overload_notes(crane, result.stats.common.F_max, foreseen.wire)
+    notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(result)]
     if result.ending is Ending.DIVERGED:
         notes.append(f"lost its numbers by {result.t_end:.2f} s")
     winch, st, t = crane.plant.type, result.stats.common, result.t_cycle
@@ -346,7 +351,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     elif not any(m.compensates for m in (case.mode, *(m for _, m in case.modes))):
         numbers |= dict.fromkeys(POSITION, math.nan)
     return {
-        "status": marked(status(winch, case, result, foreseen), doubts),
+        "status": marked(status(crane, case, result, foreseen), doubts),
         **numbers,
         "validated": float(foreseen.validated),
         "notes": notes,
