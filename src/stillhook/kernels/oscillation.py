@@ -21,9 +21,11 @@ PERIODS, UNLIKE = 8.0, 24.0
 """Periods in a row that are an oscillation, alike and unlike [-]."""
 ALIKE = 0.25
 """Part by which a period may differ from the mean of those before [-]."""
-EACH, KEPT, KEPT_LONG = 0.8, 0.9, 0.8
-"""What must be left of the slow mean of the amplitude, each time and in the fast mean, and of the long mean in the slow
-one [-]: a ring-down that loses more than 1.5 % a period has less."""
+EACH, KEPT, STEADY, KEPT_LONG = 0.8, 0.9, 0.95, 0.8
+"""What must be left of the slow mean of the amplitude, each time, in the fast mean, and in that when it is judged, and of
+the long mean in the slow one [-]: a ring-down that loses more than some 2 % a period has less."""
+JUMP = 2.0
+"""Amplitude over its slow mean from which it begins anew [-]: a kick; what grows by less than 17 % a period is below."""
 FAST, SLOW, LONG = 0.4, 1.0 / 8.0, 1.0 / 24.0
 """Weights of a period in the means of period and amplitude, and in the slow and long means of the amplitude [-]."""
 SHARE = 1.5
@@ -243,20 +245,23 @@ def fold_periods(a, w):
     waves = w.omega > TWO_PI / LONGEST
     A = w.error.hi - w.error.lo
     alike = abs(w.t - a.T) < ALIKE * a.T
+    same = A < JUMP * a.A_slow
     A_now = a.A + FAST * (A - a.A)
     large = A > SMALLEST and A > SHARE * (w.demand.hi - w.demand.lo) and w.t * w.omega < TWO_PI
-    goes_on = large and alike and A > EACH * a.A_slow and A_now > KEPT * a.A_slow
+    goes_on = large and alike and same and A > EACH * a.A_slow and A_now > KEPT * a.A_slow
     unkicked = large and A > (LOUD * sqrt(w.v_2) if waves else 0.0)
-    n_any = a.any + 1.0 if unkicked else 0.0
+    follows = unkicked and same and a.any > 0.0
+    n_any = a.any if follows else 0.0
+    kept = (alike and same) or follows
     return Periods(
-        a.T + FAST * (w.t - a.T) if alike or unkicked else w.t,
-        A_now if alike or unkicked else A,
-        a.A_slow + SLOW * (A - a.A_slow) if alike or unkicked else A,
-        a.A_long + LONG * (A - a.A_long) if n_any > 1.0 else A,
+        a.T + FAST * (w.t - a.T) if kept else w.t,
+        A_now if kept else A,
+        a.A_slow + SLOW * (A - a.A_slow) if kept else A,
+        a.A_long + LONG * (A - a.A_long) if follows else A,
         a.alike + 1.0 if goes_on else 0.0,
         a.lasts + w.t if goes_on else 0.0,
-        n_any,
-        a.time + w.t if goes_on or unkicked else 0.0,
+        n_any + 1.0 if unkicked else 0.0,
+        a.time + w.t if goes_on or follows else (w.t if unkicked else 0.0),
     )
 
 
@@ -273,7 +278,7 @@ def sustained(a, w):
     """Whether the periods in a row up to one that has just ended are an oscillation."""
     waves = w.omega > TWO_PI / LONGEST
     through = w.tip.n >= KNOWN and a.lasts * w.omega >= FASTER * TWO_PI and not in_step(a, w.tip)
-    regular = a.alike >= PERIODS and (through or not waves)
+    regular = a.alike >= PERIODS and a.A > STEADY * a.A_slow and (through or not waves)
     return regular or (a.any >= UNLIKE and a.A_slow > KEPT_LONG * a.A_long)
 
 
@@ -282,7 +287,9 @@ def fold_period(a):
     """Everything that is carried where a period has just ended."""
     w, p = a.watched, fold_periods(a.periods, a.watched)
     counts = sustained(p, w)
-    larger = counts and p.A > a.largest.v_w
+    slower = p.T * w.omega / TWO_PI
+    v_w = p.A * sqrt(1.0 + slower * slower * slower * slower)  # what the filter takes off
+    larger = counts and v_w > a.largest.v_w
     time = 0.0 if counts else p.time
     return Oscillation(
         w,
@@ -290,7 +297,7 @@ def fold_period(a):
         Largest(
             a.largest.time + p.time if counts else a.largest.time,
             p.T if larger else a.largest.period,
-            p.A if larger else a.largest.v_w,
+            v_w if larger else a.largest.v_w,
             w.F.hi - w.F.lo if larger else a.largest.F_w,
         ),
     )
