@@ -1,11 +1,11 @@
 """What a crane carries at its tip is judged alike by a scenario and a lowering, the weight of the wire included."""
 
 import pytest
+from tests.engine.test_lowering import box
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.errors import LiftError
 from stillhook.spec.lift.lowering import Lowering, Stage
-from tests.engine.test_lowering import box
 
 
 def scenario(load: str, s_w: str):

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.engine.test_lowering import box
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
 from stillhook.kernels import oscillation
 from stillhook.kernels.oscillation import Oscillation, begun_again, blank_oscillation, fold_period, fold_watched, joined
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.spec.lift.lowering import Lowering, Stage
-from tests.engine.test_lowering import box
 
 DT = 0.01
 PERIOD = 0.02

@@ -22,10 +22,10 @@ PERIODS, UNLIKE = 8.0, 24.0
 ALIKE = 0.25
 """Part by which a period may differ from the mean of those before [-]."""
 EACH, KEPT, STEADY, KEPT_LONG = 0.8, 0.9, 0.95, 0.8
-"""What must be left of the slow mean of the amplitude, each time, in the fast mean, and in that when it is judged, and of
-the long mean in the slow one [-]: a ring-down that loses more than some 2 % a period has less."""
+"""What must be left of the slow mean of the amplitude, each time, in the fast mean, and in that when it is judged, and
+of the long mean in the slow one [-]: a ring-down that loses more than some 2 % a period has less."""
 JUMP = 2.0
-"""Amplitude over its slow mean from which it begins anew [-]: a kick; what grows by less than 17 % a period is below."""
+"""Amplitude over its slow mean from which it begins anew [-]: a kick; what grows by less than 17 % a period is less."""
 FAST, SLOW, LONG = 0.4, 1.0 / 8.0, 1.0 / 24.0
 """Weights of a period in the means of period and amplitude, and in the slow and long means of the amplitude [-]."""
 SHARE = 1.5
