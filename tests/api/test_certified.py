@@ -33,9 +33,7 @@ INSIDE = {
 }
 """Of the staged campaign: 82 t to 164 t, 486 m to 2314 m, 0.8 m to 2 m (0.797 m to 1.99 m as step 0 meets the crests), 8 s to 11 s, ns and ssc."""
 SHORT = {"duration": "2 s", "warm_up": "0.5 s"}
-UNCERTIFIED_NOTES = (
-    "the wire of 1000 m weighs 36 t in air, 35% of the hook load, and is left out; stillhook lower has it"
-)
+UNCERTIFIED_NOTES = "the wire of 1000 m weighs 36 t in air, 35% of the hook load, and is left out of tension and pressures; stillhook lower has it"
 """What any crane says of this run: 1 km of wire at 36 kg/m on a hook of 104 t."""
 
 

@@ -257,8 +257,11 @@ def test_a_load_above_the_swl_is_refused():
     )
 
 
-def test_the_swl_itself_is_lifted():
-    assert simulate(CRANE, Scenario(load="250 t", s_w="100 m", duration="2 s", warm_up="1 s")).status.item() == "ok"
+def test_the_swl_itself_is_lifted_and_the_wire_below_it_is_overload():
+    """3.6 t of wire hang below the tip."""
+    run = simulate(CRANE, Scenario(load="250 t", s_w="100 m", duration="2 s", warm_up="1 s"))
+    assert run.status.item() == "overload"
+    assert simulate(CRANE, Scenario(load="246 t", s_w="100 m", duration="2 s", warm_up="1 s")).status.item() == "ok"
 
 
 def test_wire_that_the_drum_does_not_hold_is_refused():

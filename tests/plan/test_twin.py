@@ -216,17 +216,21 @@ def numbers(n=20, **changed):
         "v_w_max": 0.5,
         "p_a_max": 2e7,
         "saturation_time": 3.0,
+        "oscillation_time": 6.0,
         "relief_time": 0.0,
         "power_time": 0.0,
         "stroke_time": 0.0,
         "v_landed": 0.2,
     }
-    exact = ("duration", "sling_slack_time", "snap", "saturation_time", "relief_time", "power_time", "stroke_time")
-    return {name: np.full(n, value) * (1.0 if name in exact else wiggle) for name, value in (base | changed).items()}
+    exact = ("duration", "snap")
+    return {
+        name: np.full(n, value) * (1.0 if name in exact or name.endswith("_time") else wiggle)
+        for name, value in (base | changed).items()
+    }
 
 
 STILL = {"s_tip_pp": 0.0, "e_c_pp": 0.0, "load_pp": 0.0, "F_w_max": 1.3e6, "DAF": 0.9, "v_tip_max": 0.0, "v_w_max": 0.0}
-STILL |= {"F_sling_min": 9.6e5, "p_a_max": 1e7, "saturation_time": 0.0}
+STILL |= {"F_sling_min": 9.6e5, "p_a_max": 1e7, "saturation_time": 0.0, "oscillation_time": 0.0}
 
 
 def asked(plan, kind, alternative, **changed):
@@ -249,6 +253,7 @@ def test_only_what_the_winch_of_an_alternative_has_is_determined(plan):
     assert not {"p_a_max", "saturation_share"} & set(told[Alternative.CAP])
     assert told[Alternative.CAP]["v_w_demand"] > 0.0
     assert told[Alternative.SSC]["saturation_share"] == pytest.approx(0.01)
+    assert told[Alternative.SSC]["oscillation_share"] == pytest.approx(0.02)
 
 
 def test_the_tip_moves_as_far_under_a_cap_as_without_it(plan):

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import Memory, memory_before
 from stillhook.kernels.lanes import Array, access, joined, offset, size
+from stillhook.kernels.oscillation import Oscillation, Watched, fold_period, fold_watched
 from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common, window_add, window_turn
 from stillhook.physics.load_path.drum import hung
 from stillhook.physics.records import inflow, replace
@@ -42,13 +43,23 @@ class State(NamedTuple):
     path: path.State
 
 
-class Stats(NamedTuple):
-    """Statistics of a run: those of every winch, extremes of its own, cycles beyond each limit, powers summed up."""
+class Counted(NamedTuple):
+    """Statistics of every winch, extremes of its own, cycles beyond each limit, powers summed up."""
 
     common: CommonStats
     extremes: plant.Extremes
     limits: plant.Limits
     power: Powers
+
+
+class Stats(NamedTuple):
+    """Statistics of a run: what is counted, as in `Counted`, and whether the wire oscillates."""
+
+    common: CommonStats
+    extremes: plant.Extremes
+    limits: plant.Limits
+    power: Powers
+    oscillation: Oscillation
 
 
 class Lane(NamedTuple):
@@ -80,13 +91,19 @@ add_limits, add_powers = access(plant.Limits, LANES).axpy, access(Powers, LANES)
 mix = access(Command, LANES).mix
 put_x, put_u, put_geo, put_m = store(State), store(Command), store(Geometry), store(Memory)
 put_laws = store(LawRecord)
-put_st, put_y, put_tip = store(Stats), store(Signals), store(Tip)
+put_st, put_y, put_tip = store(Counted), store(Signals), store(Tip)
+put_watched, put_oscillation = store(Watched), store(Oscillation)
+load_watched, load_oscillation = access(Watched, LANES).load, access(Oscillation, LANES).load
 put_params, put_sensed = store(Params), store(Sensed)
 with_hoist, with_load = replace(Params, "hoist"), replace(Hoist, "load", "s_w_0")
 with_path, with_wire_out = replace(State, "path"), replace(path.State, "s_w")
 with_start = replace(Lane, "x", "m", "p")
 X, U, U_0, GEO, M, LAWS, ST, Y, TIP_0, TIP_1, TIP_2, TICK, P = (offset(Lane, f, LANES) for f in Lane._fields)
 Y_E, Y_EM, Y_TIP = (Y + offset(Signals, f, LANES) for f in ("e_c", "e_c_measured", "s_tip"))
+Y_V, Y_V_TIP, Y_A_TIP, Y_V_OP, Y_F = (Y + offset(Signals, f, LANES) for f in ("v_w", "v_tip", "a_tip", "v_op", "F_w"))
+V_M = TICK + offset(Tick, "v_m", LANES)
+SWING = ST + offset(Stats, "oscillation", LANES)
+SWING_UP = SWING + offset(Oscillation, "watched", LANES) + offset(Watched, "up", LANES)
 NS = size(Signals)
 NH = 12
 
@@ -218,7 +235,7 @@ def through(power, q):
 def fold(a, y, c, x, q, u, tip, E, p, w):
     """Statistics with one more cycle: y signals, E stored energy [J], w weight of the cycle in integrals."""
     power = join_powers(winch_powers(c, x.winch, q, p), path_powers(q, x.path, tip, p))
-    return Stats(
+    return Counted(
         fold_common(a.common, y, through(power, q), E, at_its_end(x.path, p), w),
         fold_extremes(a.extremes, y),
         add_limits(a.limits, 1.0, limits(c, x.winch, q, u, p)),
@@ -246,6 +263,19 @@ def cycle(A, w):
         put_y(A, Y + l, y)
         put_st(A, ST + l, fold(b.st, y, c, b.x, q, u, tip, E, b.p, w))
         put_tip(A, TIP_0 + l, tip)
+
+
+@scalar
+def watch(A):
+    """Every lane looks for an oscillation in the signals of this cycle."""
+    for l in range(LANES):
+        w = load_watched(A, SWING + l)
+        demand = A[V_M + l] - A[Y_V_OP + l]
+        w = fold_watched(w, A[Y_V + l], A[Y_V_TIP + l], A[Y_A_TIP + l], demand, A[Y_F + l])
+        put_watched(A, SWING + l, w)
+    for l in range(LANES):
+        if A[SWING_UP + l] > 0.0:
+            put_oscillation(A, SWING + l, fold_period(load_oscillation(A, SWING + l)))
 
 
 @scalar
@@ -288,6 +318,7 @@ def run(
         row = D[t * cols * LANES :]
         take_tick(A, row, cols)
         cycle(A, 0.5 if (k == first or k == last) else 1.0)
+        watch(A)
         if k >= first:
             windows(A, W, (k - first) % n_win, n_win, 1.0 if k - first >= n_win - 1 else 0.0)
         if every > 0 and k % every == 0:

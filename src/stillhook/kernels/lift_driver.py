@@ -38,7 +38,13 @@ control, signals, fold, path_point, path_energy = (
     winch.path_point,
     winch.path_energy,
 )
-step, in_force, tip_between, take_tick = winch.step, winch.in_force, winch.tip_between, winch.take_tick
+step, in_force, tip_between, take_tick, watch = (
+    winch.step,
+    winch.in_force,
+    winch.tip_between,
+    winch.take_tick,
+    winch.watch,
+)
 put_x, put_u, put_geo, put_m, put_laws = winch.put_x, winch.put_u, winch.put_geo, winch.put_m, winch.put_laws
 put_st, put_y, put_tip = winch.put_st, winch.put_y, winch.put_tip
 X, U, U_0, GEO, M, LAWS, ST, Y = winch.X, winch.U, winch.U_0, winch.GEO, winch.M, winch.LAWS, winch.ST, winch.Y
@@ -340,6 +346,7 @@ def run(
         take_stage(A, S, n_stages)
         if watched:
             cycle(A, B, N, T, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
+            watch(A)
             windows(A, W_, P[(k // n_peak) * NP * LANES :], (k // sampled) % n_win, n_win)
         else:
             command(A, k * t_cycle)

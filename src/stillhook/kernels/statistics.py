@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.kernels.oscillation import blank_oscillation
 from stillhook.physics.records import fields
 from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.winches.interface import NOT_YET
@@ -53,11 +54,12 @@ def blank_common() -> CommonStats:
     return CommonStats(**values)
 
 
-def blank(stats: Any, plant: Any) -> Any:
-    """Statistics of nothing yet of a winch type; stats: its class, as the driver makes it."""
+def blank(stats: Any, plant: Any, dt: float) -> Any:
+    """Statistics of nothing yet of a winch type; stats: its class, as the driver makes it; dt time between samples
+    [s]."""
     kinds = dict(fields(stats))
     nothing = (kinds[name](*[0.0] * len(kinds[name]._fields)) for name in ("limits", "power"))
-    return stats(blank_common(), plant.BLANK, *nothing)
+    return stats(blank_common(), plant.BLANK, *nothing, blank_oscillation(dt))
 
 
 @scalar

@@ -25,7 +25,7 @@ MOTIONS = (
     *("sigma_u", "u_mpm", "sigma_load", "load_mpm", "sigma_z", "z_mpm"),
 )
 """Lengths that are written in millimetres below a metre."""
-TIMES = ("saturation_time", "relief_time")
+TIMES = ("saturation_time", "relief_time", "oscillation_time")
 """Durations that are written with two decimals."""
 SMALLEST_SHARE = 1e-6
 """Shares below it are written as 0."""

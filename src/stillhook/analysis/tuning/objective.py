@@ -258,7 +258,18 @@ def _case(load: float, s_w: str, tip: Motion, mode: Mode, counted: float, delay:
     return case.model_copy(update={"load": load})
 
 
-OURS = ("saturated", "relief", "overspeed", "cavitation", "slack", "unstable", "uncompensated", "audit", "diverged")
+OURS = (
+    "saturated",
+    "relief",
+    "overspeed",
+    "cavitation",
+    "slack",
+    "oscillates",
+    "unstable",
+    "uncompensated",
+    "audit",
+    "diverged",
+)
 """Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its
 business."""
 SHARES_OF_FASTEST = (0.95, 0.9, 0.85, 0.8, 0.7, 0.6)

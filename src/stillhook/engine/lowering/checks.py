@@ -4,6 +4,7 @@ import math
 
 from stillhook.control.supervisor import Stage as Row
 from stillhook.engine.arguments import RK4_LIMIT, fastest_rates, step_advice
+from stillhook.engine.pack.capacity import overloads, tip_capacity
 from stillhook.engine.pack.lift import PackedLift
 from stillhook.engine.pack.programme import hanging, hook_height, payload_weight
 from stillhook.engine.pack.winch import drum_record
@@ -112,17 +113,11 @@ def _check_tip(crane: Crane, case: Lowering, wire: float, where: str) -> None:
     """Static tension at the crane tip with so much wire out, the payload hanging free."""
     z = case.h_tip - wire - hook_height(case, -case.depth)
     F, most = hanging(crane, case, z).F_tip, tip_capacity(crane)
-    if F > most:
+    if overloads(crane, F):
         raise LiftError(
             f'{where}: payload, hook and wire pull {show(F, "force")} at the crane tip, and "{crane.name}" carries'
             f" {show(most, 'force')} (SWL and hook). Lower less deep, a lighter payload, or choose another crane."
         )
-
-
-def tip_capacity(crane: Crane) -> float:
-    """Tension at the crane tip that the crane is rated for: SWL and hook, the wire below the tip counting as load
-    [N]."""
-    return (crane.SWL + crane.hook_mass) * G
 
 
 def _check_waves(waves: WaveField, duration: float) -> None:

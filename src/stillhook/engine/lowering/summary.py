@@ -7,8 +7,8 @@ from typing import Any
 
 from stillhook.base.identity import remembered
 from stillhook.control.registry import MANUAL_MODE
-from stillhook.engine.lowering.checks import tip_capacity
 from stillhook.engine.lowering.run import LiftResult, StageResult
+from stillhook.engine.pack.capacity import OVERLOAD, overloads
 from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.pack.programme import hanging
 from stillhook.engine.runner import Ending
@@ -20,7 +20,10 @@ from stillhook.engine.scenario.checks import (
     loss_notes,
     type_notes,
 )
+from stillhook.engine.scenario.oscillation import NUMBERS as OF_OSCILLATION
+from stillhook.engine.scenario.oscillation import oscillation_notes
 from stillhook.engine.scenario.problem import OK, limits_passed, winch_numbers
+from stillhook.kernels.oscillation import joined
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.tables.plausible import implausible_values, marked
@@ -72,6 +75,7 @@ NUMBERS = (
     "v_tip_max",
     "saturation_time",
     "wire_time",
+    *OF_OSCILLATION,
 )
 """Numbers that the whole run and each stage have alike, in addition to those of the winch type."""
 OF_COMPENSATOR = (
@@ -125,6 +129,8 @@ def merged(parts: Sequence[Any]) -> Any:
         column = [getattr(p, name) for p in parts]
         if name in ("power", "limits"):
             values[name] = type(column[0])(*(sum(c) for c in zip(*column, strict=True)))
+        elif name == "oscillation":
+            values[name] = joined(column)
         elif isinstance(column[0], tuple):
             values[name] = merged(column)
         elif name == "E_start":
@@ -184,8 +190,8 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
         beyond.append(STROKE)
     if unplanned_touches(case, result):
         beyond.append("touchdown")
-    if r.stats.common.F_max > tip_capacity(crane):
-        beyond.append("overload")
+    if overloads(crane, r.stats.common.F_max):
+        beyond.append(OVERLOAD)
     if result.hang.sup.stuck > 0.0:
         beyond.append("stuck")
     elif result.hang.sup.done == 0.0:
@@ -308,7 +314,10 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
     """What a reader should know in addition to the numbers; r: `total` of the result."""
     if result.ending is Ending.DIVERGED:
         return [f"lost its numbers by {result.t_end:.2f} s"]
-    notes_of_run = type_notes(crane, held_load(crane, case, r.span[1]))
+    notes_of_run = [
+        *oscillation_notes(crane, r.stats.oscillation.largest),
+        *type_notes(crane, held_load(crane, case, r.span[1])),
+    ]
     names = [*result.packed.programme.names, "after"]
     for i, s in result.stages:
         if s.lift.slack > 0.0:

@@ -6,6 +6,7 @@ from typing import NamedTuple, Self
 
 from stillhook.control.commands import marginal_gain
 from stillhook.engine.inputs import CycleInputs, MotionDemand, standing
+from stillhook.engine.pack.capacity import wire_weight
 from stillhook.engine.pack.winch import (
     drum_record,
     friction_record,
@@ -34,11 +35,13 @@ from stillhook.winches.circuits.tables import MotorSet
 
 class Foreseen(NamedTuple):
     """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of
-    marginal stability; validated: the crane's certificate holds, and the run is inside its envelope."""
+    marginal stability of the published loop; validated: the crane's certificate holds, and the run is inside its
+    envelope; wire: largest weight of the wire that is out, in air, which the run leaves out [N]."""
 
     notes: tuple[str, ...]
     unstable: bool
     validated: bool
+    wire: float
 
 
 def check(crane: Crane, case: Scenario) -> None:
@@ -163,7 +166,8 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
         *_event_notes(case),
         *stands.notes,
     ]
-    return Foreseen(tuple(notes), bool(gain), stands.validated)
+    wire = wire_weight(crane, max(case.s_w, demand.s_w_max))
+    return Foreseen(tuple(notes), bool(gain), stands.validated, wire)
 
 
 T_D_BEYOND = 0.1
@@ -328,13 +332,14 @@ to."""
 
 
 def _weight_notes(crane: Crane, case: Scenario) -> list[str]:
-    """The wire of a Scenario has stiffness and damping, and no weight."""
-    m, load = crane.wire.mass_per_length * case.s_w, load_record(crane, case).W / G
+    """The wire of a Scenario has stiffness and damping, and no weight: tension and pressures are without it, the
+    judgement of the capacity has it."""
+    m, load = wire_weight(crane, case.s_w) / G, load_record(crane, case).W / G
     if m <= WIRE_SHARE * load:
         return []
     return [
         f"the wire of {show(case.s_w, 'length')} weighs {show(m, 'mass', 3)} in air, {m / load:.0%} of the hook load,"
-        " and is left out; stillhook lower has it"
+        " and is left out of tension and pressures; stillhook lower has it"
     ]
 
 

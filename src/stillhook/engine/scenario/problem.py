@@ -26,11 +26,14 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.batch import Row, run_batch, scenario_as_bytes
 from stillhook.engine.inputs import CycleInputs, shape, twin_line
+from stillhook.engine.pack.capacity import OVERLOAD, overload_notes, overloads
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothing, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
+from stillhook.engine.scenario.oscillation import OSCILLATES, oscillation_notes, oscillation_numbers
 from stillhook.engine.scenario.warm_up import LOOK, WarmUp, Watch, warm_up_notes
 from stillhook.kernels.lanes import flatten, offset, size
+from stillhook.kernels.oscillation import begun_again
 from stillhook.kernels.statistics import SIGNALS, blank
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
@@ -124,7 +127,7 @@ def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -
         geo=nothing(Geometry),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
         laws=d.laws.blank(packed.settings, guard),
-        st=blank(d.Stats, packed.plant),
+        st=blank(d.Stats, packed.plant, packed.params.plc.t_cycle),
         y=nothing(d.Signals),
         tip_0=tip,
         tip_1=tip,
@@ -166,9 +169,7 @@ class ScenarioBlock(Block[Ready]):
         if k == drive.first:
             if k > 0:
                 self.before = [WarmUp(self.watch.of(i), self.part("st", i)) for i in range(len(self.ready))]
-            at = offset(self.d.Lane, "st", 1)
-            fresh = np.array(flatten(blank(self.d.Stats, self.ready[0].winch.plant)))
-            self.A[at : at + len(fresh)] = fresh[:, None]
+            self._count_from_here()
         self._run(D, k, count)
 
     def _run(self, D: FloatArray, k: int, count: int) -> None:
@@ -189,6 +190,14 @@ class ScenarioBlock(Block[Ready]):
             self.n_sub,
             drive.t_cycle,
         )
+
+    def _count_from_here(self) -> None:
+        """Statistics of every lane start again; what is known of an oscillation that goes on is kept."""
+        at = offset(self.d.Lane, "st", 1)
+        fresh = blank(self.d.Stats, self.ready[0].winch.plant, self.drive.t_cycle)
+        for i in range(self.A.shape[1]):
+            values = flatten(fresh._replace(oscillation=begun_again(self.part("st", i).oscillation)))
+            self.A[at : at + len(values), i] = values
 
     def result(self, i: int) -> Result:
         """What came out of one lane."""
@@ -265,28 +274,35 @@ POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_st
 
 
 def limits_passed(winch: WinchType, stats: Any) -> list[str]:
-    """Words for the limits that were passed in a run: of the pumps, of the winch type's own, of the wire."""
+    """Words for the limits that were passed in a run: of the pumps, of the winch type's own, of the wire, and whether
+    it oscillates."""
     st = stats.common
     return [
         *(["saturated"] if st.saturation_cycles > 0.0 else []),
         *winch.limits_passed(stats),
         *(["slack"] if st.slack_cycles > 0.0 else []),
         *(["wire"] if st.wire_cycles > 0.0 else []),
+        *([OSCILLATES] if stats.oscillation.largest.time > 0.0 else []),
     ]
 
 
-def status(winch: WinchType, case: Scenario, result: Result, foreseen: Foreseen) -> str:
+def status(crane: Crane, case: Scenario, result: Result, foreseen: Foreseen) -> str:
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
-    "unstable": K_p is above the gain of marginal stability, however the run went. "audit": the energy does not add up,
+    "overload": SWL and hook are less than what pulls at the crane tip, peaks and the weight of the wire included.
+    "oscillates": the wire's speed swings by itself (`stillhook.kernels.oscillation`). "unstable": K_p is above the gain
+    of marginal stability of the published loop, however the run went; said of closed circuits alone, and its absence
+    says nothing. "audit": the energy does not add up,
     so the numbers are wrong; judged only for runs as long as the window, and not where a wire snaps taut within a cycle
     of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; judged only for
     plain compensation, where nothing else moves the hook.
     """
     if result.ending is Ending.DIVERGED:
         return "diverged"
-    st = result.stats.common
+    winch, st = crane.plant.type, result.stats.common
     beyond = limits_passed(winch, result.stats)
+    if overloads(crane, st.F_max + foreseen.wire):
+        beyond.append(OVERLOAD)
     one_sided = st.e_min > 0.0 or st.e_max < 0.0
     if one_sided and abs(st.e_sum) > OFFSET * max(st.cycles - 1.0, 1.0):
         beyond.append("offset")
@@ -327,7 +343,9 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     """
     foreseen = foresee(crane, case)
     doubts = (*implausible_values(crane), *implausible_values(case))
-    notes = [*doubts, *foreseen.notes, *_window_notes(result)]
+    swing = result.stats.oscillation.largest
+    heavy = overload_notes(crane, result.stats.common.F_max, foreseen.wire)
+    notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(result)]
     if result.ending is Ending.DIVERGED:
         notes.append(f"lost its numbers by {result.t_end:.2f} s")
     winch, st, t = crane.plant.type, result.stats.common, result.t_cycle
@@ -354,7 +372,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     elif not any(m.compensates for m in (case.mode, *(m for _, m in case.modes))):
         numbers |= dict.fromkeys(POSITION, math.nan)
     return {
-        "status": marked(status(winch, case, result, foreseen), doubts),
+        "status": marked(status(crane, case, result, foreseen), doubts),
         **numbers,
         "validated": float(foreseen.validated),
         "notes": notes,
@@ -373,6 +391,7 @@ def winch_numbers(winch: WinchType, stats: Any, t_cycle: float) -> dict[str, flo
         "saturation_time": st.saturation_cycles * t_cycle,
         "slack_time": st.slack_cycles * t_cycle,
         "wire_time": st.wire_cycles * t_cycle,
+        **oscillation_numbers(stats.oscillation.largest),
         **winch.own_numbers(stats, t_cycle),
     }
 

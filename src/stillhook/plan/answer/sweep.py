@@ -21,7 +21,7 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Parts, Progress
-from stillhook.engine.lowering.checks import tip_capacity
+from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import wire_usable

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.kept import ROOM, kept
 from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
+from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
@@ -111,7 +112,7 @@ def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Capacity
     hook = f"hook {show(crane.hook_mass, 'mass')} of {crane.name}, at the crane tip"
     if plan.load_chart is not None:
         return _of_chart(plan, phase, "SWL", "mass", lambda p: (p.SWL + crane.hook_mass) * G, f"; and {hook}")
-    return CapacityValue((crane.SWL + crane.hook_mass) * G, f"SWL {show(crane.SWL, 'mass')} and {hook}")
+    return CapacityValue(tip_capacity(crane), f"SWL {show(crane.SWL, 'mass')} and {hook}")
 
 
 def _swl(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:

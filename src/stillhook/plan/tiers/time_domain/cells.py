@@ -61,6 +61,7 @@ OF_STAGE = (
     "v_w_max",
     "p_a_max",
     "saturation_time",
+    "oscillation_time",
     "relief_time",
     "power_time",
     "stroke_time",

@@ -116,7 +116,7 @@ def measures(
         found["e_c_pp"] = top("e_c_pp" if alternative.twin else "s_tip_pp", "e_c_pp")
     if alternative.twin or not compensates:
         found["p_a_max"] = top("p_a_max", "p_a_max")
-        for share in ("saturation", "relief", "power", "stroke"):
+        for share in ("saturation", "oscillation", "relief", "power", "stroke"):
             found[f"{share}_share"] = Measure(f"{share}_time", Statistic.MEAN)
     if alternative is Alternative.PHC:
         found["compensator_share"] = Measure(ROD_AT_END, Statistic.MEAN)

@@ -1,0 +1,271 @@
+"""How well runs tell an oscillation of the winch from what the tip does to it, against two judges that know nothing of
+how it is found."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from blocks import claims_table, save, table
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from stillhook.analysis.loop_stability.governing import Place, engine_loops
+from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.engine.scenario.oscillation import OSCILLATES
+from stillhook.engine.simulate import simulate
+from stillhook.errors import StillhookError
+from stillhook.kernels.oscillation import SMALLEST
+from stillhook.library import load_crane
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.sea.motion.irregular import IrregularTip
+from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
+from stillhook.sea.spectra.parametric import Jonswap
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Operator, Scenario
+
+PAGE = "oscillation.md"
+CRANES = (
+    "nov-250t",
+    "nov-100t-pure-active",
+    "nov-250t-secondary",
+    "utility-20t-open-circuit",
+    "nov-100t-cylinder",
+    "nov-100t-electric",
+)
+TIMES = (0.5, 0.9, 1.1, 1.5, 3.0)
+"""Gains over that of marginal stability of the linearised engine on its own wire."""
+SPEEDS = (0.5, 2.0, 8.0)
+"""Even speeds of the tip, up and down [m/min]; 0 is a load that is held."""
+WIRES = (15.0, 100.0, 400.0)
+STEADY, LATE = 90.0, 15.0
+"""Length of a run with an even tip, and of its last two parts by which the series judges [s]."""
+GAINS = (0.1, 0.3, 1.0, 3.0, 10.0)
+"""Position gains in waves, over that which the linearised engine has as its limit with 90 % of the SWL on 100 m of
+wire, the tip going up at 8 m/min."""
+WAVES, COUNTED = 200.0, 60.0
+"""Length of a run in waves, and of its last part by which two runs are compared [s]."""
+STEP = "10 mm"
+"""Set-point step at 5 s by which the second of two runs differs."""
+EVERY = "50 ms"
+FloatArray = NDArray[np.float64]
+
+
+class Tally(NamedTuple):
+    """Runs by judge and status: oscillation found, missed, none that was named, none."""
+
+    found: int = 0
+    missed: int = 0
+    false: int = 0
+    none: int = 0
+
+    def plus(self, truth: bool, named: bool) -> Tally:
+        name = ("found" if named else "missed") if truth else ("false" if named else "none")
+        return self._replace(**{name: getattr(self, name) + 1})
+
+    def cells(self) -> tuple[str, ...]:
+        return tuple(str(n) for n in self)
+
+
+def with_gain(crane: Crane, K_p: float) -> Crane:
+    return crane.model_copy(update={"control": crane.control.model_copy(update={"K_p": K_p})})
+
+
+def limit_at(crane: Crane, load: float, s_w: float, speed: float) -> float | None:
+    """Gain of marginal stability of the linearised engine [1/m]; None where the plant swings whatever the gain."""
+    try:
+        ((_, loop),) = engine_loops(crane, crane.plant.type.default_mode, [Place(load, s_w, speed / 60.0)])
+    except StillhookError:
+        return None
+    limit = gain_limit_of(loop)[0]
+    return limit if np.isfinite(limit) and limit > 0.0 else None
+
+
+def even(speed: float, time: float) -> Motion:
+    if speed == 0.0:
+        return Still()
+    course = [(0.0, 0.0), (4.0, speed), (time + 4.0, speed), (time + 8.0, 0.0)]
+    return Profile([(f"{t!r} s", f"{v!r} m/min") for t, v in course])
+
+
+def sea(Hs: float, Tp: float, seed: int, repeat: float = 400.0) -> IrregularTip:
+    """The tip of a ship that follows long waves: a spectrum times 1 / (1 + (omega / 0.9)^8)."""
+    n = int(4.0 * repeat / (2.0 * np.pi))
+    omega = 2.0 * np.pi * np.arange(n + 1) / repeat
+    S = np.zeros(n + 1)
+    S[1:] = Jonswap(Hs, Tp).density(omega[1:]) / (1.0 + (omega[1:] / 0.9) ** 8)
+    phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, n + 1)
+    return IrregularTip(np.sqrt(4.0 * np.pi * S / repeat) * np.exp(1j * phase), repeat)
+
+
+TIPS: Mapping[str, Motion] = {
+    "sine 0.3 m 4 s": Sine(height="0.3 m", period="4 s"),
+    "sine 0.5 m 6 s": Sine(height="0.5 m", period="6 s"),
+    "sine 1 m 12 s": Sine(height="1 m", period="12 s"),
+    "Hs 0.5 m, Tp 6 s": sea(0.5, 6.0, 1),
+    "Hs 1 m, Tp 8 s": sea(1.0, 8.0, 2),
+    "Hs 2 m, Tp 10 s": sea(2.0, 10.0, 3),
+    "Hs 3.5 m, Tp 14 s": sea(3.5, 14.0, 4),
+}
+
+
+def scenario(load: float, s_w: float, tip: Motion, duration: float, **more: Any) -> Scenario:
+    return Scenario(
+        load=f"{load!r} kg",
+        s_w=f"{s_w!r} m",
+        tip=tip,
+        duration=f"{duration!r} s",
+        warm_up=more.pop("warm_up", "20 s"),
+        **more,
+    )
+
+
+class Steady(NamedTuple):
+    """A run with an even tip: gain over the limit (None: the plant swings whatever the gain), status, numbers and late
+    swing of the wire's speed [m/s]."""
+
+    crane: str
+    part: float | None
+    speed: float
+    named: bool
+    v_w: float
+    late: float
+    before: float
+
+    @property
+    def truth(self) -> bool:
+        """The series swings, and not less at the end."""
+        return self.late >= SMALLEST and self.late > 0.8 * self.before
+
+
+def steady_runs(name: str) -> list[Steady]:
+    crane = load_crane(name)
+    load, mode = 0.9 * crane.SWL, crane.plant.type.default_mode
+    cranes, cases, what = [], [], []
+    for s_w, speed in itertools.product(WIRES, (0.0, *(s * v for v in SPEEDS for s in (1.0, -1.0)))):
+        if name == "nov-100t-cylinder" and abs(speed) > 2.0:
+            continue  # its stroke is over before
+        limit = limit_at(crane, load, s_w, speed)
+        gains = [(None, crane.control.K_p)] if limit is None else [(x, x * limit) for x in TIMES]
+        for part, K_p in gains:
+            cranes.append(with_gain(crane, K_p))
+            cases.append(scenario(load, s_w, even(speed, STEADY), STEADY, mode=mode, warm_up="10 s"))
+            what.append((part, speed))
+    run = simulate(cranes, cases, series=True, every=EVERY, on_failure="mark")
+    t, v = run["time"].values, run["v_w"].values.reshape(len(cases), -1)
+    late, before = (
+        np.ptp(v[:, (t > STEADY - k * LATE) & (t <= STEADY - (k - 1.0) * LATE)], axis=1) for k in (1.0, 2.0)
+    )
+    return [
+        Steady(
+            name,
+            part,
+            speed,
+            OSCILLATES in str(run["status"].values[i]),
+            float(run["oscillation_v_w"].values[i]),
+            float(late[i]),
+            float(before[i]),
+        )
+        for i, (part, speed) in enumerate(what)
+        if np.isfinite(late[i])
+    ]
+
+
+class InWaves(NamedTuple):
+    """A run in waves: gain over the limit, status, and how far two runs that begin differently are apart at the end
+    [m/s]."""
+
+    crane: str
+    tip: str
+    part: float
+    named: bool
+    apart: float
+
+    @property
+    def truth(self) -> bool:
+        """What the tip does not determine is the winch's own."""
+        return self.apart >= SMALLEST
+
+
+def runs_in_waves(name: str) -> list[InWaves]:
+    crane = load_crane(name)
+    mode = crane.plant.type.default_mode
+    limit = limit_at(crane, 0.9 * crane.SWL, 100.0, 8.0) or crane.control.K_p
+    cranes, cases, what = [], [], []
+    for part, share, s_w, tip in itertools.product(GAINS, (0.3, 0.9), (15.0, 100.0), TIPS):
+        for operator in (Operator(), Operator(steps=(("5 s", STEP),))):
+            cranes.append(with_gain(crane, part * limit))
+            cases.append(scenario(share * crane.SWL, s_w, TIPS[tip], WAVES, mode=mode, operator=operator))
+        what.append((part, tip))
+    run = simulate(cranes, cases, series=True, every=EVERY, on_failure="mark")
+    v = run["v_w"].values.reshape(len(cases), -1)[:, run["time"].values > WAVES - COUNTED]
+    apart = np.ptp(v[1::2] - v[::2], axis=1)
+    return [
+        InWaves(name, tip, part, OSCILLATES in str(run["status"].values[2 * i]), float(apart[i]))
+        for i, (part, tip) in enumerate(what)
+        if np.isfinite(apart[i])
+    ]
+
+
+def tallied(rows: Sequence[Any]) -> Tally:
+    tally = Tally()
+    for row in rows:
+        tally = tally.plus(row.truth, row.named)
+    return tally
+
+
+HEAD = ("oscillates, named", "oscillates, not named", "does not, named", "does not, not named")
+
+
+def share(part: int, whole: int) -> str:
+    return f"{part} of {whole}"
+
+
+def compute() -> tuple[dict[str, str], list[Steady]]:
+    steady = [row for name in CRANES for row in steady_runs(name)]
+    waves = [row for name in CRANES for row in runs_in_waves(name)]
+    parts = (*TIMES, None)
+    a, b = tallied(steady), tallied(waves)
+    claims = {
+        "even tip or held: oscillations that are named": ("all", share(a.found, a.found + a.missed), "ours"),
+        "even tip or held: named where there is none": ("none", share(a.false, a.false + a.none), "ours"),
+        "waves: oscillations that are named": ("not told", share(b.found, b.found + b.missed), "ours"),
+        "waves: named where there is none": ("none", share(b.false, b.false + b.none), "ours"),
+    }
+    by_gain = [
+        ("whatever the gain" if x is None else f"{x:g}", *tallied([r for r in steady if r.part == x]).cells())
+        for x in parts
+    ]
+    blocks = {
+        "claims": claims_table(claims),
+        "steady": table(("crane", *HEAD), [(n, *tallied([r for r in steady if r.crane == n]).cells()) for n in CRANES]),
+        "gain": table(("gain over its limit", *HEAD), by_gain),
+        "waves": table(("crane", *HEAD), [(n, *tallied([r for r in waves if r.crane == n]).cells()) for n in CRANES]),
+        "tips": table(
+            ("motion of the tip", *HEAD), [(n, *tallied([r for r in waves if r.tip == n]).cells()) for n in TIPS]
+        ),
+        "gains": table(
+            ("gain over its limit", *HEAD),
+            [(f"{x:g}", *tallied([r for r in waves if r.part == x]).cells()) for x in GAINS],
+        ),
+    }
+    return blocks, steady
+
+
+def draw(rows: list[Steady]) -> None:
+    figure = Figure(figsize=(6.5, 4.0), layout="constrained")
+    ax = figure.subplots()
+    named = [r for r in rows if r.named and r.truth]
+    for i, name in enumerate(CRANES):
+        x = [60.0 * r.late for r in named if r.crane == name]
+        y = [60.0 * r.v_w for r in named if r.crane == name]
+        ax.loglog(x, y, ".", color=COLOURS[i % len(COLOURS)], ms=5, label=name)
+    ends = np.array([0.5, 200.0])
+    ax.loglog(ends, ends, color=GREY, lw=1)
+    ax.set_xlabel("swing of the wire's speed in the series, last 15 s [m/min]")
+    ax.set_ylabel("oscillation_v_w [m/min]")
+    ax.grid(alpha=0.3)
+    ax.legend(fontsize="x-small")
+    save(figure, "oscillation.png")
