@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.loop_stability.closing import closed_by_plc
 from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_of
-from stillhook.analysis.loop_stability.transfer import SampledLoop, full_cycles, hold_matrices
+from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import code_of
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
@@ -36,13 +37,17 @@ end."""
 SOFT = 5.0
 """Time constant of the position loop while the engine comes to a point [s]: hundreds of times softer than a PLC's, so
 that the loop under test cannot hide it, and fast enough to be settled."""
+CALM = 0.95
+"""Damping ratio of the wire while the engine comes to a point [-]: a steady point does not depend on it, and with the
+crane's own a load that rings would still ring there."""
 MOMENT = 1e-8
 """Time over which the exact step of the bristle is taken for its rate [s]: a 30,000th of its fastest time constant."""
 STORES = ("V_", "E", "theta")
 """How states begin that hold oil, energy or heat for many waves: they stand while the loop is judged. A rail whose
 pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
-REMEMBERED = ("F", "p_mean", "u_m")
-"""What the PLC carries from cycle to cycle besides the memory of the controller."""
+REMEMBERED = ("F", "p_mean", "u_m", "held")
+"""What the PLC carries from cycle to cycle besides the memory of the controller: filtered load cell, mean accumulator
+pressure, the motors' last command, and what the drive filters (the open circuit's pressure drop)."""
 
 
 class EnginePoint(NamedTuple):
@@ -69,10 +74,12 @@ def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float,
     a store, a temperature) are where the run has left them.
     """
     soft = crane.control.model_copy(update={"K_p": gains(crane).K_1 / SOFT})
+    calm = crane.wire.model_copy(update={"zeta": max(CALM, crane.wire.zeta)})
     softened = crane.model_copy(update={"control": soft})
+    settling = softened.model_copy(update={"wire": calm})
     cases = [_case(crane, mode, *place) for place in places]
-    n_sub = steps_of_cases(softened, cases, STATISTICS_STEP)
-    results = run_cases(softened, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
+    n_sub = steps_of_cases(settling, cases, STATISTICS_STEP)
+    results = run_cases(settling, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
     return [
         None if result.ending is Ending.DIVERGED else _point(softened, case, result, v_tip)
         for case, result, (_, _, v_tip) in zip(cases, results, places, strict=True)
@@ -113,8 +120,7 @@ def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoi
     )
     tip, geometry = Tip(s_tip, v_tip), d.geometry(result.state.path.s_w, packed.params)
     # a second cycle on the first one's memory: the filters have the state that they are asked about
-    u, memory, laws, drive = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
-    memory = memory._replace(datum=memory.datum - drive.e_c)  # no control error, whatever the open loop has gathered
+    u, memory, laws, _ = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
     return EnginePoint(crane, packed.plant, d, packed.params, result.state, u, memory, laws, tick, tip, geometry)
 
 
@@ -159,22 +165,13 @@ def _rates(point: EnginePoint, x: Any, u: Any) -> Any:
 def engine_loop(point: EnginePoint, *, delay: float = 0.0) -> SampledLoop:
     """The position loop at K_p = 1 as the PLC closes it; every other loop of drive and PLC is closed. delay [s] of the
     position feedback, to which the PLC's computing time is added."""
-    T = point.crane.control.t_cycle
+    control = point.crane.control
     linear = engine_linear(point)
-    n, rest = full_cycles(delay + point.crane.control.computing, T)
     K, M, g = _control_slopes(point, linear.states)
     A, B, K, M = _standing(linear, K, M)
-    Phi, Gamma = hold_matrices(A, B, T)
-    late = Gamma @ g
-    early = late if rest == 0.0 else hold_matrices(A, (B @ g)[:, None], T - rest)[1][:, 0]
-    size, more = len(linear.states), len(M)
-    closed = np.zeros((size + more, size + more))
-    closed[:size] = np.hstack([Phi, np.zeros((size, more))]) + Gamma @ K
-    closed[size:] = M
-    out = np.zeros(size + more)
+    out = np.zeros(len(linear.states))
     out[linear.states.index("s_w")] = -1.0
-    pad = np.zeros(more)
-    return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([late - early, pad]), out, T, n)
+    return closed_by_plc((A, B, out), (K, M, g), t_cycle=control.t_cycle, computing=control.computing, delay=delay)
 
 
 def _standing(
@@ -194,23 +191,25 @@ def _standing(
 
 
 def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of one PLC cycle without position feedback: commands, and what is carried on, by state and what was carried; and
-    the commands by the position feedback's share u_fb of the speed command."""
+    """Of one PLC cycle: commands, and what is carried on, by state and what was carried; and the commands by the
+    position feedback's share u_fb of the speed command.
+
+    The soft feedback with which the point was come to stays in force, for commands need not be linear in the speed
+    command (spool with overlap); what it makes of s_w is taken out by `_standing`.
+    """
     record = flatten(point.laws)
     carried = [i for i, path in enumerate(paths(type(point.laws))) if "_memory." in path]
     n = len(states)
 
-    def cycle(values: FloatArray, K_p: float, datum: float) -> list[float]:
+    def cycle(values: FloatArray, datum: float) -> list[float]:
         x = unflatten(type(point.state), (float(v) for v in values[:n]))
         known = dict(zip(REMEMBERED, (float(v) for v in values[n:]), strict=False))
         numbers = list(record)
         for i, value in zip(carried, values[n + len(REMEMBERED) :], strict=True):
             numbers[i] = float(value)
-        gains = point.params.plc.gains._replace(K_p=K_p)
-        p = point.params._replace(plc=point.params.plc._replace(gains=gains))
         m = point.memory._replace(datum=datum, **known)
         laws = unflatten(type(point.laws), iter(numbers))
-        u, m, laws, _ = point.driver.control(x, m, laws, point.tick, point.tip, point.geometry, p)
+        u, m, laws, _ = point.driver.control(x, m, laws, point.tick, point.tip, point.geometry, point.params)
         after = flatten(laws)
         return [*u, *(getattr(m, r) for r in REMEMBERED), *(after[i] for i in carried)]
 
@@ -219,7 +218,7 @@ def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatA
     names = (*states, *REMEMBERED, *("" for _ in carried))
     steps = [step_of(name, value) for name, value in zip(names, start, strict=True)]
     datum, commands = point.memory.datum, len(point.command)
-    J, _ = jacobian(lambda v: np.array(cycle(v, 0.0, datum)), start, steps)
-    h = STEP["u"]
-    more, less = (np.array(cycle(start, 1.0, datum + way * h)[:commands]) for way in (-1.0, 1.0))
+    J, _ = jacobian(lambda v: np.array(cycle(v, datum)), start, steps)
+    h, K_p = STEP["u"], point.params.plc.gains.K_p
+    more, less = (np.array(cycle(start, datum + way * h / K_p)[:commands]) for way in (-1.0, 1.0))
     return J[:commands], J[commands:], (more - less) / (2.0 * h)

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.loop_stability.closing import closed_by_plc
 from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_of
-from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced, full_cycles, hold_matrices
+from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
@@ -204,25 +205,20 @@ def plc_loop(
     for a cycle too.
 
     These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the
-    passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; the PLC's computing
-    time is added to it.
+    passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; all commands are the
+    PLC's computing time late.
     """
-    linear = linearise(point)
-    T = crane.control.t_cycle
-    n, rest = full_cycles(delay + crane.control.computing, T)
-    u_p = linear.inputs.index("u_p")
+    linear, control = linearise(point), crane.control
     commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
-    Phi, Gamma = hold_matrices(linear.A, linear.B[:, commands], T)
-    late = Gamma[:, commands.index(u_p)]
-    early = late if rest == 0.0 else hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)[1][:, 0]
     K, M = _control_slopes(_Plc(crane, point, Mode(mode)), crane)
-    size, more = len(linear.states), len(M)
-    closed = np.zeros((size + more, size + more))
-    closed[:size] = np.hstack([Phi, np.zeros((size, more))]) + Gamma @ K
-    closed[size:] = M
-    pad = np.zeros(more)
-    out = np.concatenate([linear.C[OUTPUTS.index("s_hoisted")], pad])
-    return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([late - early, pad]), out, T, n)
+    g = np.array([1.0 if linear.inputs[i] == "u_p" else 0.0 for i in commands])
+    return closed_by_plc(
+        (linear.A, linear.B[:, commands], linear.C[OUTPUTS.index("s_hoisted")]),
+        (K, M, g),
+        t_cycle=control.t_cycle,
+        computing=control.computing,
+        delay=delay,
+    )
 
 
 REMEMBERED = ("F", "p_mean", "u_m")
