@@ -13,30 +13,33 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.loop_stability.closing import closed_by_plc
-from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_of
+from stillhook.analysis.loop_stability.differences import STEP, slopes, step_of
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import code_of
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
-from stillhook.engine.pack.winch import gains, pack
+from stillhook.engine.pack.winch import drum_record, gains, pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import run_cases
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL, flatten, paths, unflatten
+from stillhook.physics.load_path.drum import wire_usable
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Profile
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
 from stillhook.winches.records import Tick, Tip
 
-RISE, SETTLED = 5.0, 40.0
+RISE, SETTLED = 5.0, 20.0
 """Time in which the tip reaches its speed, and after which the winch is taken to be steady [s]."""
 STROKE_USED = 0.3
 """Part of the stroke of what carries the load that the tip may take until then [-]: from mid stroke, well short of an
 end."""
-SOFT = 5.0
-"""Time constant of the position loop while the engine comes to a point [s]: hundreds of times softer than a PLC's, so
-that the loop under test cannot hide it, and fast enough to be settled."""
+TRAVEL = 10.0
+"""Most wire that moves until then [m]: layer and stiffness of the wire are then those of the place."""
+SOFT = 2.0
+"""Time constant of the position loop while the engine comes to a point [s]: soft against all loops of drive and PLC,
+and fast enough to be settled."""
 CALM = 0.95
 """Damping ratio of the wire while the engine comes to a point [-]: a steady point does not depend on it, and with the
 crane's own a load that rings would still ring there."""
@@ -45,6 +48,8 @@ MOMENT = 1e-8
 STORES = ("V_", "E", "theta")
 """How states begin that hold oil, energy or heat for many waves: they stand while the loop is judged. A rail whose
 pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
+UNSETTLED = 0.05
+"""Speed of load or wire against the tip's, over it, above which a point is not steady [-]."""
 REMEMBERED = ("F", "p_mean", "u_m", "held")
 """What the PLC carries from cycle to cycle besides the memory of the controller: filtered load cell, mean accumulator
 pressure, the motors' last command, and what the drive filters (the open circuit's pressure drop)."""
@@ -87,12 +92,14 @@ def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float,
 
 
 def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float) -> Scenario:
+    """A run that ends with s_w of wire out [m], or as near as the drum allows."""
     speed, time = f"{v_tip!r} m/s", _time(crane, load, v_tip)
+    start = min(max(s_w - v_tip * (time - 0.5 * RISE), 0.0), wire_usable(drum_record(crane)))
     course = [(0.0, "0 m/s"), (RISE, speed), (time + RISE, speed), (time + 2.0 * RISE, "0 m/s")]
     tip = Profile([(f"{t!r} s", v) for t, v in course])
     return Scenario(
         load=f"{float(load)!r} kg",
-        s_w=f"{float(s_w)!r} m",
+        s_w=f"{float(start)!r} m",
         tip=tip,
         mode=mode,
         duration=f"{time!r} s",
@@ -102,11 +109,10 @@ def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float) -> Sc
 
 
 def _time(crane: Crane, load: float, v_tip: float) -> float:
-    """Time that a run takes to its point [s]: less where the winch's stroke would end before."""
+    """Time that a run takes to its point [s]: less where the winch is fast, or its stroke would end before."""
     stroke = crane.plant.type.stroke(crane, (load + crane.hook_mass) * G)
-    if stroke is None or v_tip == 0.0:
-        return SETTLED
-    return min(SETTLED, 0.5 * RISE + STROKE_USED * float(stroke.length) / abs(v_tip))
+    travel = TRAVEL if stroke is None else STROKE_USED * float(stroke.length)
+    return min(SETTLED, 0.5 * RISE + travel / abs(v_tip))
 
 
 def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoint:
@@ -122,6 +128,14 @@ def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoi
     # a second cycle on the first one's memory: the filters have the state that they are asked about
     u, memory, laws, _ = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
     return EnginePoint(crane, packed.plant, d, packed.params, result.state, u, memory, laws, tick, tip, geometry)
+
+
+def settled(point: EnginePoint) -> bool:
+    """Whether the engine has become steady: wire and load keep pace with the tip. A winch that sticks and slips even
+    with a soft loop on a damped wire does not."""
+    at, tip = point.state.path, point.tip
+    v_w = _rates(point, point.state, point.command).path.s_w
+    return bool(max(abs(v_w - tip.v), abs(at.v_load)) < UNSETTLED * abs(tip.v))
 
 
 class EngineLinear(NamedTuple):
@@ -146,7 +160,7 @@ def engine_linear(point: EnginePoint) -> EngineLinear:
 
     start = np.array([*flatten(point.state), *point.command])
     names = (*states, *commands)
-    J, _ = jacobian(rates, start, [step_of(name, value) for name, value in zip(names, start, strict=True)])
+    J = slopes(rates, start, [step_of(name, value) for name, value in zip(names, start, strict=True)])
     return EngineLinear(J[:, :n], J[:, n:], states, commands)
 
 
@@ -218,7 +232,7 @@ def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatA
     names = (*states, *REMEMBERED, *("" for _ in carried))
     steps = [step_of(name, value) for name, value in zip(names, start, strict=True)]
     datum, commands = point.memory.datum, len(point.command)
-    J, _ = jacobian(lambda v: np.array(cycle(v, datum)), start, steps)
+    J = slopes(lambda v: np.array(cycle(v, datum)), start, steps)
     h, K_p = STEP["u"], point.params.plc.gains.K_p
     more, less = (np.array(cycle(start, datum + way * h / K_p)[:commands]) for way in (-1.0, 1.0))
     return J[:commands], J[commands:], (more - less) / (2.0 * h)

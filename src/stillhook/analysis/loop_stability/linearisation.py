@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.loop_stability.closing import closed_by_plc
-from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_of
+from stillhook.analysis.loop_stability.differences import STEP, jacobian, slopes, step_of
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
@@ -285,7 +285,7 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
         [*flatten(point.state), *(getattr(memory, r) for r in REMEMBERED), *(record[i] for i in plc.carried)]
     )
     steps = [STEP["u"] * max(1.0, abs(record[i])) for i in plc.carried]
-    J, _ = jacobian(cycle, start, [*(step_of(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *steps])
+    J = slopes(cycle, start, [*(step_of(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *steps])
     return J[: len(commands)], J[len(commands) :]
 
 
