@@ -1,13 +1,13 @@
-"""The one margin of a position loop: that of the complete linearised plant, with its PLC, on the crane's own wire, least
-over displacement, speed, payload and wire paid out.
+"""The one margin of a position loop: of the complete linearised plant, with its PLC, on the crane's own wire, least over
+displacement, speed, payload and wire paid out.
 
 Three things are kept apart. Places that oscillate without feedback: friction that falls with speed gives the load's
-oscillation on its wire more than the wire takes. There no gain has a margin, and the answer is no. Places from twice
-that speed on (`CLEAR`), and all places of payloads and wires that do not oscillate: they decide how large K_p may be.
-And what oscillates at the crane's own K_p, of all places.
+oscillation on its wire more than the wire takes. There no gain has a margin, and the answer is no. Places faster than
+those by a Stribeck speed, of each payload, and all places of payloads that do not oscillate: they decide how large K_p
+may be. And what oscillates at the crane's own K_p, of all places.
 
-Twice the speed, because the gain limit falls to nothing towards the speed at which the plant oscillates without
-feedback: a margin there is not to be had with any gain, and close to it none that is worth having.
+A Stribeck speed faster, because the gain limit falls to nothing towards the speed at which the plant oscillates without
+feedback; it comes back as the fall of friction fades, which is over that speed.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ import functools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points, settled
 from stillhook.analysis.loop_stability.linearisation import plc_loop
@@ -43,9 +41,8 @@ from stillhook.spec.scenario import Mode, Scenario
 
 KEPT = (GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK)
 """Gain margin [-], phase margin [rad], sensitivity peak [-]."""
-CLEAR = 2.0
-"""From how many times the speed at which the plant oscillates without feedback places decide the gain [-]. Assumed: the
-Stribeck slope has then fallen to a fraction, and the limit is back within a third of that at higher speeds."""
+PAPER_C = 0.95
+"""Damping ratio of the wire in paper C, "slightly underdamped", without a measurement [-]."""
 NEAR = 1.5
 """Estimates of a gain within this factor of the least are worked out exactly: as far as the grid may be off [-]."""
 STEP_PLANT = 0.01
@@ -140,19 +137,28 @@ def governing(
         tip_speeds(crane) if speeds is None else speeds,
     )
     found = place_limits(crane, mode, places, alpha_m=alpha_m, delay=delay)
-    decide = tuple(p for p in found if _decides(p, found))
+    decide = deciding(found, stribeck_speed(crane))
     governs, K_p = _strongest(decide, kept)
     return Governing(K_p if governs is not None else 0.0, governs, found, decide)
 
 
-def _decides(one: PlaceLimit, all_places: Sequence[PlaceLimit]) -> bool:
-    """Whether a place says how large the gain may be: stable without feedback, and clear of the speeds that are not."""
-    if one.loop is None or one.gains.alone:
-        return False
-    swinging = (
-        abs(p.place.v_tip) for p in all_places if p.gains.alone and p.place[:2] == one.place[:2]
+def stribeck_speed(crane: Crane) -> float:
+    """Wire speed over which breakaway friction fades to 1/e, on the outermost layer [m/s]."""
+    return float(crane.friction.system.Y_4 * 0.5 * crane.drum.d_max / crane.i_hD)
+
+
+def deciding(found: Sequence[PlaceLimit], clear: float) -> tuple[PlaceLimit, ...]:
+    """Places that say how large the gain may be: stable without feedback, and clear [m/s] of the speeds at which the
+    same payload is not, on any wire."""
+    swinging: dict[float, float] = {}
+    for p in found:
+        if p.gains.alone:
+            swinging[p.place.load] = max(swinging.get(p.place.load, 0.0), abs(p.place.v_tip) + clear)
+    return tuple(
+        p
+        for p in found
+        if p.loop is not None and not p.gains.alone and abs(p.place.v_tip) >= swinging.get(p.place.load, 0.0)
     )
-    return abs(one.place.v_tip) >= CLEAR * max(swinging, default=0.0) * (1.0 - 1e-9)
 
 
 def _strongest(decide: Sequence[PlaceLimit], kept: tuple[float, float, float]) -> tuple[PlaceLimit | None, float]:
@@ -244,11 +250,9 @@ NO_GAIN = StableGains(0.0, 0.0, math.nan)
 """Of a slow place at which the engine does not become steady; a fast one is beyond the winch, and left out."""
 
 
-def _closed_circuit(
-    crane: Crane, mode: Mode, place: Place, alpha_m: float | None, delay: float
-) -> PlaceLimit | None:
-    """A place of a winch with the closed circuit of the thesis. Where the law holds the motors still, whatever speed and
-    load cell do, the loop depends on no setting but the displacement: it is kept between candidates."""
+def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | None, delay: float) -> PlaceLimit | None:
+    """A place of a winch with the closed circuit of the thesis. Where the law holds the motors still, whatever speed
+    and load cell do, the loop depends on no setting but the displacement: it is kept between candidates."""
     station = _station(crane, place)
     at = station.displacement(mode)(abs(place.v_tip)) if alpha_m is None else alpha_m
     plc = plc_record(crane)

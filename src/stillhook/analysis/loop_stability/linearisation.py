@@ -94,11 +94,12 @@ class PlantMode(NamedTuple):
         return sum(weight for name, weight in self.states if name in names)
 
 
-def linearise(point: OperatingPoint) -> Linear:
+def linearise(point: OperatingPoint, *, kinks: bool = True) -> Linear:
     """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and effective radius stay
     constant, as within a PLC cycle.
 
-    The point need not be one of steady operation: any state of the plant will do (`at_state`).
+    The point need not be one of steady operation: any state of the plant will do (`at_state`). kinks: look for
+    derivatives that are not the same on both sides, which doubles the work; else none are named.
     Valid for motions so small that no valve opens or closes, no stop is met, and a sliding winch goes on sliding: near
     standstill, where the bristle may stick, that is a few micrometres of wire.
     Errors: StillhookError where the pumps are beyond their stop: nothing follows them there.
@@ -119,11 +120,12 @@ def linearise(point: OperatingPoint) -> Linear:
         return np.array(_rates_and_outputs(point, x, u_0._replace(**rest), tip, p))
 
     start = np.array([*flatten(point.state), *(getattr(u_0, n) for n in commands), point.tip.s, point.tip.v])
-    J, rough = jacobian(values, start, [step_of(n) for n in (*states, *inputs)])
+    steps = [step_of(n) for n in (*states, *inputs)]
+    J, rough = jacobian(values, start, steps) if kinks else (slopes(values, start, steps), [])
     n = len(states)
     names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
-    kinks = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
-    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, kinks)
+    found = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
+    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, found)
 
 
 def state_names(point: OperatingPoint) -> tuple[str, ...]:
@@ -208,7 +210,7 @@ def plc_loop(
     passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; all commands are the
     PLC's computing time late.
     """
-    linear, control = linearise(point), crane.control
+    linear, control = linearise(point, kinks=False), crane.control
     commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
     K, M = _control_slopes(_Plc(crane, point, Mode(mode)), crane)
     g = np.array([1.0 if linear.inputs[i] == "u_p" else 0.0 for i in commands])

@@ -13,6 +13,7 @@ Datasets of runs and of measured logs alike, sampled evenly; see `stillhook.metr
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -112,8 +113,7 @@ def gain_limit_of(loop: Loop) -> tuple[float, float]:
     alone = grows_alone(loop)
     if alone is not None:
         return 0.0, alone
-    omega = frequency_grid(loop)
-    return gain_and_frequency(loop, omega, loop.response(omega))
+    return gain_and_frequency(loop, *grid_response(loop))
 
 
 def is_stable(loop: Loop, K_p: float, K_ms: float | None = None) -> bool:
@@ -191,8 +191,7 @@ def strongest(
     """
     if grows_alone(loop) is not None:
         return 0.0
-    omega = frequency_grid(loop)
-    L = loop.response(omega)
+    omega, L = grid_response(loop)
     K_gain = gain_and_frequency(loop, omega, L)[0] / gain_margin
     K_phase = _least(loop, omega, L, lambda l: _phase_breaks(l, phase_margin))
     K_edge = min(_on_ray(loop, omega, L, phase_margin), _on_ray(loop, omega, L, -phase_margin))
@@ -207,8 +206,7 @@ def strongest_estimate(
     sensitivity: float = SENSITIVITY_PEAK,
 ) -> float:
     """`strongest_up_to` on the grid alone [1/m]: an estimate that tells which of many loops are worth the search."""
-    omega = frequency_grid(loop)
-    L = loop.response(omega)
+    omega, L = grid_response(loop)
     ahead = np.exp(1j * omega * loop.t_cycle)
     least = math.inf
     for _ in range(min(loop.n, DELAYS) + 1):
@@ -252,6 +250,13 @@ def frequency_grid(loop: Loop) -> FloatArray:
     near = [abs(p.imag) + abs(p.real) * AROUND for p in swinging if abs(p.imag) > abs(p.real)]
     omega = np.unique(np.concatenate([coarse, *near]))
     return np.asarray(omega[(omega >= coarse[0]) & (omega <= top)], dtype=np.float64)
+
+
+@functools.lru_cache(maxsize=512)
+def grid_response(loop: Loop) -> tuple[FloatArray, ComplexArray]:
+    """The grid of a loop and its response there; kept, for limits and margins both ask for it."""
+    omega = frequency_grid(loop)
+    return omega, loop.response(omega)
 
 
 def _down_to_crossover(loop: Loop, omega: FloatArray, K_p: float) -> FloatArray:
@@ -362,16 +367,17 @@ def _nearest_least(omega: FloatArray, i: int, f: Callable[[float], float]) -> fl
 
 def _phase_breaks(L: ComplexArray, phase_margin: float) -> FloatArray:
     """Gain that puts each frequency on the unit circle where that breaks the phase margin, else infinite."""
-    inside = np.abs(np.angle(-L)) < phase_margin
-    return np.where(inside, 1.0 / np.abs(L), np.inf)
+    size = np.abs(L)
+    inside = (np.abs(np.angle(-L)) < phase_margin) & (size > 0.0)
+    return np.where(inside, 1.0 / np.where(inside, size, 1.0), np.inf)
 
 
 def _sensitivity_breaks(L: ComplexArray, M_s: float) -> FloatArray:
     """Least gain with |1 + K L| = 1/M_s at each frequency, infinite where there is none."""
     size, real = np.abs(L) ** 2, L.real
     inside = real**2 - size * (1.0 - M_s**-2)
-    hit = (real < 0.0) & (inside >= 0.0)
-    return np.where(hit, (-real - np.sqrt(np.maximum(inside, 0.0))) / size, np.inf)
+    hit = (real < 0.0) & (inside >= 0.0) & (size > 0.0)
+    return np.where(hit, (-real - np.sqrt(np.maximum(inside, 0.0))) / np.where(hit, size, 1.0), np.inf)
 
 
 ORDER = 3

@@ -15,9 +15,9 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.units import show
 
-SLOW = tuple(v / 60.0 for v in (0.5, 1.0, 2.0, 5.0, 10.0))
-"""Slow tip speeds that are looked at, in both directions [m/s], 0.5 to 10 m/min: there friction falls with speed."""
-FAST = (0.5, 0.9, 1.3)
+SLOW = tuple(v / 60.0 for v in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0))
+"""Slow tip speeds that are looked at, in both directions [m/s], 0.5 to 20 m/min: there friction falls with speed."""
+FAST = (0.7, 1.2)
 """Fast ones, over the wire speed with the pumps and the motors full [-]; above 1 motors stand at less displacement."""
 SHARES = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Payloads over the heaviest of the mode [-]; 0 is the empty hook."""

@@ -15,8 +15,8 @@ import scipy
 
 from stillhook.analysis.loop_stability.margins import (
     at_frequency,
-    frequency_grid,
     gain_and_frequency,
+    grid_response,
     grows_alone,
     is_stable,
 )
@@ -53,8 +53,7 @@ def stable_gains(loop: SampledLoop) -> StableGains:
     Source: Astrom and Murray, Feedback Systems, section 9.3 (conditional stability).
     """
     alone = grows_alone(loop)
-    omega = frequency_grid(loop)
-    L = loop.response(omega)
+    omega, L = grid_response(loop)
     if alone is None:
         return StableGains(0.0, *gain_and_frequency(loop, omega, L))
     at = _crossings(loop, omega, L)
@@ -68,7 +67,9 @@ def stable_gains(loop: SampledLoop) -> StableGains:
 
 def _crossings(loop: SampledLoop, omega: np.ndarray, L: np.ndarray) -> list[tuple[float, float]]:
     """Gains at which the response passes -1, rising, with their frequencies; the Nyquist frequency among them."""
-    brackets = np.nonzero((np.signbit(L.imag[:-1]) != np.signbit(L.imag[1:])) & (np.minimum(L.real[:-1], L.real[1:]) < 0))
+    brackets = np.nonzero(
+        (np.signbit(L.imag[:-1]) != np.signbit(L.imag[1:])) & (np.minimum(L.real[:-1], L.real[1:]) < 0)
+    )
     found = []
     for i in brackets[0]:
         w = float(scipy.optimize.brentq(lambda w: at_frequency(loop, w).imag, omega[i], omega[i + 1]))

@@ -403,7 +403,9 @@ def _transfer(A: FloatArray, B: FloatArray, C: FloatArray) -> Transfer:
     if np.linalg.cond(right) < PARALLEL:
         residues = (C @ right) * np.linalg.solve(right, B.astype(np.complex128))
         return lambda s: np.asarray((residues / (s[:, None] - poles)).sum(axis=1), dtype=np.complex128)
-    even, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)  # pascals beside radians cost digits
+    even, (scale, _) = scipy.linalg.matrix_balance(
+        A, permute=False, separate=True
+    )  # pascals beside radians cost digits
     T, Q = scipy.linalg.schur(even.astype(np.complex128), output="complex")
     b, c = Q.conj().T @ (B / scale), (C * scale) @ Q
 
