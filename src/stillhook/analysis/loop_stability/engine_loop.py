@@ -6,6 +6,7 @@ the cycle of its PLC are then differentiated about the state that it has come to
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ import numpy as np
 
 from stillhook.analysis.loop_stability.closing import closed_by_plc
 from stillhook.analysis.loop_stability.differences import STEP, slopes, step_of
+from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import code_of
@@ -32,9 +34,12 @@ from stillhook.winches.records import Tick, Tip
 
 RISE, SETTLED = 5.0, 20.0
 """Time in which the tip reaches its speed, and after which the winch is taken to be steady [s]."""
-STROKE_USED = 0.3
-"""Part of the stroke of what carries the load that the tip may take until then [-]: from mid stroke, well short of an
-end."""
+STROKE_USED = 0.45
+"""How far from its middle a stroke may stand in a run [-], short of an end."""
+OIL_USED = 0.3
+"""Part of what an accumulator gives that a run may take [-]."""
+SHIFT = 20.0
+"""Time in which a stroke comes to where the run begins [s]."""
 TRAVEL = 10.0
 """Most wire that moves until then [m]: layer and stiffness of the wire are then those of the place."""
 SOFT = 2.0
@@ -50,6 +55,9 @@ STORES = ("V_", "E", "theta")
 pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
 UNSETTLED = 0.05
 """Speed of load or wire against the tip's, over it, above which a point is not steady [-]."""
+UNSETTLED_RATE = 0.15
+"""Acceleration of the load over the tip's speed, above which it is not either [1/s]: a few times that of a wire that
+grows longer, a third of that of a load which swings slowly by a twentieth of the speed."""
 REMEMBERED = ("F", "p_mean", "u_m", "held")
 """What the PLC carries from cycle to cycle besides the memory of the controller: filtered load cell, mean accumulator
 pressure, the motors' last command, and what the drive filters (the open circuit's pressure drop)."""
@@ -71,9 +79,12 @@ class EnginePoint(NamedTuple):
     geometry: Any
 
 
-def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float, float]]) -> list[EnginePoint | None]:
-    """The engine at places of payload [kg], wire paid out [m] and speed of the tip, up positive [m/s]; None where the
-    run diverges.
+def engine_points(
+    crane: Crane, mode: Mode, places: Sequence[tuple[float, float, float, float]]
+) -> list[EnginePoint | None]:
+    """The engine at places of payload [kg], wire paid out [m], speed of the tip, up positive [m/s], and where a stroke
+    that limits the winch stands: the tip from its middle, up positive, over the stroke [-]; None where the run
+    diverges.
 
     The position feedback is soft, so that an unstable one does not hide the point. Slow states (oil in an accumulator,
     a store, a temperature) are where the run has left them.
@@ -86,16 +97,25 @@ def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float,
     n_sub = steps_of_cases(settling, cases, STATISTICS_STEP)
     results = run_cases(settling, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
     return [
-        None if result.ending is Ending.DIVERGED else _point(softened, case, result, v_tip)
-        for case, result, (_, _, v_tip) in zip(cases, results, places, strict=True)
+        None if result.ending is Ending.DIVERGED else _point(softened, case, result, place)
+        for case, result, place in zip(cases, results, places, strict=True)
     ]
 
 
-def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float) -> Scenario:
-    """A run that ends with s_w of wire out [m], or as near as the drum allows."""
-    speed, time = f"{v_tip!r} m/s", _time(crane, load, v_tip)
-    start = min(max(s_w - v_tip * (time - 0.5 * RISE), 0.0), wire_usable(drum_record(crane)))
+def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float, at: float) -> Scenario:
+    """A run that ends with s_w of wire out [m], or as near as the drum allows, and a stroke at its part `at` [-]."""
+    speed, time = f"{v_tip!r} m/s", _time(crane, load, v_tip, at)
+    moved = v_tip * (time - 0.5 * RISE)
+    stroke, shift = _stroke(crane, load), 0.0
     course = [(0.0, "0 m/s"), (RISE, speed), (time + RISE, speed), (time + 2.0 * RISE, "0 m/s")]
+    if stroke is not None:
+        shift = at * stroke - moved
+        to_shift = f"{shift / (SHIFT - RISE)!r} m/s"
+        course = [(0.0, "0 m/s"), (RISE, to_shift), (SHIFT - RISE, to_shift), (SHIFT, "0 m/s")] + [
+            (SHIFT + t, v) for t, v in course[1:]
+        ]
+        time += SHIFT
+    start = min(max(s_w - moved - shift, 0.0), wire_usable(drum_record(crane)))
     tip = Profile([(f"{t!r} s", v) for t, v in course])
     return Scenario(
         load=f"{float(load)!r} kg",
@@ -108,19 +128,42 @@ def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float) -> Sc
     )
 
 
-def _time(crane: Crane, load: float, v_tip: float) -> float:
-    """Time that a run takes to its point [s]: less where the winch is fast, or its stroke would end before."""
+def _stroke(crane: Crane, load: float) -> float | None:
+    """Motion of the tip that a compensating cylinder takes [m]; None without one."""
     stroke = crane.plant.type.stroke(crane, (load + crane.hook_mass) * G)
-    travel = TRAVEL if stroke is None else STROKE_USED * float(stroke.length)
+    return None if stroke is None or not has_cylinder(crane) else float(stroke.length)
+
+
+def _time(crane: Crane, load: float, v_tip: float, at: float) -> float:
+    """Time that a run takes to its point at constant speed [s]: less where the winch is fast, or a stroke ends (that of
+    a cylinder, or what an accumulator gives)."""
+    stroke = crane.plant.type.stroke(crane, (load + crane.hook_mass) * G)
+    travel = TRAVEL
+    if stroke is not None:
+        used = STROKE_USED + math.copysign(at, at * v_tip) if has_cylinder(crane) else OIL_USED
+        travel = used * float(stroke.length)
     return min(SETTLED, 0.5 * RISE + travel / abs(v_tip))
 
 
-def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoint:
+def has_time(crane: Crane, place: tuple[float, float, float, float]) -> bool:
+    """Whether a run to a place is long enough to become steady: a fast one is not, nor one from near a stroke's end."""
+    load, _, v_tip, at = place
+    return _time(crane, load, v_tip, at) >= SETTLED
+
+
+def _tip_at(crane: Crane, case: Scenario, place: tuple[float, float, float, float]) -> float:
+    """Where the tip is at the end of a run [m]."""
+    load, _, v_tip, at = place
+    stroke = _stroke(crane, load)
+    return v_tip * (case.duration - 0.5 * RISE) if stroke is None else at * stroke
+
+
+def _point(crane: Crane, case: Scenario, result: Any, place: tuple[float, float, float, float]) -> EnginePoint:
     """Where a run has come to, with the commands of the next cycle."""
     packed = pack(crane, case)
     d = driver(packed.name, 1, extra_controllers=packed.extra_controllers)
     laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
-    s_tip = v_tip * (case.duration - 0.5 * RISE)
+    s_tip, v_tip = _tip_at(crane, case, place), place[2]
     tick = Tick(*(0.0,) * len(Tick._fields))._replace(
         s=s_tip, v=v_tip, s_m=s_tip, v_m=v_tip, mode=code_of(case.mode), f_pump=1.0, f_known=1.0, f_passive=1.0
     )
@@ -133,9 +176,9 @@ def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoi
 def settled(point: EnginePoint) -> bool:
     """Whether the engine has become steady: wire and load keep pace with the tip. A winch that sticks and slips even
     with a soft loop on a damped wire does not."""
-    at, tip = point.state.path, point.tip
-    v_w = _rates(point, point.state, point.command).path.s_w
-    return bool(max(abs(v_w - tip.v), abs(at.v_load)) < UNSETTLED * abs(tip.v))
+    rates, tip = _rates(point, point.state, point.command).path, point.tip
+    apart = max(abs(rates.s_w - tip.v), abs(point.state.path.v_load)) / abs(tip.v)
+    return bool(apart < UNSETTLED and abs(rates.v_load) / abs(tip.v) < UNSETTLED_RATE)
 
 
 class EngineLinear(NamedTuple):

@@ -1,4 +1,4 @@
-"""The one margin of a position loop: of the complete linearised plant, with its PLC, on the crane's own wire, least over
+"""The one margin of a position loop: of the complete linearised plant with its PLC, on the crane's own wire, least over
 displacement, speed, payload and wire paid out.
 
 Three things are kept apart. Places that oscillate without feedback: friction that falls with speed gives the load's
@@ -17,7 +17,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points, settled
+from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points, has_time, settled
 from stillhook.analysis.loop_stability.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
     GAIN_MARGIN,
@@ -28,7 +28,16 @@ from stillhook.analysis.loop_stability.margins import (
     strongest_estimate,
     strongest_up_to,
 )
-from stillhook.analysis.loop_stability.places import SLOW, Place, payloads_of_mode, places_of, tip_speeds, wire_range
+from stillhook.analysis.loop_stability.places import (
+    SLOW,
+    Place,
+    has_cylinder,
+    payloads_of_mode,
+    places_of,
+    strokes_of,
+    tip_speeds,
+    wire_range,
+)
 from stillhook.analysis.loop_stability.stable_gains import StableGains, stable_gains
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.analysis.steady.limits import Direction, Station
@@ -135,6 +144,7 @@ def governing(
         payloads_of_mode(crane, mode, load) if loads is None else loads,
         wire_range(crane) if wires is None else wires,
         tip_speeds(crane) if speeds is None else speeds,
+        strokes_of(crane),
     )
     found = place_limits(crane, mode, places, alpha_m=alpha_m, delay=delay)
     decide = deciding(found, stribeck_speed(crane))
@@ -143,7 +153,11 @@ def governing(
 
 
 def stribeck_speed(crane: Crane) -> float:
-    """Wire speed over which breakaway friction fades to 1/e, on the outermost layer [m/s]."""
+    """Wire speed over which breakaway friction fades to 1/e, on the outermost layer [m/s]; that of the rod where a
+    cylinder compensates."""
+    if has_cylinder(crane):
+        cylinder: Any = crane.cylinder  # type: ignore[attr-defined]
+        return float(cylinder.friction.v_s * cylinder.falls)
     return float(crane.friction.system.Y_4 * 0.5 * crane.drum.d_max / crane.i_hD)
 
 
@@ -238,7 +252,7 @@ def _engine_limits(keyed: _Keyed, mode: Mode, places: tuple[Place, ...], delay: 
         if point is None:
             continue
         if not settled(point):
-            if abs(place.v_tip) <= SLOW[-1]:
+            if abs(place.v_tip) <= SLOW[-1] and has_time(keyed.machine, place):
                 found.append(PlaceLimit(place, math.nan, None, NO_GAIN))
             continue
         loop = engine_loop(point, delay=delay)

@@ -27,21 +27,28 @@ LENGTHS = 5
 """Lengths of wire from the shortest to all that the drum can pay out, in geometric steps."""
 
 
+STROKES = (-0.4, 0.4)
+"""Where a stroke that limits the winch is looked at: the tip from its middle over the stroke [-], near both ends;
+between them limits rise and fall steadily."""
+
+
 class Place(NamedTuple):
     """Where the winch compensates: payload load [kg], wire paid out s_w [m], constant speed of the tip v_tip, up
-    positive [m/s]."""
+    positive [m/s]; stroke where a stroke that limits the winch stands: the tip from its middle, up positive, over the
+    stroke [-]."""
 
     load: float
     s_w: float
     v_tip: float
+    stroke: float = 0.0
 
     def describe(self) -> str:
         """In words, such as "150 t at 2 m/min on 100 m of wire, tip going up"."""
         way = "up" if self.v_tip > 0.0 else "down"
         load = show(self.load, "mass", 4) if self.load > 0.0 else "empty hook"
-        return (
-            f"{load} at {show(abs(self.v_tip), 'speed', 3)} on {show(self.s_w, 'length', 4)} of wire, tip going {way}"
-        )
+        at = f", tip {self.stroke:+.0%} of the stroke from its middle" if self.stroke else ""
+        wire = show(self.s_w, "length", 4)
+        return f"{load} at {show(abs(self.v_tip), 'speed', 3)} on {wire} of wire, tip going {way}{at}"
 
 
 def heaviest_payload(crane: Crane, mode: Mode) -> float:
@@ -70,8 +77,23 @@ def tip_speeds(crane: Crane) -> tuple[float, ...]:
     return (*SLOW, *(share * full for share in FAST if share * full > SLOW[-1]))
 
 
-def places_of(loads: Sequence[float], wires: Sequence[float], speeds: Sequence[float] = SLOW) -> tuple[Place, ...]:
-    """Every payload [kg] on each length of wire [m], at speeds of the tip of both signs [m/s].
+def strokes_of(crane: Crane) -> tuple[float, ...]:
+    """Where a stroke that limits the winch is looked at [-]; one place for a winch without."""
+    return STROKES if has_cylinder(crane) else (0.0,)
+
+
+def has_cylinder(crane: Crane) -> bool:
+    """Whether a cylinder in the wire's path compensates, whose place in its stroke changes the loop."""
+    return getattr(crane, "cylinder", None) is not None
+
+
+def places_of(
+    loads: Sequence[float],
+    wires: Sequence[float],
+    speeds: Sequence[float] = SLOW,
+    strokes: Sequence[float] = (0.0,),
+) -> tuple[Place, ...]:
+    """Every payload [kg] on each length of wire [m], at speeds of the tip of both signs [m/s] and places of the stroke.
 
     Errors: StillhookError for a speed that is 0 or not finite.
     """
@@ -79,9 +101,10 @@ def places_of(loads: Sequence[float], wires: Sequence[float], speeds: Sequence[f
         if not (math.isfinite(v) and v != 0.0):
             raise StillhookError(f"v_tip = {v:g} m/s: a winch at rest sticks. Give a finite speed that is not 0.")
     return tuple(
-        Place(m, s_w, sign * v)
+        Place(m, s_w, sign * v, at)
         for m in dict.fromkeys(loads)
         for s_w in dict.fromkeys(wires)
         for v in speeds
         for sign in (1.0, -1.0)
+        for at in strokes
     )

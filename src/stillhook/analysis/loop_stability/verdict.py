@@ -20,7 +20,14 @@ from stillhook.analysis.loop_stability.governing import (
     with_wire_damping,
 )
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, Margins
-from stillhook.analysis.loop_stability.places import SLOW, payloads_of_mode, places_of, tip_speeds, wire_range
+from stillhook.analysis.loop_stability.places import (
+    SLOW,
+    payloads_of_mode,
+    places_of,
+    strokes_of,
+    tip_speeds,
+    wire_range,
+)
 from stillhook.analysis.loop_stability.stability import Stability, stability
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import StillhookError
@@ -162,7 +169,7 @@ def wire_dampings(
     whose = {zeta: name for zeta, name in reversed(named) if zeta is not None}
     masses = payloads_of_mode(crane, mode, shares=COMPARED) if loads is None else loads
     lengths = wire_range(crane)[::2] if wires is None else wires
-    places = places_of(masses, lengths, COMPARED_SPEEDS if v_tip is None else (abs(v_tip),))
+    places = places_of(masses, lengths, COMPARED_SPEEDS if v_tip is None else (abs(v_tip),), strokes_of(crane))
     out = []
     for zeta, name in sorted(whose.items()):
         damped = with_wire_damping(crane, zeta)
