@@ -237,13 +237,14 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
     """SSC with the strongest position gain, its reference aligned in time, for a motion signal that is `delay` [s]
     late.
 
-    K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 with
-    the PLC's cycle, in the published loop at the least displacement SSC may use on the outermost layer and in the whole
-    plant where it is slow, from the empty hook to the SWL (`stillhook.analysis.loop_stability.governing`). The delay of
-    the motion unit is outside the position loop and does not reduce it. t_lead: `lateness`. All else is the crane's
+    K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 in the
+    complete plant with its PLC on the crane's own wire, from the empty hook to the SWL, from short to all wire, slow to
+    fast, at the places that decide (`stillhook.analysis.loop_stability.governing`). Slow and loaded the plant may
+    oscillate without feedback; no gain has a margin there. The delay of the motion unit is outside the position loop
+    and does not reduce it. t_lead: `lateness`. All else is the crane's
     own.
 
-    Errors: StillhookError for a delay outside 0 to 1 s.
+    Errors: StillhookError for a delay outside 0 to 1 s, and where no gain keeps the margins.
     """
     return Controller(STRONG, DEFAULT_MODE, strong_changes(crane, delay=delay))
 
@@ -256,10 +257,15 @@ def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
 
 
 def _strong_gain(crane: Crane) -> tuple[float, str]:
-    """Largest position gain within the margins [1/m], and the loop that holds."""
-    from stillhook.analysis.loop_stability.governing import largest_gain  # heavy: it linearises the complete plant
+    """Largest position gain within the margins [1/m], and the loop that holds.
 
-    holds = largest_gain(crane, DEFAULT_MODE)
+    Errors: StillhookError where no gain keeps them.
+    """
+    from stillhook.analysis.loop_stability.governing import governing  # heavy: it linearises the complete plant
+
+    holds = governing(crane, DEFAULT_MODE)
+    if holds.K_p <= 0.0:
+        raise StillhookError(f'"{crane.name}": no gain K_p keeps the margins: {holds.describe()}. Use ssc.')
     return float(holds.K_p), holds.describe()
 
 

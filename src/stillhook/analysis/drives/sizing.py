@@ -18,7 +18,7 @@ from stillhook.base.choice import nearest
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
 from stillhook.engine.scenario.checks import speed_limit
-from stillhook.errors import SpecError
+from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed, cranes, load_crane
 from stillhook.library.write import Item, file_value, items
 from stillhook.physics.scalar import G
@@ -442,9 +442,11 @@ def with_lead(crane: Crane, lead: float) -> Crane:
 
 
 def _largest(crane: Crane, mode: Mode) -> tuple[float, str]:
-    from stillhook.analysis.loop_stability.governing import largest_gain  # heavy: it linearises the running engine
+    from stillhook.analysis.loop_stability.governing import governing  # heavy: it linearises the running engine
 
-    holds = largest_gain(crane, mode)
+    holds = governing(crane, mode)
+    if holds.K_p <= 0.0:
+        raise StillhookError(f'"{crane.name}": no gain K_p keeps the margins: {holds.describe()}. Change its drive.')
     return float(holds.K_p), holds.describe()
 
 

@@ -64,6 +64,11 @@ def jacobian(
     return J, rough
 
 
+def slopes(f: Callable[[FloatArray], FloatArray], x: FloatArray, steps: list[float]) -> FloatArray:
+    """Central differences of f at x as `jacobian` takes them, without looking for kinks: half the work."""
+    return np.array([(f(_moved(x, j, h)) - f(_moved(x, j, -h))) / (2.0 * h) for j, h in enumerate(steps)]).T
+
+
 def _moved(x: FloatArray, j: int, h: float) -> FloatArray:
     y = x.copy()
     y[j] += h

@@ -6,43 +6,61 @@ the cycle of its PLC are then differentiated about the state that it has come to
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_of
-from stillhook.analysis.loop_stability.transfer import SampledLoop, full_cycles, hold_matrices
+from stillhook.analysis.loop_stability.closing import closed_by_plc
+from stillhook.analysis.loop_stability.differences import STEP, slopes, step_of
+from stillhook.analysis.loop_stability.places import has_cylinder
+from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import code_of
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
-from stillhook.engine.pack.winch import gains, pack
+from stillhook.engine.pack.winch import drum_record, gains, pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import run_cases
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL, flatten, paths, unflatten
+from stillhook.physics.load_path.drum import wire_usable
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Profile
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
 from stillhook.winches.records import Tick, Tip
 
-RISE, SETTLED = 5.0, 40.0
+RISE, SETTLED = 5.0, 20.0
 """Time in which the tip reaches its speed, and after which the winch is taken to be steady [s]."""
-STROKE_USED = 0.3
-"""Part of the stroke of what carries the load that the tip may take until then [-]: from mid stroke, well short of an
-end."""
-SOFT = 5.0
-"""Time constant of the position loop while the engine comes to a point [s]: hundreds of times softer than a PLC's, so
-that the loop under test cannot hide it, and fast enough to be settled."""
+STROKE_USED = 0.45
+"""How far from its middle a stroke may stand in a run [-], short of an end."""
+OIL_USED = 0.3
+"""Part of what an accumulator gives that a run may take [-]."""
+SHIFT = 20.0
+"""Time in which a stroke comes to where the run begins [s]."""
+TRAVEL = 10.0
+"""Most wire that moves until then [m]: layer and stiffness of the wire are then those of the place."""
+SOFT = 2.0
+"""Time constant of the position loop while the engine comes to a point [s]: soft against all loops of drive and PLC,
+and fast enough to be settled."""
+CALM = 0.95
+"""Damping ratio of the wire while the engine comes to a point [-]: a steady point does not depend on it, and with the
+crane's own a load that rings would still ring there."""
 MOMENT = 1e-8
 """Time over which the exact step of the bristle is taken for its rate [s]: a 30,000th of its fastest time constant."""
 STORES = ("V_", "E", "theta")
 """How states begin that hold oil, energy or heat for many waves: they stand while the loop is judged. A rail whose
 pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
-REMEMBERED = ("F", "p_mean", "u_m")
-"""What the PLC carries from cycle to cycle besides the memory of the controller."""
+UNSETTLED = 0.05
+"""Speed of load or wire against the tip's, over it, above which a point is not steady [-]."""
+UNSETTLED_RATE = 0.15
+"""Acceleration of the load over the tip's speed, above which it is not either [1/s]: a few times that of a wire that
+grows longer, a third of that of a load which swings slowly by a twentieth of the speed."""
+REMEMBERED = ("F", "p_mean", "u_m", "held")
+"""What the PLC carries from cycle to cycle besides the memory of the controller: filtered load cell, mean accumulator
+pressure, the motors' last command, and what the drive filters (the open circuit's pressure drop)."""
 
 
 class EnginePoint(NamedTuple):
@@ -61,31 +79,47 @@ class EnginePoint(NamedTuple):
     geometry: Any
 
 
-def engine_points(crane: Crane, mode: Mode, places: Sequence[tuple[float, float, float]]) -> list[EnginePoint | None]:
-    """The engine at places of payload [kg], wire paid out [m] and speed of the tip, up positive [m/s]; None where the
-    run diverges.
+def engine_points(
+    crane: Crane, mode: Mode, places: Sequence[tuple[float, float, float, float]]
+) -> list[EnginePoint | None]:
+    """The engine at places of payload [kg], wire paid out [m], speed of the tip, up positive [m/s], and where a stroke
+    that limits the winch stands: the tip from its middle, up positive, over the stroke [-]; None where the run
+    diverges.
 
     The position feedback is soft, so that an unstable one does not hide the point. Slow states (oil in an accumulator,
     a store, a temperature) are where the run has left them.
     """
     soft = crane.control.model_copy(update={"K_p": gains(crane).K_1 / SOFT})
+    calm = crane.wire.model_copy(update={"zeta": max(CALM, crane.wire.zeta)})
     softened = crane.model_copy(update={"control": soft})
+    settling = softened.model_copy(update={"wire": calm})
     cases = [_case(crane, mode, *place) for place in places]
-    n_sub = steps_of_cases(softened, cases, STATISTICS_STEP)
-    results = run_cases(softened, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
+    n_sub = steps_of_cases(settling, cases, STATISTICS_STEP)
+    results = run_cases(settling, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
     return [
-        None if result.ending is Ending.DIVERGED else _point(softened, case, result, v_tip)
-        for case, result, (_, _, v_tip) in zip(cases, results, places, strict=True)
+        None if result.ending is Ending.DIVERGED else _point(softened, case, result, place)
+        for case, result, place in zip(cases, results, places, strict=True)
     ]
 
 
-def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float) -> Scenario:
-    speed, time = f"{v_tip!r} m/s", _time(crane, load, v_tip)
+def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float, at: float) -> Scenario:
+    """A run that ends with s_w of wire out [m], or as near as the drum allows, and a stroke at its part `at` [-]."""
+    speed, time = f"{v_tip!r} m/s", _time(crane, load, v_tip, at)
+    moved = v_tip * (time - 0.5 * RISE)
+    stroke, shift = _stroke(crane, load), 0.0
     course = [(0.0, "0 m/s"), (RISE, speed), (time + RISE, speed), (time + 2.0 * RISE, "0 m/s")]
+    if stroke is not None:
+        shift = at * stroke - moved
+        to_shift = f"{shift / (SHIFT - RISE)!r} m/s"
+        course = [(0.0, "0 m/s"), (RISE, to_shift), (SHIFT - RISE, to_shift), (SHIFT, "0 m/s")] + [
+            (SHIFT + t, v) for t, v in course[1:]
+        ]
+        time += SHIFT
+    start = min(max(s_w - moved - shift, 0.0), wire_usable(drum_record(crane)))
     tip = Profile([(f"{t!r} s", v) for t, v in course])
     return Scenario(
         load=f"{float(load)!r} kg",
-        s_w=f"{float(s_w)!r} m",
+        s_w=f"{float(start)!r} m",
         tip=tip,
         mode=mode,
         duration=f"{time!r} s",
@@ -94,28 +128,57 @@ def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float) -> Sc
     )
 
 
-def _time(crane: Crane, load: float, v_tip: float) -> float:
-    """Time that a run takes to its point [s]: less where the winch's stroke would end before."""
+def _stroke(crane: Crane, load: float) -> float | None:
+    """Motion of the tip that a compensating cylinder takes [m]; None without one."""
     stroke = crane.plant.type.stroke(crane, (load + crane.hook_mass) * G)
-    if stroke is None or v_tip == 0.0:
-        return SETTLED
-    return min(SETTLED, 0.5 * RISE + STROKE_USED * float(stroke.length) / abs(v_tip))
+    return None if stroke is None or not has_cylinder(crane) else float(stroke.length)
 
 
-def _point(crane: Crane, case: Scenario, result: Any, v_tip: float) -> EnginePoint:
+def _time(crane: Crane, load: float, v_tip: float, at: float) -> float:
+    """Time that a run takes to its point at constant speed [s]: less where the winch is fast, or a stroke ends (that of
+    a cylinder, or what an accumulator gives)."""
+    stroke = crane.plant.type.stroke(crane, (load + crane.hook_mass) * G)
+    travel = TRAVEL
+    if stroke is not None:
+        used = STROKE_USED + math.copysign(at, at * v_tip) if has_cylinder(crane) else OIL_USED
+        travel = used * float(stroke.length)
+    return min(SETTLED, 0.5 * RISE + travel / abs(v_tip))
+
+
+def has_time(crane: Crane, place: tuple[float, float, float, float]) -> bool:
+    """Whether a run to a place is long enough to become steady: a fast one is not, nor one from near a stroke's end."""
+    load, _, v_tip, at = place
+    return _time(crane, load, v_tip, at) >= SETTLED
+
+
+def _tip_at(crane: Crane, case: Scenario, place: tuple[float, float, float, float]) -> float:
+    """Where the tip is at the end of a run [m]."""
+    load, _, v_tip, at = place
+    stroke = _stroke(crane, load)
+    return v_tip * (case.duration - 0.5 * RISE) if stroke is None else at * stroke
+
+
+def _point(crane: Crane, case: Scenario, result: Any, place: tuple[float, float, float, float]) -> EnginePoint:
     """Where a run has come to, with the commands of the next cycle."""
     packed = pack(crane, case)
     d = driver(packed.name, 1, extra_controllers=packed.extra_controllers)
     laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
-    s_tip = v_tip * (case.duration - 0.5 * RISE)
+    s_tip, v_tip = _tip_at(crane, case, place), place[2]
     tick = Tick(*(0.0,) * len(Tick._fields))._replace(
         s=s_tip, v=v_tip, s_m=s_tip, v_m=v_tip, mode=code_of(case.mode), f_pump=1.0, f_known=1.0, f_passive=1.0
     )
     tip, geometry = Tip(s_tip, v_tip), d.geometry(result.state.path.s_w, packed.params)
     # a second cycle on the first one's memory: the filters have the state that they are asked about
-    u, memory, laws, drive = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
-    memory = memory._replace(datum=memory.datum - drive.e_c)  # no control error, whatever the open loop has gathered
+    u, memory, laws, _ = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
     return EnginePoint(crane, packed.plant, d, packed.params, result.state, u, memory, laws, tick, tip, geometry)
+
+
+def settled(point: EnginePoint) -> bool:
+    """Whether the engine has become steady: wire and load keep pace with the tip. A winch that sticks and slips even
+    with a soft loop on a damped wire does not."""
+    rates, tip = _rates(point, point.state, point.command).path, point.tip
+    apart = max(abs(rates.s_w - tip.v), abs(point.state.path.v_load)) / abs(tip.v)
+    return bool(apart < UNSETTLED and abs(rates.v_load) / abs(tip.v) < UNSETTLED_RATE)
 
 
 class EngineLinear(NamedTuple):
@@ -140,7 +203,7 @@ def engine_linear(point: EnginePoint) -> EngineLinear:
 
     start = np.array([*flatten(point.state), *point.command])
     names = (*states, *commands)
-    J, _ = jacobian(rates, start, [step_of(name, value) for name, value in zip(names, start, strict=True)])
+    J = slopes(rates, start, [step_of(name, value) for name, value in zip(names, start, strict=True)])
     return EngineLinear(J[:, :n], J[:, n:], states, commands)
 
 
@@ -159,22 +222,13 @@ def _rates(point: EnginePoint, x: Any, u: Any) -> Any:
 def engine_loop(point: EnginePoint, *, delay: float = 0.0) -> SampledLoop:
     """The position loop at K_p = 1 as the PLC closes it; every other loop of drive and PLC is closed. delay [s] of the
     position feedback, to which the PLC's computing time is added."""
-    T = point.crane.control.t_cycle
+    control = point.crane.control
     linear = engine_linear(point)
-    n, rest = full_cycles(delay + point.crane.control.computing, T)
     K, M, g = _control_slopes(point, linear.states)
     A, B, K, M = _standing(linear, K, M)
-    Phi, Gamma = hold_matrices(A, B, T)
-    late = Gamma @ g
-    early = late if rest == 0.0 else hold_matrices(A, (B @ g)[:, None], T - rest)[1][:, 0]
-    size, more = len(linear.states), len(M)
-    closed = np.zeros((size + more, size + more))
-    closed[:size] = np.hstack([Phi, np.zeros((size, more))]) + Gamma @ K
-    closed[size:] = M
-    out = np.zeros(size + more)
+    out = np.zeros(len(linear.states))
     out[linear.states.index("s_w")] = -1.0
-    pad = np.zeros(more)
-    return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([late - early, pad]), out, T, n)
+    return closed_by_plc((A, B, out), (K, M, g), t_cycle=control.t_cycle, computing=control.computing, delay=delay)
 
 
 def _standing(
@@ -194,23 +248,25 @@ def _standing(
 
 
 def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of one PLC cycle without position feedback: commands, and what is carried on, by state and what was carried; and
-    the commands by the position feedback's share u_fb of the speed command."""
+    """Of one PLC cycle: commands, and what is carried on, by state and what was carried; and the commands by the
+    position feedback's share u_fb of the speed command.
+
+    The soft feedback with which the point was come to stays in force, for commands need not be linear in the speed
+    command (spool with overlap); what it makes of s_w is taken out by `_standing`.
+    """
     record = flatten(point.laws)
     carried = [i for i, path in enumerate(paths(type(point.laws))) if "_memory." in path]
     n = len(states)
 
-    def cycle(values: FloatArray, K_p: float, datum: float) -> list[float]:
+    def cycle(values: FloatArray, datum: float) -> list[float]:
         x = unflatten(type(point.state), (float(v) for v in values[:n]))
         known = dict(zip(REMEMBERED, (float(v) for v in values[n:]), strict=False))
         numbers = list(record)
         for i, value in zip(carried, values[n + len(REMEMBERED) :], strict=True):
             numbers[i] = float(value)
-        gains = point.params.plc.gains._replace(K_p=K_p)
-        p = point.params._replace(plc=point.params.plc._replace(gains=gains))
         m = point.memory._replace(datum=datum, **known)
         laws = unflatten(type(point.laws), iter(numbers))
-        u, m, laws, _ = point.driver.control(x, m, laws, point.tick, point.tip, point.geometry, p)
+        u, m, laws, _ = point.driver.control(x, m, laws, point.tick, point.tip, point.geometry, point.params)
         after = flatten(laws)
         return [*u, *(getattr(m, r) for r in REMEMBERED), *(after[i] for i in carried)]
 
@@ -219,7 +275,7 @@ def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatA
     names = (*states, *REMEMBERED, *("" for _ in carried))
     steps = [step_of(name, value) for name, value in zip(names, start, strict=True)]
     datum, commands = point.memory.datum, len(point.command)
-    J, _ = jacobian(lambda v: np.array(cycle(v, 0.0, datum)), start, steps)
-    h = STEP["u"]
-    more, less = (np.array(cycle(start, 1.0, datum + way * h)[:commands]) for way in (-1.0, 1.0))
+    J = slopes(lambda v: np.array(cycle(v, datum)), start, steps)
+    h, K_p = STEP["u"], point.params.plc.gains.K_p
+    more, less = (np.array(cycle(start, datum + way * h / K_p)[:commands]) for way in (-1.0, 1.0))
     return J[:commands], J[commands:], (more - less) / (2.0 * h)

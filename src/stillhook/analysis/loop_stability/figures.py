@@ -29,7 +29,8 @@ SPEED_POINTS = 60
 
 def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) -> Figure:
     """K_p of marginal stability over displacement, with and without PLC, the range of each mode, K_p itself (paper E
-    figure 5); next to the published loop the complete plant at low speed.
+    figure 5); next to the published loop the complete plant at low speed, with the crane's own damping of
+    the wire and with that of paper C.
 
     data: `sweep(crane, "alpha_m")`; slow: `slow_sweep(crane)`.
     """
@@ -42,10 +43,11 @@ def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) 
     )
     for colour, load in zip(COLOURS[2:], slow["load"].values, strict=False):
         name = "empty hook" if load == 0.0 else show(float(load), "mass", 4)
-        for style, s_w in zip(("-", "--", ":"), slow["s_w"].values, strict=False):
-            x = [in_display(a * crane.active.motor.D_total, "displacement") for a in slow["alpha_m"].values]
-            label = f"slow plant, {name}, {show(float(s_w), 'length', 4)} of wire"
-            ax.plot(x, slow["K_p_ms_plc"].sel(load=load, s_w=s_w), color=colour, ls=style, lw=1.0, label=label)
+        x = [in_display(a * crane.active.motor.D_total, "displacement") for a in slow["alpha_m"].values]
+        for style, zeta in zip(("-", ":"), slow["wire_zeta"].values, strict=False):
+            label = f"slow plant, {name}, wire damping {zeta:g}"
+            at = slow["K_p_ms_plc"].sel(load=load, wire_zeta=zeta).isel(s_w=0)
+            ax.plot(x, at, color=colour, ls=style, lw=1.0, label=label)
     ax.axhline(crane.control.K_p, color=GREY, ls=":", label=f"K_p of the crane, {crane.control.K_p:g} 1/m")
     _mark_modes(ax, crane, lambda a: in_display(a * crane.active.motor.D_total, "displacement"))
     ax.set(

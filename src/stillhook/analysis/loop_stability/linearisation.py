@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.differences import STEP, jacobian, step_of
-from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced, full_cycles, hold_matrices
+from stillhook.analysis.loop_stability.closing import closed_by_plc
+from stillhook.analysis.loop_stability.differences import STEP, jacobian, slopes, step_of
+from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
@@ -93,11 +94,12 @@ class PlantMode(NamedTuple):
         return sum(weight for name, weight in self.states if name in names)
 
 
-def linearise(point: OperatingPoint) -> Linear:
+def linearise(point: OperatingPoint, *, kinks: bool = True) -> Linear:
     """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and effective radius stay
     constant, as within a PLC cycle.
 
-    The point need not be one of steady operation: any state of the plant will do (`at_state`).
+    The point need not be one of steady operation: any state of the plant will do (`at_state`). kinks: look for
+    derivatives that are not the same on both sides, which doubles the work; else none are named.
     Valid for motions so small that no valve opens or closes, no stop is met, and a sliding winch goes on sliding: near
     standstill, where the bristle may stick, that is a few micrometres of wire.
     Errors: StillhookError where the pumps are beyond their stop: nothing follows them there.
@@ -118,11 +120,12 @@ def linearise(point: OperatingPoint) -> Linear:
         return np.array(_rates_and_outputs(point, x, u_0._replace(**rest), tip, p))
 
     start = np.array([*flatten(point.state), *(getattr(u_0, n) for n in commands), point.tip.s, point.tip.v])
-    J, rough = jacobian(values, start, [step_of(n) for n in (*states, *inputs)])
+    steps = [step_of(n) for n in (*states, *inputs)]
+    J, rough = jacobian(values, start, steps) if kinks else (slopes(values, start, steps), [])
     n = len(states)
     names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
-    kinks = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
-    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, kinks)
+    found = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
+    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, found)
 
 
 def state_names(point: OperatingPoint) -> tuple[str, ...]:
@@ -204,25 +207,20 @@ def plc_loop(
     for a cycle too.
 
     These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the
-    passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; the PLC's computing
-    time is added to it.
+    passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; all commands are the
+    PLC's computing time late.
     """
-    linear = linearise(point)
-    T = crane.control.t_cycle
-    n, rest = full_cycles(delay + crane.control.computing, T)
-    u_p = linear.inputs.index("u_p")
+    linear, control = linearise(point, kinks=False), crane.control
     commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
-    Phi, Gamma = hold_matrices(linear.A, linear.B[:, commands], T)
-    late = Gamma[:, commands.index(u_p)]
-    early = late if rest == 0.0 else hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)[1][:, 0]
     K, M = _control_slopes(_Plc(crane, point, Mode(mode)), crane)
-    size, more = len(linear.states), len(M)
-    closed = np.zeros((size + more, size + more))
-    closed[:size] = np.hstack([Phi, np.zeros((size, more))]) + Gamma @ K
-    closed[size:] = M
-    pad = np.zeros(more)
-    out = np.concatenate([linear.C[OUTPUTS.index("s_hoisted")], pad])
-    return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([late - early, pad]), out, T, n)
+    g = np.array([1.0 if linear.inputs[i] == "u_p" else 0.0 for i in commands])
+    return closed_by_plc(
+        (linear.A, linear.B[:, commands], linear.C[OUTPUTS.index("s_hoisted")]),
+        (K, M, g),
+        t_cycle=control.t_cycle,
+        computing=control.computing,
+        delay=delay,
+    )
 
 
 REMEMBERED = ("F", "p_mean", "u_m")
@@ -289,7 +287,7 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
         [*flatten(point.state), *(getattr(memory, r) for r in REMEMBERED), *(record[i] for i in plc.carried)]
     )
     steps = [STEP["u"] * max(1.0, abs(record[i])) for i in plc.carried]
-    J, _ = jacobian(cycle, start, [*(step_of(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *steps])
+    J = slopes(cycle, start, [*(step_of(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *steps])
     return J[: len(commands)], J[len(commands) :]
 
 

@@ -13,6 +13,7 @@ Datasets of runs and of measured logs alike, sampled evenly; see `stillhook.metr
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -82,11 +83,11 @@ def margins(loop: Loop, K_p: float) -> Margins:
     """
     if not K_p > 0.0:
         raise StillhookError(f"K_p = {K_p:g} 1/m: a loop without feedback has no margins. Give a gain above 0.")
-    omega = _down_to_crossover(loop, _grid(loop), K_p)
+    omega = _down_to_crossover(loop, frequency_grid(loop), K_p)
     L = K_p * loop.response(omega)
-    K_ms, omega_c = _limit(loop, omega, L / K_p)
+    K_ms, omega_c = gain_and_frequency(loop, omega, L / K_p)
     stable = is_stable(loop, K_p, K_ms)
-    if not stable and _swings_alone(loop) is not None:
+    if not stable and grows_alone(loop) is not None:
         K_ms, omega_c = gain_limit_of(loop)
     gain_crossovers = _roots(loop, omega, np.abs(L) - 1.0, lambda l: K_p * abs(l) - 1.0)
     phase_margin, omega_gc, delay_margin = _phase(loop, gain_crossovers, stable)
@@ -109,11 +110,10 @@ def gain_limit_of(loop: Loop) -> tuple[float, float]:
 
     Both are infinite for a loop that never does; the gain is 0 for one that oscillates without any.
     """
-    alone = _swings_alone(loop)
+    alone = grows_alone(loop)
     if alone is not None:
         return 0.0, alone
-    omega = _grid(loop)
-    return _limit(loop, omega, loop.response(omega))
+    return gain_and_frequency(loop, *grid_response(loop))
 
 
 def is_stable(loop: Loop, K_p: float, K_ms: float | None = None) -> bool:
@@ -189,15 +189,37 @@ def strongest(
     As the gain grows from 0, each frequency breaks a margin at a different gain; the least of those is the answer. It
     is 0 for a loop that oscillates without feedback.
     """
-    if _swings_alone(loop) is not None:
+    if grows_alone(loop) is not None:
         return 0.0
-    omega = _grid(loop)
-    L = loop.response(omega)
-    K_gain = _limit(loop, omega, L)[0] / gain_margin
+    omega, L = grid_response(loop)
+    K_gain = gain_and_frequency(loop, omega, L)[0] / gain_margin
     K_phase = _least(loop, omega, L, lambda l: _phase_breaks(l, phase_margin))
     K_edge = min(_on_ray(loop, omega, L, phase_margin), _on_ray(loop, omega, L, -phase_margin))
     K_peak = _least(loop, omega, L, lambda l: _sensitivity_breaks(l, sensitivity))
     return float(min(K_gain, K_phase, K_edge, K_peak))
+
+
+def strongest_estimate(
+    loop: SampledLoop,
+    gain_margin: float = GAIN_MARGIN,
+    phase_margin: float = PHASE_MARGIN,
+    sensitivity: float = SENSITIVITY_PEAK,
+) -> float:
+    """`strongest_up_to` on the grid alone [1/m]: an estimate that tells which of many loops are worth the search."""
+    omega, L = grid_response(loop)
+    ahead = np.exp(1j * omega * loop.t_cycle)
+    least = math.inf
+    for _ in range(min(loop.n, DELAYS) + 1):
+        against = np.nonzero((np.signbit(L.imag[:-1]) != np.signbit(L.imag[1:])) & (L.real[:-1] < 0.0))[0]
+        reach = max((-float(L.real[i]) for i in against), default=0.0)
+        least = min(
+            least,
+            1.0 / (reach * gain_margin) if reach > 0.0 else math.inf,
+            float(np.min(_phase_breaks(L, phase_margin))),
+            float(np.min(_sensitivity_breaks(L, sensitivity))),
+        )
+        L = L * ahead
+    return least
 
 
 def _on_ray(loop: Loop, omega: FloatArray, L: ComplexArray, beyond: float) -> float:
@@ -217,7 +239,7 @@ def _check_wanted(delay: float, gain_margin: float, phase_margin: float, sensiti
         raise StillhookError(f"sensitivity = {sensitivity:g}: the peak of a loop is above 1. Give a number above 1.")
 
 
-def _grid(loop: Loop) -> FloatArray:
+def frequency_grid(loop: Loop) -> FloatArray:
     """Frequencies at which crossovers are sought [rad/s]."""
     modes = loop.modes()
     swinging = modes[np.abs(modes) > 1e-6]
@@ -230,15 +252,22 @@ def _grid(loop: Loop) -> FloatArray:
     return np.asarray(omega[(omega >= coarse[0]) & (omega <= top)], dtype=np.float64)
 
 
+@functools.lru_cache(maxsize=512)
+def grid_response(loop: Loop) -> tuple[FloatArray, ComplexArray]:
+    """The grid of a loop and its response there; kept, for limits and margins both ask for it."""
+    omega = frequency_grid(loop)
+    return omega, loop.response(omega)
+
+
 def _down_to_crossover(loop: Loop, omega: FloatArray, K_p: float) -> FloatArray:
     """The grid, and below it what an integrator with little gain needs to reach its crossover."""
-    size = K_p * abs(_at(loop, float(omega[0])))
+    size = K_p * abs(at_frequency(loop, float(omega[0])))
     if not 0.0 < size < 1.0:
         return omega
     return np.concatenate([np.geomspace(0.5 * size * omega[0], omega[0], POINTS // 10, endpoint=False), omega])
 
 
-def _swings_alone(loop: Loop) -> float | None:
+def grows_alone(loop: Loop) -> float | None:
     """Frequency of the mode of the cut loop that grows fastest [rad/s], None where none grows."""
     modes = loop.modes()
     fastest = modes[int(np.argmax(modes.real))]
@@ -250,7 +279,7 @@ def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[compl
     at = np.nonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))[0]
 
     def g(w: float) -> float:
-        return float(f(_at(loop, w)))
+        return float(f(at_frequency(loop, w)))
 
     return [
         float(scipy.optimize.brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
@@ -259,7 +288,7 @@ def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[compl
     ]
 
 
-def _limit(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
+def gain_and_frequency(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
     """Gain and frequency at which the response first reaches -1."""
     size, w = _farthest(loop, omega, L, -1.0)
     return (1.0 / size, w) if size else (math.inf, math.inf)
@@ -282,16 +311,18 @@ def _farthest(loop: Loop, omega: FloatArray, L: ComplexArray, turn: complex) -> 
         if NEIGHBOURS * reach[k] < best:
             break
         i = brackets[k]
-        w = float(
-            scipy.optimize.brentq(lambda w: (_at(loop, w) * turn).imag, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14)
-        )
-        size = (_at(loop, w) * turn).real
+
+        def across(w: float) -> float:
+            return float((at_frequency(loop, w) * turn).imag)
+
+        w = float(scipy.optimize.brentq(across, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
+        size = (at_frequency(loop, w) * turn).real
         if size > best:
             best, at = size, w
     return best, at
 
 
-def _at(loop: Loop, omega: float) -> complex:
+def at_frequency(loop: Loop, omega: float) -> complex:
     return complex(loop.response(np.array([omega]))[0])
 
 
@@ -310,8 +341,8 @@ def _phase(loop: Loop, crossovers: list[float], stable: bool) -> tuple[float, fl
 def _peak(loop: Loop, K_p: float, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
     """Largest |1/(1 + L)| and its frequency."""
     i = int(np.argmin(np.abs(1.0 + L)))
-    w = _nearest_least(omega, i, lambda w: abs(1.0 + K_p * _at(loop, w)))
-    return 1.0 / abs(1.0 + K_p * _at(loop, w)), w
+    w = _nearest_least(omega, i, lambda w: abs(1.0 + K_p * at_frequency(loop, w)))
+    return 1.0 / abs(1.0 + K_p * at_frequency(loop, w)), w
 
 
 def _least(loop: Loop, omega: FloatArray, L: ComplexArray, f: Callable[[ComplexArray], FloatArray]) -> float:
@@ -336,16 +367,17 @@ def _nearest_least(omega: FloatArray, i: int, f: Callable[[float], float]) -> fl
 
 def _phase_breaks(L: ComplexArray, phase_margin: float) -> FloatArray:
     """Gain that puts each frequency on the unit circle where that breaks the phase margin, else infinite."""
-    inside = np.abs(np.angle(-L)) < phase_margin
-    return np.where(inside, 1.0 / np.abs(L), np.inf)
+    size = np.abs(L)
+    inside = (np.abs(np.angle(-L)) < phase_margin) & (size > 0.0)
+    return np.where(inside, 1.0 / np.where(inside, size, 1.0), np.inf)
 
 
 def _sensitivity_breaks(L: ComplexArray, M_s: float) -> FloatArray:
     """Least gain with |1 + K L| = 1/M_s at each frequency, infinite where there is none."""
     size, real = np.abs(L) ** 2, L.real
     inside = real**2 - size * (1.0 - M_s**-2)
-    hit = (real < 0.0) & (inside >= 0.0)
-    return np.where(hit, (-real - np.sqrt(np.maximum(inside, 0.0))) / size, np.inf)
+    hit = (real < 0.0) & (inside >= 0.0) & (size > 0.0)
+    return np.where(hit, (-real - np.sqrt(np.maximum(inside, 0.0))) / np.where(hit, size, 1.0), np.inf)
 
 
 ORDER = 3

@@ -1,33 +1,21 @@
-"""`stability`: how far a crane's position loop is from swinging, as published and with its PLC.
+"""The published position loop (Moslatt 2020 paper E section 3) as a reference, with and without PLC: it turns on the
+outer diameter with a full drum, one line at constant pressure, B_v for all friction.
 
-The published loop (Moslatt 2020 paper E section 3) turns on the outer diameter with a full drum, one line at constant
-pressure, B_v for all friction. `full_stability` does the same for the complete plant at an operating point,
-`both_loops` which of the two holds.
+`full_stability` does the same for the complete plant at one operating point. What a crane is judged by is
+`stillhook.analysis.loop_stability.verdict`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 
-from stillhook.analysis.loop_stability.governing import (
-    SHORTEST,
-    SLOW,
-    WIRES,
-    Place,
-    engine_loops,
-    payloads_of_mode,
-    plant_loop_at,
-    slow_places,
-    swings_alone,
-    with_damped_wire,
-)
 from stillhook.analysis.loop_stability.linearisation import linearise, plant_loop, plc_loop, settled_displacement
-from stillhook.analysis.loop_stability.margins import Margins, gain_limit_of, margins, strongest_up_to
+from stillhook.analysis.loop_stability.margins import Margins, margins, strongest_up_to
 from stillhook.analysis.loop_stability.reduced import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.transfer import (
     Loop,
@@ -200,163 +188,6 @@ def full_stability(
     z = with_plc.closed_poles(crane.control.K_p)
     poles = np.log(z[np.abs(z) > 1e-6]) / with_plc.t_cycle
     return _stability(crane, where, values, (plain, with_plc), delay, poles), point
-
-
-class BothLoops(NamedTuple):
-    """The published loop and the complete plant where it has the lowest gain limit: place, None where the gain
-    decides nowhere; swings: places where the plant oscillates whatever the gain."""
-
-    published: Stability
-    plant: Stability | None
-    place: Place | None
-    swings: tuple[Place, ...] = ()
-
-    @property
-    def governing(self) -> Stability:
-        """The one of the two with the lower gain limit, with PLC and delay or without."""
-        if self.plant is None or min(self.published.K_p_ms, self.published.K_p_ms_plc) < min(
-            self.plant.K_p_ms, self.plant.K_p_ms_plc
-        ):
-            return self.published
-        return self.plant
-
-    @property
-    def ok(self) -> bool:
-        """Whether both die out with positive margins; oscillations whatever the gain are not caused by the position
-        loop."""
-        return self.published.ok and (self.plant is None or self.plant.ok)
-
-    def table(self) -> dict[str, Any]:
-        """Name -> value in SI of the published loop; under "plant" the same of the plant, its payload and wire;
-        "governs" which holds; "swings" where the plant oscillates whatever the gain."""
-        plant = (
-            None
-            if self.plant is None or self.place is None
-            else self.plant.table() | {"load": self.place.load, "s_w": self.place.s_w}
-        )
-        governs = "published" if self.governing is self.published else "plant"
-        return self.published.table() | {
-            "governs": governs,
-            "plant": plant,
-            "swings": [p._asdict() for p in self.swings],
-        }
-
-
-def both_loops(
-    crane: Crane,
-    alpha_m: float | None = None,
-    *,
-    v_tip: float = 0.0,
-    delay: float = 0.0,
-    loads: Sequence[float] | None = None,
-    wires: Sequence[float] = (SHORTEST, *WIRES),
-) -> BothLoops:
-    """Margins of the published loop, and of the complete plant at that of its operating points where the gain limit is
-    lowest.
-
-    Parameters: alpha_m, v_tip, delay as in `stability`; the plant has the same displacement, or the one that SSC sets
-    at each point. loads payloads [kg], default empty hook and SWL; wires paid out [m]. The tip moves at v_tip, or at 2
-    and 5 m/min up and down where v_tip is 0: there friction falls with speed most.
-    Limits are those of a load that does not ring on its wire (`stillhook.analysis.loop_stability.governing`); where the
-    real one swings is in `swings`. Errors: as `stability` and `full_stability`.
-    """
-    published = stability(crane, alpha_m, v_tip=v_tip, delay=delay)
-    masses = payloads_of_mode(crane, DEFAULT_MODE) if loads is None else tuple(loads)
-    places = (
-        slow_places(masses, wires, SLOW) if v_tip == 0.0 else [Place(m, s_w, v_tip) for m in masses for s_w in wires]
-    )
-    damped_crane, swings = with_damped_wire(crane), []
-    limits: dict[Place, float] = {}
-    for place in places:
-        damped, real = (
-            plant_loop_at(c, DEFAULT_MODE, place, alpha_m=alpha_m, delay=delay) for c in (damped_crane, crane)
-        )
-        if damped is not None:
-            limits[place] = gain_limit_of(damped.loop)[0]
-        if real is not None and gain_limit_of(real.loop)[0] == 0.0:
-            swings.append(place)
-    if not limits:
-        return BothLoops(published, None, None)
-    least = min(limits, key=lambda p: limits[p])
-    plant, _ = full_stability(
-        damped_crane, load=least.load, s_w=least.s_w, v_tip=least.v_tip, alpha_m=alpha_m, delay=delay
-    )
-    return BothLoops(published, plant, least, tuple(swings))
-
-
-class EngineStability(NamedTuple):
-    """The position loop of a winch type without the closed circuit of the thesis, out of its linearised engine, at the
-    place where the gain limit is lowest: load [kg], s_w [m], v_tip [m/s]; K_p, and with the PLC and delay K_p_ms_plc
-    [1/m], omega_c_plc [rad/s] and the margins of `margins.Margins`; K_p_strong [1/m] as in `Stability`; swings: places
-    where the plant oscillates whatever the gain."""
-
-    load: float
-    s_w: float
-    v_tip: float
-    K_p: float
-    K_p_ms_plc: float
-    omega_c_plc: float
-    gain_margin_plc: float
-    phase_margin_plc: float
-    omega_gc_plc: float
-    delay_margin_plc: float
-    sensitivity_peak_plc: float
-    K_p_strong: float
-    t_cycle: float
-    delay: float
-    stable_plc: bool
-    swings: tuple[Place, ...]
-
-    @property
-    def ok(self) -> bool:
-        """Whether the loop dies out with a positive margin."""
-        return self.stable_plc and self.gain_margin_plc > 1.0
-
-    @property
-    def place(self) -> Place:
-        """Where the winch compensates."""
-        return Place(self.load, self.s_w, self.v_tip)
-
-    def table(self) -> dict[str, Any]:
-        """Name -> value in SI."""
-        return self._asdict() | {"swings": [p._asdict() for p in self.swings]}
-
-
-def engine_stability(
-    crane: Crane,
-    mode: Mode | None = None,
-    *,
-    v_tip: float = 0.0,
-    delay: float = 0.0,
-    loads: Sequence[float] | None = None,
-    wires: Sequence[float] = (SHORTEST, *WIRES),
-) -> EngineStability:
-    """Margins of any winch type's position loop, out of its engine as it runs; parameters as `both_loops`.
-
-    mode: default the usual one of the winch type. Loads do not ring on their wire, as in `both_loops`; where the real
-    one swings is in `swings`. On closed circuits this agrees with `full_stability` within 1 %.
-    """
-    _check(v_tip, delay)
-    law = crane.plant.type.default_mode if mode is None else mode
-    masses = payloads_of_mode(crane, law) if loads is None else tuple(loads)
-    places = (
-        slow_places(masses, wires, SLOW) if v_tip == 0.0 else [Place(m, s_w, v_tip) for m in masses for s_w in wires]
-    )
-    loops = engine_loops(with_damped_wire(crane), law, places, delay=delay)
-    place, loop = min(loops, key=lambda pair: gain_limit_of(pair[1])[0])
-    found = margins(loop, crane.control.K_p)
-    return EngineStability(
-        *place,
-        K_p=crane.control.K_p,
-        K_p_ms_plc=found.gain_margin * crane.control.K_p,
-        omega_c_plc=found.omega_c,
-        **_named(found, "_plc"),
-        K_p_strong=min(strongest_up_to(each) for _, each in loops),
-        t_cycle=crane.control.t_cycle,
-        delay=delay,
-        stable_plc=found.stable,
-        swings=tuple(p for p, each in engine_loops(crane, law, places, delay=delay) if swings_alone(each)),
-    )
 
 
 def _check(v_tip: float, delay: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
@@ -10,15 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.loop_stability.governing import (
-    SHORTEST,
-    WIRES,
-    payloads_of_mode,
-    plant_loop_at,
-    slow_places,
-    with_damped_wire,
-)
-from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.analysis.loop_stability.governing import PAPER_C, place_limits, with_wire_damping
+from stillhook.analysis.loop_stability.places import payloads_of_mode, places_of
 from stillhook.analysis.loop_stability.reduced import gain_limit
 from stillhook.analysis.loop_stability.stability import Stability, published_stability
 from stillhook.analysis.loop_stability.transfer import position_loop, sampled
@@ -100,20 +94,28 @@ SWEPT = (
 )
 
 
+SWEPT_WIRES = (100.0,)
+"""Wire paid out in sweeps of the slow plant [m]: that of the usual scenarios."""
+SWEPT_SPEEDS = (2.0 / 60.0, 5.0 / 60.0)
+"""Tip speeds of them [m/s], both directions."""
+
+
 def slow_sweep(
     crane: Crane,
     values: Sequence[float] | None = None,
     *,
     loads: Sequence[float] | None = None,
-    wires: Sequence[float] = (SHORTEST, *WIRES),
+    wires: Sequence[float] = SWEPT_WIRES,
+    zetas: Sequence[float] | None = None,
     delay: float = 0.0,
 ) -> xarray.Dataset:
-    """Gain limit of the complete plant with PLC where it is slow, over displacement, payload and wire paid out: the
-    least of 2 and 5 m/min up and down.
+    """Gain limit of the complete plant with PLC where it is slow, over the wire's damping, displacement, payload and
+    wire paid out: the least of 2 and 5 m/min up and down.
 
     Parameters: values displacements [-], default from 0.8 alpha_min to 1; loads payloads [kg], default empty hook, 60 %
-    of the SWL (the most that HS carries) and SWL; wires [m]; delay [s].
-    Returns: Dataset over ("alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates without
+    of the SWL (the most that HS carries) and SWL; wires [m]; zetas damping ratios of the wire [-], default the crane's
+    own and that of paper C; delay [s].
+    Returns: Dataset over ("zeta", "alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates without
     feedback, NaN where nothing holds the load.
     """
     import xarray
@@ -123,16 +125,18 @@ def slow_sweep(
         if values is None
         else np.asarray(list(values), dtype=np.float64)
     )
-    masses = (*payloads_of_mode(crane, CLASSIC[-1]), crane.SWL) if loads is None else tuple(loads)
-    limits, still = np.full((len(alphas), len(masses), len(wires)), math.nan), with_damped_wire(crane)
+    heaviest = payloads_of_mode(crane, CLASSIC[-1], shares=(0.0, 1.0))
+    masses = (*heaviest, crane.SWL) if loads is None else tuple(loads)
+    dampings = (crane.wire.zeta, PAPER_C) if zetas is None else tuple(zetas)
+    limits = np.full((len(dampings), len(alphas), len(masses), len(wires)), math.nan)
     for at in np.ndindex(limits.shape):
-        i, j, k = at
-        slow = [
-            plant_loop_at(still, DEFAULT_MODE, p, alpha_m=float(alphas[i]), delay=delay)
-            for p in slow_places(masses[j : j + 1], wires[k : k + 1])
-        ]
-        limits[at] = min((gain_limit_of(s.loop)[0] for s in slow if s is not None), default=math.nan)
-    coords = {"alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
+        h, i, j, k = at
+        machine = with_wire_damping(crane, dampings[h])
+        places = places_of(masses[j : j + 1], wires[k : k + 1], SWEPT_SPEEDS)
+        with contextlib.suppress(StillhookError):
+            found = place_limits(machine, DEFAULT_MODE, places, alpha_m=float(alphas[i]), delay=delay)
+            limits[at] = min(0.0 if p.gains.alone else p.gains.high for p in found)
+    coords = {"wire_zeta": dampings, "alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
     data = {"K_p_ms_plc": (tuple(coords), limits, attributes("K_p_ms_plc"))}
     return xarray.Dataset(
         data, coords={n: (n, v, attributes(n)) for n, v in coords.items()}, attrs={"crane": crane.name, "delay": delay}

@@ -255,7 +255,7 @@ PARALLEL = 1e5
 """Condition of the eigenvectors up to which residues are used: loss of digits, at most five of sixteen."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContinuousLoop:
     """State space of the loop at K_p = 1, input pump command, output wire hoisted [m]; delay [s] anywhere in the
     loop."""
@@ -292,7 +292,7 @@ class ContinuousLoop:
         return np.linalg.eigvals(self.A - K_p * np.outer(self.B, self.C)).astype(np.complex128)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SampledLoop:
     """The loop as the PLC sees it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n - 1),
     output C x [m]."""
@@ -397,16 +397,22 @@ def hold_matrices(A: FloatArray, B: FloatArray, t: float) -> tuple[FloatArray, F
 
 
 def _transfer(A: FloatArray, B: FloatArray, C: FloatArray) -> Transfer:
-    """C (s - A)^-1 B as a function of s: by poles and residues, or by solving where the eigenvectors are nearly
-    parallel."""
+    """C (s - A)^-1 B as a function of s: by poles and residues, or where the eigenvectors are nearly parallel (a chain
+    of held commands) by back substitution in the Schur form, all frequencies at once."""
     poles, right = np.linalg.eig(A)
     if np.linalg.cond(right) < PARALLEL:
         residues = (C @ right) * np.linalg.solve(right, B.astype(np.complex128))
         return lambda s: np.asarray((residues / (s[:, None] - poles)).sum(axis=1), dtype=np.complex128)
+    even, (scale, _) = scipy.linalg.matrix_balance(
+        A, permute=False, separate=True
+    )  # pascals beside radians cost digits
+    T, Q = scipy.linalg.schur(even.astype(np.complex128), output="complex")
+    b, c = Q.conj().T @ (B / scale), (C * scale) @ Q
 
     def solved(s: ComplexArray) -> ComplexArray:
-        M = s[:, None, None] * np.eye(len(A)) - A
-        x = np.linalg.solve(M, np.broadcast_to(B.astype(np.complex128)[:, None], (len(s), len(A), 1)))
-        return np.asarray((C @ x[:, :, 0].T), dtype=np.complex128)
+        x = np.zeros((len(b), len(s)), dtype=np.complex128)
+        for i in range(len(b) - 1, -1, -1):
+            x[i] = (b[i] + T[i, i + 1 :] @ x[i + 1 :]) / (s - T[i, i])
+        return np.asarray(c @ x, dtype=np.complex128)
 
     return solved

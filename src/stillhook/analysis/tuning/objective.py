@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.governing import WIRES, Governing, by_engine, governing
+from stillhook.analysis.loop_stability.governing import Governing, by_engine, governing
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, Margins, margins
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
@@ -82,9 +82,9 @@ WEIGHTS: Mapping[Objective, tuple[float, float, float]] = {
 @dataclass(frozen=True)
 class Limits:
     """What tuned settings must keep: highest pressure p_max [Pa]; gain margin [-], phase margin [rad] and sensitivity
-    peak [-] of the position loop with its PLC, in the published loop at the least displacement on the outermost layer
-    and in the complete plant where the mode is slow, from the empty hook to the heaviest payload that it carries,
-    `load` at most [kg], on the scenarios' wires (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed
+    peak [-] of the position loop with its PLC, in the complete plant on the crane's own wire, slow to fast, from the
+    empty hook to the heaviest payload that the mode carries, `load` at most [kg], on the scenarios' wires
+    (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed
     with the pumps full, for every load [m/s] (None: that of the start, "speed capacity kept"). Always kept: no
     saturation, no relief valve open, no motor overspeed, no cavitation, no slack wire, in any scenario; and in
     the fast runs nothing that the start does not do there either."""
@@ -387,12 +387,14 @@ def wires_of(cases: Sequence[Scenario]) -> tuple[float, ...]:
 
 
 def linear_broken(
-    crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float], wires: Sequence[float] = WIRES
+    crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float], wires: Sequence[float] | None = None
 ) -> list[str]:
     """Margins that the position loop does not keep, and speed that is missing: the criteria that need no run."""
     out = []
     K_p, most = crane.control.K_p, governing_loop(crane, mode, limits, wires)
-    if K_p > most.K_p:
+    if most.loop is None:
+        out.append(f"no gain K_p keeps the margins: {most.describe()}")
+    elif K_p > most.K_p:
         m = margins(most.loop, K_p)
         if m.gain_margin < limits.gain_margin:
             out.append(f"gain margin {m.gain_margin:.3g} below {limits.gain_margin:.3g}")
@@ -413,18 +415,22 @@ def linear_broken(
     return out
 
 
-def governing_loop(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] = WIRES) -> Governing:
+def governing_loop(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] | None = None) -> Governing:
     """The loop that allows the least gain within the margins, at the loads up to that of the limits and with these
-    wires paid out [m]."""
+    wires paid out [m], default from the shortest to all."""
     return governing(crane, mode, limits.margins, wires=wires, load=limits.load)
 
 
-def loop_margins(crane: Crane, mode: Mode, limits: Limits | None = None, wires: Sequence[float] = WIRES) -> Margins:
-    """Margins of the position loop with its PLC where they are least; see `governing_loop`."""
-    return margins(governing_loop(crane, mode, limits or Limits(), wires).loop, max(crane.control.K_p, 1e-6))
+def loop_margins(
+    crane: Crane, mode: Mode, limits: Limits | None = None, wires: Sequence[float] | None = None
+) -> Margins | None:
+    """Margins of the position loop with its PLC at the place that allows the least gain, None where none decides; see
+    `governing_loop`."""
+    loop = governing_loop(crane, mode, limits or Limits(), wires).loop
+    return None if loop is None else margins(loop, max(crane.control.K_p, 1e-6))
 
 
-def gain_allowed(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] = WIRES) -> float:
-    """Largest K_p that keeps the margins [1/m]; displacements are cut down to whole steps, which is on the safe
-    side."""
+def gain_allowed(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] | None = None) -> float:
+    """Largest K_p that keeps the margins [1/m], 0 where none does; displacements are cut down to whole steps, which is
+    on the safe side."""
     return governing_loop(crane, mode, limits, wires).K_p

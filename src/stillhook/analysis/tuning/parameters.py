@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 from pydantic.fields import FieldInfo
 
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability.governing import by_engine, largest_gain
-from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.analysis.loop_stability.governing import by_engine, governing
 from stillhook.analysis.loop_stability.reduced import gain_limit
 from stillhook.base.choice import nearest
 from stillhook.control.interface import Setting as ControllerSetting
@@ -126,10 +125,14 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
 
 
 def _marginal_gain(crane: Crane, mode: Mode) -> float:
-    """Position gain of marginal stability [1/m]: of the published loop, or of the running engine."""
+    """Position gain of marginal stability that the search is measured by [1/m]: of the published loop, or of the
+    running engine. Errors: StillhookError where it oscillates without feedback at every speed."""
     if not by_engine(crane):
         return gain_limit(crane).K_p_ms
-    return gain_limit_of(largest_gain(crane, mode).loop)[0]
+    found = governing(crane, mode)
+    if found.limit is None:
+        raise StillhookError(f'"{crane.name}" in {mode.value}: {found.describe()}. There is no gain to tune.')
+    return found.limit.gains.high
 
 
 def _of_motors(crane: Crane) -> dict[str, tuple[float, float]]:

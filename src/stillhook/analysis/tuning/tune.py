@@ -213,7 +213,7 @@ def _active(search: Search, crane: Crane, score: Score, changes: Sequence[Change
     """Limits within NEAR of being broken, and settings at an end of their search."""
     limits, out = search.limits, []
     most = governing_loop(crane, search.mode, limits, search.wires)
-    if crane.control.K_p >= (1.0 - NEAR) * most.K_p:
+    if most.loop is not None and crane.control.K_p >= (1.0 - NEAR) * most.K_p:
         m = margins(most.loop, crane.control.K_p)
         near = {
             "gain margin": m.gain_margin <= limits.gain_margin * (1.0 + 2.0 * NEAR),
@@ -221,7 +221,7 @@ def _active(search: Search, crane: Crane, score: Score, changes: Sequence[Change
             "sensitivity peak": m.sensitivity_peak >= limits.sensitivity_peak * (1.0 - 2.0 * NEAR),
         }
         names = [name for name, is_near in near.items() if is_near] or ["margins"]
-        out += names if most.place is None else [*names[:-1], f"{names[-1]} ({most.describe()})"]
+        out += [*names[:-1], f"{names[-1]} ({most.describe()})"]
     if score.v_w_capacity <= (limits.v_w_capacity or 0.0) * (1.0 + NEAR):
         out.append("speed capacity")
     if score.p_max >= (1.0 - NEAR) * limits.p_max:

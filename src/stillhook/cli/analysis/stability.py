@@ -5,37 +5,36 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from stillhook.cli.parser import Json, check_out, refuse, write_out
 from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import print_implausible, print_json, print_table, say
+from stillhook.report.terminal import print_implausible, print_json, print_table
 from stillhook.units import parse, show
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
-    from stillhook.analysis.loop_stability.governing import Place
-    from stillhook.analysis.loop_stability.stability import BothLoops, EngineStability, Stability
+    from stillhook.analysis.loop_stability.stability import Stability
+    from stillhook.analysis.loop_stability.verdict import Verdict, WireDamping
     from stillhook.spec.crane import Crane
+    from stillhook.spec.scenario import Mode
 
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 ALPHA_HELP = (
-    "Motor displacement over its maximum; repeat it for several. Default: the displacement of SSC at"
-    " the tip's speed, 1 at rest."
+    "Motor displacement over its maximum; repeat it for several. Default: where the mode's law puts the motors at each"
+    " place."
 )
+MODE_HELP = "Controller whose loop is looked at (default: ssc on closed circuits, position on other winches)."
 DELAY_HELP = 'Delay of the position feedback (encoder, bus, computing), such as "50 ms". Not that of the motion unit.'
-FULL_HELP = "The complete plant alone, linearised at --load, --s-w and --v-tip."
+FULL_HELP = "One operating point of the complete plant, at --load, --s-w and --v-tip, as a table."
 LOAD, WIRE = "100 t", "100 m"
 """Default operating point of the complete plant alone."""
-LOAD_HELP = f'Payload on the hook (default: empty hook and SWL; with --full "{LOAD}").'
-WIRE_HELP = f'Wire paid out (default: 15 m and 100 m; with --full "{WIRE}").'
-SPEED_HELP = (
-    'Steady speed of the tip, up positive, such as "60 m/min" (default: the published loop at rest, the plant at 2 and'
-    " 5 m/min)."
-)
+LOAD_HELP = f'Payload on the hook (default: empty hook to the heaviest of the mode; with --full "{LOAD}").'
+WIRE_HELP = f'Wire paid out (default: from 15 m to all; with --full "{WIRE}").'
+SPEED_HELP = 'Steady speed of the tip, such as "60 m/min" (default: 0.5 m/min to full speed, up and down).'
 PLAIN = ("K_p_ms", "omega_c", "gain_margin", "phase_margin", "omega_gc", "delay_margin", "sensitivity_peak", "stable")
 """Rows that have a second value with PLC and delay."""
 WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
@@ -43,12 +42,13 @@ WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
 
 def stability(
     name: CraneName,
+    mode: Annotated[str | None, typer.Option("--mode", help=MODE_HELP)] = None,
     alpha_m: Annotated[list[float] | None, typer.Option("--alpha-m", help=ALPHA_HELP)] = None,
     layer: Annotated[
-        int | None, typer.Option(help="Layer that the drum turns on; default: the published outer diameter.")
+        int | None, typer.Option(help="The published loop alone, on a layer of the drum, as a table (a reference).")
     ] = None,
     delay: Annotated[str, typer.Option(help=DELAY_HELP)] = "0 s",
-    v_tip: Annotated[str, typer.Option("--v-tip", help=SPEED_HELP)] = "0 m/min",
+    v_tip: Annotated[str | None, typer.Option("--v-tip", help=SPEED_HELP)] = None,
     full: Annotated[bool, typer.Option("--full", help=FULL_HELP)] = False,
     load: Annotated[str | None, typer.Option(help=LOAD_HELP)] = None,
     s_w: Annotated[str | None, typer.Option("--s-w", help=WIRE_HELP)] = None,
@@ -57,128 +57,157 @@ def stability(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Gain limit and margins of the position loop: as published, and of the complete plant where it is slow; which of
-    them holds.
+    """Is the position loop stable, and by how much: the complete plant with its PLC on the crane's own wire, from the
+    empty hook to the SWL, from a short wire to all of it, from 0.5 m/min to full speed.
 
-    Both with and without PLC and delay. Exit code 1 where the winch oscillates in either: K_p at or above its limit.
+    Exit code 1 where it oscillates at any place with the crane's K_p.
 
     Example: stillhook stability nov-250t --alpha-m 1 --alpha-m 0.6 --delay "50 ms"
     """
     from stillhook.analysis.loop_stability.governing import by_engine
     from stillhook.library import load_crane
+    from stillhook.spec.scenario import mode_of
     from stillhook.tables.plausible import implausible_values
 
     check_out(out, NAMES)
     crane = load_crane(name)
-    speed, late = parse(v_tip, "speed", "--v-tip"), parse(delay, "time", "--delay")
+    speed, late = None if v_tip is None else parse(v_tip, "speed", "--v-tip"), parse(delay, "time", "--delay")
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
     mass = None if load is None else parse(load, "mass", "--load")
     wire = None if s_w is None else parse(s_w, "length", "--s-w")
-    if by_engine(crane):
+    closed = not by_engine(crane)
+    if not closed:
         refuse(
             {"--alpha-m": alpha_m, "--layer": layer, "--full": full},
             f'belongs to closed circuits, and winch type "{crane.plant}" is none; its margins are those of the complete'
             " plant. Leave it out.",
         )
-        _of_engine(crane, mass, wire, speed, late, out, json=json)
-    if full:
-        refuse(
-            {"--layer": layer},
-            "belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
-        )
-        mass = parse(LOAD, "mass") if mass is None else mass
-        answer = _full(crane, alphas, mass, parse(WIRE, "length") if wire is None else wire, speed, late)
-    elif layer is not None:
-        refuse({"--load": load, "--s-w": s_w}, "--layer applies to the published loop only. Leave one of them out.")
-        answer = _on_layer(crane, alphas, layer, speed, late)
+    if full or layer is not None:
+        answer = _reference(crane, alphas, layer, mass, wire, speed, late, full=full, load=load, s_w=s_w, mode=mode)
+        table, ok = answer.table, all(c.loop.ok for c in answer.columns)
     else:
-        answer = _both(crane, alphas, mass, wire, speed, late)
-    answer = answer._replace(table=answer.table | {"notes": list(implausible_values(crane))})
-    if json:
-        print_json(answer.table)
-    else:
-        _report(crane, answer)
-    if out is not None:
-        _write(out, crane, answer, late, quiet=json)
-        if not json and (full or layer is not None):
-            say("pictures and sweeps show the published loop on the full drum; the table is in stability.json")
-    raise typer.Exit(0 if all(c.loop.ok for c in answer.columns) else 1)
-
-
-OF_ENGINE = (
-    "load",
-    "s_w",
-    "v_tip",
-    "K_p",
-    "K_p_ms_plc",
-    "omega_c_plc",
-    "gain_margin_plc",
-    "phase_margin_plc",
-    "omega_gc_plc",
-    "delay_margin_plc",
-    "sensitivity_peak_plc",
-    "K_p_strong",
-)
-"""Rows of the margins of a winch type without the closed circuit of the thesis."""
-
-
-def _of_engine(
-    crane: Crane,
-    load: float | None,
-    s_w: float | None,
-    v_tip: float,
-    delay: float,
-    out: Path | None,
-    *,
-    json: bool,
-) -> NoReturn:
-    """Margins out of the linearised engine."""
-    from stillhook.analysis.loop_stability.stability import engine_stability
-    from stillhook.tables.plausible import implausible_values
-
-    where: dict[str, Any] = {} if s_w is None else {"wires": (s_w,)}
-    found = engine_stability(crane, v_tip=v_tip, delay=delay, loads=None if load is None else (load,), **where)
-    table = found.table() | {"notes": list(implausible_values(crane))}
+        found = _verdicts(crane, None if mode is None else mode_of(mode), alphas, mass, wire, speed, late)
+        table, ok = _lists([v.table() for v in found]), all(v.ok for v in found)
+    table = table | {"notes": list(implausible_values(crane))}
     if json:
         print_json(table)
+    elif full or layer is not None:
+        _report(crane, answer)
     else:
-        rows = [[n, _cell(n, getattr(found, n)), display_unit(n), BY_NAME[n].meaning] for n in OF_ENGINE]
-        title = (
-            f"{crane.name}, complete plant with its PLC; cycle {show(found.t_cycle, 'time')}, delay"
-            f" {show(found.delay, 'time')}"
-        )
-        print_table(["", "value", "unit", "meaning"], rows, title=title)
+        for alpha, v in zip(alphas, found, strict=True):
+            _answer(v, alpha)
         print_implausible(crane)
-        print(_engine_verdict(found))
-        if found.swings:
-            print(_swings(found.swings))
     if out is not None:
-        write_out(out, {"stability.json": table}, quiet=json)
-    raise typer.Exit(0 if found.ok else 1)
+        if closed:
+            _write(out, crane, alphas, table, late, quiet=json)
+        else:
+            write_out(out, {"stability.json": table}, quiet=json)
+    raise typer.Exit(0 if ok else 1)
 
 
-def _engine_verdict(s: EngineStability) -> str:
-    """Whether the loop is stable and by how much, in a sentence."""
-    if s.ok:
-        dB = 20.0 * math.log10(s.gain_margin_plc)
-        return (
-            f"stable. Gain margin {dB:.3g} dB (K_p can rise by a factor of {s.gain_margin_plc:.3g}), least at"
-            f" {s.place.describe()}"
+def _verdicts(
+    crane: Crane,
+    mode: Mode | None,
+    alphas: list[float | None],
+    load: float | None,
+    s_w: float | None,
+    v_tip: float | None,
+    delay: float,
+) -> list[Verdict]:
+    """The one margin at each displacement."""
+    from stillhook.analysis.loop_stability.verdict import verdict
+
+    where: dict[str, Any] = {"loads": None if load is None else (load,), "wires": None if s_w is None else (s_w,)}
+    return [verdict(crane, mode, alpha_m=a, v_tip=v_tip, delay=delay, **where) for a in alphas]
+
+
+def _answer(v: Verdict, alpha: float | None) -> None:
+    """The answer in lines, the verdict first."""
+    motors = "" if alpha is None else f", motors at {alpha:.3g}"
+    K_p, n = show(v.K_p, "gain_per_length", 4), len(v.found.places)
+    where = f"{v.crane}, {v.mode.value}{motors}, K_p {K_p}, PLC cycle {show(v.t_cycle, 'time')}"
+    where += f", delay {show(v.delay, 'time')}" if v.delay else ""
+    if v.ok:
+        print(f"{where}: STABLE at all {n} places.")
+    elif v.oscillates:
+        print(f"{where}: UNSTABLE, the complete plant oscillates at {len(v.oscillates)} of {n} places.")
+    else:
+        print(f"{where}: UNSTABLE, {v.found.describe()}.")
+    for line in (*_regardless(v), *_by_gain(v), *_margin(v), *_damping_lines(v.damping), *_published(v)):
+        print(line)
+
+
+def _regardless(v: Verdict) -> list[str]:
+    """Places that no gain stabilises."""
+    places = v.found.no_gain
+    if not places:
+        return []
+    worst = max(places, key=lambda p: (p.place.load, abs(p.place.v_tip)))
+    loads, speeds = [p.place.load for p in places], [abs(p.place.v_tip) for p in places]
+    return [
+        f"No gain K_p stabilises the complete plant at {show(worst.place.load, 'mass', 4)},"
+        f" {show(abs(worst.place.v_tip), 'speed', 3)}, {show(worst.place.s_w, 'length', 4)} of wire.",
+        f"The same holds at {len(places)} places, with {show(min(loads), 'mass', 3)} or more at up to"
+        f" {show(max(speeds), 'speed', 3)}: friction falls with speed there and excites the load's oscillation on its"
+        " wire. Simulate the case for its size.",
+    ]
+
+
+def _by_gain(v: Verdict) -> list[str]:
+    """Places that oscillate at K_p and not at another gain."""
+    places = [p for p in v.oscillates if p.gains.any]
+    if not places:
+        return []
+    least = min(places, key=lambda p: p.gains.high)
+    low = f"{show(least.gains.low, 'gain_per_length', 3)} to " if least.gains.low else "below "
+    return [
+        f"At {len(places)} places K_p decides: {least.describe()} is stable"
+        f" {low}{show(least.gains.high, 'gain_per_length', 3)}."
+    ]
+
+
+def _margin(v: Verdict) -> list[str]:
+    """The margin where the plant does not oscillate without feedback, and the largest gain."""
+    m, least = v.margins, v.found.limit
+    if m is None or least is None:
+        return ["No margin: no place is clear of the speeds at which it oscillates without feedback."]
+    away = ", a Stribeck speed faster than that," if v.found.no_gain else ""
+    at = f"{least.describe()}, limit {show(least.gains.high, 'gain_per_length', 4)}"
+    if m.gain_margin > 1.0:
+        margin = (
+            f"Gain margin{away} {20.0 * math.log10(m.gain_margin):.3g} dB (K_p can rise by a factor of"
+            f" {m.gain_margin:.3g}), phase margin {math.degrees(m.phase_margin):.3g} deg, least at {at}."
         )
-    if s.K_p_ms_plc == 0.0:
-        return f"UNSTABLE, whatever K_p: the winch oscillates without feedback at {s.place.describe()}"
-    return (
-        f"UNSTABLE. K_p {s.K_p:.4g} 1/m, limit {s.K_p_ms_plc:.4g} 1/m at {s.place.describe()}. Lower K_p to"
-        f" {s.K_p_strong:.3g} 1/m or less"
-    )
+    else:
+        margin = f"K_p is above its limit{away}, least at {at}."
+    strong = show(v.found.K_p, "gain_per_length", 3)
+    return [margin, f"Largest K_p with gain margin 2, 45 deg and sensitivity peak 2: {strong} ({v.found.describe()})."]
+
+
+def _damping_lines(damping: Sequence[WireDamping]) -> list[str]:
+    """What the wire's damping decides."""
+    whose = {"crane": "the crane's", "paper C": "paper C's", "least": "least", "most": "most"}
+    cells = [f"{d.zeta:g} ({whose[d.whose]}) {d.oscillates}, whatever K_p {d.no_gain}" for d in damping]
+    places = max((d.places for d in damping), default=0)
+    return [f"Wire damping, places of {places} that oscillate: {'; '.join(cells)}."]
+
+
+def _published(v: Verdict) -> list[str]:
+    """The published loop, as a reference."""
+    s = v.published
+    if s is None:
+        return []
+    return [
+        f"Published loop (paper E, for reference): limit {show(s.K_p_ms, 'gain_per_length', 4)} with motors at"
+        f" {s.alpha_m:.3g}, {20.0 * math.log10(s.gain_margin):.3g} dB."
+    ]
 
 
 class _Column(NamedTuple):
-    """A loop in the table: its name, its margins, and the operating point of the complete plant."""
+    """A loop in the table: its name and its margins."""
 
     name: str
     loop: Stability
-    place: Place | None = None
 
 
 class _Answer(NamedTuple):
@@ -190,16 +219,52 @@ class _Answer(NamedTuple):
     verdict: list[str]
 
 
-def _full(crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float) -> _Answer:
+def _reference(
+    crane: Crane,
+    alphas: list[float | None],
+    layer: int | None,
+    mass: float | None,
+    wire: float | None,
+    v_tip: float | None,
+    delay: float,
+    *,
+    full: bool,
+    load: str | None,
+    s_w: str | None,
+    mode: str | None,
+) -> _Answer:
+    """One operating point of the complete plant, or the published loop on a layer."""
+    speed = 0.0 if v_tip is None else v_tip
+    if not full:
+        refuse(
+            {"--load": load, "--s-w": s_w, "--mode": mode},
+            "--layer applies to the published loop only. Leave one of them out.",
+        )
+        assert layer is not None
+        return _on_layer(crane, alphas, layer, speed, delay)
+    refuse(
+        {"--layer": layer},
+        "belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
+    )
+    mass = parse(LOAD, "mass") if mass is None else mass
+    return _full(crane, alphas, mass, parse(WIRE, "length") if wire is None else wire, speed, delay, mode)
+
+
+def _full(
+    crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float, mode: str | None
+) -> _Answer:
     """The complete plant at one operating point."""
     from stillhook.analysis.loop_stability.stability import full_stability
+    from stillhook.control.registry import DEFAULT_MODE
+    from stillhook.spec.scenario import mode_of
 
     if v_tip == 0.0:
         raise CommandError(
             '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it'
             " slides."
         )
-    results = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, delay=delay) for a in alphas]
+    law = DEFAULT_MODE if mode is None else mode_of(mode)
+    results = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, mode=law, delay=delay) for a in alphas]
     loops, point = [s for s, _ in results], results[0][1]
     where = (
         f"complete plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and"
@@ -214,59 +279,13 @@ def _on_layer(crane: Crane, alphas: list[float | None], layer: int, v_tip: float
 
     loops = [margins_of(crane, a, layer=layer, v_tip=v_tip, delay=delay) for a in alphas]
     answer = _alone(loops, f"layer {layer}")
-    line = (
-        "published loop only: the complete plant is on the layer given by the wire paid out (--s-w in place of --layer)"
-    )
+    line = "Published loop only, a reference: what the crane is judged by is the complete plant, without --layer."
     return answer._replace(verdict=[*answer.verdict, line])
 
 
 def _alone(loops: list[Stability], where: str) -> _Answer:
     columns = [_Column(f"motors {s.alpha_m:.3g}", s) for s in loops]
     return _Answer(columns, _lists([s.table() for s in loops]), where, [_verdict(c.name, c.loop) for c in columns])
-
-
-def _both(
-    crane: Crane, alphas: list[float | None], load: float | None, s_w: float | None, v_tip: float, delay: float
-) -> _Answer:
-    """The published loop, and the complete plant where it has least gain to spare."""
-    from stillhook.analysis.loop_stability.stability import both_loops
-
-    where: dict[str, Any] = {} if s_w is None else {"wires": (s_w,)}
-    results = [
-        both_loops(crane, a, v_tip=v_tip, delay=delay, loads=None if load is None else (load,), **where) for a in alphas
-    ]
-    columns = []
-    for b in results:
-        columns.append(_Column(f"motors {b.published.alpha_m:.3g}\npublished", b.published))
-        if b.plant is not None:
-            columns.append(_Column(f"motors {b.plant.alpha_m:.3g}\ncomplete plant", b.plant, b.place))
-    verdict = [_verdict(f"motors {b.governing.alpha_m:.3g}, {_governs(b)}", b.governing) for b in results]
-    verdict += [f"motors {b.published.alpha_m:.3g}: {_swings(b.swings)}" for b in results if b.swings]
-    return _Answer(
-        columns,
-        _lists([b.table() for b in results]),
-        "published loop on the outer diameter, complete plant where it is slow",
-        verdict,
-    )
-
-
-def _governs(b: BothLoops) -> str:
-    """Which of the loops holds, in words."""
-    if b.plant is None or b.place is None:
-        return "published loop (the gain decides nowhere in the complete plant at these loads)"
-    if b.governing is b.published:
-        return f"the published loop governs (complete plant at least: {b.place.describe()})"
-    return f"the complete plant governs ({b.place.describe()})"
-
-
-def _swings(places: Sequence[Place]) -> str:
-    """Where the plant oscillates whatever the gain, in words."""
-    more = f" and at {len(places) - 1} more of the places looked at" if len(places) > 1 else ""
-    return (
-        f"whatever K_p, the complete plant oscillates at {places[0].describe()}{more}: friction that falls with speed"
-        " excites the load's oscillation on its wire. More displacement, speed or damping of the wire ends it."
-        " Simulate the case for its amplitude"
-    )
 
 
 def _lists(tables: list[dict[str, Any]]) -> dict[str, Any]:
@@ -291,13 +310,7 @@ def _report(crane: Crane, answer: _Answer) -> None:
         cells = [getattr(c.loop, name) for c in answer.columns] if values is None else values
         return [label, *(_cell(name, v) for v in cells), display_unit(name), BY_NAME[name].meaning]
 
-    rows = []
-    if any(c.place for c in answer.columns):
-        rows = [
-            row(n, n, [math.nan if c.place is None else getattr(c.place, n) for c in answer.columns])
-            for n in ("load", "s_w", "v_tip")
-        ]
-    rows += [row(n, n) for n in (*WHERE, *PLAIN)]
+    rows = [row(n, n) for n in (*WHERE, *PLAIN)]
     rows += [row(f"{n}, PLC", f"{n}_plc") for n in PLAIN]
     rows.append(row("K_p_strong", "K_p_strong"))
     title = f"{crane.name}, {answer.where}; PLC cycle {show(first.t_cycle, 'time')}, delay {show(first.delay, 'time')}"
@@ -349,15 +362,17 @@ NAMES = (
 """Files that --out writes."""
 
 
-def _write(out: Path, crane: Crane, answer: _Answer, delay: float, *, quiet: bool) -> None:
-    """Pictures and sweeps of the published loop at the displacements of the table, and the table."""
+def _write(
+    out: Path, crane: Crane, asked: list[float | None], table: dict[str, Any], delay: float, *, quiet: bool
+) -> None:
+    """Pictures and sweeps of the published loop and of the slow plant, and the table."""
     from stillhook.analysis.loop_stability.figures import all_figures, all_sweeps
 
-    alphas = tuple(dict.fromkeys(c.loop.alpha_m for c in answer.columns if c.place is None))
+    alphas = tuple(dict.fromkeys(1.0 if a is None else a for a in asked))
     data = all_sweeps(crane, alphas[0], delay=delay)
 
     def pictures() -> dict[str, Any]:
         return {f"{stem}.png": figure for stem, figure in all_figures(crane, alphas, data, delay=delay).items()}
 
     files: dict[str, Any] = {f"{over}.nc": dataset for over, dataset in data.items()}
-    write_out(out, files | {"stability.json": answer.table}, pictures=pictures, quiet=quiet)
+    write_out(out, files | {"stability.json": table}, pictures=pictures, quiet=quiet)

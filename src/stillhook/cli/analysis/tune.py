@@ -169,7 +169,7 @@ class _Report:
         fronts: dict[str, list[Point]],
         cases: list[Scenario],
     ) -> None:
-        from stillhook.analysis.loop_stability.governing import slow_limit
+        from stillhook.analysis.loop_stability.governing import governing
         from stillhook.analysis.tuning.tune import outcomes, variations
         from stillhook.engine.scenario.checks import notes_of
 
@@ -179,33 +179,31 @@ class _Report:
         self.held_out = [(results[2 * i], results[2 * i + 1]) for i in range(len(tuned))]
         self.varied = variations(crane, [t.controller for t in tuned], cases)
         load = max(c.load for c in cases)
-        self.slow = [slow_limit(t.controller.on(crane), t.controller.mode) for t in tuned]
+        self.stable = [governing(t.controller.on(crane), t.controller.mode) for t in tuned]
         machines = [t.controller.on(crane) for t in tuned for _ in cases]
         self.notes = notes_of(machines, [case.with_mode(t.controller.mode) for t in tuned for case in cases])
-        self.remarks = [*self._slow_remarks(), *self._load_remarks(load), *self.notes]
+        self.remarks = [*self._stability_remarks(), *self._load_remarks(load), *self.notes]
 
-    def _slow_remarks(self) -> list[str]:
-        """Controllers whose gain makes the slow winch oscillate at a payload or length of wire for which no margins
-        were kept."""
-        from stillhook.analysis.loop_stability.governing import governing
+    def _stability_remarks(self) -> list[str]:
+        """What the one margin says of each tuned controller on all wires: margins were kept on the scenarios' ones."""
         from stillhook.analysis.tuning.objective import wires_of
 
         out = []
-        for t, slow in zip(self.tuned, self.slow, strict=True):
+        for t, found in zip(self.tuned, self.stable, strict=True):
             K_p = t.controller.on(self.crane).control.K_p
-            swings = governing(t.controller.on(self.crane), t.start.mode, wires=wires_of(self.cases)).swings
-            if swings:
+            if found.no_gain:
+                more = f" and at {n} more places" if (n := len(found.no_gain) - 1) else ""
                 out.append(
-                    f"{t.start.name}: whatever K_p, the complete plant oscillates with {swings[0].describe()}:"
-                    " friction that falls with speed excites the load's oscillation on its wire"
+                    f"{t.start.name}: No gain K_p stabilises the complete plant at"
+                    f" {found.no_gain[0].place.describe()}{more} of {len(found.places)}"
                 )
-            if slow is not None and slow.K_p_ms < K_p:
+            least = found.limit
+            if least is not None and least.gains.high <= K_p:
                 wires = ", ".join(show(s_w, "length", 4) for s_w in wires_of(self.cases))
-                limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}" if slow.K_p_ms > 0.0 else "with any gain"
                 out.append(
-                    f"{t.start.name}: margins hold on {wires} of wire only; {limit} the complete plant oscillates with"
-                    f" {slow.place.describe()}{_motors(slow.alpha_m)}, and K_p is"
-                    f" {show(K_p, 'gain_per_length', 3)}"
+                    f"{t.start.name}: margins hold on {wires} of wire only; above"
+                    f" {show(least.gains.high, 'gain_per_length', 2)} the complete plant oscillates with"
+                    f" {least.describe()}, and K_p is {show(K_p, 'gain_per_length', 3)}"
                 )
         return out
 
@@ -251,7 +249,12 @@ class _Report:
             "before": numbers(t.before),
             "after": numbers(t.after),
             "hold_out": {"before": before._asdict(), "after": after._asdict()},
-            "slow": None if (slow := self.slow[i]) is None else slow._asdict(),
+            "stability": {
+                "K_p_strong": self.stable[i].K_p,
+                "K_p_ms_plc": math.nan if (least := self.stable[i].limit) is None else least.gains.high,
+                "least_at": None if least is None else least.place._asdict(),
+                "no_gain": [p.place._asdict() for p in self.stable[i].no_gain],
+            },
             "variations": {name: results[i]._asdict() for name, results in self.varied.items()},
         }
 
@@ -287,11 +290,6 @@ class _Report:
         for name, points in self.fronts.items():
             shown = ", ".join(f"{p.e_c_pp_mean * 1e3:.1f} mm at {show(p.p_max, 'pressure', 4)}" for p in _few(points))
             print(f"{name}: front of error and pressure: {shown}")
-
-
-def _motors(alpha_m: float) -> str:
-    """Where the motors stand, in brackets; nothing for a drive without displacement."""
-    return "" if math.isnan(alpha_m) else f" (motors at {alpha_m:.2f})"
 
 
 def _few(points: list[Point], most: int = 5) -> list[Point]:
