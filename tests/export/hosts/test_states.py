@@ -273,3 +273,45 @@ def test_what_the_library_refuses_changes_nothing(library: Path):
     assert winch.at(sample(0.4)._replace(v_tip=math.nan))[0] != 0
     assert winch.at(sample(0.1))[0] == WRONG_STEP
     assert winch.save() == before
+
+
+class Simo:
+    """The external force of SIMO, called as SIMO does, at times of single precision."""
+
+    def __init__(self, file: Path, start: float) -> None:
+        self.force, self.start = ctypes.CDLL(str(file)).gfexfo_, start
+        self.force.restype = None
+
+    def at(self, i: int, h: float) -> float:
+        """Force on the load after i steps of h [kN]."""
+        t = i * h
+        info, info_r = np.zeros(12, np.int32), np.zeros(6, np.float32)
+        info[[2, 4, 5, 7, 8]] = 2, 2, i + 1, 1, 1
+        info_r[:2] = self.start + t, h
+        bodies, ends = np.array([1, 2], np.int32), np.array([0, 0, 30, 0, 0, 2, 0], np.float32)
+        state, stor, error = np.zeros(24), np.zeros(9, np.float32), np.zeros(1, np.int32)
+        state[2], state[14] = 0.5 * (1.0 - math.cos(0.5 * t)), 30.0 - 2.0 - 100.0
+        none, reals, ints = np.zeros(1), np.array([7], np.int32), np.array([2], np.int32)
+        p = [none, none, none, none, info, info_r, none, none, none, bodies, ends, none, none, none, none, ints, reals]
+        p += [none, none, none, state, none, none, stor, error]
+        self.force(*(x.ctypes.data_as(ctypes.c_void_p) for x in p))
+        assert error[0] == 0
+        return float(stor[2])
+
+
+def test_simo_may_run_for_weeks_though_its_time_is_of_single_precision(nov, case, tmp_path: Path):
+    """After 23 days single precision holds times an eighth of a second apart; substeps of 50 ms are told apart."""
+    if OWN is None:
+        pytest.skip("no library for this system")
+    forces = []
+    for start in (0.0, 2.0e6):
+        file = tmp_path / f"simo{start:.0f}.lib"
+        if not forces:
+            source = host_source(export(nov, case, coupling="wire"), "simo")
+            compile_library(source, OWN, file)
+        else:
+            file.write_bytes((tmp_path / "simo0.lib").read_bytes())  # a library of its own, with a winch of its own
+        host = Simo(file, start)
+        forces.append(np.array([host.at(i, 0.05) for i in range(80)]))
+    assert np.ptp(forces[0]) > 10.0
+    assert np.abs(forces[1] - forces[0]).max() < 1e-3
