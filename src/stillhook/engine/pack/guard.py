@@ -31,10 +31,15 @@ RELEASED = 0.02
 """Joystick that counts as released, over its full speed [-]. Assumed."""
 
 
-def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, s_op: float | None = None) -> GuardSettings:
+HOST_CYCLES = 10.0
+"""Cycles of the PLC for which a simulator may hold or extrapolate what it gives. Assumed: 0.1 s at 10 ms."""
+
+
+def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, hosted: bool = False) -> GuardSettings:
     """The guard's settings for a crane: ranges out of its drum, wire, load and speeds.
 
-    Parameters: plc, control as of its packed parameters; s_op largest path of the operator [m], default the wire.
+    Parameters: plc, control as of its packed parameters; hosted: the inputs come from a simulator, whose steps may be
+    several cycles: they may jump by as many steps at once.
     """
     t, drum = plc.t_cycle, drum_record(crane)
     v_full = wire_speed_max(crane)
@@ -47,22 +52,23 @@ def guard_settings(crane: Crane, plc: Plc, control: MotorControl, *, s_op: float
     measured = control.feedback > 0.5
     limited = plc.power.P_max < plc.power.Q_p * P_MOST
     codes = [law.code for law in CONTROLLERS.values()]
-    path = wire if s_op is None else s_op
+    cycles = HOST_CYCLES if hosted else 1.0
+    T = cycles * t
     return GuardSettings(
         least=Least(
-            s_tip=-TIP, v_tip=-TIP_SPEED, a_tip=-TIP_ACCELERATION, v_op=-1.2 * v_most, s_op=-path, mode=-0.5,
+            s_tip=-TIP, v_tip=-TIP_SPEED, a_tip=-TIP_ACCELERATION, v_op=-1.2 * v_most, s_op=-wire, mode=-0.5,
             f_pump=0.01, s_w=-wire, F=-0.1 * weight, alpha_m=-0.1, K_wire=0.5, dp=-P_MOST, dp_load=-P_MOST,
             p_hp=-P_MOST,
         ),
         most=Most(
-            s_tip=TIP, v_tip=TIP_SPEED, a_tip=TIP_ACCELERATION, v_op=1.2 * v_most, s_op=path, mode=max(codes) + 0.5,
+            s_tip=TIP, v_tip=TIP_SPEED, a_tip=TIP_ACCELERATION, v_op=1.2 * v_most, s_op=wire, mode=max(codes) + 0.5,
             f_pump=1.0 + 1e-9, s_w=wire, F=weight, alpha_m=1.1, K_wire=1.5 * inner, dp=P_MOST, dp_load=P_MOST,
             p_hp=P_MOST,
         ),
         step=Step(
-            s_tip=TIP_SPEED * t + NOISE[0], v_tip=TIP_ACCELERATION * t + NOISE[1], a_tip=TIP_JERK * t + NOISE[2],
-            v_op=FINITE, s_op=2.4 * v_most * t, mode=FINITE, f_pump=FINITE, s_w=OVERSPEED * v_most * t + NOISE[0],
-            F=0.5 * weight, alpha_m=50.0 * t if measured else FINITE, K_wire=max(1.5 * apart, 0.05), dp=P_MOST,
+            s_tip=TIP_SPEED * T + NOISE[0], v_tip=TIP_ACCELERATION * T + NOISE[1], a_tip=TIP_JERK * T + NOISE[2],
+            v_op=FINITE, s_op=2.4 * v_most * T, mode=FINITE, f_pump=FINITE, s_w=OVERSPEED * v_most * T + NOISE[0],
+            F=0.5 * weight, alpha_m=50.0 * T if measured else FINITE, K_wire=cycles * max(1.5 * apart, 0.05), dp=P_MOST,
             dp_load=P_MOST, p_hp=P_MOST,
         ),
         stops=Stops(

@@ -188,8 +188,9 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         tick = tick._replace(override=1.0, u_m=1.0)
     if wire:
         tick = tick._replace(s=float(winch.params.hoist.load.W))
-    # the path of the operator is the core's own, without an end
-    ranges = guard_settings(crane, winch.params.plc, _motor_control(winch.params), s_op=FINITE)
+    ranges = guard_settings(crane, winch.params.plc, _motor_control(winch.params), hosted=True)
+    # the path of the operator is the core's own, and has no end
+    ranges = ranges._replace(least=ranges.least._replace(s_op=-FINITE), most=ranges.most._replace(s_op=FINITE))
     record = flatten(first_lane(d, winch, tick, guard_at_start(ranges) if both else None))
     units_of = crane.plant.type.pump_units(crane)
     shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
@@ -275,7 +276,7 @@ def _controller(crane: Crane, ready: Ready) -> Made:
     extra = winch.extra_controllers
     k = plc_alone.kernel(extra, crane.plant.type.control, True)
     control, plc = _motor_control(winch.params), winch.params.plc
-    guard = guard_at_start(guard_settings(crane, plc, control))
+    guard = guard_at_start(guard_settings(crane, plc, control, hosted=True))
     record = flatten(k.Lane(winch.memory, k.laws.blank(winch.settings, guard), plc, control))
     law_at = offset(k.Lane, "laws", 1)
     at = law_at + offset(k.laws.Record, "guard", 1)
