@@ -359,6 +359,7 @@ def test_half_the_swl_on_a_sine_of_one_metre_passes_no_limit():
         ("rail pressure", moves("55 m/min")),
         ("accumulator", moves("55 m/min")),
         ("relief", moves("-55 m/min")),
+        ("cavitation", {"load": "200 t", "tip": "sine 4 m 12 s", "s_w": "100 m", "ramp": "0 s", "warm_up": "0 s"}),
         ("brake", moves("0 m/min") | {"tip": "sine 4 m 4.5 s", "load": "250 t"}),
     ],
 )
@@ -374,6 +375,7 @@ def test_every_limit_has_a_case_above():
         "rail pressure",
         "accumulator",
         "relief",
+        "cavitation",
         "brake",
     }
 
