@@ -432,6 +432,7 @@ def test_compiled_c_and_numba_agree_to_the_bit(monkeypatch):
         ({"speed": {"T_i": "0 s"}}, r"electric\.speed\.T_i"),
         ({"speed": {"K": "0 N m s/rad"}}, r"electric\.speed\.K = .* greater than 0"),
         ({"supply": {"P_rated": "500 kW"}}, r"P_rated 500 kW is above P_resistor 400 kW.*Lower P_rated"),
+        ({"supply": {"P_rated": "0 kW"}}, r"P_rated is 0 and P_resistor 400 kW.*P_resistor 0 kW for none"),
         ({"store": {"theta_max": "20 degC"}}, r"theta_max 20 degC is not above theta_c 25 degC.*Raise theta_max"),
         ({"store": {"I_max": "0 A"}}, r"electric\.store\.I_max = .* greater than 0"),
         ({"store": {"C": "nan F"}}, r"electric\.store\.C = .* not a finite number"),

@@ -69,8 +69,8 @@ def flag(condition):
 
 @scalar
 def fold_common(a, y, through, E, wire_end, w):
-    """Statistics with one more cycle: y signals, through power through the winch [W], E stored energy
-    [J], wire_end 1 where the wire is at its end, w weight of the cycle in integrals.
+    """Statistics with one more cycle: y signals, through power through the winch [W], E stored energy [J], wire_end 1
+    where the wire is at its end, w weight of the cycle in integrals.
 
     w is 1, and 0.5 at both ends of the part that counts (trapezoidal rule).
     """

@@ -140,6 +140,11 @@ def resistor_heating_rate(heat, P, grid):
     return grid.i_tau * (P * grid.i_rated - heat)
 
 
+def resistor_rate(grid: Grid) -> float:
+    """Fastest rate of its temperature [1/s], where its power falls with it."""
+    return grid.i_tau * (1.0 + (grid.P_resistor - grid.P_rated) * grid.i_rated / COOLING)
+
+
 @scalar
 def droop(E, store, grid):
     """Power that the grid gives by the store's energy alone [W]: slowly towards E_set, all it can from a band above the
@@ -160,8 +165,9 @@ def grid_power(P_dc, P_resistor, E, store, grid):
 
 @scalar
 def supply_limit(E, heat, store, grid):
-    """Power that the DC link can give the winch [W]: that of grid and store, less what is burnt."""
-    return grid.P_max + store_gives(E, store) - fmin(chopped(E, store, grid), resistor_most(heat, grid))
+    """Power that the DC link can give the winch, never negative [W]: that of grid and store, less what is burnt."""
+    burnt = fmin(chopped(E, store, grid), resistor_most(heat, grid))
+    return fmax(grid.P_max + store_gives(E, store) - burnt, 0.0)
 
 
 @scalar

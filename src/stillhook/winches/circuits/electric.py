@@ -84,6 +84,11 @@ class SupplyLimits(Spec):
                 f"P_rated {show(self.P_rated, 'power')} is above P_resistor {show(self.P_resistor, 'power')}: what the"
                 " resistor burns for ever is no more than for a while. Lower P_rated."
             )
+        if self.P_rated == 0.0 < self.P_resistor:
+            raise ValueError(
+                f"P_rated is 0 and P_resistor {show(self.P_resistor, 'power')}: a resistor burns some power for ever."
+                " Give P_rated, or P_resistor 0 kW for none."
+            )
         return self
 
 

@@ -33,6 +33,7 @@ from stillhook.physics.electric.supply import (
     resistor_demand,
     resistor_heating_rate,
     resistor_power,
+    resistor_rate,
     store_current,
     supply_limit,
     take_limit,
@@ -473,6 +474,7 @@ def stiffness(p: Params) -> Stiffness:
         "limits of the store": (2.0 * p.store.P_max + p.grid.P_max + p.grid.P_back + p.grid.P_resistor)
         * p.store.i_band,
         "refilling of the store": p.store.i_tau,
+        "heat of the braking resistor": resistor_rate(p.grid),
         "closing of the brake at a trip": CLOSING,
     }
     return Stiffness(modes, viscous=0.0, dry=0.0, n_max=p.machines.n_max)
