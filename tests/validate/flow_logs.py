@@ -69,7 +69,12 @@ def flow_log(leaks: Leaks, rng, *, seconds: float = 300.0):
     filled = np.gradient(higher, STEP) * capacitance(TWIN.active.line.V, TWIN.active.line.bulk_modulus)
     alpha_p = v.copy()
     for _ in range(6):  # what leaks goes with the setting that makes up for it
-        C = warm * leaks.conductance(alpha_p, omega_m) * L_MIN_BAR * (1.0 + leaks.by_pressure * np.abs(dp) / (225.0 * BAR))
+        C = (
+            warm
+            * leaks.conductance(alpha_p, omega_m)
+            * L_MIN_BAR
+            * (1.0 + leaks.by_pressure * np.abs(dp) / (225.0 * BAR))
+        )
         slipped = leaks.slip * Q * alpha_p**2 * np.abs(dp) / (250.0 * BAR)
         alpha_p = (D_m * alpha_m * omega_m + sign * (C * head + filled + slipped)) / Q
     late = round(leaks.late / STEP)

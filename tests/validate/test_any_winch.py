@@ -10,8 +10,10 @@ from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.errors import ValidateError
 from stillhook.library import cranes
+from stillhook.report.pdf import pages
 from stillhook.validate import certificate_of, validate
 from stillhook.validate.certificate.certificate import PARTLY, level_of
+from stillhook.validate.certificate.document import document
 from stillhook.validate.controller.figures import figures
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
@@ -28,6 +30,7 @@ CRANE = "nov-100t-electric"
 SHORT = 150.0  # s of heave compensation a test: five windows, enough for intervals and quick to simulate
 TAKEN = (1, 2, 3, 5)
 COVERAGE = {"1c-low", "1d"}  # short campaigns cover too little, whatever the crane
+MOST_PAGES = 12  # of a certificate, asked for by its readers; the rest is in its annex
 OF_A_CIRCUIT = {"p-leakage", "p-friction", "p-boost", "3-motor", "4-C_h", "4-J", "6-precharge", "6-motors"}
 
 
@@ -115,6 +118,7 @@ def test_a_document_lists_every_line_that_was_not_judged_and_certifies_no_envelo
     [detects] = next(s for s in data["limitations"] if s["heading"].startswith("What this method detects"))["lines"]
     assert 'winch type "electric" are not known' in detects
     assert OWN in data["title"]
+    assert len(pages(document(data), 30.0)) <= MOST_PAGES
 
 
 def test_a_certificate_with_lines_not_judged_says_what_it_covers():

@@ -17,6 +17,7 @@ from stillhook import load_crane
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import results_hash
 from stillhook.library.certificate import canonical, digest_of
+from stillhook.report.document import Bullets, Table
 from stillhook.report.pdf import pages
 from stillhook.spec.crane import content
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
@@ -73,6 +74,32 @@ def test_both_files_are_the_same_to_the_byte_in_another_folder_process_locale_an
     for name, data in here.items():
         assert (other / name).read_bytes() == data, name
         assert str(tmp_path).encode() not in data, f"{name} names a folder of this machine"
+
+
+@pytest.mark.slow
+def test_a_certificate_has_twelve_pages_at_most_and_its_annex_has_the_rest(campaign):
+    """One of 50 pages was printed and not read. Of lines that are shown it has the figure; what they rest on is in the annex."""
+    for found in ({}, TOO_MUCH, NOT_SHOWN):
+        data = certificate_of(staged(campaign, **found)).data
+        main, rest = document(data), annex(data, {})
+        assert len(pages(main, 30.0)) <= 12
+        titles = [part.title for part in rest.sections]
+        assert {f"Step {s['step']}: {s['title']}" for s in data["steps"]} <= set(titles)
+        assert any("crane file" in title for title in titles)
+        rows = [row for part in main.parts if isinstance(part, Table) for row in part.rows]
+        assert {line["key"] for line in data["lines"]} <= {row[0] for row in rows if isinstance(row[0], str)}
+
+
+def test_a_certificate_explains_the_three_kinds_of_line_in_a_sentence_each(campaign):
+    text = " ".join(
+        line
+        for part in document(certificate_of(staged(campaign)).data).parts
+        if isinstance(part, Bullets)
+        for line in part.lines
+    )
+    for kind in ("required: ", "supporting: it is refuted only if the interval lies entirely outside", "information: "):
+        assert text.count(kind) == 1
+    assert "not to be refuted" not in text
 
 
 @pytest.mark.slow

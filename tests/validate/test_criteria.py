@@ -1,5 +1,6 @@
 """Acceptance criteria: what paper F's table says, what a set of one's own may change, what is refused, and how a measure is judged."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -366,6 +367,38 @@ def test_data_that_cannot_tell_are_a_no_where_the_criterion_is_needed(value):
     assert found.verdict is Verdict.NOT_COVERED
     assert found.failed
     assert "s_tip is not in the log" in found.message
+
+
+@pytest.mark.parametrize("name", ["paper-f", "any-drive"])
+def test_what_the_tests_lack_refutes_nothing(name):
+    """A campaign without small waves was "REFUTED" by 1c-low: a gap in the data says nothing of the crane."""
+    criteria = load_criteria(name)
+    counted = [c for c in criteria.criteria if MEASURES[c.measure].coverage]
+    assert {"1a", "1b", "1b-highest", "1c-low", "1c-high", "1d", "1-doubtful", "4"} <= {c.key for c in counted}
+    for c in counted:
+        beyond = 0.0 if c.kind is Limit.AT_LEAST else 100.0
+        found = line(criteria, c.key, Measure(c.measure, beyond, c.quantity))
+        assert found.verdict is (Verdict.NOT_COVERED if c.judged else Verdict.INFO)
+        assert found.failed is c.judged
+        assert outcome_of((found,)) is not Outcome.REFUTED
+    for c in criteria.criteria:
+        assert line(criteria, c.key).verdict is (Verdict.NOT_COVERED if c.judged else Verdict.INFO)
+
+
+def test_what_the_data_cannot_detect_is_stated_with_its_interval_and_neither_shown_nor_in_the_way():
+    criteria = load_criteria("paper-f")
+    wide = Measure("tip_delay_error", 0.098, "time", -0.08, 0.276, note="too weak", undetectable=True)
+    found = line(criteria, "p-tip-delay", wide)
+    assert (found.verdict, found.judged, found.failed) == (Verdict.NOT_COVERED, False, False)
+    assert "98 ms (95 % interval -80 to 276 ms), not detectable with these data" in found.message
+    assert found.to_dict()["measure"]["undetectable"] is True
+    assert line(criteria, "p-tip-delay", replace(wide, undetectable=False)).failed  # judged, it blocks
+
+
+@pytest.mark.parametrize(("old", "new"), [("shown", "required"), ("not refuted", "supporting")])
+def test_the_words_of_earlier_criteria_files_are_refused_with_those_to_write(tmp_path, old, new):
+    with pytest.raises(ValidateError, match=f'ask = "{old}" .*Write ask = "{new}"'):
+        own(tmp_path, f'key = "2b"\nask = "{old}"')
 
 
 def test_a_step_that_found_nothing_at_all_is_a_no():

@@ -50,7 +50,7 @@ LINEAR = ("head", "alpha")
 BY_PRESSURE = ("head", "pressure")
 """Parts of a leak whose conductance rises or falls with pressure: gaps that open, flow past edges, oil that warms. No
 published form has it, so none is offered; what the data leave of it is in the interval."""
-PRESSURE_SPREAD = 0.3
+PRESSURE_SPREAD = 0.5
 """Deviation of that rise up to SLIP_PRESSURE before any data, over the conductance without pressure [-]."""
 ONE_SLOPE = (LINEAR, ("head", "speed"), BY_PRESSURE)
 """Leak laws with one slope, the simplest that show the uncertainty of the slope."""

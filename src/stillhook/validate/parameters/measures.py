@@ -322,18 +322,20 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
 def _wire(estimates: ParameterEstimates) -> Measure:
     """Stiffness of the wire; one that agrees within a wide interval is marked as not detectable."""
     name, total = "wire_stiffness_error", wire.overall(estimates.wires)
-    if total is None:
+    if not estimates.delays:
         note = "log the load cell F_w together with s_tip and s_w, in heave compensation with tip motion"
         return measure(name, None, note=note)
     if any(error > hoisting.CLOSE for error in estimates.cell_errors):
         return measure(name, None, note="the load cell is wrong: correct it first")
+    advice = "load, motion or load cell are too weak; test a heavy load with much wire out in short waves"
+    if total is None:
+        return replace(measure(name, None, note=advice), undetectable=True)
     each = extremes({x.test: x.error.value for x in estimates.wires}, percent)
     note = f"from the force of the hook's motion{f', {each} by test' if each else ''}"
     data = rests_on(estimates.parts, [x.test for x in estimates.wires], total.n)
     found = measure(name, total, data=data, note=note)
     if total.half <= wire.WIDEST or abs(total.value) > total.half:
         return found
-    advice = "load, motion or load cell are too weak; test a heavy load with much wire out in short waves"
     return replace(found, note=f"{note}; {advice}", undetectable=True)
 
 

@@ -51,7 +51,6 @@ MEANING = {
         " the crane; in capitals it blocks the certificate"
     ),
     Verdict.REFUTED: "no part of the interval meets the limit; a value without an interval misses it",
-    Verdict.INFO: "not part of the verdict",
     Verdict.NOT_JUDGED: "the winch type lacks what the line rests on; the verdict says nothing about it",
 }
 WEIGHTS = {
