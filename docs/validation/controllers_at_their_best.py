@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -135,7 +137,8 @@ def bar(p: float) -> str:
 def row(label: str, r: Rated) -> tuple[str, ...]:
     s, h = r.score, r.held_out
     crane = r.controller.on(CRANE)
-    margin = loop_margins(crane, r.controller.mode).gain_margin
+    margins = loop_margins(crane, r.controller.mode)
+    margin = math.nan if margins is None else margins.gain_margin
     speed = show(s.v_w_capacity, "speed", 3)
     return (
         label,

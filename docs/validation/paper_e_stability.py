@@ -4,7 +4,6 @@ reduced model."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import causes
@@ -20,18 +19,10 @@ from stillhook.analysis.loop_stability.figures import (
     root_locus_figure,
     sweep_figure,
 )
-from stillhook.analysis.loop_stability.governing import (
-    Place,
-    PlantLoop,
-    governing,
-    payloads_of_mode,
-    plant_loop_at,
-    slow_places,
-    wire_range,
-    with_damped_wire,
-)
+from stillhook.analysis.loop_stability.governing import Governing, governing
 from stillhook.analysis.loop_stability.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability.margins import gain_limit_of, rms_above, strongest_gain
+from stillhook.analysis.loop_stability.places import wire_range
 from stillhook.analysis.loop_stability.reduced import eigenfrequency, equivalent, gain_limit
 from stillhook.analysis.loop_stability.stability import (
     full_stability,
@@ -149,67 +140,43 @@ def margin_rows() -> str:
 
 
 def holding_rows() -> str:
-    """Published loop and slow plant beside each other for every mode and length of wire, and which of them holds."""
+    """The one margin on the crane's own wire, and on that of paper C, for every mode and length of wire."""
     rows = []
     for mode in (Mode.NS, Mode.HS, Mode.SSC):
         for s_w in (15.0, 100.0, wire_range(CRANE)[-1]):
-            allowed = governing(CRANE, mode, wires=(s_w,))
             least = {Mode.NS: CRANE.control.alpha_ns, Mode.HS: CRANE.control.alpha_hs}.get(
                 mode, CRANE.active.motor.alpha_min
             )
-            place, here, limit = slowest(mode, s_w)
+            own, paper_c = (governing(crane, mode, wires=(s_w,)) for crane in (CRANE, DAMPED))
             rows.append(
                 (
                     mode.value.upper(),
                     show(s_w, "length", 4),
                     f"{stability(CRANE, least).K_p_ms_plc:.2f}",
-                    or_swings(limit) if here else "–",
-                    f"{place.describe().split(' on ')[0]}, motors at {here.alpha_m:.2f}" if place and here else "–",
-                    swinging(allowed.swings),
-                    "published loop" if allowed.place is None else "plant",
-                    f"{allowed.K_p:.3f}",
+                    *_margin_cells(own),
+                    *_margin_cells(paper_c),
                 )
             )
+    cells = ("swings whatever `K_p`", "limit beyond", "`K_p` kept")
     head = (
         "mode",
         "wire out",
         "limit published",
-        "limit of the slow plant, calm load",
-        "where it is least",
-        "swings whatever `K_p`",
-        "which holds",
-        "`K_p` kept, 1/m",
+        *(f"{cell}, own wire (0.01)" for cell in cells),
+        *(f"{cell}, paper C's (0.95)" for cell in cells),
     )
     return table(head, rows)
 
 
-def slowest(mode: Mode, s_w: float) -> tuple[Place | None, PlantLoop | None, float]:
-    """The slow place at which the gain limit with PLC is least for a load that does not ring on its wire; its loop and
-    limit [1/m]."""
-    found: list[tuple[float, Place, PlantLoop]] = []
-    for place in slow_places(payloads_of_mode(CRANE, mode), (s_w,)):
-        here = plant_loop_at(with_damped_wire(CRANE), mode, place)
-        if here is not None:
-            found.append((gain_limit_of(here.loop)[0], place, here))
-    if not found:
-        return None, None, math.inf
-    limit, place, here = min(found, key=lambda x: x[0])
-    return place, here, limit
-
-
-def swinging(places: Sequence[Place]) -> str:
-    """Loads and speeds of places that swing whatever the gain."""
-    speeds: dict[float, list[str]] = {}
-    for p in places:
-        v = f"{60.0 * abs(p.v_tip):.0f}"
-        if v not in speeds.setdefault(p.load, []):
-            speeds[p.load].append(v)
-    return (
-        "; ".join(
-            f"{f'{m / 1e3:g} t' if m else 'empty hook'} at {' and '.join(sorted(v))} m/min" for m, v in speeds.items()
-        )
-        or "–"
-    )
+def _margin_cells(found: Governing) -> tuple[str, str, str]:
+    """Where no gain stabilises the plant; the least limit beyond, and the gain within the margins [1/m]."""
+    places = [p.place for p in found.no_gain]
+    where = "–"
+    if places:
+        load, speed = min(p.load for p in places), max(abs(p.v_tip) for p in places)
+        where = f"from {load / 1e3:.0f} t, up to {60.0 * speed:g} m/min"
+    limit = "–" if found.limit is None else f"{found.limit.gains.high:.2f}"
+    return where, limit, f"{found.K_p:.3f}" if found.K_p > 0.0 else "none"
 
 
 def ssc_rows() -> str:

@@ -1,251 +1,250 @@
-"""Margins come from the loop that holds: the published one, or the complete plant where friction falls with speed."""
+"""One margin: of the complete plant on the crane's own wire, least over displacement, speed, payload and wire."""
 
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from stillhook import Crane, Profile, Scenario, load_crane, simulate
-from stillhook.analysis.controllers import Controller, controller, strong_ssc
+from stillhook import Crane, Scenario, load_crane
+from stillhook.analysis.controllers import controller, strong_ssc
 from stillhook.analysis.loop_stability.governing import (
     KEPT,
-    SLOW,
+    Governing,
+    PlaceLimit,
+    deciding,
     governing,
-    payloads_of_mode,
-    plant_loop_at,
-    slow_limit,
-    slow_places,
-    wire_range,
+    place_limits,
+    stribeck_speed,
+    with_wire_damping,
 )
 from stillhook.analysis.loop_stability.margins import gain_limit_of, margins, strongest_gain
-from stillhook.analysis.loop_stability.reduced import gain_limit
-from stillhook.analysis.tuning.objective import Limits, gain_allowed, linear_broken, loop_margins, parse_limits
-from stillhook.analysis.tuning.tune import tune
-from stillhook.engine.scenario.checks import foresee, layer_diameter_at
+from stillhook.analysis.loop_stability.places import SLOW, Place, payloads_of_mode, places_of, tip_speeds, wire_range
+from stillhook.analysis.loop_stability.stable_gains import StableGains, stable_gains
+from stillhook.analysis.loop_stability.transfer import SampledLoop, position_loop, sampled
+from stillhook.analysis.loop_stability.verdict import verdict
+from stillhook.analysis.tuning.objective import Limits, gain_allowed, linear_broken, loop_margins
+from stillhook.engine.scenario.checks import foresee
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
 
-pytestmark = pytest.mark.slow
-
-LIBRARY = load_crane("nov-250t")
-CRANE = changed(LIBRARY, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
-"""The same with a wire on which loads do not ring (that of paper C): slow and loaded, the gain then decides whether the
-winch oscillates. On the library's wire a heavy load swings whatever the gain, and the empty hook governs."""
-CUT = 0.05
-"""What cutting displacements down to whole steps may cost of a gain [-]."""
-APART = 0.12
-"""How far above and below the linear limit the runs are [-]: nearer, growth and decay take longer than the runs
-last."""
+CRANE = load_crane("nov-250t")
+SHORT = {"wires": (100.0,), "loads": (0.0, 150e3)}
+"""A part of all places, for speed."""
+SAME = 1e-6
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("crane", [CRANE, LIBRARY], ids=["calm wire", "library"])
-@pytest.mark.parametrize("name", ["ns", "hs", "ssc", "ssc-cubic", "level-1"])
-def test_no_slow_place_allows_less_gain_than_the_loop_that_governs(name: str, crane: Crane):
-    """Except where the plant oscillates whatever the gain: those places are named, and have no limit at all."""
-    mode = Mode(name)
-    found = governing(crane, mode)
-    assert (
-        0.0
-        < found.K_p
-        <= strongest_gain(crane, alpha_m={Mode.NS: 0.8, Mode.LEVEL_1: 1.0}.get(mode, 0.6)) * (1.0 + 1e-9)
-    )
-    places = slow_places(payloads_of_mode(crane, mode), (100.0,))
-    assert set(found.swings) == {p for p in places if gain_limit_of(plant_loop_at(crane, mode, p).loop)[0] == 0.0}
-    assert bool(found.swings) is (crane is LIBRARY)
-    for place in set(places) - set(found.swings):
-        m = margins(plant_loop_at(crane, mode, place).loop, found.K_p)
-        assert m.gain_margin >= KEPT[0] * (1.0 - CUT)
-        assert m.phase_margin >= KEPT[1] * (1.0 - CUT)
-        assert m.sensitivity_peak <= KEPT[2] * (1.0 + CUT)
+# Between which gains a loop dies out
 
 
-def test_the_plant_governs_where_motors_stand_at_little_displacement_and_not_under_ssc():
-    ns, hs, ssc = (governing(CRANE, Mode(name)) for name in ("ns", "hs", "ssc"))
-    assert ns.place is not None
-    assert hs.place is not None
-    assert ssc.place is None
-    assert hs.K_p < 0.2 * CRANE.control.K_p < ns.K_p < strongest_gain(CRANE, alpha_m=0.8)
-    assert ssc.K_p == pytest.approx(strongest_gain(CRANE), rel=1e-9)
-    assert abs(hs.place.v_tip) in SLOW
-    assert hs.place.load == pytest.approx(0.6 * CRANE.SWL)  # HS carries no more
-    assert "150 t at 2 m/min on 100 m of wire" in hs.describe()
+def second_order(zeta: float, omega: float = 3.0, T: float = 0.05) -> SampledLoop:
+    """An integrator beside an oscillator of its own, sampled: the feedback reaches both."""
+    A = np.zeros((3, 3))
+    A[1, 2], A[2, 1], A[2, 2] = 1.0, -(omega**2), -2.0 * zeta * omega
+    from stillhook.analysis.loop_stability.transfer import balanced
+
+    return sampled(balanced(A, np.array([1.0, 0.0, 1.0]), np.array([1.0, 0.0, 1.0])), T)
 
 
-def test_heavy_loads_on_the_library_wire_swing_whatever_the_gain_and_do_not_change_the_limits_of_it():
-    """The swing of a load that rings long is named; the gain is limited as on a wire on which it does not, so a worse
-    wire allows no more."""
-    for name, load in (("ns", LIBRARY.SWL), ("hs", 0.6 * LIBRARY.SWL), ("ssc", LIBRARY.SWL)):
-        found = governing(LIBRARY, Mode(name))
-        assert [p.load for p in found.swings] == pytest.approx([load] * len(found.swings))
-        assert found.swings
-        assert found.K_p == pytest.approx(governing(CRANE, Mode(name)).K_p)
-        assert governing(CRANE, Mode(name)).swings == ()
+def grid_of_stable_gains(loop: SampledLoop) -> list[float]:
+    """Gains at which the closed loop's poles lie within the unit circle, one by one."""
+    return [K for K in np.geomspace(1e-3, 1e3, 400) if np.max(np.abs(loop.closed_poles(K))) < 1.0]
 
 
-def test_margins_hold_with_a_shorter_computing_time_too():
-    """A delay turns the loop's resonance away from -1 and allows more gain; a gain that counts on it fails where the
-    PLC is quicker."""
-    quick = changed(CRANE, {"control": {"compute_share": 0.0}})
-    for name in ("level-1", "ssc"):
-        assert governing(CRANE, Mode(name)).K_p <= governing(quick, Mode(name)).K_p * (1.0 + 1e-9)
+@pytest.mark.parametrize("zeta", [0.05, -0.05, -0.2])
+def test_a_loop_dies_out_between_its_two_gains_and_nowhere_below(zeta: float) -> None:
+    """Negative damping that the feedback makes up for: stable from a least gain on (conditionally)."""
+    loop = second_order(zeta)
+    found, stable = stable_gains(loop), grid_of_stable_gains(loop)
+    assert found.alone is (zeta < 0.0)
+    assert found.any
+    step = 1.05
+    assert found.low == pytest.approx(stable[0], rel=step - 1.0) or (zeta > 0.0 and found.low == 0.0)
+    assert found.high == pytest.approx(stable[-1], rel=step - 1.0)
+    assert found.holds(math.sqrt(stable[0] * stable[-1]))
+    assert not found.holds(found.high * step)
 
 
-def test_both_directions_empty_hook_and_heaviest_load_are_looked_at():
-    places = slow_places(payloads_of_mode(CRANE, Mode.NS), wire_range(CRANE))
-    assert {p.load for p in places} == {0.0, CRANE.SWL}
-    assert {math.copysign(1.0, p.v_tip) for p in places} == {1.0, -1.0}
+def test_the_published_loop_has_one_limit() -> None:
+    loop = sampled(position_loop(CRANE, 0.6), 0.01)
+    assert stable_gains(loop) == StableGains(0.0, *gain_limit_of(loop))
+
+
+@pytest.mark.slow
+def test_a_loaded_winch_that_is_slow_is_stabilised_by_no_gain() -> None:
+    (at,) = place_limits(CRANE, Mode.SSC, [Place(250e3, 100.0, 2.0 / 60.0)])
+    assert not at.gains.any
+    assert at.loop is not None
+    assert grid_of_stable_gains(at.loop) == []
+
+
+# Places that decide
+
+
+def made(load: float, s_w: float, v: float, low: float, high: float) -> PlaceLimit:
+    loop = SimpleNamespace()
+    return PlaceLimit(Place(load, s_w, v), 1.0, loop, StableGains(low, high, 1.0))  # type: ignore[arg-type]
+
+
+def test_places_decide_a_stribeck_speed_beyond_the_swinging_ones_of_their_payload() -> None:
+    swings = made(100e3, 15.0, 0.1, 0.0, 0.0)
+    near, far = made(100e3, 2000.0, 0.19, 0.0, 0.01), made(100e3, 2000.0, -0.21, 0.0, 0.5)
+    slow, light = made(100e3, 15.0, 0.01, 0.0, 0.2), made(0.0, 15.0, 0.01, 0.0, 2.0)
+    assert deciding([swings, near, far, slow, light], 0.1) == (far, light)
+    assert deciding([near, far], 0.1) == (near, far)
+    held = made(100e3, 15.0, 0.1, 0.1, 0.3)  # stable with a gain, and not without
+    assert deciding([held, near], 0.1) == ()
+
+
+def test_without_a_place_that_decides_there_is_no_gain_and_no_margin() -> None:
+    swings = made(100e3, 15.0, 0.1, 0.0, 0.0)
+    found = Governing(0.0, None, (swings,), ())
+    assert found.margins(0.1) is None
+    assert found.limit is None
+    assert found.oscillates(0.1) == found.no_gain == (swings,)
+    assert "at every speed" in found.describe()
+
+
+def test_every_dimension_is_looked_at() -> None:
+    places = places_of(payloads_of_mode(CRANE, Mode.NS), wire_range(CRANE), tip_speeds(CRANE))
+    assert {0.0, CRANE.SWL} < {p.load for p in places}
+    assert {round(60.0 * p.v_tip, 3) for p in places} > {s * v for v in (0.5, 1, 2, 5, 10) for s in (-1.0, 1.0)}
+    assert max(abs(p.v_tip) for p in places) > 1.0
     assert max(p.s_w for p in places) > 2000.0 > 15.0 == min(p.s_w for p in places)
-    assert payloads_of_mode(CRANE, Mode.NS, 50e3) == (0.0, 50e3)
+    assert payloads_of_mode(CRANE, Mode.NS, 50e3)[-1] == 50e3
+    assert payloads_of_mode(CRANE, Mode.HS)[-1] == pytest.approx(0.6 * CRANE.SWL)
 
 
-@pytest.mark.parametrize(("v", "load", "s_w"), [(5.0, 100e3, 15.0), (5.0, 150e3, 100.0)])
-def test_a_gain_just_above_the_limit_of_the_plant_swings_and_one_just_below_dies_out(v: float, load: float, s_w: float):
-    """HS at 60 % displacement, far below the published limit of 1 1/m: the same kick fades below, and grows to a
-    lasting cycle above."""
-    place = next(p for p in slow_places((load,), (s_w,), (v / 60.0,)) if p.v_tip > 0.0)
-    limit, omega = gain_limit_of(plant_loop_at(CRANE, Mode.HS, place).loop)
-    assert limit < 0.5 * strongest_gain(CRANE, gain_margin=1.001, phase_margin=1e-3, sensitivity=1e6)
-    tip = Profile([("0 s", "0 m/min"), ("5 s", f"{v} m/min"), ("100 s", f"{v} m/min"), ("105 s", "0 m/min")])
-    case = Scenario(load=f"{load} kg", s_w=f"{s_w} m", tip=tip, mode="hs", duration="100 s", gas_held=True)
-    swing = {}
-    for way in (-1.0, 1.0):
-        crane = changed(CRANE, {"control": {"K_p": f"{(1.0 + way * APART) * limit!r} 1/m"}})
-        run = simulate(crane, case, every="0.02 s")
-        rate = np.diff(run["p_a"].values) / 0.02 / omega / 1e5
-        swing[way] = [
-            float(np.std(rate[(run.time.values[1:] > t) & (run.time.values[1:] < t + 10.0)]))
-            for t in (10.0, 50.0, 88.0)
-        ]
-    first, middle, last = swing[-1.0]
-    assert first > 2.0 * middle > 4.0 * last
-    assert min(swing[1.0][1:]) > 0.2  # bar: a cycle that stays
-    assert swing[1.0][2] > 20.0 * last
+# The margin
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("name", ["ns", "hs"])
-def test_a_tuned_controller_keeps_its_margins_where_it_is_slow_and_loaded(name: str):
-    """K_p of NS was 0.58 1/m and that of HS 0.40 1/m when B_v alone was looked at; HS then swung at 2 m/min with 150
-    t."""
-    cases = [Scenario(load="40 t", s_w="100 m", tip="sine 1 m 10 s", warm_up="20 s", duration="50 s")]
-    found = tune(CRANE, name, objective="error", cases=cases, budget=40)
-    assert found.met
-    tuned = found.controller.on(CRANE)
-    for place in slow_places(payloads_of_mode(CRANE, found.controller.mode), (100.0,)):
-        m = margins(plant_loop_at(tuned, found.controller.mode, place).loop, tuned.control.K_p)
-        assert m.gain_margin >= 2.0 * (1.0 - 1e-3)
-        assert m.phase_margin >= math.radians(45.0) * (1.0 - 1e-3)
-    assert any("complete plant" in a for a in found.active) or tuned.control.K_p < 0.98 * gain_allowed(
-        tuned, found.controller.mode, Limits()
-    )
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["ns", "hs", "ssc"])
+def test_no_place_that_decides_allows_less_gain_than_the_one_that_governs(name: str) -> None:
+    found = governing(CRANE, Mode(name), **SHORT)
+    assert found.K_p > 0.0
+    for place in found.decide:
+        assert place.loop is not None
+        m = margins(place.loop, found.K_p)
+        assert m.gain_margin >= KEPT[0] * (1.0 - SAME)
+        assert m.phase_margin >= KEPT[1] * (1.0 - SAME)
+        assert m.sensitivity_peak <= KEPT[2] * (1.0 + SAME)
+    assert found.limit is not None
+    assert found.margins(0.1).gain_margin == pytest.approx(found.limit.gains.high / 0.1, rel=SAME)  # type: ignore[union-attr]
 
 
-def test_the_limit_that_stops_it_names_load_speed_and_displacement():
-    broken = linear_broken(CRANE, Mode.HS, Limits(), [1.0])
-    assert broken[0].startswith("gain margin 0.2")
-    assert "(complete plant, 150 t at 2 m/min on 100 m of wire, tip going up, motors at 0.60)" in broken[-1]
-    assert linear_broken(CRANE, Mode.SSC, Limits(), [1.0]) == []
+@pytest.mark.slow
+def test_the_verdict_is_by_the_crane_s_own_wire_and_paper_c_s_stands_beside_it() -> None:
+    found = verdict(CRANE, **SHORT)
+    assert not found.ok
+    assert found.found.no_gain
+    places = {p.place for p in found.found.no_gain}
+    assert found.found.limit is not None
+    assert found.found.limit.place not in places  # never a margin and "no gain" of one place
+    damping = {d.whose: d for d in found.damping}
+    assert damping["crane"].zeta == 0.01
+    assert damping["paper C"].zeta == 0.95
+    assert damping["paper C"].no_gain < damping["crane"].no_gain <= damping["least"].no_gain
+    table = found.table()
+    assert table["stable"] is False
+    assert table["published"]["K_p_ms"] == pytest.approx(2.026039, abs=5e-7)
+    assert verdict(CRANE, loads=(0.0,), wires=(100.0,)).enough
 
 
-def test_less_load_leaves_more_margin():
-    light = parse_limits(["load <= 40 t"])
-    assert light.load == 40e3
-    assert gain_allowed(CRANE, Mode.HS, light) > 5.0 * gain_allowed(CRANE, Mode.HS, Limits())
-    assert loop_margins(CRANE, Mode.HS, light).gain_margin > loop_margins(CRANE, Mode.HS).gain_margin
+@pytest.mark.slow
+def test_a_wire_that_rings_longer_allows_no_more_gain() -> None:
+    crane = load_crane("nov-250t-secondary")
+    limits = []
+    for zeta in (0.005, 0.01, 0.1, 0.95):
+        (at,) = place_limits(with_wire_damping(crane, zeta), Mode.POSITION, [Place(crane.SWL, 205.0, 2.0 / 60.0)])
+        limits.append(at.gains.high)
+    assert limits == sorted(limits)
+    assert limits[0] < 0.7 * limits[-1]
 
 
-@pytest.mark.thorough
-def test_a_short_wire_leaves_less_margin():
-    assert gain_allowed(CRANE, Mode.NS, Limits(), [15.0]) < 0.5 * gain_allowed(CRANE, Mode.NS, Limits(), [100.0])
-    short = governing(CRANE, Mode.HS, wires=[15.0])
-    assert {(p.load, abs(p.v_tip)) for p in short.swings} == {
-        (0.6 * CRANE.SWL, SLOW[0])
-    }  # at 2 m/min whatever the gain
-    assert (short.K_p, short.place in short.swings) == (0.0, True)
-    assert loop_margins(CRANE, Mode.HS, wires=[15.0]).gain_margin < KEPT[0]
-
-
-def test_the_note_of_a_run_gives_the_published_limit_and_the_plant_lies_below_it():
-    hot = changed(CRANE, {"control": {"K_p": "1.1 1/m"}})
-    case = Scenario(load="150 t", s_w="100 m", mode="hs", tip="sine 0.5 m 10 s", duration="60 s")
-    note = next(n for n in foresee(hot, case).notes if "marginally stable" in n)
-    K_wire = CRANE.drum.d_max / layer_diameter_at(CRANE, 100.0)
-    told = float(note.split("above the ")[1].split(" 1/m")[0])
-    assert "published loop, motors at 0.60" in note
-    assert told == pytest.approx(gain_limit(CRANE, CRANE.control.alpha_hs, K_wire).K_p_ms, rel=1e-2)
-    assert slow_limit(hot, Mode.HS, load=150e3, s_w=100.0).K_p_ms < 0.1 * told
-
-
-@pytest.mark.thorough
-def test_more_break_away_friction_never_allows_more_gain():
-    s = CRANE.friction.system
-    worse = [
-        LIBRARY.model_copy(
-            update={"friction": LIBRARY.friction.model_copy(update={"system": s.model_copy(update={"Y_1": f * s.Y_1})})}
-        )
-        for f in (1.0, 1.5, 2.0, 2.5, 3.0)
-    ]
-    for mode in (Mode.NS, Mode.SSC):
-        gains = [governing(c, mode).K_p for c in worse]
-        assert gains == sorted(gains, reverse=True)
-        assert gains[-1] < gains[0]
-
-
-def test_strong_ssc_keeps_the_margins_of_the_plant_too():
-    """A crane with half as much again of its break-away friction under load has them there and nowhere else."""
-    s = CRANE.friction.system
-    worse = CRANE.model_copy(
-        update={"friction": CRANE.friction.model_copy(update={"system": s.model_copy(update={"Y_1": 1.5 * s.Y_1})})}
-    )
-    assert governing(worse, Mode.SSC).place is not None
-    assert strong_ssc(worse).on(worse).control.K_p < 0.9 * strongest_gain(worse)
-
-
-@pytest.mark.thorough
-def test_settings_that_the_loop_does_not_know_of_do_not_change_it():
-    other = changed(CRANE, {"control": {"K_1": "0.9 s/m", "K_p": "0.3 1/m", "t_lead": "20 ms"}})
-    assert governing(other, Mode.NS)._replace(loop=None) == governing(CRANE, Mode.NS)._replace(loop=None)
-    soft = CRANE.model_copy(update={"wire": CRANE.wire.model_copy(update={"E": 0.5 * CRANE.wire.E})})
-    assert governing(soft, Mode.NS).K_p != governing(CRANE, Mode.NS).K_p
-
-
-@pytest.mark.thorough
-def test_a_controller_by_name_is_tuned_as_the_same_one_made():
-    cases = [Scenario(load="40 t", s_w="100 m", tip="sine 1 m 10 s", warm_up="20 s", duration="50 s")]
-    by_name, made = (
-        tune(CRANE, which, free=["K_1"], cases=cases, budget=20) for which in ("level-1", controller("level-1"))
-    )
-    assert by_name.controller == made.controller
-    assert by_name.met
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("wrong", "line"),
+    ("name", "share", "s_w", "old_K_p"),
     [
-        (
-            "scc",
-            'Unknown controller "scc". Choose level-1, level-2, ns, hs, ssc, ssc-cubic, position, strong-ssc or a file that ends in .toml',
-        ),
-        ("manual", '"manual" is not a controller: the operator moves the winch. Choose level-1'),
-        (None, "Unknown controller nothing. Give a name (level-1"),
-        (
-            Controller("mine", Mode.MANUAL),
-            '"manual" has no settings to tune. Choose level-1, level-2, ns, hs, ssc, ssc-cubic, position.',
-        ),
+        ("nov-250t-secondary", 1.0, 100.0, 1.0),
+        ("utility-20t-open-circuit", 1.0, 100.0, 2.0),
+        ("nov-100t-cylinder", 1.0, 15.0, 0.4),
     ],
 )
-def test_a_controller_that_cannot_be_tuned_is_one_line(wrong: object, line: str):
-    with pytest.raises(StillhookError) as refused:
-        tune(CRANE, wrong)  # type: ignore[arg-type]
-    assert line in str(refused.value)
-    assert "\n" not in str(refused.value)
+def test_gains_that_shipped_before_are_found_to_oscillate(name: str, share: float, s_w: float, old_K_p: float) -> None:
+    """They kept margins with a wire damping of 0.95, and swung in the twin on the crane's own wire."""
+    crane = load_crane(name)
+    old = {
+        "nov-250t-secondary": {"secondary": {"drive": {"K": "15 1/s"}}, "control": {"tau_F": "0.5 s"}},
+        "utility-20t-open-circuit": {"open": {"drive": {"share": 0.9}}},
+    }.get(name, {})
+    was = changed(crane, old) if old else crane
+    found = place_limits(was, Mode.POSITION, places_of((share * crane.SWL,), (s_w,), (2.0 / 60.0,)))
+    assert min(p.gains.high for p in found) < old_K_p
+    now = place_limits(crane, Mode.POSITION, places_of((share * crane.SWL,), (s_w,), (2.0 / 60.0,)))
+    assert all(p.gains.high >= 2.0 * crane.control.K_p for p in now)
 
 
-def test_a_controller_with_a_mode_that_there_is_not_cannot_be_made():
-    with pytest.raises(StillhookError, match='mode "fast" is not one of manual'):
-        Controller("mine", "fast")  # type: ignore[arg-type]
-    assert Controller("mine", "hs").mode is Mode.HS  # type: ignore[arg-type]
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "name", ["nov-250t-secondary", "utility-20t-open-circuit", "nov-100t-cylinder", "nov-100t-electric"]
+)
+def test_the_library_s_own_gains_keep_the_margins(name: str) -> None:
+    """Wherever any gain does; the places of open circuit and cylinder that creep unevenly are named, and few."""
+    crane = load_crane(name)
+    found = governing(crane, Mode.POSITION)
+    assert crane.control.K_p <= found.K_p * (1.0 + SAME)
+    assert len(found.no_gain) <= 0.02 * len(found.places)
+    assert {p.place for p in found.oscillates(crane.control.K_p)} <= {
+        p.place for p in found.places if p.gains.high < 2.0 * crane.control.K_p
+    }
+
+
+@pytest.mark.slow
+def test_tuning_and_strong_ssc_take_the_one_margin() -> None:
+    limits = Limits(load=150e3)
+    assert gain_allowed(CRANE, Mode.SSC, limits, (100.0,)) == governing(CRANE, Mode.SSC, wires=(100.0,), load=150e3).K_p
+    wild = changed(CRANE, {"control": {"K_p": "0.9 1/m"}})
+    broken = linear_broken(wild, Mode.SSC, limits, [1.0], (100.0,))
+    assert broken[0].startswith("gain margin")
+    assert "complete plant" in broken[-1]
+    assert linear_broken(CRANE, Mode.SSC, limits, [1.0], (100.0,)) == []
+    assert loop_margins(CRANE, Mode.SSC, limits, (100.0,)).gain_margin > 2.0  # type: ignore[union-attr]
+
+
+@pytest.mark.thorough
+def test_strong_ssc_keeps_the_margin_wherever_a_place_decides() -> None:
+    found = governing(CRANE, Mode.SSC)
+    strong = strong_ssc(CRANE).on(CRANE).control.K_p
+    assert strong == pytest.approx(found.K_p, abs=1e-4)
+    assert CRANE.control.K_p < strong < strongest_gain(CRANE)  # the published loop alone allows twice as much
+    assert controller("strong-ssc").on(CRANE).control.K_p == strong
+
+
+@pytest.mark.slow
+def test_settings_that_the_loop_does_not_know_of_do_not_change_it() -> None:
+    other = changed(CRANE, {"control": {"K_1": "0.9 s/m", "K_p": "0.3 1/m", "t_lead": "20 ms"}})
+    assert governing(other, Mode.NS, **SHORT).K_p == governing(CRANE, Mode.NS, **SHORT).K_p
+
+
+def test_the_speed_by_which_friction_fades_is_that_of_the_printed_motor_speed() -> None:
+    """229 rev/min at the motor, on the outer diameter of 5.1 m and a ratio of 501.6."""
+    assert stribeck_speed(CRANE) == pytest.approx(229.0 / 501.6 * math.pi * 5.1 / 60.0, rel=1e-3)
+    assert SLOW[0] < stribeck_speed(CRANE) < SLOW[-1]
+
+
+def test_the_note_of_a_run_names_the_published_limit() -> None:
+    hot = changed(CRANE, {"control": {"K_p": "1.1 1/m"}})
+    case = Scenario(load="150 t", s_w="100 m", mode="hs", tip="sine 0.5 m 10 s", duration="60 s")
+    assert any("published loop, motors at 0.60" in note for note in foresee(hot, case).notes)
+
+
+@pytest.mark.parametrize("v", [0.0, math.nan])
+def test_a_speed_at_which_nothing_slides_is_one_line(v: float) -> None:
+    crane: Crane = load_crane("nov-100t-electric")
+    for ask in (lambda: verdict(crane, v_tip=v), lambda: verdict(CRANE, v_tip=v)):
+        with pytest.raises(StillhookError, match="a winch at rest sticks"):
+            ask()

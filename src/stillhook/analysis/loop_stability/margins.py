@@ -291,6 +291,9 @@ def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[compl
 def gain_and_frequency(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
     """Gain and frequency at which the response first reaches -1."""
     size, w = _farthest(loop, omega, L, -1.0)
+    at_nyquist = -float(L.real[-1]) if omega[-1] > loop.nyquist * (1.0 - CYCLE_END) else 0.0
+    if at_nyquist > size:  # the command changes its sign every cycle
+        size, w = at_nyquist, float(omega[-1])
     return (1.0 / size, w) if size else (math.inf, math.inf)
 
 
@@ -380,6 +383,8 @@ def _sensitivity_breaks(L: ComplexArray, M_s: float) -> FloatArray:
     return np.where(hit, (-real - np.sqrt(np.maximum(inside, 0.0))) / np.where(hit, size, 1.0), np.inf)
 
 
+CYCLE_END = 1e-6
+"""How near the Nyquist frequency the grid's end is taken to be it [-]."""
 ORDER = 3
 """Order of the Butterworth filter, run forwards and backwards, that parts ringing from the motion below it."""
 

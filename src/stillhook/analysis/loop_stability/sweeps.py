@@ -115,7 +115,7 @@ def slow_sweep(
     Parameters: values displacements [-], default from 0.8 alpha_min to 1; loads payloads [kg], default empty hook, 60 %
     of the SWL (the most that HS carries) and SWL; wires [m]; zetas damping ratios of the wire [-], default the crane's
     own and that of paper C; delay [s].
-    Returns: Dataset over ("zeta", "alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates without
+    Returns: Dataset over ("wire_zeta", "alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates without
     feedback, NaN where nothing holds the load.
     """
     import xarray
@@ -136,7 +136,7 @@ def slow_sweep(
         with contextlib.suppress(StillhookError):
             found = place_limits(machine, DEFAULT_MODE, places, alpha_m=float(alphas[i]), delay=delay)
             limits[at] = min(0.0 if p.gains.alone else p.gains.high for p in found)
-    coords = {"wire_zeta": dampings, "alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
+    coords = {"wire_zeta": list(dampings), "alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
     data = {"K_p_ms_plc": (tuple(coords), limits, attributes("K_p_ms_plc"))}
     return xarray.Dataset(
         data, coords={n: (n, v, attributes(n)) for n, v in coords.items()}, attrs={"crane": crane.name, "delay": delay}
