@@ -185,9 +185,10 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         tick = tick._replace(override=1.0, u_m=1.0)
     if wire:
         tick = tick._replace(s=float(winch.params.hoist.load.W))
-    ranges = guard_settings(crane, winch.params.plc, _motor_control(winch.params), hosted=True)
+    ranges: Any = guard_settings(crane, winch.params.plc, _motor_control(winch.params), hosted=True)
     # the path of the operator is the core's own, and has no end
-    ranges = ranges._replace(least=ranges.least._replace(s_op=-FINITE), most=ranges.most._replace(s_op=FINITE))
+    least, most = ranges.least._replace(s_op=-FINITE), ranges.most._replace(s_op=FINITE)
+    ranges = ranges._replace(least=least, most=most)
     record = flatten(first_lane(d, winch, tick, guard_at_start(ranges) if both else None))
     units_of = crane.plant.type.pump_units(crane)
     shares = (("f_pump", "f_known") if units_of[0] else ()) + (("f_passive",) if units_of[1] else ())
