@@ -29,12 +29,14 @@ law, that is no number."""
 HEALTHY, SUBSTITUTED, STOPPED = 0.0, 1.0, 2.0
 """States of the guard."""
 
-SIGNALS = [(name, float) for name in Sensed._fields]
-Least: Any = NamedTuple("Least", SIGNALS)  # type: ignore[misc]
-Most: Any = NamedTuple("Most", SIGNALS)  # type: ignore[misc]
-Step: Any = NamedTuple("Step", SIGNALS)  # type: ignore[misc]
-Stops: Any = NamedTuple("Stops", SIGNALS)  # type: ignore[misc]
-Start: Any = NamedTuple("Start", SIGNALS)  # type: ignore[misc]
+
+def per_signal(name: str) -> Any:
+    """A record with a number for each input."""
+    return NamedTuple(name, [(signal, float) for signal in Sensed._fields])  # type: ignore[misc]
+
+
+Least, Most, Step = per_signal("Least"), per_signal("Most"), per_signal("Step")
+Stops, Start = per_signal("Stops"), per_signal("Start")
 Least.__doc__ = "Least value of each input [SI]."
 Most.__doc__ = "Largest value of each input [SI]; more than the least."
 Step.__doc__ = "Largest change of each input from one cycle to the next [SI]; more than 0."
@@ -48,11 +50,11 @@ class GuardSettings(NamedTuple):
     wire speed of a full command, v_zero speed below which the joystick counts as released [m/s].
     """
 
-    least: Least
-    most: Most
-    step: Step
-    stops: Stops
-    start: Start
+    least: Least  # type: ignore[valid-type]
+    most: Most  # type: ignore[valid-type]
+    step: Step  # type: ignore[valid-type]
+    stops: Stops  # type: ignore[valid-type]
+    start: Start  # type: ignore[valid-type]
     t_hold: float
     t_back: float
     t_ramp: float

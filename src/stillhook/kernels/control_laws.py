@@ -71,7 +71,8 @@ def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: boo
         values: dict[str, Any] = {"code": -1.0, "guard": guard}
         values |= {f"{law.field}_settings": settings[law.name] for law in laws if law.record is not None}
         values |= {f"{law.field}_memory": law.memory() for law in laws if law.memory is not None}
-        return record(*[values[field] for field in record._fields])
+        names: tuple[str, ...] = record._fields
+        return record(*[values[name] for name in names])
 
     return ControlLaws(record, names_used["checked"], scalar(names_used["cycle"]), blank)
 

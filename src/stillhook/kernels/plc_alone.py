@@ -198,9 +198,14 @@ class Outside(NamedTuple):
 
 
 GUARD_OUTPUTS = ("alarm", "cause", "state")
-GuardedCommands: Any = NamedTuple(  # type: ignore[misc]
-    "GuardedCommands", [(f, float) for f in (*ActuatorCommands._fields, *GUARD_OUTPUTS)]
-)
+
+
+def _guarded_commands() -> Any:
+    fields = [(f, float) for f in (*ActuatorCommands._fields, *GUARD_OUTPUTS)]
+    return NamedTuple("GuardedCommands", fields)  # type: ignore[misc]
+
+
+GuardedCommands = _guarded_commands()
 """What a guarded PLC commands, and its alarm: codes of what is bad now and of what the winch was stopped for, and the
 state of the guard, see `stillhook.control.guard`."""
 
