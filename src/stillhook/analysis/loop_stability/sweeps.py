@@ -115,8 +115,8 @@ def slow_sweep(
     Parameters: values displacements [-], default from 0.8 alpha_min to 1; loads payloads [kg], default empty hook, 60 %
     of the SWL (the most that HS carries) and SWL; wires [m]; zetas damping ratios of the wire [-], default the crane's
     own and that of paper C; delay [s].
-    Returns: Dataset over ("wire_zeta", "alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates without
-    feedback, NaN where nothing holds the load.
+    Returns: Dataset over ("wire_zeta", "alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates
+    without feedback, NaN where nothing holds the load.
     """
     import xarray
 
