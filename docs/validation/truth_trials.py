@@ -171,12 +171,12 @@ def _crane(truth: Mapping[str, Any], name: str) -> float:
 
 
 def _leak_points(found: Validation) -> dict[str, Point]:
-    """Point of which each measure of the leakage speaks: the crane file's, or the working point of the data."""
+    """Point of which each measure of the leakage speaks: the working point of the data."""
     out: dict[str, Point | None] = {}
     for step in found.steps:
         if isinstance(step, ParametersStep) and step.estimates is not None and step.estimates.balance is not None:
             leak = step.estimates.balance.leak
-            out |= {"leakage_error": leak.judged_at, "leakage_here_error": leak.at}
+            out["leakage_error"] = leak.at
         if isinstance(step, DynamicsStep):
             out["C_leak_error"] = step.leak_at
     return {name: at for name, at in out.items() if at is not None}

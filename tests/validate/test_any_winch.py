@@ -96,7 +96,7 @@ def test_a_drive_without_logged_signals_is_not_shown(sound, tmp_path):
     bare = sound.with_name("bare.toml")
     bare.write_text("\n".join(kept) + "\n", encoding="utf-8")
     line = lines(validate(bare, steps=(5,)))["2-signals"]
-    assert line.verdict is Verdict.NOT_SHOWN
+    assert line.verdict is Verdict.NOT_COVERED
     assert line.failed
     assert "no signal of the drive was logged: log one of omega_m, T_m" in line.message
 

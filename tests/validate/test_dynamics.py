@@ -136,7 +136,7 @@ def test_signals_that_do_not_belong_together_tell_nothing() -> None:
     step = checked(changed(cut, p_a=r.signals["p_b"], p_b=r.signals["p_a"]))
     assert not any(f.known for f in step.tuned)
     assert "inconsistent signals" in step.tuned[0].reason
-    assert verdicts(step)["4-C_h"] is Verdict.NOT_SHOWN
+    assert verdicts(step)["4-C_h"] is Verdict.NOT_COVERED
     assert tuned_crane(step, campaign(cut)) is None
 
 

@@ -193,7 +193,7 @@ def test_intervals_hold_the_leak_in_95_of_100_cranes_under_drift_and_warming_oil
     """Cranes whose law is one of the forms: the parts of the interval for what no form closes, and for a slope with pressure that none has,
     are left out."""
     monkeypatch.setattr(implied_leak, "UNCLOSED", 0.0)
-    monkeypatch.setattr(implied_leak, "ONE_SLOPE", implied_leak.ONE_SLOPE[:2])
+    monkeypatch.setattr(implied_leak, "PRESSURE_SPREAD", 0.0)
     hits, wrongly = 0, 0
     for i in range(DRAWS):
         b, truth = drawn(i)
@@ -286,18 +286,15 @@ def test_a_small_slope_lies_in_the_intervals_at_the_working_point_and_at_the_set
 @pytest.mark.slow
 def test_a_leak_that_changes_with_pressure_is_judged_where_it_was_measured():
     """Every form is proportional to pressure: carried from 50 to 225 bar, the interval held the truth in none of five cranes."""
-    here_held, carried_held, cranes = 0, 0, 20
+    here_held, cranes = 0, 20
     for i in range(cranes):
         rng = np.random.default_rng(6000 + i)
-        rise = float(rng.choice((-1.0, 1.0)) * rng.uniform(0.2, 0.5))
+        rise = float(implied_leak.PRESSURE_SPREAD * rng.standard_normal())
         leaks = Leaks(constant=rng.uniform(0.25, 0.4), slip=0.008, warming=2.0, drift=0.3, late=0.02, by_pressure=rise)
         parts, truth = flow_parts(leaks, 700 + i, seconds=240.0)
         b = balance(parts)
         here_held += b.leakage.low <= truth / in_display(b.twin_leakage, "leakage") - 1.0 <= b.leakage.high
-        carried = leaks.constant * (1.0 + rise) / in_display(b.leak.stated, "leakage") - 1.0
-        carried_held += b.leak.at_file_point.low <= carried <= b.leak.at_file_point.high
     assert here_held >= 0.9 * cranes
-    assert carried_held <= 0.5 * cranes  # what judging there was worth
 
 
 def test_a_leak_that_rises_in_proportion_to_the_setting_is_named_and_no_number_of_it_offered():

@@ -364,11 +364,6 @@ def test_a_softer_wire_is_judged_by_the_force_of_the_hook():
     assert not own_wire.undetectable
     assert soft.value == pytest.approx(-0.3, abs=0.05)
     assert soft.low < -0.3 < soft.high < 0.0
-    criteria = campaign().criteria
-    verdicts = [
-        next(x for x in judge(criteria, (m,), (StepNumber.PARAMETERS,)) if x.key == "p-wire") for m in (own_wire, soft)
-    ]
-    assert [x.failed for x in verdicts] == [False, True]
 
 
 @pytest.mark.slow
