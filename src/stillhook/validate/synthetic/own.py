@@ -322,12 +322,16 @@ def _sensors(crane: Crane, columns: Sequence[Column], runs: Sequence[Run], rng: 
             out[c.name] = known[c.name]
             continue
         largest = ROOM * max(float(np.abs(run.result.column(c.name)).max()) for run in runs)
-        largest = _round_up(largest)
+        largest = _round_up(largest) if largest > 0.0 else UNUSED
         calibration = Calibration(1.0 + CALIBRATION * float(rng.uniform(-1.0, 1.0)))
         out[c.name] = Sensor(
             -largest, largest, 2.0 * largest / 2**BITS, noise=SENSOR_NOISE * largest, gain=calibration.gain
         )
     return out
+
+
+UNUSED = 1.0
+"""Range of the sensor of a signal that stays 0 in every test, such as a resistor's that never burns [SI]."""
 
 
 def _round_up(x: float) -> float:

@@ -137,10 +137,10 @@ class Signals(NamedTuple):
     P_el: Annotated[float, Row("W", "power", "to the winch positive", "power from the grid; negative: fed back")]
     P_dc: Annotated[float, Row("W", "power", "to the winch positive", "power of the inverters from the DC link")]
     E_store: Annotated[float, Row("J", "energy", "", "energy of the store on the DC link")]
+    theta: Annotated[float, Row("K", "temperature", "", "temperature of the windings")]
     V_dc: Annotated[float, Row("V", "voltage", "", "voltage of the DC link")]
     I_store: Annotated[float, Row("A", "current", "charging positive", "current into the store")]
     P_resistor: Annotated[float, Row("W", "power", "", "power of the braking resistor")]
-    theta: Annotated[float, Row("K", "temperature", "", "temperature of the windings")]
     theta_store: Annotated[float, Row("K", "temperature", "", "temperature of the store")]
 
 
@@ -382,10 +382,10 @@ def signals(c, x, q, u, geo, p):
         P_el=c.P_el,
         P_dc=c.P_dc,
         E_store=x.E,
+        theta=x.theta,
         V_dc=c.V_dc,
         I_store=c.I_store,
         P_resistor=c.P_resistor,
-        theta=x.theta,
         theta_store=x.theta_store,
     )
 
