@@ -156,7 +156,7 @@ def stribeck_speed(crane: Crane) -> float:
     """Wire speed over which breakaway friction fades to 1/e, on the outermost layer [m/s]; that of the rod where a
     cylinder compensates."""
     if has_cylinder(crane):
-        cylinder: Any = crane.cylinder  # type: ignore[attr-defined]
+        cylinder: Any = crane.cylinder
         return float(cylinder.friction.v_s * cylinder.falls)
     return float(crane.friction.system.Y_4 * 0.5 * crane.drum.d_max / crane.i_hD)
 
