@@ -17,7 +17,7 @@ from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.engine.scenario.oscillation import OSCILLATES
 from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError
-from stillhook.kernels.oscillation import SMALLEST
+from stillhook.kernels.statistics.oscillation import SMALLEST
 from stillhook.library import load_crane
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.sea.motion.irregular import IrregularTip

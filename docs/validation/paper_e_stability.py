@@ -20,7 +20,7 @@ from stillhook.analysis.loop_stability.figures import (
     sweep_figure,
 )
 from stillhook.analysis.loop_stability.governing import Governing, governing
-from stillhook.analysis.loop_stability.linearisation import at_state, linearise
+from stillhook.analysis.loop_stability.linear.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability.margins import gain_limit_of, rms_above, strongest_gain
 from stillhook.analysis.loop_stability.places import wire_range
 from stillhook.analysis.loop_stability.reduced import eigenfrequency, equivalent, gain_limit

@@ -231,9 +231,9 @@ class TestLimits:
 
     def test_what_the_boost_pump_cannot_fill_is_no_steady_operation(self):
         """At 1,500 bar the relief valves let go more than a boost pump of 490 L/min makes up for, whatever the low
-        line's pressure; a boost pump without end does."""
+        line's pressure; a boost pump and valve without end do."""
         crane = changed(unlimited(E250), {"active": {"pump": {"D": ["5000 cm^3/rev"]}}})
-        endless = changed(crane, {"active": {"boost": {"Q_max": "1e6 L/min"}}})
+        endless = changed(crane, {"active": {"boost": {"Q_max": "1e6 L/min", "conductance": "1e5 L/min/bar"}}})
         asked = {"alpha_m": 0.8, "load": 0.0, "s_w": 20.0}
         with pytest.raises(NoSteadyOperation, match="boost pump does not make up"):
             operating_point(crane, 11.0, **asked)

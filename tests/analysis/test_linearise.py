@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.loop_stability import linearisation as module
-from stillhook.analysis.loop_stability.linearisation import (
+from stillhook.analysis.loop_stability.linear.linearisation import (
     Linear,
     PlantMode,
     at_state,

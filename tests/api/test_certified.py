@@ -68,7 +68,7 @@ def test_inside_the_envelope_nothing_is_said_and_the_run_is_validated(crane):
     assert str(run.notes.values) == UNCERTIFIED_NOTES
     assert doubts(crane, case()) == ()
     assert re.fullmatch(
-        r"twin: level 2, variant 3: certificate [0-9a-f]{12} of 2026-11-21 by paper-f version 2 holds \(unsigned\)",
+        r"twin: level 2, variant 3: certificate [0-9a-f]{12} of 2026-11-21 by paper-f version 3 holds \(unsigned\)",
         run.attrs["twin"],
     )
 

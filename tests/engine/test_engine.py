@@ -25,7 +25,7 @@ from stillhook.engine.scenario.problem import Ready, Result, ScenarioBlock
 from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL, flatten, size, unflatten
-from stillhook.kernels.statistics import SIGNALS, blank_window, window_add, window_turn
+from stillhook.kernels.statistics.cycles import SIGNALS, blank_window, window_add, window_turn
 from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
 from stillhook.spec.crane import Crane

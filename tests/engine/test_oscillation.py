@@ -8,8 +8,16 @@ import pytest
 from tests.engine.test_lowering import box
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
-from stillhook.kernels import oscillation
-from stillhook.kernels.oscillation import Oscillation, begun_again, blank_oscillation, fold_period, fold_watched, joined
+from stillhook.kernels.statistics import oscillation
+from stillhook.kernels.statistics.oscillation import (
+    Oscillation,
+    begun_again,
+    blank_oscillation,
+    fold_period,
+    fold_watched,
+    joined,
+)
+from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.spec.lift.lowering import Lowering, Stage
 
@@ -117,8 +125,15 @@ def even(speed: str = "2 m/min", time: str = "200 s") -> Motion:
     return Profile([("0 s", "0 m/s"), ("4 s", speed), (time, speed), ("300 s", "0 m/s")])
 
 
+FIRST = {
+    "nov-250t-secondary": {"secondary": {"drive": {"K": "15 1/s"}}, "control": {"tau_F": "0.5 s"}},
+    "utility-20t-open-circuit": {"open": {"drive": {"share": 0.9}}},
+}
+"""Settings of the drives with which the first files oscillated."""
+
+
 def with_gain(name: str, times: float) -> Crane:
-    crane = load_crane(name)
+    crane = changed(load_crane(name), FIRST.get(name, {}))
     return crane.model_copy(update={"control": crane.control.model_copy(update={"K_p": times * crane.control.K_p})})
 
 

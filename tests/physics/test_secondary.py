@@ -44,8 +44,8 @@ FIRST_ORDER = 0.01
 LINEAR = 0.02
 """Response of the running twin against the linear loop, of the step: cycles of 10 ms hold the set-point."""
 GUARD = 1.15
-"""Peak of the speed without the guard over that with it: at SWL a fifth more, with less load two thirds; the rest is the time
-that the swash plates take."""
+"""Peak of the speed without the guard over that with it, with the speed control of the first file (15 1/s): at SWL a fifth more, with
+less load two thirds; the rest is the time that the swash plates take. A stiffer control leaves the guard less."""
 INTERPRETED = 1.0e-9
 """Relative: exp of the kernels differs from the library's in the last digits."""
 SAME_IN_C = 1.0e-9
@@ -314,7 +314,8 @@ def test_a_winch_that_loses_its_load_does_not_run_away(load):
     x, highest = after(3.0, p, 0.0, 1.0)
     assert highest < p.rail.n_full
     assert abs(x.omega_m) < 0.02 * p.drive.n_full
-    assert after(3.0, unguarded(p), 0.0, 1.0)[1] > GUARD * highest
+    soft = p._replace(drive=p.drive._replace(K=15.0))
+    assert after(3.0, unguarded(soft), 0.0, 1.0)[1] > GUARD * after(3.0, soft, 0.0, 1.0)[1]
 
 
 def test_beyond_its_speed_limit_a_unit_may_brake_and_no_longer_drive():
@@ -354,7 +355,7 @@ def test_half_the_swl_on_a_sine_of_one_metre_passes_no_limit():
     ("limit", "case"),
     [
         ("torque", {"load": "250 t", "tip": "sine 4 m 8 s"}),
-        ("overspeed", {"tip": "sine 3 m 8 s"}),
+        ("overspeed", {"tip": "sine 4 m 8 s"}),
         ("power", moves("55 m/min")),
         ("rail pressure", moves("55 m/min")),
         ("accumulator", moves("55 m/min")),

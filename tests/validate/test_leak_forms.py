@@ -22,7 +22,8 @@ from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.parameters import leakage as implied_leak
 from stillhook.validate.parameters import measures
 from stillhook.validate.parameters.flow import balance, leak_rows
-from stillhook.validate.parameters.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, file_point_says, form_says
+from stillhook.validate.parameters.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose
+from stillhook.validate.parameters.leakage_texts import file_point_says, form_says
 from stillhook.winches.circuits.tables import LeakForm
 
 pytestmark = pytest.mark.slow

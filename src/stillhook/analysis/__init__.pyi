@@ -1,6 +1,6 @@
 from stillhook.analysis.controllers import Controller as Controller
 from stillhook.analysis.controllers import controller as controller
-from stillhook.analysis.loop_stability.linearisation import linearise as linearise
+from stillhook.analysis.loop_stability.linear.linearisation import linearise as linearise
 from stillhook.analysis.loop_stability.reduced import eigenfrequency as eigenfrequency
 from stillhook.analysis.loop_stability.reduced import gain_limit as gain_limit
 from stillhook.analysis.loop_stability.stability import Stability as Stability

@@ -20,7 +20,7 @@ from stillhook.engine.pack.winch import Packed
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import aligned, offset, size, unflatten
-from stillhook.kernels.statistics import blank_window
+from stillhook.kernels.statistics.cycles import blank_window
 from stillhook.physics.records import fields
 from stillhook.variables import WINDOW
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import Memory, memory_before
 from stillhook.kernels.lanes import Array, access, joined, offset, size
-from stillhook.kernels.oscillation import Oscillation, Watched, fold_period, fold_watched
-from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common, window_add, window_turn
+from stillhook.kernels.statistics.cycles import SIGNALS, CommonStats, fold_common, window_add, window_turn
+from stillhook.kernels.statistics.oscillation import Oscillation, Watched, fold_period, fold_watched
 from stillhook.physics.load_path.drum import hung
 from stillhook.physics.records import inflow, replace
 from stillhook.physics.scalar import align_stack, clip, fmax, scalar

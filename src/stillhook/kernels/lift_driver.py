@@ -9,7 +9,7 @@ from typing import NamedTuple
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.supervisor import STAGE_LANDING, Stage, Supervisor, Watch, supervise
 from stillhook.kernels.lanes import Array, access, offset, size
-from stillhook.kernels.statistics import window_add, window_turn
+from stillhook.kernels.statistics.cycles import window_add, window_turn
 from stillhook.physics.load_path.payload import submergence, water_force, wetted
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import align_stack, fmax, scalar

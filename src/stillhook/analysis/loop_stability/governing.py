@@ -17,8 +17,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points, has_time, settled
-from stillhook.analysis.loop_stability.linearisation import plc_loop
+from stillhook.analysis.loop_stability.linear.engine_loop import engine_loop, engine_points, has_time, settled
+from stillhook.analysis.loop_stability.linear.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
     GAIN_MARGIN,
     PHASE_MARGIN,
@@ -40,7 +40,7 @@ from stillhook.analysis.loop_stability.places import (
 )
 from stillhook.analysis.loop_stability.stable_gains import StableGains, stable_gains
 from stillhook.analysis.loop_stability.transfer import SampledLoop
-from stillhook.analysis.steady.limits import Direction, Station
+from stillhook.analysis.steady.limits import Direction, Station, top_of_drive
 from stillhook.analysis.steady.operating_point import NoSteadyOperation
 from stillhook.analysis.steady.steady_state import moves
 from stillhook.engine.pack.winch import pack, plc_record
@@ -211,7 +211,8 @@ def place_limits(
     Errors: StillhookError where it comes to none.
     """
     if by_engine(crane):
-        found = _engine_limits(_engine_key(crane, mode, places[0]), mode, tuple(places), delay)
+        reached = _reached(crane, places)
+        found = _engine_limits(_engine_key(crane, mode, reached[0]), mode, reached, delay) if reached else ()
     else:
         each = (_closed_circuit(crane, mode, place, alpha_m, delay) for place in places)
         found = tuple(p for p in each if p is not None)
@@ -221,6 +222,24 @@ def place_limits(
             f" {places[0].describe()}. Lower the load or the speed."
         )
     return found
+
+
+def _reached(crane: Crane, places: Sequence[Place]) -> tuple[Place, ...]:
+    """Places whose speed the winch holds for good, where its type states how fast that is: faster, its power or heat
+    ends the motion, which is no oscillation."""
+    if not hasattr(crane.plant.type.module, "speed_limit"):
+        return tuple(places)
+
+    @functools.cache
+    def top(load: float, s_w: float, way: Direction) -> float:
+        return top_of_drive(crane, load, s_w, way).v_w
+
+    return tuple(p for p in places if abs(p.v_tip) <= top(p.load, p.s_w, _way(p)))
+
+
+def _way(place: Place) -> Direction:
+    """A tip that goes up asks for wire."""
+    return Direction.LOWERING if place.v_tip > 0.0 else Direction.HOISTING
 
 
 class _Keyed:
@@ -284,7 +303,7 @@ def _cut(alpha: float) -> float:
 
 
 def _station(crane: Crane, place: Place) -> Station:
-    return Station(crane, place.load, place.s_w, Direction.LOWERING if place.v_tip > 0.0 else Direction.HOISTING)
+    return Station(crane, place.load, place.s_w, _way(place))
 
 
 @functools.lru_cache(maxsize=8192)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from stillhook.analysis.loop_stability.linearisation import Linear, linearise
+from stillhook.analysis.loop_stability.linear.linearisation import Linear, linearise
 from stillhook.analysis.loop_stability.transfer import effective_radius
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.analysis.steady.steady_state import check_displacement, check_K_wire, motor_law

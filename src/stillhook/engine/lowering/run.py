@@ -17,7 +17,7 @@ from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stan
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.runner import Block, Ending, each_case, nothing, run_blocks
 from stillhook.kernels.lanes import access, aligned, flatten, offset, room_for, size
-from stillhook.kernels.statistics import blank
+from stillhook.kernels.statistics.cycles import blank
 from stillhook.physics.records import fields
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane

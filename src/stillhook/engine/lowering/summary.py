@@ -23,7 +23,7 @@ from stillhook.engine.scenario.checks import (
 from stillhook.engine.scenario.oscillation import NUMBERS as OF_OSCILLATION
 from stillhook.engine.scenario.oscillation import oscillation_notes
 from stillhook.engine.scenario.problem import OK, limits_passed, winch_numbers
-from stillhook.kernels.oscillation import joined
+from stillhook.kernels.statistics.oscillation import joined
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.tables.plausible import implausible_values, marked

@@ -1,8 +1,9 @@
-"""What a run says of an oscillation that the motion of the tip does not explain (`stillhook.kernels.oscillation`)."""
+"""What a run says of an oscillation that the motion of the tip does not explain: see
+`stillhook.kernels.statistics.oscillation`."""
 
 import math
 
-from stillhook.kernels.oscillation import Largest
+from stillhook.kernels.statistics.oscillation import Largest
 from stillhook.spec.crane import Crane
 from stillhook.units import show
 

@@ -33,8 +33,8 @@ from stillhook.engine.scenario.checks import Foreseen, check, foresee
 from stillhook.engine.scenario.oscillation import OSCILLATES, oscillation_notes, oscillation_numbers
 from stillhook.engine.scenario.warm_up import LOOK, WarmUp, Watch, warm_up_notes
 from stillhook.kernels.lanes import flatten, offset, size
-from stillhook.kernels.oscillation import begun_again
-from stillhook.kernels.statistics import SIGNALS, blank
+from stillhook.kernels.statistics.cycles import SIGNALS, blank
+from stillhook.kernels.statistics.oscillation import begun_again
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -290,9 +290,8 @@ def status(crane: Crane, case: Scenario, result: Result, foreseen: Foreseen) -> 
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
     "overload": SWL and hook are less than what pulls at the crane tip, peaks and the weight of the wire included.
-    "oscillates": the wire's speed swings by itself (`stillhook.kernels.oscillation`). "unstable": K_p is above the gain
-    of marginal stability of the published loop, however the run went; said of closed circuits alone, and its absence
-    says nothing. "audit": the energy does not add up,
+    "oscillates": the wire's speed swings by itself (`stillhook.kernels.statistics.oscillation`). "unstable": K_p is
+    above the limit of the published loop of closed circuits; its absence says nothing. "audit": energy does not add up,
     so the numbers are wrong; judged only for runs as long as the window, and not where a wire snaps taut within a cycle
     of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; judged only for
     plain compensation, where nothing else moves the hook.

@@ -17,12 +17,12 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
-from stillhook.library.leakage import form_of, point_text, pump_leak, stated_leak
+from stillhook.library.leakage import form_of, pump_leak, stated_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Fit, fit
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
-from stillhook.units import number, parse, show
+from stillhook.units import parse
 from stillhook.winches.circuits.tables import LeakForm, LeakPoint
 
 FEWEST_FOR_FORM = 8
@@ -135,7 +135,7 @@ class Span(NamedTuple):
     n_m: tuple[float, float]
 
 
-def _beyond(x: float | None, ends: tuple[float, float]) -> float:
+def outside_of(x: float | None, ends: tuple[float, float]) -> float:
     """How far a number is above or below a range; 0 inside."""
     return 0.0 if x is None else min(x - ends[0], 0.0) + max(x - ends[1], 0.0)
 
@@ -216,7 +216,7 @@ class LeakChoice:
         """Pressure by which the crane file's point is outside the data, above positive [Pa]; 0 inside, or where the
         file states none. Leakage measured at one pressure says nothing of another: every form is proportional to
         pressure, and no form is fitted over it."""
-        return _beyond(self.file_at.p, self.span.p)
+        return outside_of(self.file_at.p, self.span.p)
 
     def nuisance(self, name: str, add: float = 0.0, factor: float = 1.0) -> Estimate:
         """Coefficient of one of `NUISANCE` times a factor, plus a number, with an interval across the forms."""
@@ -465,41 +465,3 @@ IN_WORDS = {
     LeakForm.SPEED: "rises with the motors' speed",
     LeakForm.STROKE_SPEED: "rises with stroke and speed",
 }
-
-
-def form_says(leak: LeakChoice) -> str:
-    """Reason why the crane file's form is refuted, in words."""
-    log_form, file_form = IN_WORDS[leak.chosen.form], IN_WORDS[leak.file_form]
-    if leak.chosen.form is leak.file_form:
-        log_form, file_form = f"{log_form} in other parts", "not as stated"
-    others = [form for form in leak.remaining_forms if form is not leak.chosen.form]
-    apart = f" (not distinguished from {' or '.join(others)})" if others else ""
-    return (
-        f"the form of the leakage does not fit: it {log_form} in the log{apart}, {file_form} in the crane file;"
-        f" structural error of its law, scaled to these data: {100.0 * leak.bend:.1f} %; in its form the data give"
-        f" {100.0 * leak.in_file_form.value:+.1f} %, so no value in that form is offered"
-    )
-
-
-def file_point_says(leak: LeakChoice) -> str:
-    """How far the crane file's point is from the data, in words."""
-    at, span = leak.file_at, leak.span
-    parts = [
-        _apart(at.p, span.p, "pressure"),
-        _apart(at.alpha_p, span.alpha_p, ""),
-        _apart(at.n_m, span.n_m, "rotation"),
-    ]
-    outside = [part for part in parts if part]
-    where = f"outside the data by {', '.join(outside)}" if outside else "inside the range of the data"
-    return f"the crane file's point ({point_text(at)}) is {where}"
-
-
-def _apart(x: float | None, ends: tuple[float, float], quantity: str) -> str:
-    """Distance of a coordinate from its range, "129 bar (data 22 to 96 bar)"; "" inside."""
-    far = abs(_beyond(x, ends))
-    if far == 0.0:
-        return ""
-    if not quantity:
-        return f"alpha_p {number(far, 2)} (data {number(ends[0], 2)} to {number(ends[1], 2)})"
-    low, high = (show(end, quantity, 3) for end in ends)
-    return f"{show(far, quantity, 3)} (data {low} to {high})"

@@ -17,7 +17,8 @@ from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters import flow, hoisting, settings, signals, wire
 from stillhook.validate.parameters.hoisting import Friction
-from stillhook.validate.parameters.leakage import LeakChoice, file_point_says, form_says
+from stillhook.validate.parameters.leakage import LeakChoice
+from stillhook.validate.parameters.leakage_texts import file_point_says, form_says
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import Ratio
 from stillhook.winches.circuits.tables import ServoVariant

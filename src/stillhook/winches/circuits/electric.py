@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Self
+from typing import Annotated, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.base.variable import Row
 from stillhook.physics.electric.drive import SpeedLoop, current_loop_rate
 from stillhook.physics.electric.heating import Body
 from stillhook.physics.electric.machine import Machines
 from stillhook.physics.electric.supply import Grid, Store, energy
+from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.tables.table import Count, Spec
 from stillhook.units import show
+from stillhook.winches.interface import NOT_YET
 
 BAND = 0.1
 """Part of the store's usable energy over which its limits come in at either end [-]. Assumed."""
@@ -193,4 +196,43 @@ def records(e: Electric) -> Records:
         n_full=m.n_full,
         theta_0=m.theta_c if m.theta_0 is None else m.theta_0,
         theta_store_0=s.theta_c if s.theta_0 is None else s.theta_0,
+    )
+
+
+class Extremes(NamedTuple):
+    """Extremes of its signals over a run."""
+
+    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
+    T_m_max: Annotated[float, Row("N m", "torque", "", "largest torque of all machines", symbol="max|T_m|")]
+    P_el_max: Annotated[float, Row("W", "power", "to the winch positive", "highest power from the grid")]
+    P_el_min: Annotated[float, Row("W", "power", "to the winch positive", "lowest power; negative: most fed back")]
+    E_store_min: Annotated[float, Row("J", "energy", "", "lowest energy of the store", symbol="min E_store")]
+    E_store_max: Annotated[float, Row("J", "energy", "", "highest energy of the store", symbol="max E_store")]
+    V_dc_min: Annotated[float, Row("V", "voltage", "", "lowest voltage of the DC link", symbol="min V_dc")]
+    V_dc_max: Annotated[float, Row("V", "voltage", "", "highest voltage of the DC link", symbol="max V_dc")]
+    I_store_max: Annotated[float, Row("A", "current", "", "largest current of the store", symbol="max|I_store|")]
+    theta_max: Annotated[float, Row("K", "temperature", "", "highest temperature of the windings", symbol="max theta")]
+    theta_store_max: Annotated[
+        float, Row("K", "temperature", "", "highest temperature of the store", symbol="max theta_store")
+    ]
+
+
+BLANK = Extremes(0.0, 0.0, -NOT_YET, NOT_YET, NOT_YET, 0.0, NOT_YET, 0.0, 0.0, 0.0, 0.0)
+
+
+@scalar
+def fold_extremes(a, y):
+    """Extremes a with one more cycle of signals y."""
+    return Extremes(
+        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
+        T_m_max=fmax(a.T_m_max, abs(y.T_m)),
+        P_el_max=fmax(a.P_el_max, y.P_el),
+        P_el_min=fmin(a.P_el_min, y.P_el),
+        E_store_min=fmin(a.E_store_min, y.E_store),
+        E_store_max=fmax(a.E_store_max, y.E_store),
+        V_dc_min=fmin(a.V_dc_min, y.V_dc),
+        V_dc_max=fmax(a.V_dc_max, y.V_dc),
+        I_store_max=fmax(a.I_store_max, abs(y.I_store)),
+        theta_max=fmax(a.theta_max, y.theta),
+        theta_store_max=fmax(a.theta_store_max, y.theta_store),
     )

@@ -45,8 +45,8 @@ from stillhook.physics.sensor import quantise
 from stillhook.units import show
 from stillhook.winches import load_path
 from stillhook.winches.circuits.active import OmegaM
-from stillhook.winches.circuits.electric import Electric, records
-from stillhook.winches.interface import NOT_YET, Cause, Parts, Stiffness
+from stillhook.winches.circuits.electric import BLANK, Electric, Extremes, fold_extremes, records
+from stillhook.winches.interface import Cause, Parts, Stiffness
 from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 
@@ -54,6 +54,7 @@ NAME = "electric"
 TITLE = "electric winch: machines with inverters on a DC link with a store"
 PATH = load_path
 CONTROL = "speed"
+__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes"]
 TUNED = {"electric.speed.K": (20.0, 2000.0), "electric.speed.T_i": (0.02, 2.0)}
 SHOWN = {"T_m_max": "peak\ntorque", "P_el_max": "peak grid\npower", "theta_max": "highest\ntemperature"}
 TRIP = 1.1
@@ -144,27 +145,6 @@ class Signals(NamedTuple):
     theta_store: Annotated[float, Row("K", "temperature", "", "temperature of the store")]
 
 
-class Extremes(NamedTuple):
-    """Extremes of its signals over a run."""
-
-    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
-    T_m_max: Annotated[float, Row("N m", "torque", "", "largest torque of all machines", symbol="max|T_m|")]
-    P_el_max: Annotated[float, Row("W", "power", "to the winch positive", "highest power from the grid")]
-    P_el_min: Annotated[float, Row("W", "power", "to the winch positive", "lowest power; negative: most fed back")]
-    E_store_min: Annotated[float, Row("J", "energy", "", "lowest energy of the store", symbol="min E_store")]
-    E_store_max: Annotated[float, Row("J", "energy", "", "highest energy of the store", symbol="max E_store")]
-    V_dc_min: Annotated[float, Row("V", "voltage", "", "lowest voltage of the DC link", symbol="min V_dc")]
-    V_dc_max: Annotated[float, Row("V", "voltage", "", "highest voltage of the DC link", symbol="max V_dc")]
-    I_store_max: Annotated[float, Row("A", "current", "", "largest current of the store", symbol="max|I_store|")]
-    theta_max: Annotated[float, Row("K", "temperature", "", "highest temperature of the windings", symbol="max theta")]
-    theta_store_max: Annotated[
-        float, Row("K", "temperature", "", "highest temperature of the store", symbol="max theta_store")
-    ]
-
-
-BLANK = Extremes(0.0, 0.0, -NOT_YET, NOT_YET, NOT_YET, 0.0, NOT_YET, 0.0, 0.0, 0.0, 0.0)
-
-
 class Limits(NamedTuple):
     """1 where a limit is passed at an instant, else 0."""
 
@@ -205,24 +185,6 @@ class Powers(NamedTuple):
 SUPPLIED = ("grid", "motor")
 WITHIN = ("motor", "shaft")
 PER_MOTOR = ("electric.inverter",)
-
-
-@scalar
-def fold_extremes(a, y):
-    """Extremes a with one more cycle of signals y."""
-    return Extremes(
-        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
-        T_m_max=fmax(a.T_m_max, abs(y.T_m)),
-        P_el_max=fmax(a.P_el_max, y.P_el),
-        P_el_min=fmin(a.P_el_min, y.P_el),
-        E_store_min=fmin(a.E_store_min, y.E_store),
-        E_store_max=fmax(a.E_store_max, y.E_store),
-        V_dc_min=fmin(a.V_dc_min, y.V_dc),
-        V_dc_max=fmax(a.V_dc_max, y.V_dc),
-        I_store_max=fmax(a.I_store_max, abs(y.I_store)),
-        theta_max=fmax(a.theta_max, y.theta),
-        theta_store_max=fmax(a.theta_store_max, y.theta_store),
-    )
 
 
 @scalar

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.closing import closed_by_plc
-from stillhook.analysis.loop_stability.differences import STEP, slopes, step_of
+from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
+from stillhook.analysis.loop_stability.linear.differences import STEP, slopes, step_of
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray

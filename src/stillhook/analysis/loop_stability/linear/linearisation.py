@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.closing import closed_by_plc
-from stillhook.analysis.loop_stability.differences import STEP, jacobian, slopes, step_of
+from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
+from stillhook.analysis.loop_stability.linear.differences import STEP, jacobian, slopes, step_of
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
