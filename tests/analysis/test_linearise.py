@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.loop_stability import linearisation as module
+from stillhook.analysis.loop_stability.linear import linearisation as module
 from stillhook.analysis.loop_stability.linear.linearisation import (
     Linear,
     PlantMode,
