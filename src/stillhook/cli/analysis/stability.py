@@ -147,9 +147,9 @@ def _regardless(v: Verdict) -> list[str]:
     return [
         f"No gain K_p stabilises the complete plant at {show(worst.place.load, 'mass', 4)},"
         f" {show(abs(worst.place.v_tip), 'speed', 3)}, {show(worst.place.s_w, 'length', 4)} of wire.",
-        f"The same holds at {len(places)} places, with {show(min(loads), 'mass', 3)} or more at up to"
-        f" {show(max(speeds), 'speed', 3)}: friction falls with speed there and excites the load's oscillation on its"
-        " wire. Simulate the case for its size.",
+        f"That holds at {len(places)} of the places, with {show(min(loads), 'mass', 3)} or more at up to"
+        f" {show(max(speeds), 'speed', 3)}. Look first at friction that falls with speed and at the damping of the"
+        " wire; simulate the case for its size.",
     ]
 
 
@@ -161,7 +161,7 @@ def _by_gain(v: Verdict) -> list[str]:
     least = min(places, key=lambda p: p.gains.high)
     low = f"{show(least.gains.low, 'gain_per_length', 3)} to " if least.gains.low else "below "
     return [
-        f"At {len(places)} places K_p decides: {least.describe()} is stable"
+        f"At {len(places)} place{'s' if len(places) > 1 else ''} K_p decides: {least.describe()} is stable"
         f" {low}{show(least.gains.high, 'gain_per_length', 3)}."
     ]
 
