@@ -177,11 +177,13 @@ def test_a_wire_that_rings_longer_allows_no_more_gain() -> None:
 def test_gains_that_shipped_before_are_found_to_oscillate(name: str, share: float, s_w: float, old_K_p: float) -> None:
     """They kept margins with a wire damping of 0.95, and swung in the twin on the crane's own wire."""
     crane = load_crane(name)
+    without = {"control": {"position": {"K_dp": "0 1/bar"}}}
     old = {
         "nov-250t-secondary": {"secondary": {"drive": {"K": "15 1/s"}}, "control": {"tau_F": "0.5 s"}},
-        "utility-20t-open-circuit": {"open": {"drive": {"share": 0.9}}},
-    }.get(name, {})
-    was = changed(crane, old) if old else crane
+        "utility-20t-open-circuit": {"open": {"drive": {"share": 0.9}}} | without,
+        "nov-100t-cylinder": without,
+    }
+    was = changed(crane, old[name])
     found = place_limits(was, Mode.POSITION, places_of((share * crane.SWL,), (s_w,), (2.0 / 60.0,)))
     assert min(p.gains.high for p in found) < old_K_p
     now = place_limits(crane, Mode.POSITION, places_of((share * crane.SWL,), (s_w,), (2.0 / 60.0,)))

@@ -142,7 +142,8 @@ def library_solution(crane: Crane, case: Scenario, cycles: int) -> list:
     ticks = [Tick(*drive.first_row())._replace(s=s, v=v, a=a, s_m=s, v_m=v, a_m=a) for s, v, a in rows]
     d = driver(packed.name, 1)
     m = m._replace(datum=packed.s_w - ticks[0].s_m)
-    x, m, laws, u = d.rest(packed.s_w, m, d.laws.blank(packed.settings), ticks[0], p)
+    laws = d.laws.blank(packed.settings)
+    x, m, u = d.rest(packed.s_w, m, laws, ticks[0], p)
     out = [x]
     for k in range(cycles):
         geo = plant.geometry(x.path.s_w, p)

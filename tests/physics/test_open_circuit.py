@@ -302,13 +302,10 @@ def test_what_a_lowered_load_gives_up_is_throttled_and_the_pumps_add_to_it(load)
 
 
 def test_it_compensates_a_metre_at_half_its_load_without_passing_a_limit_of_the_winch():
-    """With the position gain that its wire allows the leakage leaves a mean error; a stiffer wire allows more."""
-    case = Scenario(load="10 t", **(SEA | {"duration": "120 s"}))
-    run, stiff = simulate(crane(), case), simulate(changed(crane(), {"control": {"K_p": "2 1/m"}}), case)
-    assert run.status.item() == "offset"
-    assert float(run.eta_c) > 0.9
-    assert float(stiff.eta_c) > 0.97
-    assert float(stiff.e_c_max) < 0.05
+    run = simulate(crane(), Scenario(load="10 t", **(SEA | {"duration": "120 s"})))
+    assert run.status.item() == "ok"
+    assert float(run.eta_c) > 0.96
+    assert abs(float(run.e_c_mean)) < 0.05
 
 
 LIMITS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {

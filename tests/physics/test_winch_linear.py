@@ -98,7 +98,8 @@ def test_a_cylinder_slower_than_its_pumps_compensates_as_well_as_its_loop(
     """e/s_tip = (1 - F)/(1 + K_p v_max H/s): H the pumps' second order behind the PLC's dead time, F = (1 + s 2 zeta /
     omega_n) H the feedforward; the dead time is a cycle of computing and half a hold."""
     cylinder = NO_ROD_LOSS | {"pump": {"C_leak": "0 L/min/bar"}}
-    crane = changed(load_crane("nov-100t-cylinder"), {"control": {"K_p": f"{K_p} 1/m"}, "cylinder": cylinder})
+    control = {"K_p": f"{K_p} 1/m", "position": {"K_dp": "0 1/bar"}}
+    crane = changed(load_crane("nov-100t-cylinder"), {"control": control, "cylinder": cylinder})
     tip = f"sine {amplitude} m {period} s"
     case = Scenario(load="5 t", s_w="20 m", tip=tip, mode="position", duration="90 s", warm_up="20 s")
     run = simulate(crane, case, every="10 ms")
@@ -115,7 +116,7 @@ def test_the_rod_of_a_compensating_cylinder_rings_on_its_oil() -> None:
     crane = changed(
         load_crane("nov-100t-cylinder"),
         {
-            "control": {"K_p": "0 1/m"},
+            "control": {"K_p": "0 1/m", "position": {"K_dp": "0 1/bar"}},
             "wire": {"zeta": 0.0, "zeta_low": 0.0, "zeta_high": 0.0},
             "cylinder": {
                 "pump": {"C_leak": "0 L/min/bar", "servo": {"omega_n": "60 Hz", "rate_max": "50 1/s"}},

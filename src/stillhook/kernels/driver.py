@@ -342,23 +342,23 @@ def run(
 
 @scalar
 def rest(s_w, m, laws, tick, p):
-    """State, memory, what the controllers carry, and commands with the load hanging still on s_w of wire [m]."""
+    """State, memory and commands with the load hanging still on s_w of wire [m]. The controllers remember nothing yet:
+    the pressures that the PLC read for these commands are those of a winch without its load."""
     tip, geo = Tip(tick.s, 0.0), geometry(s_w, p)
     x = State(start(s_w, tick, p), path_start(s_w, tick, p))
-    u, m, laws, _ = control(x, m, laws, tick, tip, geo, p)
+    u, m, _, _ = control(x, m, laws, tick, tip, geo, p)
     q = path_point(x, geo, tip, p)
-    return State(settle(x.winch, q, u, tick, geo, p), x.path), m, laws, u
+    return State(settle(x.winch, q, u, tick, geo, p), x.path), m, u
 
 
 def at_rest(A: Array):
     """Every lane's state, memory and commands at rest, from its wire paid out, first Tick and parameters."""
     for l in range(LANES):
         b = load(A, l)
-        x, m, law, u = rest(b.x.path.s_w, b.m, b.laws, b.tick, b.p)
+        x, m, u = rest(b.x.path.s_w, b.m, b.laws, b.tick, b.p)
         put_x(A, X + l, x)
         put_u(A, U + l, u)
         put_m(A, M + l, m)
-        put_laws(A, LAWS + l, law)
 
 
 class Beginning(NamedTuple):
