@@ -188,8 +188,8 @@ def balance_rows() -> tuple[list[tuple[str, ...]], float]:
 AUDITED: dict[str, dict[str, Any]] = {
     "compensation of 1 m, 10 s with 10 t": {},
     "the same with an empty hook": {"load": "0 t"},
-    "the same with 20 t, beyond the power": {"load": "20 t"},
-    "3.5 m, 9 s with 2 t: the wire falls slack": {"load": "2 t", "tip": "sine 3.5 m 9 s"},
+    "1.3 m, 9 s with 20 t, beyond the power": {"load": "20 t", "tip": "sine 1.3 m 9 s"},
+    "4 m, 8 s with 2 t: the wire falls slack": {"load": "2 t", "tip": "sine 4 m 8 s"},
     "a power unit is lost": {"power_loss": PowerLoss(time="30 s", unit=2)},
     "lowering 10 t at 20 m/min": {
         "mode": "manual",

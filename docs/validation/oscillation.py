@@ -12,11 +12,10 @@ from blocks import claims_table, save, table
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stillhook.analysis.loop_stability.governing import Place, engine_loops
-from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.analysis.loop_stability.governing import place_limits
+from stillhook.analysis.loop_stability.places import Place
 from stillhook.engine.scenario.oscillation import OSCILLATES
 from stillhook.engine.simulate import simulate
-from stillhook.errors import StillhookError
 from stillhook.kernels.statistics.oscillation import SMALLEST
 from stillhook.library import load_crane
 from stillhook.report.plots.run import COLOURS, GREY
@@ -74,13 +73,12 @@ def with_gain(crane: Crane, K_p: float) -> Crane:
 
 
 def limit_at(crane: Crane, load: float, s_w: float, speed: float) -> float | None:
-    """Gain of marginal stability of the linearised engine [1/m]; None where the plant swings whatever the gain."""
-    try:
-        ((_, loop),) = engine_loops(crane, crane.plant.type.default_mode, [Place(load, s_w, speed / 60.0)])
-    except StillhookError:
+    """Gain beyond which the linearised engine oscillates [1/m]; None where it does whatever the gain, and for a load
+    that is held, about which the engine is not linearised."""
+    if speed == 0.0:
         return None
-    limit = gain_limit_of(loop)[0]
-    return limit if np.isfinite(limit) and limit > 0.0 else None
+    (at,) = place_limits(crane, crane.plant.type.default_mode, [Place(load, s_w, speed / 60.0)])
+    return at.gains.high if at.gains.any and np.isfinite(at.gains.high) else None
 
 
 def even(speed: float, time: float) -> Motion:

@@ -75,3 +75,10 @@ def test_what_a_computation_loads_is_found(computed):
     places = computed.loaded()
     assert {"src/stillhook/physics", "src/stillhook/units.py"} <= set(places)
     assert computed.code(places) != ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", script(PAGES / "make.py").scripts())
+def test_the_script_of_every_page_finds_what_it_imports(name):
+    """Pages are computed rarely; a name that the package no longer has is found here."""
+    assert callable(script(PAGES / f"{name}.py").compute)
