@@ -6,6 +6,7 @@ the cycle of its PLC are then differentiated about the state that it has come to
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from types import ModuleType
@@ -15,7 +16,7 @@ import numpy as np
 
 from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
 from stillhook.analysis.loop_stability.linear.differences import STEP, slopes, step_of
-from stillhook.analysis.loop_stability.linear.instants import cycles_at, rates_at
+from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
@@ -92,13 +93,35 @@ def engine_points(
     calm = crane.wire.model_copy(update={"zeta": max(CALM, crane.wire.zeta)})
     softened = crane.model_copy(update={"control": soft})
     settling = softened.model_copy(update={"wire": calm})
-    cases = [_case(crane, mode, *place) for place in places]
-    n_sub = steps_of_cases(settling, cases, STATISTICS_STEP)
-    results = run_cases(settling, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
     return [
         None if result.ending is Ending.DIVERGED else _point(softened, case, result, place)
-        for case, result, place in zip(cases, results, places, strict=True)
+        for (case, result), place in zip(_settled(_Settling(settling), mode, tuple(places)), places, strict=True)
     ]
+
+
+class _Settling:
+    """A crane on its way to its points: equal where the crane is."""
+
+    def __init__(self, crane: Crane) -> None:
+        self.crane = crane
+
+    def __hash__(self) -> int:
+        return hash(self.crane.name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Settling) and self.crane == other.crane
+
+
+@functools.lru_cache(maxsize=8)
+def _settled(
+    settling: _Settling, mode: Mode, places: tuple[tuple[float, float, float, float], ...]
+) -> tuple[tuple[Scenario, Any], ...]:
+    """Runs to places, with their results: the same for every damping of the wire up to `CALM`."""
+    crane = settling.crane
+    cases = [_case(crane, mode, *place) for place in places]
+    n_sub = steps_of_cases(crane, cases, STATISTICS_STEP)
+    results = run_cases(crane, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
+    return tuple(zip(cases, results, strict=True))
 
 
 def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float, at: float) -> Scenario:
@@ -243,7 +266,7 @@ def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatA
     command (spool with overlap); what it makes of s_w is taken out by `_standing`.
     """
     before = (point.state, point.memory, point.laws, point.tick, point.tip, point.geometry, point.params)
-    numbers, fields = np.array(flatten(before)), point.memory._fields
+    numbers, fields = np.array(numbers_of(before)), point.memory._fields
     n, u = len(states), len(point.command)
     carried = [i for i, path in enumerate(paths(type(point.laws))) if "_memory." in path]
     remembered = [fields.index(r) for r in REMEMBERED] + [len(fields) + i for i in carried]

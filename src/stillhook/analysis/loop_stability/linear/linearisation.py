@@ -17,7 +17,7 @@ import numpy as np
 
 from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
 from stillhook.analysis.loop_stability.linear.differences import STEP, Batch, jacobian, slopes, step_of
-from stillhook.analysis.loop_stability.linear.instants import cycles_at, rates_at
+from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
@@ -140,7 +140,7 @@ def _rates(point: OperatingPoint, p: Any, commands: tuple[str, ...]) -> tuple[Fl
     n, tip = len(state_names(point)), len(point.command)
     columns = [*range(n), *(n + point.command._fields.index(c) for c in commands), n + tip, n + tip + 1]
     instant = (point.state, point.command, point.tip, point.geometry, p)
-    return np.array(flatten(instant))[columns], rates_at(point.driver, instant, columns)
+    return np.array(numbers_of(instant))[columns], rates_at(point.driver, instant, columns)
 
 
 def state_names(point: OperatingPoint) -> tuple[str, ...]:
@@ -280,7 +280,7 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory = plc.memory(point.u_m)
     before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
-    states, numbers = state_names(point), np.array(flatten(before))
+    states, numbers = state_names(point), np.array(numbers_of(before))
     n, u, fields = len(states), len(point.command), memory._fields
     remembered = [fields.index(r) for r in REMEMBERED] + [len(fields) + i for i in plc.carried]
     varied = [*range(n), *(n + i for i in remembered)]
