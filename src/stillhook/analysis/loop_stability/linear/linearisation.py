@@ -94,11 +94,12 @@ class PlantMode(NamedTuple):
         return sum(weight for name, weight in self.states if name in names)
 
 
-def linearise(point: OperatingPoint) -> Linear:
+def linearise(point: OperatingPoint, *, kinks: bool = True) -> Linear:
     """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and effective radius stay
     constant, as within a PLC cycle.
 
-    The point need not be one of steady operation: any state of the plant will do (`at_state`).
+    The point need not be one of steady operation: any state of the plant will do (`at_state`). kinks: look for
+    derivatives that are not the same on both sides, which doubles the work; else none are named.
     Valid for motions so small that no valve opens or closes, no stop is met, and a sliding winch goes on sliding: near
     standstill, where the bristle may stick, that is a few micrometres of wire.
     Errors: StillhookError where the pumps are beyond their stop: nothing follows them there.
@@ -113,7 +114,7 @@ def linearise(point: OperatingPoint) -> Linear:
         return np.hstack((rates(rows), outputs))
 
     steps = [step_of(name) for name in (*states, *inputs)]
-    J, rough = jacobian(values, start, steps)
+    J, rough = jacobian(values, start, steps) if kinks else (slopes(values, start, steps), [])
     names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
     found = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
     return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, found)
