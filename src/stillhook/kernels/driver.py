@@ -266,16 +266,20 @@ def cycle(A, w):
 
 
 @scalar
-def watch(A):
-    """Every lane looks for an oscillation in the signals of this cycle."""
+def watch(A, dt):
+    """Every lane looks for an oscillation in the signals of this cycle, dt after the last that it saw [s]."""
     for l in range(LANES):
         w = load_watched(A, SWING + l)
         demand = A[V_M + l] - A[Y_V_OP + l]
-        w = fold_watched(w, A[Y_V + l], A[Y_V_TIP + l], A[Y_A_TIP + l], demand, A[Y_F + l])
+        w = fold_watched(w, dt, A[Y_V + l], A[Y_V_TIP + l], A[Y_A_TIP + l], demand, A[Y_F + l])
         put_watched(A, SWING + l, w)
+    any_up = 0.0
     for l in range(LANES):
-        if A[SWING_UP + l] > 0.0:
-            put_oscillation(A, SWING + l, fold_period(load_oscillation(A, SWING + l)))
+        any_up = fmax(any_up, A[SWING_UP + l])
+    if any_up > 0.0:  # one question for all lanes: periods end seldom
+        for l in range(LANES):
+            if A[SWING_UP + l] > 0.0:
+                put_oscillation(A, SWING + l, fold_period(load_oscillation(A, SWING + l)))
 
 
 @scalar
@@ -318,7 +322,7 @@ def run(
         row = D[t * cols * LANES :]
         take_tick(A, row, cols)
         cycle(A, 0.5 if (k == first or k == last) else 1.0)
-        watch(A)
+        watch(A, t_cycle)
         if k >= first:
             windows(A, W, (k - first) % n_win, n_win, 1.0 if k - first >= n_win - 1 else 0.0)
         if every > 0 and k % every == 0:

@@ -31,7 +31,7 @@ from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothing, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
 from stillhook.engine.scenario.oscillation import OSCILLATES, oscillation_notes, oscillation_numbers
-from stillhook.engine.scenario.warm_up import LOOK, WarmUp, Watch, warm_up_notes
+from stillhook.engine.scenario.warm_up import WarmUp, Watch, warm_up_notes
 from stillhook.kernels.lanes import flatten, offset, size
 from stillhook.kernels.statistics.cycles import SIGNALS, blank
 from stillhook.kernels.statistics.oscillation import begun_again
@@ -127,7 +127,7 @@ def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -
         geo=nothing(Geometry),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
         laws=d.laws.blank(packed.settings, guard),
-        st=blank(d.Stats, packed.plant, packed.params.plc.t_cycle),
+        st=blank(d.Stats, packed.plant),
         y=nothing(d.Signals),
         tip_0=tip,
         tip_1=tip,
@@ -161,10 +161,7 @@ class ScenarioBlock(Block[Ready]):
             self.watch = Watch(self.d, self.A, drive.t_cycle)
             self.before: list[WarmUp | None] = [None] * len(self.ready)
         if k < drive.first:
-            for i in range(0, count, LOOK):
-                n = min(LOOK, count - i)
-                self._run(D[i : i + n + 1], k + i, n)
-                self.watch.look(k + i, n)
+            self.watch.run(lambda i, n: self._run(D[i : i + n + 1], k + i, n), k, count)
             return
         if k == drive.first:
             if k > 0:
@@ -194,7 +191,7 @@ class ScenarioBlock(Block[Ready]):
     def _count_from_here(self) -> None:
         """Statistics of every lane start again; what is known of an oscillation that goes on is kept."""
         at = offset(self.d.Lane, "st", 1)
-        fresh = blank(self.d.Stats, self.ready[0].winch.plant, self.drive.t_cycle)
+        fresh = blank(self.d.Stats, self.ready[0].winch.plant)
         for i in range(self.A.shape[1]):
             values = flatten(fresh._replace(oscillation=begun_again(self.part("st", i).oscillation)))
             self.A[at : at + len(values), i] = values
