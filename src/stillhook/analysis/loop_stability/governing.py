@@ -314,7 +314,8 @@ def _closed_circuit_at(
     crane, station = keyed.machine
     hoist = station.winch.params.hoist
     undamped = keyed.key[0]._replace(hoist=hoist._replace(wire=hoist.wire._replace(zeta=0.0)))
-    point = _operating_point(_Keyed(station, (undamped, *keyed.key[1:2], station.sign)), abs(place.v_tip), alpha)
+    same = (crane.plant, undamped, station.winch.geometry, station.sign, place.load, place.s_w)
+    point = _operating_point(_Keyed(station, same), abs(place.v_tip), alpha)
     if point is None or not point.reachable:
         return None
     point = point._replace(params=point.params._replace(hoist=hoist))
