@@ -440,7 +440,7 @@ class After(NamedTuple):
 instant, before = access(Instant, 1).load, access(Before, 1).load
 put_rates, put_after = access(State, 1).store, access(After, 1).store
 INSTANT, RATES, BEFORE, AFTER = size(Instant), size(State), size(Before), size(After)
-MOMENT, LONG = 1e-10, 1e9
+MOMENT, LONG = 1e-15, 1e9
 """Times over which the exact step of a bristle is a straight line, and has come to its end [s]."""
 
 if "z" not in plant.State._fields:
