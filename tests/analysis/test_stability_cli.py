@@ -74,6 +74,7 @@ def test_the_answer_comes_first_and_fits_in_twelve_lines(capsys):
     assert lines[1].startswith("No gain K_p stabilises the complete plant at 150 t, ")
     assert lines[1].endswith("100 m of wire.")
     assert len(lines) <= 12
+    assert max(map(len, lines)) <= 100
     assert any(line.startswith("Gain margin, a Stribeck speed faster than that, ") for line in lines)
     assert run(["stability", "nov-250t", "--load", "0 t", "--s-w", "100 m"]) == 0
     out = capsys.readouterr().out
@@ -183,7 +184,7 @@ def test_out_writes_pictures_sweeps_and_numbers(capsys, tmp_path):
     from stillhook.cli.analysis.stability import NAMES
 
     folder = tmp_path / "out"
-    assert run(["stability", "nov-150t", "--out", str(folder)]) == 0
+    assert run(["stability", "nov-150t", "--out", str(folder)]) == 1  # slow and loaded it oscillates
     assert {p.name for p in folder.iterdir()} == set(NAMES)
     with xarray.open_dataset(folder / "layer.nc", engine="h5netcdf") as data:
         assert data["K_p_ms"].dims == ("layer",)

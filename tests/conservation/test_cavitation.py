@@ -11,6 +11,7 @@ from tests.engine.runs import run_many, run_one
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.arguments import SERIES_STEP, steps_for
 from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario import warm_up
 from stillhook.engine.scenario.problem import energy_unaccounted, summarise
 from stillhook.engine.scenario.warm_up import LOOK
 from stillhook.library.crane_file import changed
@@ -162,6 +163,15 @@ class TestWarmUp:
         assert e.first <= seen[0] < seen[-1] <= e.last
         assert e.last - e.first < seen[-1] - seen[0] + 2 * LOOK * 0.01
         assert result.before.stats.extremes.void_max == pytest.approx(float(data["V_void"].max()), rel=1e-12)
+
+    def test_whether_it_looks_far_or_near_changes_nothing(self, monkeypatch):
+        """The far steps of a quiet part, and the way that is gone again, against steps of 20 cycles throughout."""
+        _, far = self.notes()
+        monkeypatch.setattr(warm_up, "FAR", LOOK)
+        _, near = self.notes()
+        assert far.before == near.before
+        assert 2 * LOOK * 0.01 < far.before.excursions["cavitation"].last
+        assert (far.state, far.memory, far.stats) == (near.state, near.memory, near.stats)
 
     def test_a_gentle_start_has_none(self):
         summary, _ = self.notes(ramp="10 s")

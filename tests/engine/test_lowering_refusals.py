@@ -117,7 +117,7 @@ def test_a_lift_without_numbers_spoils_no_other() -> None:
 @pytest.mark.parametrize("z_0", ["0 m", "-1900 m"])
 def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: str, z_0: str) -> None:
     run = simulate(crane(), lift(mass, V=0.0001, z_0=z_0, tip=Sine(amplitude="1 m", period="8 s")), on_failure="mark")
-    assert str(run.status.values).replace("overload", "ok") == "ok"
+    assert str(run.status.values) in ("ok", "overload", "peak load")
     assert abs(float(run.energy_unaccounted)) < 1e-3
     assert float(run.eta_c) > 0.9
 

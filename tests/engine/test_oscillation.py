@@ -32,9 +32,9 @@ SPECTRUM = 0.1
 
 def watched(error: np.ndarray, v_tip: np.ndarray, a_tip: np.ndarray, F: np.ndarray, dt: float = DT) -> Oscillation:
     """What is found in an error of speed over a motion of the tip."""
-    found = blank_oscillation(dt)
+    found = blank_oscillation()
     for e, v, a, f in zip(error.tolist(), v_tip.tolist(), a_tip.tolist(), F.tolist(), strict=True):
-        found = found._replace(watched=fold_watched(found.watched, e - v, v, a, v, f))
+        found = found._replace(watched=fold_watched(found.watched, dt, e - v, v, a, v, f))
         if found.watched.up > 0.0:
             found = fold_period(found)
     return found

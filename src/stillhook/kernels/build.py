@@ -15,7 +15,7 @@ import os
 import re
 import sys
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -142,6 +142,7 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
             module.path = imposed_tension if unguarded.startswith(HOSTED) else module.plant.PATH  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]
+            module.made_of = (plant, extra_controllers)  # type: ignore[attr-defined]
             takes = getattr(module.plant, "CONTROL", DISPLACEMENT)
             module.laws = control_laws.control_laws(extra_controllers, takes, kind.startswith(GUARDED))  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
@@ -159,19 +160,35 @@ def compiled(function: Any, name: str) -> Any:
     return _machine_code({function.__name__: function}, name, 1)[function.__name__]
 
 
-def _machine_code(kernels: Mapping[str, Any], name: str, lanes: int) -> dict[str, Any]:
-    """Kernels as a wheel holds them, or as Zig compiles them, else Numba; compiled on first call, cached under this
-    name."""
+@functools.cache
+def equations(d: ModuleType) -> Mapping[str, Any]:
+    """`rates_at` and `cycles_at` of a driver for one lane, for what differentiates them: compiled on first call, cached
+    on disk; plain Python where no compiler is installed."""
+    plant, extra_controllers = d.made_of
+    kernels = {each: getattr(d, each) for each in ("rates_at", "cycles_at")}
+    return _machine_code(kernels, _folder(plant, "equations", extra_controllers), 1, make=_by_numba_or_python)
+
+
+def _machine_code(
+    kernels: Mapping[str, Any], name: str, lanes: int, make: Callable[[Any, Path], Any] | None = None
+) -> dict[str, Any]:
+    """Kernels as a wheel holds them, or as Zig compiles them, else as `make` does, default Numba; compiled on first
+    call, cached under this name."""
     if interpreted() or not kernels:
         return dict(kernels)
     folder = cache_folder(name, lanes)
-    by_numba = {each: functools.partial(_by_numba, function, folder) for each, function in kernels.items()}
+    other = _by_numba if make is None else make
+    by_numba = {each: functools.partial(other, function, folder) for each, function in kernels.items()}
     if not native():
         return {each: make() for each, make in by_numba.items()}
     symbols = {each: re.sub(r"\W", "_", f"{each}_{name}_{lanes}") for each in kernels}
     entries = {symbol: kernels[each] for each, symbol in symbols.items()}
     library = Library(entries, folder, kernel_folder("native"), sources=kernel_hash())
     return {each: Entry(library, symbol, by_numba[each]) for each, symbol in symbols.items()}
+
+
+def _by_numba_or_python(function: Any, folder: Path) -> Any:
+    return function if importlib.util.find_spec("numba") is None else _by_numba(function, folder)
 
 
 def _by_numba(function: Any, folder: Path) -> Any:

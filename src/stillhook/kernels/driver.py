@@ -266,16 +266,20 @@ def cycle(A, w):
 
 
 @scalar
-def watch(A):
-    """Every lane looks for an oscillation in the signals of this cycle."""
+def watch(A, dt):
+    """Every lane looks for an oscillation in the signals of this cycle, dt after the last that it saw [s]."""
     for l in range(LANES):
         w = load_watched(A, SWING + l)
         demand = A[V_M + l] - A[Y_V_OP + l]
-        w = fold_watched(w, A[Y_V + l], A[Y_V_TIP + l], A[Y_A_TIP + l], demand, A[Y_F + l])
+        w = fold_watched(w, dt, A[Y_V + l], A[Y_V_TIP + l], A[Y_A_TIP + l], demand, A[Y_F + l])
         put_watched(A, SWING + l, w)
+    any_up = 0.0
     for l in range(LANES):
-        if A[SWING_UP + l] > 0.0:
-            put_oscillation(A, SWING + l, fold_period(load_oscillation(A, SWING + l)))
+        any_up = fmax(any_up, A[SWING_UP + l])
+    if any_up > 0.0:  # one question for all lanes: periods end seldom
+        for l in range(LANES):
+            if A[SWING_UP + l] > 0.0:
+                put_oscillation(A, SWING + l, fold_period(load_oscillation(A, SWING + l)))
 
 
 @scalar
@@ -318,7 +322,7 @@ def run(
         row = D[t * cols * LANES :]
         take_tick(A, row, cols)
         cycle(A, 0.5 if (k == first or k == last) else 1.0)
-        watch(A)
+        watch(A, t_cycle)
         if k >= first:
             windows(A, W, (k - first) % n_win, n_win, 1.0 if k - first >= n_win - 1 else 0.0)
         if every > 0 and k % every == 0:
@@ -401,3 +405,78 @@ def read(A: Array, S: Array):
         tip, geo = Tip(b.tick.s, b.tick.v), geometry(b.x.path.s_w, b.p)
         q = path_point(b.x, geo, tip, b.p)
         put_sensed(S, l, sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p))
+
+
+class Instant(NamedTuple):
+    """What the equations of winch and load path depend on: what is varied, then what stands."""
+
+    x: State
+    u: Command
+    tip: Tip
+    geo: Geometry
+    p: Params
+
+
+class Before(NamedTuple):
+    """What a PLC cycle depends on: what is varied, then what stands."""
+
+    x: State
+    m: Memory
+    laws: LawRecord
+    tick: Tick
+    tip: Tip
+    geo: Geometry
+    p: Params
+
+
+class After(NamedTuple):
+    """What a PLC cycle gives."""
+
+    u: Command
+    m: Memory
+    laws: LawRecord
+
+
+instant, before = access(Instant, 1).load, access(Before, 1).load
+put_rates, put_after = access(State, 1).store, access(After, 1).store
+INSTANT, RATES, BEFORE, AFTER = size(Instant), size(State), size(Before), size(After)
+MOMENT, LONG = 1e-15, 1e9
+"""Times over which the exact step of a bristle is a straight line, and has come to its end [s]."""
+
+if "z" not in plant.State._fields:
+
+    @scalar
+    def all_rates(b):
+        """Time derivatives of all states."""
+        return rates(b.x, b.u, b.geo, b.tip, b.p)
+
+else:
+
+    @scalar
+    def z_rate(c, x, p):
+        """Rate of the bristle's deflection out of its exact step, which relaxes towards v / rate: v - rate z."""
+        free = with_z(x, 0.0)
+        v = bristle_after(c, free, p, MOMENT) / MOMENT
+        end = bristle_after(c, free, p, LONG)
+        return v - (v / end) * x.z if abs(end) > 0.0 else 0.0
+
+    @scalar
+    def all_rates(b):
+        """Time derivatives of all states, that of the bristle among them."""
+        r = rates(b.x, b.u, b.geo, b.tip, b.p)
+        c = circuit(b.x.winch, path_point(b.x, b.geo, b.tip, b.p), b.u, b.geo, b.p)
+        return with_winch(r, with_z(r.winch, z_rate(c, b.x.winch, b.p)))
+
+
+def rates_at(S: Array, out: Array, n: int):
+    """Time derivatives of all states at n instants."""
+    for k in range(n):
+        put_rates(out, k * RATES, all_rates(instant(S, k * INSTANT)))
+
+
+def cycles_at(S: Array, out: Array, n: int):
+    """What a PLC cycle gives, each of n by itself."""
+    for k in range(n):
+        b = before(S, k * BEFORE)
+        u, m, laws, _ = control(b.x, b.m, b.laws, b.tick, b.tip, b.geo, b.p)
+        put_after(out, k * AFTER, After(u, m, laws))

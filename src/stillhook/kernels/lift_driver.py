@@ -346,7 +346,7 @@ def run(
         take_stage(A, S, n_stages)
         if watched:
             cycle(A, B, N, T, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
-            watch(A)
+            watch(A, sampled * t_cycle)
             windows(A, W_, P[(k // n_peak) * NP * LANES :], (k // sampled) % n_win, n_win)
         else:
             command(A, k * t_cycle)

@@ -41,7 +41,7 @@ from stillhook.analysis.loop_stability.places import (
 from stillhook.analysis.loop_stability.stable_gains import StableGains, stable_gains
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.analysis.steady.limits import Direction, Station, top_of_drive
-from stillhook.analysis.steady.operating_point import NoSteadyOperation
+from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint
 from stillhook.analysis.steady.steady_state import moves
 from stillhook.engine.pack.winch import pack, plc_record
 from stillhook.errors import StillhookError
@@ -312,14 +312,25 @@ def _closed_circuit_at(
 ) -> tuple[SampledLoop, StableGains] | None:
     """None where pressure or pumps do not suffice."""
     crane, station = keyed.machine
-    try:
-        point = station.at(abs(place.v_tip), alpha)
-    except NoSteadyOperation:
+    hoist = station.winch.params.hoist
+    undamped = keyed.key[0]._replace(hoist=hoist._replace(wire=hoist.wire._replace(zeta=0.0)))
+    same = (crane.plant, undamped, station.winch.geometry, station.sign, place.load, place.s_w)
+    point = _operating_point(_Keyed(station, same), abs(place.v_tip), alpha)
+    if point is None or not point.reachable:
         return None
-    if not point.reachable:
-        return None
+    point = point._replace(params=point.params._replace(hoist=hoist))
     loop = plc_loop(crane, point, mode=mode, delay=delay)
     return loop, stable_gains(loop)
+
+
+@functools.lru_cache(maxsize=8192)
+def _operating_point(keyed: _Keyed, v: float, alpha: float) -> OperatingPoint | None:
+    """Where the winch compensates: no damping of the wire moves it, for the wire keeps its length."""
+    try:
+        point: OperatingPoint = keyed.machine.at(v, alpha)
+    except NoSteadyOperation:
+        return None
+    return point
 
 
 def with_wire_damping(crane: Crane, zeta: float) -> Crane:

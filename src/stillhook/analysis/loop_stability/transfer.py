@@ -407,9 +407,12 @@ def _transfer(A: FloatArray, B: FloatArray, C: FloatArray) -> Transfer:
         A, permute=False, separate=True
     )  # pascals beside radians cost digits
     T, Q = scipy.linalg.schur(even.astype(np.complex128), output="complex")
-    b, c = Q.conj().T @ (B / scale), (C * scale) @ Q
+    b, c, unit = Q.conj().T @ (B / scale), (C * scale) @ Q, np.eye(len(B))
 
     def solved(s: ComplexArray) -> ComplexArray:
+        if len(s) == 1:
+            x, _ = scipy.linalg.lapack.ztrtrs(s[0] * unit - T, b)
+            return np.asarray([c @ x], dtype=np.complex128)
         x = np.zeros((len(b), len(s)), dtype=np.complex128)
         for i in range(len(b) - 1, -1, -1):
             x[i] = (b[i] + T[i, i + 1 :] @ x[i + 1 :]) / (s - T[i, i])

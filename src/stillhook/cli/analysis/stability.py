@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -125,16 +126,25 @@ def _answer(v: Verdict, alpha: float | None) -> None:
     """The answer in lines, the verdict first."""
     motors = "" if alpha is None else f", motors at {alpha:.3g}"
     K_p, n = show(v.K_p, "gain_per_length", 4), len(v.found.places)
-    where = f"{v.crane}, {v.mode.value}{motors}, K_p {K_p}, PLC cycle {show(v.t_cycle, 'time')}"
+    where = f"{v.crane}, {v.mode.value}{motors}, K_p {K_p}"
     where += f", delay {show(v.delay, 'time')}" if v.delay else ""
     if v.ok:
-        print(f"{where}: STABLE at all {n} places.")
+        print_folded(f"{where}: STABLE at all {n} places.")
     elif v.oscillates:
-        print(f"{where}: UNSTABLE, the complete plant oscillates at {len(v.oscillates)} of {n} places.")
+        print_folded(f"{where}: UNSTABLE, the complete plant oscillates at {len(v.oscillates)} of {n} places.")
     else:
-        print(f"{where}: UNSTABLE, {v.found.describe()}.")
+        print_folded(f"{where}: UNSTABLE, {v.found.describe()}.")
     for line in (*_regardless(v), *_by_gain(v), *_margin(v), *_damping_lines(v.damping), *_published(v)):
-        print(line)
+        print_folded(line)
+
+
+WIDTH = 100
+"""Columns of the answer."""
+
+
+def print_folded(line: str) -> None:
+    """A sentence within `WIDTH` columns, what goes on set in."""
+    print(textwrap.fill(line, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
 
 
 def _regardless(v: Verdict) -> list[str]:
@@ -147,9 +157,8 @@ def _regardless(v: Verdict) -> list[str]:
     return [
         f"No gain K_p stabilises the complete plant at {show(worst.place.load, 'mass', 4)},"
         f" {show(abs(worst.place.v_tip), 'speed', 3)}, {show(worst.place.s_w, 'length', 4)} of wire.",
-        f"That holds at {len(places)} of the places, with {show(min(loads), 'mass', 3)} or more at up to"
-        f" {show(max(speeds), 'speed', 3)}. Look first at friction that falls with speed and at the damping of the"
-        " wire; simulate the case for its size.",
+        f"That holds at {len(places)} places, from {show(min(loads), 'mass', 3)} and up to"
+        f" {show(max(speeds), 'speed', 3)}; look at friction and damping of the wire.",
     ]
 
 
@@ -161,7 +170,7 @@ def _by_gain(v: Verdict) -> list[str]:
     least = min(places, key=lambda p: p.gains.high)
     low = f"{show(least.gains.low, 'gain_per_length', 3)} to " if least.gains.low else "below "
     return [
-        f"At {len(places)} place{'s' if len(places) > 1 else ''} K_p decides: {least.describe()} is stable"
+        f"At {len(places)} place{'s' if len(places) > 1 else ''} K_p decides; least: {least.describe()}, stable"
         f" {low}{show(least.gains.high, 'gain_per_length', 3)}."
     ]
 
@@ -175,21 +184,24 @@ def _margin(v: Verdict) -> list[str]:
     at = f"{least.describe()}, limit {show(least.gains.high, 'gain_per_length', 4)}"
     if m.gain_margin > 1.0:
         margin = (
-            f"Gain margin{away} {20.0 * math.log10(m.gain_margin):.3g} dB (K_p can rise by a factor of"
-            f" {m.gain_margin:.3g}), phase margin {math.degrees(m.phase_margin):.3g} deg, least at {at}."
+            f"Gain margin{away} {20.0 * math.log10(m.gain_margin):.3g} dB (factor {m.gain_margin:.3g}), phase margin"
+            f" {math.degrees(m.phase_margin):.3g} deg, least at {at}."
         )
     else:
         margin = f"K_p is above its limit{away}, least at {at}."
     strong = show(v.found.K_p, "gain_per_length", 3)
-    return [margin, f"Largest K_p with gain margin 2, 45 deg and sensitivity peak 2: {strong} ({v.found.describe()})."]
+    largest = (
+        f"Largest K_p with gain margin 2, 45 deg and sensitivity peak 2 at a PLC cycle of {show(v.t_cycle, 'time')}:"
+    )
+    return [margin, f"{largest} {strong} ({v.found.describe()})."]
 
 
 def _damping_lines(damping: Sequence[WireDamping]) -> list[str]:
     """What the wire's damping decides."""
     whose = {"crane": "the crane's", "paper C": "paper C's", "least": "least", "most": "most"}
-    cells = [f"{d.zeta:g} ({whose[d.whose]}) {d.oscillates}, whatever K_p {d.no_gain}" for d in damping]
+    cells = [f"{d.zeta:g} ({whose[d.whose]}) {d.oscillates}, {d.no_gain}" for d in damping]
     places = max((d.places for d in damping), default=0)
-    return [f"Wire damping, places of {places} that oscillate: {'; '.join(cells)}."]
+    return [f"Wire damping, places of {places} that oscillate with K_p, and with any gain: {'; '.join(cells)}."]
 
 
 def _published(v: Verdict) -> list[str]:

@@ -97,7 +97,7 @@ def _lift(result: PlanResult, out: Path) -> None:
     """The lift: limiting sea states, what governs, days gained, and where the report is."""
     from stillhook.plan.report.document import PAGE, PDF, marks
     from stillhook.plan.report.summary_page import verdict
-    from stillhook.plan.report.words import CREDITED, TWIN, gain, named
+    from stillhook.plan.report.words import CREDITED, TWIN, gain, named, swinging
     from stillhook.report.formatting import percent
 
     data = result.data
@@ -128,8 +128,8 @@ def _lift(result: PlanResult, out: Path) -> None:
         padded = zip(cells, widths, strict=False)
         print("  " + " ".join(f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(padded)))
     print("  Limiting Hs [m] by peak period, most unfavourable heading.")
-    for mark in marks(result):
-        print(textwrap.fill(mark + ".", WIDTH, initial_indent="  ", subsequent_indent="  "))
+    for line in (*swinging(result), *(f"{mark}." for mark in marks(result))):
+        print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
     say_left_out(pdf=True)
     print(f"report: {(out / (PDF if can_set() else PAGE)).resolve()}")
 

@@ -226,7 +226,7 @@ class LiftBlock(Block[Ready]):
         interval = peak_interval(self.drive.n_ticks * self.drive.t_cycle)
         self.n_peak = max(round(interval / (sampled * self.drive.t_cycle)), 1) * sampled
         self.P = np.full((self.drive.n_ticks // self.n_peak + 1, d.NP, lanes), -np.inf)
-        blank_winch = blank(d.Stats, ready[0].winch.plant, sampled * self.drive.t_cycle)
+        blank_winch = blank(d.Stats, ready[0].winch.plant)
         self.first = np.array(flatten(blank_winch) + flatten(self.blank_lift()))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
 
@@ -274,7 +274,7 @@ class LiftBlock(Block[Ready]):
             geo=nothing(Geometry),
             m=memory,
             laws=d.winch.laws.blank(packed.settings),
-            st=blank(d.Stats, packed.plant, self.sampled * r.drive.t_cycle),
+            st=blank(d.Stats, packed.plant),
             ls=blank_lift_stats(),
             tip_0=tip,
             tip_1=tip,

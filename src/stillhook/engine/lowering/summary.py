@@ -8,7 +8,7 @@ from typing import Any
 from stillhook.base.identity import remembered
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.lowering.run import LiftResult, StageResult
-from stillhook.engine.pack.capacity import OVERLOAD, overloads
+from stillhook.engine.pack.capacity import capacity_notes, judged
 from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.pack.programme import hanging
 from stillhook.engine.runner import Ending
@@ -179,8 +179,8 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.problem`, and "sling"
     (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a stage that does not
     land), "compensator stroke" (the rod of a passive heave compensator came to an end of its stroke while the load hung
-    free), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed
-    out), "unfinished". "audit" is not judged where the wire snaps taut within a cycle of the audit."""
+    free), "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a stage timed out), "unfinished".
+    "audit" is not judged where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
     beyond = limits_passed(crane.plant.type, r.stats)
@@ -190,8 +190,7 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
         beyond.append(STROKE)
     if unplanned_touches(case, result):
         beyond.append("touchdown")
-    if overloads(crane, r.stats.common.F_max):
-        beyond.append(OVERLOAD)
+    beyond += judged(crane, resting(crane, case, r), r.stats.common.F_max)
     if result.hang.sup.stuck > 0.0:
         beyond.append("stuck")
     elif result.hang.sup.done == 0.0:
@@ -203,6 +202,13 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
     ):
         beyond.append("audit")
     return ", ".join(beyond) or OK
+
+
+def resting(crane: Crane, case: Lowering, r: StageResult) -> float:
+    """Highest tension at the crane tip with payload, hook and wire at rest, between the places of the payload in the
+    run [N]: it falls while the payload submerges and rises with the wire from then on."""
+    ends = (z for z in (r.lift.z_max, r.lift.z_min) if abs(z) < NEVER)
+    return max((hanging(crane, case, max(z, -case.depth)).F_tip for z in ends), default=0.0)
 
 
 def unplanned_touches(case: Lowering, result: LiftResult) -> list[tuple[int, LiftStats]]:
@@ -316,6 +322,7 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
         return [f"lost its numbers by {result.t_end:.2f} s"]
     notes_of_run = [
         *oscillation_notes(crane, r.stats.oscillation.largest),
+        *capacity_notes(crane, resting(crane, case, r), r.stats.common.F_max),
         *type_notes(crane, held_load(crane, case, r.span[1])),
     ]
     names = [*result.packed.programme.names, "after"]

@@ -1,12 +1,22 @@
 """What a crane carries at its tip: SWL and hook, the wire below the tip counting as load. One judgement for scenarios,
-lowerings and plans."""
+lowerings and plans.
+
+At rest, payload, hook and wire are within SWL and hook, or it is an overload. Peaks beyond them are a matter of the
+dynamic factor that the crane's capacity was derived with. A load chart has one and a crane file has none: a run in
+which the tension goes beyond SWL and hook is therefore not "ok", and says which factor it takes. Plans take the factor
+of the chart, `DESIGN_DAF` without one.
+"""
+
+import math
 
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.units import show
 
-OVERLOAD = "overload"
-"""Word for it in a run's status."""
+OVERLOAD, PEAK = "overload", "peak load"
+"""Words in a run's status: SWL and hook are less than what hangs at rest, or than a peak alone."""
+DESIGN_DAF = 1.3
+"""Dynamic factor that a crane's capacity was derived with, where no load chart gives one (assumed); of plans."""
 ROUNDING = 1e-9
 """Part of the capacity by which the tension of a load that hangs at rest may be off by rounding."""
 
@@ -22,17 +32,29 @@ def wire_weight(crane: Crane, s_w: float) -> float:
 
 
 def overloads(crane: Crane, F_tip: float) -> bool:
-    """Whether a tension at the crane tip [N], wire and peaks included, is beyond what the crane is rated for."""
+    """Whether a tension at the crane tip [N], wire included, is beyond what the crane is rated for."""
     return F_tip > tip_capacity(crane) * (1.0 + ROUNDING)
 
 
-def overload_notes(crane: Crane, F_w: float, wire: float) -> list[str]:
-    """How far a run without weight of its wire goes beyond it, in a line: F_w highest tension, wire weight of the wire
-    [N]."""
-    if not overloads(crane, F_w + wire):
-        return []
-    return [
-        f"{show(F_w + wire, 'force', 4)} at the crane tip at the most, {show(wire, 'force', 3)} of it the wire in air,"
-        f' and "{crane.name}" carries {show(tip_capacity(crane), "force", 4)} (SWL and hook): lower the load, pay out'
-        " less wire or choose another crane"
-    ]
+def judged(crane: Crane, F_rest: float, F_most: float) -> list[str]:
+    """`OVERLOAD`, `PEAK` or nothing: highest tension at the crane tip at rest and peaks included, wire included [N]."""
+    if overloads(crane, F_rest):
+        return [OVERLOAD]
+    return [PEAK] if overloads(crane, F_most) else []
+
+
+def capacity_notes(crane: Crane, F_rest: float, F_most: float, wire: float = 0.0) -> list[str]:
+    """The same in a line with what to do; wire: part of both tensions that is wire in air, which a run left out [N]."""
+    rated, of_wire = tip_capacity(crane), f", {show(wire, 'force', 3)} of it the wire in air" if wire > 0.0 else ""
+    rest = f"at rest {show(F_rest, 'force', 4)} at the crane tip{of_wire}"
+    carries = f'"{crane.name}" carries {show(rated, "force", 4)} (SWL and hook)'
+    advice = "lower the load, pay out less wire or choose another crane"
+    if overloads(crane, F_rest):
+        return [f"{OVERLOAD}: {rest}, and {carries}: {advice}"]
+    if overloads(crane, F_most):
+        factor = math.ceil(F_most / rated * 100.0) / 100.0
+        return [
+            f"{PEAK}: {rest}, up to {show(F_most, 'force', 4)} in the run, and {carries}: within capacity only by a"
+            f" load chart with a dynamic factor of {factor:.2f} or more"
+        ]
+    return []

@@ -36,12 +36,14 @@ from stillhook.winches.circuits.tables import MotorSet
 class Foreseen(NamedTuple):
     """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of
     marginal stability of the published loop; validated: the crane's certificate holds, and the run is inside its
-    envelope; wire: largest weight of the wire that is out, in air, which the run leaves out [N]."""
+    envelope; wire: largest weight of the wire that is out, in air, which the run leaves out [N]; F_rest: what hangs at
+    the crane tip at rest with that wire [N]."""
 
     notes: tuple[str, ...]
     unstable: bool
     validated: bool
     wire: float
+    F_rest: float
 
 
 def check(crane: Crane, case: Scenario) -> None:
@@ -167,7 +169,8 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
         *stands.notes,
     ]
     wire = wire_weight(crane, max(case.s_w, demand.s_w_max))
-    return Foreseen(tuple(notes), bool(gain), stands.validated, wire)
+    F_rest = load_record(crane, case).W + wire
+    return Foreseen(tuple(notes), bool(gain), stands.validated, wire, F_rest)
 
 
 T_D_BEYOND = 0.1
@@ -347,8 +350,8 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
     """Is K_p above the gain of marginal stability of the published loop, at the smallest displacement that a mode of
     this run takes?
 
-    A bound from above: slow and loaded the whole plant swings at less (`stillhook.analysis.loop_stability.governing`),
-    and the run shows it.
+    No margin: slow and loaded the complete plant swings at less (`stillhook.analysis.loop_stability.governing`, whose
+    answer the note names), and the run shows it.
     """
     modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m.compensates}
     if not modes or not crane.circuits:
@@ -361,6 +364,7 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
     return [
         f"K_p {show(K_p, 'gain_per_length')} is above the {show(limit, 'gain_per_length')} at which the position loop"
         f" is marginally stable (published loop, motors at {alpha:.2f}): expect the winch to swing at {omega:.3g} rad/s"
+        "; the margin of the complete plant on its own wire is that of stillhook stability"
     ]
 
 

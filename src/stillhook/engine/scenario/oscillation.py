@@ -30,5 +30,6 @@ def oscillation_notes(crane: Crane, found: Largest) -> list[str]:
         f"wire speed oscillates for {show(found.time, 'time', 3)} with period {show(found.period, 'time', 3)},"
         f" {show(found.v_w, 'speed', 3)} and {show(found.F_w, 'force', 3)} peak to peak where it is largest, which the"
         " motion of the tip does not explain: the control loop is unstable or close to it, or friction sticks. Lower"
-        f" K_p ({show(crane.control.K_p, 'gain_per_length')}), or keep the wire from going this slowly"
+        f" K_p ({show(crane.control.K_p, 'gain_per_length')}; stillhook stability has its limit), or keep the wire from"
+        " going this slowly"
     ]

@@ -26,12 +26,12 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.batch import Row, run_batch, scenario_as_bytes
 from stillhook.engine.inputs import CycleInputs, shape, twin_line
-from stillhook.engine.pack.capacity import OVERLOAD, overload_notes, overloads
+from stillhook.engine.pack.capacity import capacity_notes, judged
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothing, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
 from stillhook.engine.scenario.oscillation import OSCILLATES, oscillation_notes, oscillation_numbers
-from stillhook.engine.scenario.warm_up import LOOK, WarmUp, Watch, warm_up_notes
+from stillhook.engine.scenario.warm_up import WarmUp, Watch, warm_up_notes
 from stillhook.kernels.lanes import flatten, offset, size
 from stillhook.kernels.statistics.cycles import SIGNALS, blank
 from stillhook.kernels.statistics.oscillation import begun_again
@@ -127,7 +127,7 @@ def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -
         geo=nothing(Geometry),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
         laws=d.laws.blank(packed.settings, guard),
-        st=blank(d.Stats, packed.plant, packed.params.plc.t_cycle),
+        st=blank(d.Stats, packed.plant),
         y=nothing(d.Signals),
         tip_0=tip,
         tip_1=tip,
@@ -161,10 +161,7 @@ class ScenarioBlock(Block[Ready]):
             self.watch = Watch(self.d, self.A, drive.t_cycle)
             self.before: list[WarmUp | None] = [None] * len(self.ready)
         if k < drive.first:
-            for i in range(0, count, LOOK):
-                n = min(LOOK, count - i)
-                self._run(D[i : i + n + 1], k + i, n)
-                self.watch.look(k + i, n)
+            self.watch.run(lambda i, n: self._run(D[i : i + n + 1], k + i, n), k, count)
             return
         if k == drive.first:
             if k > 0:
@@ -194,7 +191,7 @@ class ScenarioBlock(Block[Ready]):
     def _count_from_here(self) -> None:
         """Statistics of every lane start again; what is known of an oscillation that goes on is kept."""
         at = offset(self.d.Lane, "st", 1)
-        fresh = blank(self.d.Stats, self.ready[0].winch.plant, self.drive.t_cycle)
+        fresh = blank(self.d.Stats, self.ready[0].winch.plant)
         for i in range(self.A.shape[1]):
             values = flatten(fresh._replace(oscillation=begun_again(self.part("st", i).oscillation)))
             self.A[at : at + len(values), i] = values
@@ -289,7 +286,8 @@ def limits_passed(winch: WinchType, stats: Any) -> list[str]:
 def status(crane: Crane, case: Scenario, result: Result, foreseen: Foreseen) -> str:
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
-    "overload": SWL and hook are less than what pulls at the crane tip, peaks and the weight of the wire included.
+    "overload", "peak load": more at the crane tip than it carries, at rest or in a peak, the wire included
+    (`stillhook.engine.pack.capacity`).
     "oscillates": the wire's speed swings by itself (`stillhook.kernels.statistics.oscillation`). "unstable": K_p is
     above the limit of the published loop of closed circuits; its absence says nothing. "audit": energy does not add up,
     so the numbers are wrong; judged only for runs as long as the window, and not where a wire snaps taut within a cycle
@@ -300,8 +298,7 @@ def status(crane: Crane, case: Scenario, result: Result, foreseen: Foreseen) -> 
         return "diverged"
     winch, st = crane.plant.type, result.stats.common
     beyond = limits_passed(winch, result.stats)
-    if overloads(crane, st.F_max + foreseen.wire):
-        beyond.append(OVERLOAD)
+    beyond += judged(crane, foreseen.F_rest, st.F_max + foreseen.wire)
     one_sided = st.e_min > 0.0 or st.e_max < 0.0
     if one_sided and abs(st.e_sum) > OFFSET * max(st.cycles - 1.0, 1.0):
         beyond.append("offset")
@@ -343,7 +340,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     foreseen = foresee(crane, case)
     doubts = (*implausible_values(crane), *implausible_values(case))
     swing = result.stats.oscillation.largest
-    heavy = overload_notes(crane, result.stats.common.F_max, foreseen.wire)
+    heavy = capacity_notes(crane, foreseen.F_rest, result.stats.common.F_max + foreseen.wire, foreseen.wire)
     notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(result)]
     if result.ending is Ending.DIVERGED:
         notes.append(f"lost its numbers by {result.t_end:.2f} s")

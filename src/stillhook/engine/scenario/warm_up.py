@@ -6,7 +6,7 @@ reported in a note.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,8 +17,9 @@ from stillhook.units import show
 from stillhook.variables import BY_NAME
 from stillhook.winches.registry import WinchType
 
-LOOK = 20
-"""PLC cycles between two looks at the limits: times are known to within a fifth of a second at 10 ms."""
+LOOK, FAR = 20, 200
+"""PLC cycles between two looks at the limits, times being known to within a fifth of a second at 10 ms; and as far as
+nothing is passed."""
 OF_EVERY_WINCH = {"saturation": "saturated", "slack": "slack", "wire": "wire"}
 """Limits that every winch has, and their words in a status."""
 REACHED: Mapping[str, tuple[tuple[str, str], ...]] = {
@@ -58,8 +59,25 @@ class Watch:
         self.places = {n: common + named.index(f".{n}_cycles") for n in OF_EVERY_WINCH}
         self.places |= {n.lstrip("."): own + i for i, n in enumerate(paths(driver.plant.Limits))}
         self.A, self.at, self.t_cycle = A, list(self.places.values()), t_cycle
-        self.seen = np.zeros((len(self.at), A.shape[1]))
+        self.seen, self.passes = np.zeros((len(self.at), A.shape[1])), False
         self.first, self.last = np.full_like(self.seen, np.inf), np.full_like(self.seen, -np.inf)
+
+    def run(self, piece: Callable[[int, int], None], k: int, count: int) -> None:
+        """Cycles k .. k + count - 1 by piece(first, count), which gives the same bits in any pieces: far, and where a
+        limit was passed on the way again from its beginning in steps of `LOOK`, which go on while one is."""
+        for i in range(0, count, FAR):
+            n = min(FAR, count - i)
+            if not self.passes:
+                begun = self.A.copy()
+                piece(i, n)
+                if not (self.A[self.at] > self.seen).any():
+                    continue
+                self.A[...] = begun
+            passed = self.seen
+            for j in range(i, i + n, LOOK):
+                piece(j, short := min(LOOK, i + n - j))
+                self.look(k + j, short)
+            self.passes = passed is not self.seen
 
     def look(self, k: int, count: int) -> None:
         """Take what cycles k .. k + count - 1 added."""

@@ -54,12 +54,11 @@ def blank_common() -> CommonStats:
     return CommonStats(**values)
 
 
-def blank(stats: Any, plant: Any, dt: float) -> Any:
-    """Statistics of nothing yet of a winch type; stats: its class, as the driver makes it; dt time between samples
-    [s]."""
+def blank(stats: Any, plant: Any) -> Any:
+    """Statistics of nothing yet of a winch type; stats: its class, as the driver makes it."""
     kinds = dict(fields(stats))
     nothing = (kinds[name](*[0.0] * len(kinds[name]._fields)) for name in ("limits", "power"))
-    return stats(blank_common(), plant.BLANK, *nothing, blank_oscillation(dt))
+    return stats(blank_common(), plant.BLANK, *nothing, blank_oscillation())
 
 
 @scalar

@@ -80,12 +80,11 @@ class Rhythm(NamedTuple):
 
 
 class Watched(NamedTuple):
-    """What every sample changes. dt time between samples [s], n samples; mean squares of the tip's speed and
+    """What every sample changes. n samples; mean squares of the tip's speed and
     acceleration, and its half periods; omega corner of the filters [rad/s], filters of error and demand; side of zero
     (1 above), band about zero [m/s]; up: 1 where the error has just come up through zero; t since it did before [s];
     ranges since then of error, demand [m/s] and tension [N]."""
 
-    dt: float
     n: float
     v_2: float
     a_2: float
@@ -134,11 +133,10 @@ class Oscillation(NamedTuple):
     largest: Largest
 
 
-def blank_oscillation(dt: float) -> Oscillation:
-    """Nothing seen yet; dt time between samples [s]."""
+def blank_oscillation() -> Oscillation:
+    """Nothing seen yet."""
     none = Range(0.0, 0.0)
     watched = Watched(
-        dt=dt,
         n=0.0,
         v_2=0.0,
         a_2=0.0,
@@ -203,36 +201,36 @@ def fold_rhythm(a, v_tip, dt):
 
 
 @scalar
-def fold_watched(a, v_w, v_tip, a_tip, demand, F_w):
-    """What every sample changes, with one more: speeds of wire and tip [m/s], acceleration of the tip [m/s^2], demand:
-    speed of the tip as the PLC has it, less the operator's [m/s]; tension [N]. Up and hoisting positive."""
-    weight = fmax(1.0 / (a.n + 1.0), a.dt / MEMORY)
+def fold_watched(a, dt, v_w, v_tip, a_tip, demand, F_w):
+    """What every sample changes, with one more, dt after the last [s]: speeds of wire and tip [m/s], acceleration of
+    the tip [m/s^2], demand: speed of the tip as the PLC has it, less the operator's [m/s]; tension [N]. Up and hoisting
+    positive."""
+    weight = fmax(1.0 / (a.n + 1.0), dt / MEMORY)
     v_2 = a.v_2 + weight * (v_tip * v_tip - a.v_2)
     a_2 = a.a_2 + weight * (a_tip * a_tip - a.a_2)
     omega = fmax(FASTER * sqrt(a_2 / fmax(v_2, STILL)), TWO_PI / LONGEST)
-    g = fmin(0.5 * omega * a.dt, 0.5)
+    g = fmin(0.5 * omega * dt, 0.5)
     x_e, first = v_w + demand, a.n == 0.0
     f_e = HighPass(a.f_error.s_1, x_e if first else a.f_error.s_2)
     f_d = HighPass(a.f_demand.s_1, demand if first else a.f_demand.s_2)
     e, d, fresh = fast_part(f_e, x_e, g), fast_part(f_d, demand, g), a.up > 0.0
     band = fmax(
-        HYSTERESIS * (a.error.hi - a.error.lo) if fresh else a.band * (1.0 - a.dt / FORGET), HYSTERESIS * SMALLEST
+        HYSTERESIS * (a.error.hi - a.error.lo) if fresh else a.band * (1.0 - dt / FORGET), HYSTERESIS * SMALLEST
     )
     up = a.side < 0.0 and e > band
     side = -1.0 if a.side > 0.0 and e < -band else a.side
     return Watched(
-        a.dt,
         a.n + 1.0,
         v_2,
         a_2,
-        fold_rhythm(a.tip, v_tip, a.dt),
+        fold_rhythm(a.tip, v_tip, dt),
         omega,
         filtered(f_e, e, g),
         filtered(f_d, d, g),
         1.0 if up else side,
         band,
         1.0 if up else 0.0,
-        (0.0 if fresh else a.t) + a.dt,
+        (0.0 if fresh else a.t) + dt,
         widened(a.error, e, fresh),
         widened(a.demand, d, fresh),
         widened(a.F, F_w, fresh),

@@ -22,6 +22,7 @@ from stillhook.engine.scenario.checks import type_notes
 from stillhook.kernels.build import results_hash
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.reference_cell import reference_of
+from stillhook.plan.answer.swinging import swinging_remarks
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import PhaseKind, described
@@ -320,7 +321,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Remarks on the result."""
-    lines = [*_swell_remark(plan), *plan.notes, *winch_remarks(plan)]
+    lines = [*swinging_remarks(plan, of.modelled), *_swell_remark(plan), *plan.notes, *winch_remarks(plan)]
     untold_phases = untold(of.modelled)
     for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
         lines.append(

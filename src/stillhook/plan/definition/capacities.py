@@ -9,7 +9,7 @@ from typing import NamedTuple
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.kept import ROOM, kept
 from stillhook.control.registry import CLASSIC, MANUAL_MODE, Mode
-from stillhook.engine.pack.capacity import tip_capacity
+from stillhook.engine.pack.capacity import DESIGN_DAF, tip_capacity
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
@@ -101,10 +101,6 @@ def calm(plan: LiftPlan, phase: Phase) -> Mapping[str, float]:
         "v_landed": v,
         **({} if plan.load_chart is None else plan.load_chart.static_leads(plan.tip_of(phase))),
     }
-
-
-DESIGN_DAF = 1.3
-"""Dynamic factor that a crane's capacity was derived with, where no load chart gives one (assumed)."""
 
 
 def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:

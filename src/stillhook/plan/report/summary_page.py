@@ -30,6 +30,7 @@ from stillhook.plan.report.words import (
     of_wind_sea,
     over,
     reading,
+    swinging,
     workable,
     worst_heading,
 )
@@ -64,7 +65,8 @@ def verdict(result: PlanResult) -> Verdict:
     certificate = result.facts["crane"]["certificate"] or {}
     unsigned = [TEXTS["assumed_certificate"]] if certificate.get("assumed") else [UNSIGNED] if certificate else []
     waiting = [_waiting(result, name)] if "weather" in result else []
-    sentences = [_credited(result, name), _twin(result, name), *unsigned, _operation(result, name), *waiting]
+    swings = swinging(result)
+    sentences = [_credited(result, name), _twin(result, name), *swings, *unsigned, _operation(result, name), *waiting]
     return Verdict(word, workable, sentences)
 
 

@@ -38,6 +38,8 @@ MARKER: Mapping[str, str] = {name: "xsv^oDP*"[i % 8] for i, name in enumerate(FI
 THICK: Mapping[str, float] = {name: max(3.2 - 0.45 * i, 0.5) for i, name in enumerate(FIRST)}
 """Widths of lines: the later drawn is the thinner, so that lines that are one on the other are all seen."""
 TWIN, CREDITED = CREDITS
+SWINGS = "0 m BY OSCILLATION"
+"""Begins remarks on alternatives that have no limit because the winch oscillates; shown with the answer."""
 SAME = 5e-3
 """Limits that differ by less are shown as one [m]: the second decimal that tables print."""
 
@@ -50,6 +52,11 @@ def named(alternative: object) -> str:
 def names(data: xarray.Dataset, dim: str = "alternative") -> list[str]:
     """Labels along a dimension, as texts."""
     return [str(x) for x in data[dim].values]
+
+
+def swinging(result: PlanResult) -> list[str]:
+    """Remarks on alternatives that have no limit because the winch oscillates, a sentence each."""
+    return [f"{line}." for line in result.facts["remarks"] if line.startswith(SWINGS)]
 
 
 def phase_code(result: PlanResult, phase: str) -> str:

@@ -3,11 +3,14 @@ kink."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+
+Batch = Callable[[FloatArray], FloatArray]
+"""A function of many points at once: (points, variables) -> (points, values)."""
 
 STEP = {
     "alpha": 1e-6,
@@ -46,30 +49,35 @@ def step_of(name: str, value: float = 0.0) -> float:
     return RELATIVE * max(1.0, abs(value))
 
 
-def jacobian(
-    f: Callable[[FloatArray], FloatArray], x: FloatArray, steps: list[float]
-) -> tuple[FloatArray, list[tuple[int, int]]]:
+def jacobian(f: Batch, x: FloatArray, steps: Sequence[float]) -> tuple[FloatArray, list[tuple[int, int]]]:
     """Central differences of f at x, and the elements (row, column) that differ from those at a quarter of the step by
     more than `SMOOTH`, or on both sides of the point: there the function has a kink."""
-    J, rough = np.empty((len(f(x)), len(x))), []
-    centre = f(x)
-    for j, h in enumerate(steps):
-        up, down = f(_moved(x, j, h)), f(_moved(x, j, -h))
-        near_up, near_down = f(_moved(x, j, h / 4.0)), f(_moved(x, j, -h / 4.0))
-        J[:, j], near = (up - down) / (2.0 * h), (near_up - near_down) / (h / 2.0)
-        sides = np.abs((near_up - centre) - (centre - near_down)) / (h / 4.0)
-        noise = 1e-13 * np.abs(centre) / h
+    h, rough = np.asarray(steps), []
+    centre = f(x[None, :])[0]
+    J = slopes(f, x, steps)
+    near_up, near_down = _both_sides(f, x, h / 4.0)
+    near, sides = (near_up - near_down) / (h / 2.0), np.abs((near_up - centre[:, None]) - (centre[:, None] - near_down))
+    for j in range(len(x)):
+        noise = 1e-13 * np.abs(centre) / h[j]
         size = np.abs(J[:, j]) + 1e-9 * np.max(np.abs(J[:, j])) + noise / SMOOTH
-        rough += [(int(i), j) for i in np.nonzero(np.maximum(np.abs(near - J[:, j]), sides / 2.0) > SMOOTH * size)[0]]
+        off = np.maximum(np.abs(near[:, j] - J[:, j]), sides[:, j] / (h[j] / 4.0) / 2.0)
+        rough += [(int(i), j) for i in np.nonzero(off > SMOOTH * size)[0]]
     return J, rough
 
 
-def slopes(f: Callable[[FloatArray], FloatArray], x: FloatArray, steps: list[float]) -> FloatArray:
+def slopes(f: Batch, x: FloatArray, steps: Sequence[float]) -> FloatArray:
     """Central differences of f at x as `jacobian` takes them, without looking for kinks: half the work."""
-    return np.array([(f(_moved(x, j, h)) - f(_moved(x, j, -h))) / (2.0 * h) for j, h in enumerate(steps)]).T
+    h = np.asarray(steps)
+    up, down = _both_sides(f, x, h)
+    return (up - down) / (2.0 * h)
 
 
-def _moved(x: FloatArray, j: int, h: float) -> FloatArray:
-    y = x.copy()
-    y[j] += h
-    return y
+def _both_sides(f: Batch, x: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """f with each variable moved up and down by h (n,): (values, n) each."""
+    n = len(x)
+    rows = np.tile(x, (2 * n, 1))
+    j = np.arange(n)
+    rows[j, j] += h
+    rows[n + j, j] -= h
+    values = f(rows)
+    return values[:n].T, values[n:].T

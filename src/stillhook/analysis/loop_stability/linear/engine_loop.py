@@ -6,6 +6,7 @@ the cycle of its PLC are then differentiated about the state that it has come to
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from types import ModuleType
@@ -15,6 +16,7 @@ import numpy as np
 
 from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
 from stillhook.analysis.loop_stability.linear.differences import STEP, slopes, step_of
+from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
@@ -24,7 +26,7 @@ from stillhook.engine.pack.winch import drum_record, gains, pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import run_cases
 from stillhook.kernels.build import driver
-from stillhook.kernels.lanes import VL, flatten, paths, unflatten
+from stillhook.kernels.lanes import VL, flatten, paths
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Profile
@@ -48,8 +50,6 @@ and fast enough to be settled."""
 CALM = 0.95
 """Damping ratio of the wire while the engine comes to a point [-]: a steady point does not depend on it, and with the
 crane's own a load that rings would still ring there."""
-MOMENT = 1e-8
-"""Time over which the exact step of the bristle is taken for its rate [s]: a 30,000th of its fastest time constant."""
 STORES = ("V_", "E", "theta")
 """How states begin that hold oil, energy or heat for many waves: they stand while the loop is judged. A rail whose
 pressure falls takes more oil for the same torque, so it falls faster; that is slow, and no oscillation."""
@@ -93,13 +93,35 @@ def engine_points(
     calm = crane.wire.model_copy(update={"zeta": max(CALM, crane.wire.zeta)})
     softened = crane.model_copy(update={"control": soft})
     settling = softened.model_copy(update={"wire": calm})
-    cases = [_case(crane, mode, *place) for place in places]
-    n_sub = steps_of_cases(settling, cases, STATISTICS_STEP)
-    results = run_cases(settling, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
     return [
         None if result.ending is Ending.DIVERGED else _point(softened, case, result, place)
-        for case, result, place in zip(cases, results, places, strict=True)
+        for (case, result), place in zip(_settled(_Settling(settling), mode, tuple(places)), places, strict=True)
     ]
+
+
+class _Settling:
+    """A crane on its way to its points: equal where the crane is."""
+
+    def __init__(self, crane: Crane) -> None:
+        self.crane = crane
+
+    def __hash__(self) -> int:
+        return hash(self.crane.name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Settling) and self.crane == other.crane
+
+
+@functools.lru_cache(maxsize=8)
+def _settled(
+    settling: _Settling, mode: Mode, places: tuple[tuple[float, float, float, float], ...]
+) -> tuple[tuple[Scenario, Any], ...]:
+    """Runs to places, with their results: the same for every damping of the wire up to `CALM`."""
+    crane = settling.crane
+    cases = [_case(crane, mode, *place) for place in places]
+    n_sub = steps_of_cases(crane, cases, STATISTICS_STEP)
+    results = run_cases(crane, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
+    return tuple(zip(cases, results, strict=True))
 
 
 def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float, at: float) -> Scenario:
@@ -176,7 +198,8 @@ def _point(crane: Crane, case: Scenario, result: Any, place: tuple[float, float,
 def settled(point: EnginePoint) -> bool:
     """Whether the engine has become steady: wire and load keep pace with the tip. A winch that sticks and slips even
     with a soft loop on a damped wire does not."""
-    rates, tip = _rates(point, point.state, point.command).path, point.tip
+    rates = point.driver.rates(point.state, point.command, point.geometry, point.tip, point.params).path
+    tip = point.tip
     apart = max(abs(rates.s_w - tip.v), abs(point.state.path.v_load)) / abs(tip.v)
     return bool(apart < UNSETTLED and abs(rates.v_load) / abs(tip.v) < UNSETTLED_RATE)
 
@@ -194,29 +217,17 @@ def engine_linear(point: EnginePoint) -> EngineLinear:
     """The equations of winch and load path differentiated about a point, the bristle as a state of its own."""
     states = tuple(path.rpartition(".")[2] for path in paths(type(point.state)))
     commands = tuple(point.command._fields)
-    n = len(states)
-
-    def rates(values: FloatArray) -> FloatArray:
-        x = unflatten(type(point.state), (float(v) for v in values[:n]))
-        u = type(point.command)(*(float(v) for v in values[n:]))
-        return np.array(flatten(_rates(point, x, u)))
-
+    n, m = len(states), len(commands)
     start = np.array([*flatten(point.state), *point.command])
     names = (*states, *commands)
-    J = slopes(rates, start, [step_of(name, value) for name, value in zip(names, start, strict=True)])
+    steps = [step_of(name, value) for name, value in zip(names, start, strict=True)]
+    J = slopes(rates_at(point.driver, _instant(point), range(n + m)), start, steps)
     return EngineLinear(J[:, :n], J[:, n:], states, commands)
 
 
-def _rates(point: EnginePoint, x: Any, u: Any) -> Any:
-    """Time derivatives of all states, that of the bristle among them."""
-    d, p, geo = point.driver, point.params, point.geometry
-    rates = d.rates(x, u, geo, point.tip, p)
-    if "z" not in x.winch._fields:
-        return rates
-    q = d.path_point(x, geo, point.tip, p)
-    c = point.plant.circuit(x.winch, q, u, geo, p)
-    z_dot = (point.plant.bristle_after(c, x.winch, p, MOMENT) - x.winch.z) / MOMENT
-    return rates._replace(winch=rates.winch._replace(z=z_dot))
+def _instant(point: EnginePoint) -> tuple[Any, ...]:
+    """All that the equations of winch and load path depend on."""
+    return point.state, point.command, point.tip, point.geometry, point.params
 
 
 def engine_loop(point: EnginePoint, *, delay: float = 0.0) -> SampledLoop:
@@ -254,28 +265,17 @@ def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatA
     The soft feedback with which the point was come to stays in force, for commands need not be linear in the speed
     command (spool with overlap); what it makes of s_w is taken out by `_standing`.
     """
-    record = flatten(point.laws)
+    before = (point.state, point.memory, point.laws, point.tick, point.tip, point.geometry, point.params)
+    numbers, fields = np.array(numbers_of(before)), point.memory._fields
+    n, u = len(states), len(point.command)
     carried = [i for i, path in enumerate(paths(type(point.laws))) if "_memory." in path]
-    n = len(states)
-
-    def cycle(values: FloatArray, datum: float) -> list[float]:
-        x = unflatten(type(point.state), (float(v) for v in values[:n]))
-        known = dict(zip(REMEMBERED, (float(v) for v in values[n:]), strict=False))
-        numbers = list(record)
-        for i, value in zip(carried, values[n + len(REMEMBERED) :], strict=True):
-            numbers[i] = float(value)
-        m = point.memory._replace(datum=datum, **known)
-        laws = unflatten(type(point.laws), iter(numbers))
-        u, m, laws, _ = point.driver.control(x, m, laws, point.tick, point.tip, point.geometry, point.params)
-        after = flatten(laws)
-        return [*u, *(getattr(m, r) for r in REMEMBERED), *(after[i] for i in carried)]
-
-    values = [getattr(point.memory, r) for r in REMEMBERED] + [record[i] for i in carried]
-    start = np.array([*flatten(point.state), *values])
+    remembered = [fields.index(r) for r in REMEMBERED] + [len(fields) + i for i in carried]
+    varied = [*range(n), *(n + i for i in remembered)]
     names = (*states, *REMEMBERED, *("" for _ in carried))
+    start = numbers[varied]
     steps = [step_of(name, value) for name, value in zip(names, start, strict=True)]
-    datum, commands = point.memory.datum, len(point.command)
-    J = slopes(lambda v: np.array(cycle(v, datum)), start, steps)
-    h, K_p = STEP["u"], point.params.plc.gains.K_p
-    more, less = (np.array(cycle(start, datum + way * h / K_p)[:commands]) for way in (-1.0, 1.0))
-    return J[:commands], J[commands:], (more - less) / (2.0 * h)
+    J = slopes(cycles_at(point.driver, before, varied), start, steps)[[*range(u), *(u + i for i in remembered)]]
+    h, K_p, datum = STEP["u"], point.params.plc.gains.K_p, point.memory.datum
+    moved = np.array([[datum - h / K_p], [datum + h / K_p]])
+    more, less = cycles_at(point.driver, before, [n + fields.index("datum")])(moved)[:, :u]
+    return J[:u], J[u:], (more - less) / (2.0 * h)

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
-from stillhook.analysis.loop_stability.linear.differences import STEP, jacobian, slopes, step_of
+from stillhook.analysis.loop_stability.linear.differences import STEP, Batch, jacobian, slopes, step_of
+from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
@@ -27,7 +28,6 @@ from stillhook.engine.pack.winch import NO_LIMIT, controllers_of, plc_record
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
-from stillhook.physics.friction import bristle_rate
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
@@ -104,28 +104,44 @@ def linearise(point: OperatingPoint, *, kinks: bool = True) -> Linear:
     standstill, where the bristle may stick, that is a few micrometres of wire.
     Errors: StillhookError where the pumps are beyond their stop: nothing follows them there.
     """
+    p, u_0 = _free_stops(point.params), point.command
+    commands = tuple(n for n in u_0._fields if n.startswith("u_"))
+    states, inputs = state_names(point), (*commands, *TIP)
+    n, start, rates = len(states), *_rates(point, p, commands)
+
+    def values(rows: FloatArray) -> FloatArray:
+        outputs = [_outputs(point, _state(point, row[:n]), commands, row[n:], p) for row in rows]
+        return np.hstack((rates(rows), outputs))
+
+    steps = [step_of(name) for name in (*states, *inputs)]
+    J, rough = jacobian(values, start, steps) if kinks else (slopes(values, start, steps), [])
+    names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
+    found = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
+    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, found)
+
+
+def _plant(point: OperatingPoint) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A and B by all commands as `linearise` has them, and the wire hoisted by state."""
+    commands = tuple(n for n in point.command._fields if n.startswith("u_"))
+    start, rates = _rates(point, _free_stops(point.params), commands)
+    states = state_names(point)
+    names, n = (*states, *commands, *TIP), len(states)
+    J = slopes(rates, start, [step_of(name) for name in names])
+    hoisted = np.array([-1.0 if name == "s_w" else 0.0 for name in states])
+    return J[:, :n], J[:, n : n + len(commands)], hoisted
+
+
+def _rates(point: OperatingPoint, p: Any, commands: tuple[str, ...]) -> tuple[FloatArray, Batch]:
+    """States, commands and tip at the point, and time derivatives of all states by them."""
     if not point.reachable:
         raise StillhookError(
             f"the pump setting would have to be {point.alpha_p:.3g},"
             " beyond the stop; the plant is not linear there. Reduce the speed."
         )
-    p, u_0 = _free_stops(point.params), point.command
-    commands = tuple(n for n in u_0._fields if n.startswith("u_"))
-    states, inputs = state_names(point), (*commands, *TIP)
-
-    def values(xu: FloatArray) -> FloatArray:
-        x = _state(point, xu[: len(states)])
-        rest = dict(zip(inputs, (float(v) for v in xu[len(states) :]), strict=True))
-        tip = Tip(rest.pop("s_tip"), rest.pop("v_tip"))
-        return np.array(_rates_and_outputs(point, x, u_0._replace(**rest), tip, p))
-
-    start = np.array([*flatten(point.state), *(getattr(u_0, n) for n in commands), point.tip.s, point.tip.v])
-    steps = [step_of(n) for n in (*states, *inputs)]
-    J, rough = jacobian(values, start, steps) if kinks else (slopes(values, start, steps), [])
-    n = len(states)
-    names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
-    found = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
-    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, found)
+    n, tip = len(state_names(point)), len(point.command)
+    columns = [*range(n), *(n + point.command._fields.index(c) for c in commands), n + tip, n + tip + 1]
+    instant = (point.state, point.command, point.tip, point.geometry, p)
+    return np.array(numbers_of(instant))[columns], rates_at(point.driver, instant, columns)
 
 
 def state_names(point: OperatingPoint) -> tuple[str, ...]:
@@ -150,14 +166,12 @@ def at_state(point: OperatingPoint, **changes: float) -> OperatingPoint:
     return point._replace(state=_state(point, values.values()))
 
 
-def _rates_and_outputs(point: OperatingPoint, x: Any, u: Any, tip: Tip, p: Any) -> list[float]:
-    geo = point.geometry
-    q = point.driver.path_point(x, geo, tip, p)
-    c = point.plant.circuit(x.winch, q, u, geo, p)
-    rates, w = point.driver.rates(x, u, geo, tip, p), x.winch
-    rates = rates._replace(winch=rates.winch._replace(z=bristle_rate(w.omega_m, w.z, c.g, c.held, p.hoist.bristle)))
-    outputs = [-x.path.s_w, q.v_w, w.omega_m, c.alpha_p, c.alpha_m, w.p_a, w.p_b, w.p_a - w.p_b, q.F_w, x.path.v_load]
-    return [*flatten(rates), *outputs]
+def _outputs(point: OperatingPoint, x: Any, commands: tuple[str, ...], inputs: FloatArray, p: Any) -> list[float]:
+    *u, s_tip, v_tip = (float(v) for v in inputs)
+    geo, w = point.geometry, x.winch
+    q = point.driver.path_point(x, geo, Tip(s_tip, v_tip), p)
+    c = point.plant.circuit(w, q, point.command._replace(**dict(zip(commands, u, strict=True))), geo, p)
+    return [-x.path.s_w, q.v_w, w.omega_m, c.alpha_p, c.alpha_m, w.p_a, w.p_b, w.p_a - w.p_b, q.F_w, x.path.v_load]
 
 
 def _free_stops(p: Any) -> Any:
@@ -210,13 +224,12 @@ def plc_loop(
     passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; all commands are the
     PLC's computing time late.
     """
-    linear, control = linearise(point, kinks=False), crane.control
-    commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
-    K, M = _control_slopes(_Plc(crane, point, Mode(mode)), crane)
-    g = np.array([1.0 if linear.inputs[i] == "u_p" else 0.0 for i in commands])
+    control = crane.control
+    commands = [name for name in point.command._fields if name.startswith("u_")]
+    g = np.array([1.0 if name == "u_p" else 0.0 for name in commands])
     return closed_by_plc(
-        (linear.A, linear.B[:, commands], linear.C[OUTPUTS.index("s_hoisted")]),
-        (K, M, g),
+        _plant(point),
+        (*_control_slopes(_Plc(crane, point, Mode(mode)), crane), g),
         t_cycle=control.t_cycle,
         computing=control.computing,
         delay=delay,
@@ -266,29 +279,21 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
     with what the controller carries."""
     point, settings = plc.point, plc_record(crane)
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
-    memory, record = plc.memory(point.u_m), flatten(plc.laws)
-    commands = tuple(n for n in point.command._fields if n.startswith("u_"))
-    states = state_names(point)
-
-    def cycle(xm: FloatArray) -> FloatArray:
-        values = [float(v) for v in xm]
-        x = _state(point, values[: len(states)])
-        known, carried = values[len(states) :][: len(REMEMBERED)], values[len(states) + len(REMEMBERED) :]
-        m = memory._replace(**dict(zip(REMEMBERED, known, strict=True)))
-        numbers = list(record)
-        for i, value in zip(plc.carried, carried, strict=True):
-            numbers[i] = value
-        u, m, laws = plc.cycle(x, m, unflatten(type(plc.laws), iter(numbers)), p)
-        after = flatten(laws)
-        remembered = [*(getattr(m, r) for r in REMEMBERED), *(after[i] for i in plc.carried)]
-        return np.array([*(getattr(u, c) for c in commands), *remembered])
-
-    start = np.array(
-        [*flatten(point.state), *(getattr(memory, r) for r in REMEMBERED), *(record[i] for i in plc.carried)]
-    )
-    steps = [STEP["u"] * max(1.0, abs(record[i])) for i in plc.carried]
-    J = slopes(cycle, start, [*(step_of(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *steps])
-    return J[: len(commands)], J[len(commands) :]
+    memory = plc.memory(point.u_m)
+    before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
+    states, numbers = state_names(point), np.array(numbers_of(before))
+    n, u, fields = len(states), len(point.command), memory._fields
+    remembered = [fields.index(r) for r in REMEMBERED] + [len(fields) + i for i in plc.carried]
+    varied = [*range(n), *(n + i for i in remembered)]
+    given = [i for i, name in enumerate(point.command._fields) if name.startswith("u_")]
+    results = [*given, *(u + i for i in remembered)]
+    steps = [STEP["u"] * max(1.0, abs(numbers[n + len(fields) + i])) for i in plc.carried]
+    J = slopes(
+        cycles_at(plc.driver, before, varied),
+        numbers[varied],
+        [*(step_of(name) for name in states), STEP["F"], STEP["p"], STEP["u"], *steps],
+    )[results]
+    return J[: len(given)], J[len(given) :]
 
 
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:
