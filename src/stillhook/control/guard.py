@@ -16,8 +16,9 @@ from stillhook.control.plc import MANUAL, ActuatorCommands, Memory
 from stillhook.physics.records import coded, each, replace
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
 
-FINITE = 1.0e300
-"""Ends of what counts as a number where no narrower range is known."""
+FINITE = 1.0e30
+"""Ends of what counts as a number where no narrower range is known; within single precision, to which some compilers of
+Structured Text hold every number that is written out."""
 BOUND = 1.0e6
 """Largest size of a demand [-] and of a memory [SI] that can come from healthy inputs: no crane is near it."""
 FORGOTTEN = 0.1

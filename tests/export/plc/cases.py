@@ -14,13 +14,20 @@ from stillhook.control.registry import CONTROLLERS
 from stillhook.export.plc.block import controller_block
 from stillhook.export.plc.program import Block
 from stillhook.kernels.control_laws import control_laws, extra_controllers
-from stillhook.kernels.plc_alone import GuardedPlc
+from stillhook.kernels.plc_alone import OUTSIDE, GuardedPlc
 from stillhook.library import cranes, load_crane
 from stillhook.physics.hydraulics.swash import known_displacement
 
 CLOSED = "nov-250t"
 BLOCK_LENGTH = 150
 """Cycles for which inputs that the operator sets stay as they are."""
+SIGNALS = list(Sensed._fields)
+N_SIGNALS = len(SIGNALS)
+NAN, INF = float("nan"), float("inf")
+BAD = [NAN, INF, -INF, 1e308, -1e308]
+"""Values that no signal may have; others depend on the signal."""
+BEFORE, LATER = 400, 400
+"""Cycles of healthy compensation, and of a fault: longer than the time of a stop."""
 
 
 @functools.cache
@@ -120,6 +127,42 @@ def all_good(rows: np.ndarray) -> np.ndarray:
     """Rows of `Outside` with good qualities and no reset."""
     n = len(rows)
     return np.column_stack([rows, np.ones((n, len(Sensed._fields))), np.zeros(n)])
+
+
+def steady(block: Block, n: int = BEFORE + LATER) -> np.ndarray:
+    """Rows of n cycles of compensation of a small motion, the operator lowering, brake open from the start."""
+    t = np.arange(n) * block.t_cycle
+    speed = 1.0 / block.plc.gains.K_1
+    columns = dict.fromkeys(SIGNALS, np.zeros(n))
+    columns |= {"s_tip": 0.1 * np.sin(t), "v_tip": 0.1 * np.cos(t), "a_tip": -0.1 * np.sin(t)}
+    columns |= {name: np.ones(n) for name in ("f_pump", "alpha_m", "K_wire")}
+    columns |= {"v_op": np.full(n, -0.2 * speed), "s_op": -0.2 * speed * t, "mode": np.full(n, block.code)}
+    columns |= {"s_w": 100.0 + 0.1 * np.sin(t) + 0.2 * speed * t, "F": np.full(n, 0.5 / block.plc.motors.i_F_swl)}
+    columns |= {name: np.full(n, 1e7) for name in ("dp", "dp_load")} | {"p_hp": np.full(n, 2e7)}
+    return all_good(np.column_stack([columns[name] for name in SIGNALS]))
+
+
+def faulty(block: Block, n: int, seed: int) -> np.ndarray:
+    """Rows of a steady compensation, of pieces that begin with an acknowledgement at rest, with faults at random: any
+    value on any signals for any time, noise without end, bad qualities, resets."""
+    rng = np.random.default_rng(seed)
+    rows = np.concatenate([steady(block, 1000)] * (-(-n // 1000)))[:n]
+    values = np.array([*BAD, 0.0, -0.0, 5e-324, 1.0, -1.0, 1e6, 99.0, 0.5])
+    for start in range(0, n, 1000):
+        rows[start : start + 150, SIGNALS.index("mode")] = 0.0
+        rows[start : start + 150, SIGNALS.index("v_op")] = 0.0
+        rows[start + 100 : start + 110, -1] = 1.0
+        for _ in range(rng.integers(0, 6)):
+            k, length, i = start + rng.integers(0, 1000), rng.integers(1, 300), rng.integers(0, OUTSIDE)
+            kind = rng.integers(0, 3)
+            piece = rows[k : k + length, i]
+            if i >= N_SIGNALS or kind == 0:
+                piece[:] = rng.choice(values)
+            elif kind == 1:
+                piece[:] = rng.choice(values, len(piece))
+            else:
+                piece += 10.0 ** rng.uniform(-3, 8) * rng.standard_normal(len(piece))
+    return rows
 
 
 def bits(values: Any) -> np.ndarray:

@@ -6,6 +6,7 @@ STILLHOOK_TC6_XSD: the schema of PLCopen XML 2.01 (needs the Python package lxml
 
 from __future__ import annotations
 
+import functools
 import os
 import shutil
 import subprocess
@@ -14,8 +15,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.export.plc.cases import CLOSED, all_good, bits, block_of, pairs, random_inputs
+from tests.export.plc.cases import (
+    CLOSED,
+    N_SIGNALS,
+    all_good,
+    bits,
+    block_of,
+    faulty,
+    guarded_plc,
+    pairs,
+    random_inputs,
+)
 
+from stillhook.control.guard import HEALTHY, STOPPED, SUBSTITUTED
 from stillhook.control.interface import Sensed
 from stillhook.export.plc import structured_text
 from stillhook.export.plc.plcopen import SPACE, XHTML, plcopen_xml
@@ -23,6 +35,8 @@ from stillhook.export.plc.sequence import Reference, inputs, numbers
 from stillhook.kernels.plc_alone import GuardedCommands
 
 CYCLES = 100_000
+FAULTY, FAULTY_LONG = 5_000, 1_000_000
+STATE = GuardedCommands._fields.index("state")
 MAIN = """
 #include <stdio.h>
 #include "iec_std_lib.h"
@@ -57,8 +71,18 @@ def compiler():
     return Path(found), Path(os.environ.get("STILLHOOK_IEC2C_LIB") or Path(found).parent / "lib")
 
 
-def program(block, compiler, folder):
-    """What MATIEC and gcc make of the text."""
+@pytest.fixture(scope="module")
+def program(compiler, tmp_path_factory):
+    """What MATIEC and gcc make of the text of a crane's controller."""
+
+    @functools.cache
+    def of(crane, controller):
+        return compile_text(block_of(crane, controller), compiler, tmp_path_factory.mktemp("matiec"))
+
+    return of
+
+
+def compile_text(block, compiler, folder):
     iec2c, library = compiler
     (folder / "block.st").write_text(structured_text(block))
     ran = subprocess.run(
@@ -97,21 +121,51 @@ def outputs_of(made, rows):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("crane", "controller"), pairs())
-def test_a_free_compiler_takes_the_text_and_its_program_passes_the_test_sequence(crane, controller, compiler, tmp_path):
+def test_a_free_compiler_takes_the_text_and_its_program_passes_the_test_sequence(crane, controller, program):
     block = block_of(crane, controller)
-    made = program(block, compiler, tmp_path)
     cycles = list(inputs(block, Reference(block)))
-    ours = outputs_of(made, np.array([numbers(o) for o, _ in cycles]))
+    ours = outputs_of(program(crane, controller), np.array([numbers(o) for o, _ in cycles]))
     np.testing.assert_array_equal(bits(ours), bits(np.array([d for _, d in cycles])))
 
 
+def rows_with_faults(block, n, seed):
+    """Any value on any signals for any time, bad qualities and resets."""
+    rows = faulty(block, n, seed)
+    rows[:, N_SIGNALS:] = np.abs(rows[:, N_SIGNALS:] - 1.0) < 0.5  # BOOL
+    return rows
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("crane", "controller"), pairs())
+def test_random_faults_give_the_program_the_bits_of_the_simulated_controller(crane, controller, program):
+    block = block_of(crane, controller)
+    rows, reference = rows_with_faults(block, FAULTY, 5), Reference(block)
+    wanted = [reference.step(Sensed(*r[:N_SIGNALS]), Sensed(*r[N_SIGNALS:-1]), r[-1]) for r in rows.tolist()]
+    ours = outputs_of(program(crane, controller), rows)
+    np.testing.assert_array_equal(bits(ours), bits(np.array(wanted)))
+    assert set(ours[:, STATE]) == {HEALTHY, SUBSTITUTED, STOPPED}
+
+
 @pytest.mark.thorough
-def test_a_hundred_thousand_cycles_of_the_compiled_text_give_the_bits_of_the_simulated_controller(compiler, tmp_path):
+@pytest.mark.parametrize(("crane", "controller"), pairs())
+def test_a_million_cycles_with_faults_give_the_program_the_numbers_of_the_compiled_controller(
+    crane, controller, program
+):
+    """The compiled one may give the other sign of a zero."""
+    block = block_of(crane, controller)
+    rows = rows_with_faults(block, FAULTY_LONG, 6)
+    ours = outputs_of(program(crane, controller), rows)
+    np.testing.assert_array_equal(ours, guarded_plc(block).run(rows))
+    assert np.isfinite(ours).all()
+    assert set(ours[:, STATE]) == {HEALTHY, SUBSTITUTED, STOPPED}
+
+
+@pytest.mark.thorough
+def test_a_hundred_thousand_cycles_of_the_compiled_text_give_the_bits_of_the_simulated_controller(program):
     block = block_of(CLOSED, "ssc")
     rows, reference = random_inputs(block, CYCLES), Reference(block)
     wanted = np.array([reference.step(Sensed(*row)) for row in rows.tolist()])
-    made = program(block, compiler, tmp_path)
-    np.testing.assert_array_equal(bits(outputs_of(made, all_good(rows))), bits(wanted))
+    np.testing.assert_array_equal(bits(outputs_of(program(CLOSED, "ssc"), all_good(rows))), bits(wanted))
 
 
 @pytest.mark.parametrize(("crane", "controller"), pairs())

@@ -77,6 +77,16 @@ def test_a_million_cycles_of_the_text_give_the_numbers_of_the_compiled_controlle
 
 
 @pytest.mark.parametrize(("crane", "controller"), pairs())
+def test_numbers_of_the_text_are_within_single_precision(crane, controller):
+    """MATIEC, and with it OpenPLC and Beremiz, refuses others, also where an LREAL is wanted."""
+    text = structured_text(block_of(crane, controller))
+    written = {abs(float(x)) for x in re.findall(r"(?<![\w.])\d+\.\d+(?:E[+-]?\d+)?", text)} - {0.0}
+    assert len(written) > 50
+    single = np.finfo(np.float32)
+    assert float(single.tiny) <= min(written) <= max(written) <= float(single.max)
+
+
+@pytest.mark.parametrize(("crane", "controller"), pairs())
 def test_the_test_sequence_holds_for_the_text_of_every_controller(crane, controller):
     block = block_of(crane, controller)
     head, *rows = list(csv.reader(io.StringIO(sequence_csv(block))))
