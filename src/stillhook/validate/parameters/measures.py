@@ -17,8 +17,8 @@ from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters import flow, hoisting, settings, signals, wire
 from stillhook.validate.parameters.hoisting import Friction
-from stillhook.validate.parameters.leakage import LeakChoice
-from stillhook.validate.parameters.leakage_texts import file_point_says, form_says
+from stillhook.validate.parameters.leakage.choice import LeakChoice
+from stillhook.validate.parameters.leakage.texts import RANGE, file_point_says, form_says
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import Ratio
 from stillhook.winches.circuits.tables import ServoVariant
@@ -247,7 +247,7 @@ def _leak_says(b: flow.Balance) -> str:
     leak = b.leak
     implied, ours = (show(x, "leakage", 3) for x in (b.twin_leakage * (1.0 + b.leakage.value), b.twin_leakage))
     text = f"{implied} implied, {ours} in the twin at the working point of these data ({point_text(leak.at)})"
-    text += f"; {file_point_says(leak)}"
+    text += f"; {file_point_says(leak)}; {RANGE}"
     if leak.refuted:
         text += f"; {form_says(leak)}"
     elif len(leak.remaining_forms) > 1:
