@@ -355,43 +355,6 @@ def test_a_load_cell_too_weak_for_the_motion_tells_no_delay():
     assert any("delay of the tip" in text.lower() and "cannot be determined" in text for text in step.statements)
 
 
-def wire_line(step):
-    return next(x for x in judge(campaign().criteria, step.measures, (StepNumber.PARAMETERS,)) if x.key == "p-wire")
-
-
-@pytest.mark.slow
-def test_a_softer_wire_is_refused_by_the_force_of_the_hook():
-    """30 % softer: in no control error, so that nothing judged it. It elongates by 43 % more."""
-    softer = changed(TWIN, {"wire": {"E": f"{0.7 * TWIN.wire.E / 1e9} GPa"}})
-    own_step, soft_step = checked(records(), TWIN), checked(records(softer), TWIN)
-    (own_wire,), (soft,) = (x.measures_of("wire_elongation_error") for x in (own_step, soft_step))
-    assert own_wire.low < 0.0 < own_wire.high
-    assert wire_line(own_step).verdict is Verdict.SHOWN
-    assert soft.value == pytest.approx(0.43, abs=0.08)
-    assert soft.low < 1.0 / 0.7 - 1.0 < soft.high
-    assert wire_line(soft_step).failed
-
-
-@pytest.mark.slow
-def test_a_wire_that_the_load_cell_cannot_tell_is_listed_as_not_detectable():
-    rng = np.random.default_rng(3)
-    step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + 1e5 * rng.standard_normal(len(log["F_w"]))}))
-    (measure,) = step.measures_of("wire_elongation_error")
-    assert measure.undetectable
-    assert "do not detect a wire 30 % softer" in measure.note
-    line = wire_line(step)
-    assert (line.verdict, line.failed) == (Verdict.NOT_COVERED, False)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6))
-def test_noise_of_the_load_cell_never_turns_down_the_wire_of_a_healthy_crane(seed):
-    """A fit of the stiffness ran to a soft wire, whose interval shrinks with it."""
-    rng = np.random.default_rng(seed)
-    step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + 6e4 * rng.standard_normal(len(log["F_w"]))}))
-    assert not wire_line(step).failed
-
-
 def test_holes_in_signals_are_left_out():
     def holed(log):
         out = {n: x.copy() for n, x in log.items()}

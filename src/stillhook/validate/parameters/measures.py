@@ -328,17 +328,18 @@ def _wire(estimates: ParameterEstimates) -> Measure:
         return measure(name, None, note=note)
     if any(error > hoisting.CLOSE for error in estimates.cell_errors):
         return measure(name, None, note="the load cell is wrong: correct it first")
-    advice = (
-        "these data do not detect a wire 30 % softer (+43 %): load, motion or load cell are too weak, or the wire is"
-        " too short; test a heavy load with much wire out in short waves"
-    )
+    weak = "load, motion or load cell are too weak, or the wire is too short"
+    advice = "these data do not detect a wire 30 % softer (+43 %): {}; test a heavier load in short waves"
     if total is None:
-        return replace(measure(name, None, note=advice), undetectable=True)
+        return replace(measure(name, None, note=advice.format(weak)), undetectable=True)
+    open_ = wire.open_to_mass(estimates.wires, total.value)
+    if open_ > wire.WIDEST:
+        weak = f"the wire's own mass may be part of the stated load, which leaves up to {percent(open_)} more open"
     each = extremes({x.test: x.error.value for x in estimates.wires}, percent)
     note = f"from the force of the hook's motion{f', {each} by test' if each else ''}"
     data = rests_on(estimates.parts, [x.test for x in estimates.wires], total.n)
     found = measure(name, total, data=data, note=note)
-    return found if wire.detected(total) else replace(found, note=f"{note}; {advice}", undetectable=True)
+    return found if wire.detected(total) else replace(found, note=f"{note}; {advice.format(weak)}", undetectable=True)
 
 
 def _references(estimates: ParameterEstimates) -> list[Measure]:

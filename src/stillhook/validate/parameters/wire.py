@@ -25,11 +25,8 @@ from stillhook.validate.parameters.signals import EDGE, LEAST_PP, Sea, TipDelay,
 WIDEST = 0.25
 """Half width of an interval up to which an elongation that agrees is reported as shown [-]: the criteria's limit."""
 SOFTER = 1.0 / 0.7 - 1.0
-"""Elongation of a wire 30 % softer over the twin's, less 1 [-]. From this half width of an interval on, one that
-differs is judged only where all of its interval is beyond the limit."""
-WIRE_SHARE = 1.0 / 3.0
-"""Part of the wire's own mass that moves with the load, which the twin leaves out (uniform wire, first mode)."""
-
+"""Elongation of a wire 30 % softer over the twin's, less 1 [-]. Where the interval reaches that far
+towards the twin's, one that differs is judged only where all of the interval is beyond the limit."""
 ROUNDS = 8
 MOST_CHANGE = 0.3
 """Largest change of the elongation in a round [-]."""
@@ -41,10 +38,12 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class WireElongation:
-    """One test. error: elongation under load over the twin's, less 1 [-]."""
+    """One test. error: elongation under load over the twin's, less 1, of a wire without mass [-]; lighter: what a
+    uniform wire shows whose mass is part of the stated load, over one without mass [-]."""
 
     test: str
     error: Estimate
+    lighter: float
 
 
 def wire_elongations(parts: Sequence[LogPart], delays: Sequence[TipDelay]) -> tuple[WireElongation, ...]:
@@ -54,19 +53,34 @@ def wire_elongations(parts: Sequence[LogPart], delays: Sequence[TipDelay]) -> tu
     usable = [p for p in parts if p.test in late and compensates(p, LEAST_PP) and p.knows("F_w", "s_tip", "s_w")]
     tests = by_test([p for p in usable if p.segment.duration > 4.0 * EDGE])
     return tuple(
-        WireElongation(test, error) for test, same in tests.items() if (error := _error(same, late[test])) is not None
+        WireElongation(test, error, shown_with_mass(max(map(_share, same))))
+        for test, same in tests.items()
+        if (error := _error(same, late[test])) is not None
     )
 
 
 def overall(found: Sequence[WireElongation]) -> Estimate | None:
-    """The error over all tests; None where there are none."""
-    return pooled([x.error for x in found]) if found else None
+    """The error over all tests; None where there are none.
+
+    The force shows elongation times mass below. The load of a test may be what the winch carries, wire and all (paper F
+    table 3): then less hangs at the end than the twin has there, and the wire elongates by more than it seems. So much
+    is left open towards a softer wire.
+    """
+    if not found:
+        return None
+    e = pooled([x.error for x in found])
+    return Estimate(e.value, e.low, e.high + open_to_mass(found, e.value), e.n)
+
+
+def open_to_mass(found: Sequence[WireElongation], value: float) -> float:
+    """How much softer the wire may be than this elongation because of its own mass [-]."""
+    return max((1.0 + value) * (1.0 / min(x.lighter for x in found) - 1.0), 0.0)
 
 
 def detected(error: Estimate) -> bool:
     """Whether the data detect a deviation of the size of the limit, or this one."""
-    differs, beyond = abs(error.value) > error.half, abs(error.value) - error.half > WIDEST
-    return error.half <= WIDEST or (differs and error.half <= SOFTER) or beyond
+    near, far = (error.low, error.value) if error.value > 0.0 else (-error.high, -error.value)
+    return error.half <= WIDEST or near > WIDEST or (near > 0.0 and far - near <= SOFTER)
 
 
 def _error(parts: Sequence[LogPart], delay: float) -> Estimate | None:
@@ -89,7 +103,7 @@ def _error(parts: Sequence[LogPart], delay: float) -> Estimate | None:
         if not LEAST < about < MOST:
             return None
     wider = _shown(parts, delay, about) / max(_shown(parts, delay, 1.0), TINY)
-    return _with_mass(parts, value, max(1.0, wider) * half, blocks)
+    return Estimate.around(value, max(1.0, wider) * half, blocks)
 
 
 def _shown(parts: Sequence[LogPart], delay: float, elongation: float) -> float:
@@ -98,11 +112,6 @@ def _shown(parts: Sequence[LogPart], delay: float, elongation: float) -> float:
     X = np.column_stack((hook, speed, way, rate))
     left = soft - X @ np.linalg.lstsq(X, soft, rcond=None)[0]
     return math.sqrt(float(np.sum(left * left))) / elongation
-
-
-def _with_mass(parts: Sequence[LogPart], value: float, half: float, blocks: int) -> Estimate:
-    structural = WIRE_SHARE * max(_wire_mass(p) / float(p.params.hoist.load.m) for p in parts)
-    return Estimate.around(value, math.hypot(half, structural), blocks, structural)
 
 
 def _fitted(parts: Sequence[LogPart], delay: float, elongation: float) -> Fit | None:
@@ -121,6 +130,13 @@ def _rows(sea: Sea, delay: float) -> tuple[NDArray[Any], ...]:
     return tuple(x[sea.inside] for x in (hook, soft, speed, rate, sea.force, sea.way, sea.block))
 
 
-def _wire_mass(part: LogPart) -> float:
-    """Mass of the wire paid out [kg]."""
-    return float(part.crane.wire.mass_per_length) * float(np.nanmean(part["s_w"]))
+def shown_with_mass(share: float) -> float:
+    """What a uniform wire whose mass is this share of the stated load shows of its elongation, over one without mass,
+    in the tension at its top as it is lifted and lowered (first order in frequency^2) [-]."""
+    w = min(share, 1.0)
+    return 1.0 - w + w**2 / 3.0
+
+
+def _share(part: LogPart) -> float:
+    """Mass of the wire paid out over the twin's load [-]."""
+    return float(part.crane.wire.mass_per_length) * float(np.nanmean(part["s_w"])) / float(part.params.hoist.load.m)
