@@ -84,13 +84,14 @@ class Leak(StrEnum):
 
 class Defect(NamedTuple):
     """What is wrong with the crane, its sensors or the campaign; the defaults are a healthy one. friction, displacement
-    (active motors): factors in place of the drawn ones; gear, leakage: factors; dead passive motors; zero_a of the
-    transmitter of line A [Pa]; delay of the motion unit [s], where the campaign states STATED_DELAY."""
+    (active motors), wire (stiffness): factors in place of the drawn ones; gear, leakage: factors; dead passive motors;
+    zero_a of the transmitter of line A [Pa]; delay of the motion unit [s], where the campaign states STATED_DELAY."""
 
     leak: Leak = Leak.LIKE_FILE
     leakage: float = 1.0
     friction: float | None = None
     displacement: float | None = None
+    wire: float | None = None
     gear: float = 1.0
     dead: int = 0
     zero_a: float = 0.0
@@ -163,6 +164,7 @@ CASES: tuple[Case, ...] = (
     ),
     Case("delay", "motion unit 120 ms late; campaign: 40 ms", Must.TURN_DOWN, ("p-tip-delay",), Defect(delay=0.12)),
     Case("friction", "friction +40 %", Must.TURN_DOWN, ("p-friction",), Defect(friction=1.4)),
+    Case("wire", "wire 30 % softer", Must.TURN_DOWN, ("p-wire",), Defect(wire=0.7)),
     Case("gear", "gear ratio +2 %", Must.TURN_DOWN, ("p-lever",), Defect(gear=1.02)),
     Case("leakage", "leakage +50 %", Must.TURN_DOWN, ("p-leakage", "4-leakage"), Defect(leakage=1.5)),
     Case(
@@ -210,7 +212,7 @@ def draw_crane(seed: int, defect: Defect) -> tuple[Drawn, list[DrawnOfTest]]:
         return 1.0 + SCATTER[name] * rng.uniform(-1.0, 1.0)
 
     drawn = Drawn(
-        wire=near("wire"),
+        wire=near("wire") if defect.wire is None else defect.wire,
         leak=near("leak"),
         displacement=near("displacement") if defect.displacement is None else defect.displacement,
         friction=near("friction") if defect.friction is None else defect.friction,

@@ -36,6 +36,7 @@ WORDS: Mapping[str, str] = {
     "zero-a": "reads",
     "leak-constant": FORM,
     "leak-stroke": FORM,
+    "leak-pressure": FORM,
     "gear": "gear ratio",
 }
 """Word by which the note of a line is known that names the cause."""

@@ -97,7 +97,7 @@ def test_a_certificate_explains_the_three_kinds_of_line_in_a_sentence_each(campa
         if isinstance(part, Bullets)
         for line in part.lines
     )
-    for kind in ("required: ", "supporting: it is refuted only if the interval lies entirely outside", "information: "):
+    for kind in ("required: ", "supporting: it blocks the certificate if its estimate is outside", "information: "):
         assert text.count(kind) == 1
     assert "not to be refuted" not in text
 

@@ -19,11 +19,13 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
 from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics, tuned_crane
 from stillhook.validate.dynamics.estimates import TunedValue
-from stillhook.validate.parameters import leakage as implied_leak
 from stillhook.validate.parameters import measures
 from stillhook.validate.parameters.flow import balance, leak_rows
-from stillhook.validate.parameters.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose
-from stillhook.validate.parameters.leakage_texts import file_point_says, form_says
+from stillhook.validate.parameters.leakage import fits
+from stillhook.validate.parameters.leakage import rows as balance_rows
+from stillhook.validate.parameters.leakage.choice import EXTRAPOLATED, FEWEST_FOR_FORM, choose
+from stillhook.validate.parameters.leakage.fits import RISE
+from stillhook.validate.parameters.leakage.texts import file_point_says, form_says
 from stillhook.winches.circuits.tables import LeakForm
 
 pytestmark = pytest.mark.slow
@@ -74,15 +76,17 @@ def test_a_crane_with_the_form_and_number_of_its_file_agrees_within_one_and_a_ha
 @pytest.mark.thorough
 @pytest.mark.parametrize("twin", ["stroke", "stroke+speed"])
 def test_a_constant_leak_is_recognised_where_the_file_has_it_rise(twin):
-    """The file states 0.4 at full stroke, where pumps leak more than in heave compensation; a law of that form would read +20 to +30 %."""
+    """The file states 0.4 at full stroke, where pumps leak more than in heave compensation; a law with stroke and speed would read +20 to +30 %."""
     leak = leak_of("constant", twin)
     assert leak.chosen.form is LeakForm.CONSTANT
     assert leak.refuted
     assert in_display(leak.reference.value, "leakage") == pytest.approx(0.4, abs=0.004)
     assert leak.value.low < truth_of("constant", twin) < leak.value.high
-    assert leak.in_file_form.value > leak.chosen.value.high
+    if twin == "stroke+speed":
+        assert leak.in_file_form.value > leak.chosen.value.high
     (measure,) = step("constant", twin).measures_of("leakage_error")
-    assert "the form of the leakage does not fit: it is constant in the log, rises with" in measure.note
+    assert "the form of the leakage does not fit: it is constant in the log" in measure.note
+    assert ", rises with stroke" in measure.note or ", rises with the pumps' stroke" in measure.note
     assert any("the form of the leakage does not fit" in x.lower() for x in step("constant", twin).statements)
     assert f"structural error of its law, scaled to these data: {100.0 * leak.bend:.1f} %" in measure.note
 
@@ -191,18 +195,21 @@ def drawn(i: int):
 
 @pytest.mark.thorough
 def test_intervals_hold_the_leak_in_95_of_100_cranes_under_drift_and_warming_oil(monkeypatch):
-    """Cranes whose law is one of the forms: the parts of the interval for what no form closes, and for a slope with pressure that none has,
-    are left out."""
-    monkeypatch.setattr(implied_leak, "UNCLOSED", 0.0)
-    monkeypatch.setattr(implied_leak, "PRESSURE_SPREAD", 0.0)
-    hits, wrongly = 0, 0
+    """Cranes whose law is one of the forms: what is known of a rise with pressure is that there is none, and the part of the interval for
+    what no form closes is left out."""
+    monkeypatch.setattr(balance_rows, "UNCLOSED", 0.0)
+    monkeypatch.setattr(fits, "RISE_SPREAD", 1e-6)
+    hits = 0
     for i in range(DRAWS):
         b, truth = drawn(i)
         error = truth / in_display(b.twin_leakage, "leakage") - 1.0
         hits += b.leakage.low <= error <= b.leakage.high
-        wrongly += b.leak.refuted and i % len(PER_FORM) == 0
     assert LEAST <= hits / DRAWS <= MOST
-    assert wrongly <= 1  # of 30 whose form is the file's
+
+
+@pytest.mark.thorough
+def test_the_crane_file_s_form_is_refuted_in_one_of_thirty_cranes_that_have_it():
+    assert sum(drawn(i)[0].leak.refuted for i in range(0, DRAWS, len(PER_FORM))) <= 1
 
 
 def test_slip_of_the_electric_motors_is_no_leak_that_rises():
@@ -234,7 +241,7 @@ def test_too_few_blocks_leave_the_form_of_the_file_and_measure_its_number():
     leak = choose(CONSTANT, few)
     assert [c.parts for c in leak.candidates] == [("file",)]
     assert not leak.refuted
-    assert len(choose(CONSTANT, rows).candidates) > 1
+    assert len(choose(TWIN, rows).candidates) > 1
 
 
 # --- a law that is none of the published ones to the letter ---------------------------------------------------------------------------------------
@@ -284,18 +291,47 @@ def test_a_small_slope_lies_in_the_intervals_at_the_working_point_and_at_the_set
     assert there_held >= FEWEST_HELD
 
 
-@pytest.mark.slow
-def test_a_leak_that_changes_with_pressure_is_judged_where_it_was_measured():
-    """Every form is proportional to pressure: carried from 50 to 225 bar, the interval held the truth in none of five cranes."""
-    here_held, cranes = 0, 20
-    for i in range(cranes):
-        rng = np.random.default_rng(6000 + i)
-        rise = float(implied_leak.PRESSURE_SPREAD * rng.standard_normal())
-        leaks = Leaks(constant=rng.uniform(0.25, 0.4), slip=0.008, warming=2.0, drift=0.3, late=0.02, by_pressure=rise)
-        parts, truth = flow_parts(leaks, 700 + i, seconds=240.0)
-        b = balance(parts)
-        here_held += b.leakage.low <= truth / in_display(b.twin_leakage, "leakage") - 1.0 <= b.leakage.high
-    assert here_held >= 0.9 * cranes
+def changing(i: int, least: float, most: float) -> bool:
+    """Whether the interval holds the leak of a crane whose conductance changes, up or down and evenly between two sizes, up to 250 bar;
+    of any form, in any of these sizes, with slip, warming oil, drift, and a late speed."""
+    rng = np.random.default_rng(50_000 + i)
+    form = list(PER_FORM)[i % len(PER_FORM)]
+    law = PER_FORM[form](rng.uniform(0.7, 1.2))
+    change = rng.uniform(least, most) * rng.choice([-1.0, 1.0])
+    leaks = replace(
+        law,
+        slip=rng.uniform(0.0, 0.015),
+        warming=rng.uniform(0.0, 4.0),
+        drift=0.3,
+        late=0.02,
+        by_pressure=225.0 / 250.0 * change,
+    )
+    parts, truth = flow_parts(leaks, 51_000 + i, seconds=240.0)
+    b = balance(parts)
+    return b.leakage.low <= truth / in_display(b.twin_leakage, "leakage") - 1.0 <= b.leakage.high
+
+
+CHANGING = 100
+
+
+@pytest.mark.thorough
+def test_intervals_hold_a_leak_that_changes_with_pressure_within_the_stated_range():
+    """Changes of 0 to 60 % of itself, the range that gaps, viscosity and heat can explain; no number of the method is the deviation of this draw.
+    Fewer than 91 come by chance in 3 of 100 where the interval holds in 95 %."""
+    assert RISE == 0.6
+    assert sum(changing(i, 0.0, RISE) for i in range(CHANGING)) >= 91
+
+
+@pytest.mark.thorough
+def test_beyond_the_stated_range_intervals_hold_the_leak_less_often():
+    """The line states its range for a reason: of changes by 60 to 100 % about nine of ten are held, not 95 of 100."""
+    held = sum(changing(i, RISE, 1.0) for i in range(CHANGING))
+    assert 0.80 * CHANGING <= held <= 0.95 * CHANGING
+
+
+def test_the_line_states_the_range_of_pressure_dependence_for_which_its_interval_holds():
+    (judged,) = step("constant", "constant").measures_of("leakage_error")
+    assert "a conductance that changes by at most 60 % of itself up to 250 bar" in judged.note
 
 
 def test_a_leak_that_rises_in_proportion_to_the_setting_is_named_and_no_number_of_it_offered():

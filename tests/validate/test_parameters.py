@@ -355,26 +355,6 @@ def test_a_load_cell_too_weak_for_the_motion_tells_no_delay():
     assert any("delay of the tip" in text.lower() and "cannot be determined" in text for text in step.statements)
 
 
-@pytest.mark.slow
-def test_a_softer_wire_is_judged_by_the_force_of_the_hook():
-    """30 % softer: in no control error, so that nothing judged it."""
-    softer = changed(TWIN, {"wire": {"E": f"{0.7 * TWIN.wire.E / 1e9} GPa"}})
-    (own_wire,), (soft,) = (checked(r, TWIN).measures_of("wire_stiffness_error") for r in (records(), records(softer)))
-    assert own_wire.low < 0.0 < own_wire.high
-    assert not own_wire.undetectable
-    assert soft.value == pytest.approx(-0.3, abs=0.05)
-    assert soft.low < -0.3 < soft.high < 0.0
-
-
-@pytest.mark.slow
-def test_a_wire_that_the_load_cell_cannot_tell_is_listed_as_not_detectable():
-    rng = np.random.default_rng(3)
-    step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + 1e5 * rng.standard_normal(len(log["F_w"]))}))
-    (measure,) = step.measures_of("wire_stiffness_error")
-    assert measure.undetectable
-    assert "much wire out" in measure.note
-
-
 def test_holes_in_signals_are_left_out():
     def holed(log):
         out = {n: x.copy() for n, x in log.items()}

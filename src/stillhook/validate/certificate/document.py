@@ -186,13 +186,13 @@ def _facts(data: Mapping[str, Any]) -> list[list[str]]:
 
 def _lines(data: Mapping[str, Any], *, full: bool = False) -> list[Part]:
     """Every line; full: each with what it rests on, otherwise only those that are judged and not shown."""
-    parts: list[Part] = [Text(JUDGED), Text(data["risks"])]
+    weights, verdicts = ({line[name] for line in data["lines"]} for name in ("weight", "verdict"))
+    parts: list[Part] = [Text(JUDGED), Bullets(legend_says(weights, verdicts)), Text(data["risks"])]
     for number_ in StepNumber:
         rows = [_line(line, full=full) for line in data["lines"] if line["step"] == number_]
         if rows:
             parts.append(Table(LINE_HEAD, rows, f"Step {int(number_)}: {TITLES[number_]}"))
-    weights, verdicts = ({line[name] for line in data["lines"]} for name in ("weight", "verdict"))
-    return [*parts, Bullets(legend_says(weights, verdicts))]
+    return parts
 
 
 def _line(line: Mapping[str, Any], *, full: bool) -> tuple[Cell, ...]:

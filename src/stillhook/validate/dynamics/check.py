@@ -42,7 +42,7 @@ from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, UNKNO
 from stillhook.validate.dynamics.runs import DynamicsSegment, dynamics_segment, motor_command
 from stillhook.validate.dynamics.swings import SwingComparison, compare_swings
 from stillhook.validate.parameters.flow import Balance, balance, leak_rows
-from stillhook.validate.parameters.leakage import LeakChoice
+from stillhook.validate.parameters.leakage.choice import LeakChoice
 from stillhook.validate.parameters.segments import parts_of
 from stillhook.winches.circuits.tables import LeakForm
 

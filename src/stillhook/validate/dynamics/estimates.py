@@ -26,7 +26,7 @@ from stillhook.validate.dynamics.model import C_H, C_LEAK, EXTRAS, INERTIA, MOST
 from stillhook.validate.dynamics.runs import DynamicsSegment
 from stillhook.validate.dynamics.swings import SwingComparison
 from stillhook.validate.parameters.flow import Balance
-from stillhook.validate.parameters.leakage_texts import form_says
+from stillhook.validate.parameters.leakage.texts import form_says
 
 ERROR = {C_H: "C_h_error", C_LEAK: "C_leak_error", INERTIA: "J_m_eff_error"}
 """Name of the measure of each tuned number: tuned over crane file, less 1."""

@@ -22,7 +22,7 @@ from stillhook.validate.criteria.results import Measure, Step, StepNumber, Verdi
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.flow import rest_measure
-from stillhook.validate.parameters.leakage_texts import form_says
+from stillhook.validate.parameters.leakage.texts import form_says
 from stillhook.validate.parameters.measures import ParameterEstimates, in_ms, measures, parameter_estimates
 from stillhook.validate.parameters.segments import parts_of
 

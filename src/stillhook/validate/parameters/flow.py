@@ -22,7 +22,8 @@ from stillhook.units import number, parse, show
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.data_set.records.record import Record, stretches_of
-from stillhook.validate.parameters.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose
+from stillhook.validate.parameters.leakage.choice import LeakChoice, choose
+from stillhook.validate.parameters.leakage.rows import SLIP_PRESSURE, LeakRows
 from stillhook.validate.parameters.segments import (
     LogPart,
     bridged,

@@ -17,8 +17,8 @@ from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters import flow, hoisting, settings, signals, wire
 from stillhook.validate.parameters.hoisting import Friction
-from stillhook.validate.parameters.leakage import LeakChoice
-from stillhook.validate.parameters.leakage_texts import file_point_says, form_says
+from stillhook.validate.parameters.leakage.choice import LeakChoice
+from stillhook.validate.parameters.leakage.texts import RANGE, file_point_says, form_says
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import Ratio
 from stillhook.winches.circuits.tables import ServoVariant
@@ -49,7 +49,7 @@ class ParameterEstimates:
     cells: tuple[hoisting.Cell, ...]
     frictions: tuple[Friction, ...]
     delays: tuple[signals.TipDelay, ...]
-    wires: tuple[wire.WireStiffness, ...]
+    wires: tuple[wire.WireElongation, ...]
     references: tuple[signals.Reference, ...]
     pressures: tuple[flow.Pressures, ...]
     rests: flow.Rests | None
@@ -88,7 +88,7 @@ def parameter_estimates(
         cells=cells,
         frictions=frictions,
         delays=delays,
-        wires=wire.wire_stiffnesses(parts, delays),
+        wires=wire.wire_elongations(parts, delays),
         references=signals.references(parts),
         pressures=flow.pressures(closed),
         rests=flow.rests(closed[0].crane, records) if closed and records else None,
@@ -247,7 +247,7 @@ def _leak_says(b: flow.Balance) -> str:
     leak = b.leak
     implied, ours = (show(x, "leakage", 3) for x in (b.twin_leakage * (1.0 + b.leakage.value), b.twin_leakage))
     text = f"{implied} implied, {ours} in the twin at the working point of these data ({point_text(leak.at)})"
-    text += f"; {file_point_says(leak)}"
+    text += f"; {file_point_says(leak)}; {RANGE}"
     if leak.refuted:
         text += f"; {form_says(leak)}"
     elif len(leak.remaining_forms) > 1:
@@ -321,23 +321,25 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
 
 
 def _wire(estimates: ParameterEstimates) -> Measure:
-    """Stiffness of the wire; one that agrees within a wide interval is marked as not detectable."""
-    name, total = "wire_stiffness_error", wire.overall(estimates.wires)
+    """Elongation of the wire; one that the data do not detect is marked so."""
+    name, total = "wire_elongation_error", wire.overall(estimates.wires)
     if not estimates.delays:
         note = "log the load cell F_w together with s_tip and s_w, in heave compensation with tip motion"
         return measure(name, None, note=note)
     if any(error > hoisting.CLOSE for error in estimates.cell_errors):
         return measure(name, None, note="the load cell is wrong: correct it first")
-    advice = "load, motion or load cell are too weak; test a heavy load with much wire out in short waves"
+    weak = "load, motion or load cell are too weak, or the wire is too short"
+    advice = "these data do not detect a wire 30 % softer (+43 %): {}; test a heavier load in short waves"
     if total is None:
-        return replace(measure(name, None, note=advice), undetectable=True)
+        return replace(measure(name, None, note=advice.format(weak)), undetectable=True)
+    open_ = wire.open_to_mass(estimates.wires, total.value)
+    if open_ > wire.WIDEST:
+        weak = f"the wire's own mass may be part of the stated load, which leaves up to {percent(open_)} more open"
     each = extremes({x.test: x.error.value for x in estimates.wires}, percent)
     note = f"from the force of the hook's motion{f', {each} by test' if each else ''}"
     data = rests_on(estimates.parts, [x.test for x in estimates.wires], total.n)
     found = measure(name, total, data=data, note=note)
-    if total.half <= wire.WIDEST or abs(total.value) > total.half:
-        return found
-    return replace(found, note=f"{note}; {advice}", undetectable=True)
+    return found if wire.detected(total) else replace(found, note=f"{note}; {advice.format(weak)}", undetectable=True)
 
 
 def _references(estimates: ParameterEstimates) -> list[Measure]:

@@ -54,12 +54,11 @@ MEANING = {
     Verdict.NOT_JUDGED: "the winch type lacks what the line rests on; the verdict says nothing about it",
 }
 WEIGHTS = {
-    Requirement.REQUIRED.value: "the certificate is issued only if the complete interval meets the limit",
+    Requirement.REQUIRED.value: "it blocks the certificate unless its complete 95 % interval is inside the limit",
     Requirement.SUPPORTING.value: (
-        "it is refuted only if the interval lies entirely outside the limit, and holds the certificate back only then,"
-        " or while the estimate itself is outside"
+        "it blocks the certificate if its estimate is outside the limit; its interval may reach beyond the limit"
     ),
-    INFORMATION: "for comparison; it never decides",
+    INFORMATION: "it is for comparison and never blocks",
 }
 """The three kinds of line, a sentence each."""
 OPEN = (Verdict.NOT_SHOWN, Verdict.NOT_COVERED)

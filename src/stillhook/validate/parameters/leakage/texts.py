@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from stillhook.library.leakage import point_text
 from stillhook.units import number, show
-from stillhook.validate.parameters.leakage import IN_WORDS, LeakChoice, outside_of
+from stillhook.validate.parameters.leakage.choice import IN_WORDS, LeakChoice
+from stillhook.validate.parameters.leakage.fits import RISE
+from stillhook.validate.parameters.leakage.rows import SLIP_PRESSURE, outside_of
+
+RANGE = (
+    f"the interval holds for a conductance that changes by at most {100.0 * RISE:.0f} % of itself up to"
+    f" {show(SLIP_PRESSURE, 'pressure', 3)}"
+)
+"""For which leaks the interval is made."""
 
 
 def form_says(leak: LeakChoice) -> str:
