@@ -195,26 +195,26 @@ def test_gains_that_shipped_before_are_found_to_oscillate(name: str, share: floa
     "name", ["nov-250t-secondary", "utility-20t-open-circuit", "nov-100t-cylinder", "nov-100t-electric"]
 )
 def test_the_library_s_own_gains_keep_the_margins(name: str) -> None:
-    """Wherever any gain does; the places of open circuit and cylinder that creep unevenly are named, and few."""
+    """K_p makes no place oscillate. The open circuit creeps unevenly at up to 1 m/min under its SWL without feedback, and
+    with its gain too."""
     crane = load_crane(name)
     found = governing(crane, Mode.POSITION)
     assert crane.control.K_p <= found.K_p * (1.0 + SAME)
-    assert len(found.no_gain) <= 0.02 * len(found.places)
-    assert {p.place for p in found.oscillates(crane.control.K_p)} <= {
-        p.place for p in found.places if p.gains.high < 2.0 * crane.control.K_p
-    }
+    swinging = found.oscillates(crane.control.K_p)
+    assert all(p.gains.alone and p.place.load == crane.SWL and abs(p.place.v_tip) <= 1.0 / 60.0 for p in swinging)
+    assert len(swinging) <= (6 if name == "utility-20t-open-circuit" else 0)
 
 
 @pytest.mark.slow
 def test_tuning_and_strong_ssc_take_the_one_margin() -> None:
     limits = Limits(load=150e3)
-    assert gain_allowed(CRANE, Mode.SSC, limits, (100.0,)) == governing(CRANE, Mode.SSC, wires=(100.0,), load=150e3).K_p
+    assert gain_allowed(CRANE, Mode.SSC, limits) == governing(CRANE, Mode.SSC, load=150e3).K_p
     wild = changed(CRANE, {"control": {"K_p": "0.9 1/m"}})
-    broken = linear_broken(wild, Mode.SSC, limits, [1.0], (100.0,))
+    broken = linear_broken(wild, Mode.SSC, limits, [1.0])
     assert broken[0].startswith("gain margin")
     assert "complete plant" in broken[-1]
-    assert linear_broken(CRANE, Mode.SSC, limits, [1.0], (100.0,)) == []
-    assert loop_margins(CRANE, Mode.SSC, limits, (100.0,)).gain_margin > 2.0  # type: ignore[union-attr]
+    assert linear_broken(CRANE, Mode.SSC, limits, [1.0]) == []
+    assert loop_margins(CRANE, Mode.SSC, limits).gain_margin > 2.0  # type: ignore[union-attr]
 
 
 @pytest.mark.thorough

@@ -34,7 +34,8 @@ from stillhook.analysis.tuning.parameters import (
     tuned_controller,
     with_settings,
 )
-from stillhook.analysis.tuning.tune import Tuned, front, outcomes, pareto, trials_dataset, tune, variations
+from stillhook.analysis.tuning.search import Search
+from stillhook.analysis.tuning.tune import Tuned, front, outcomes, pareto, result, trials_dataset, tune, variations
 from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import StillhookError, UnitError
 from stillhook.library import changed
@@ -292,3 +293,20 @@ def test_usual_speeds_are_those_that_a_slower_winch_can_follow():
         < speed_limit(load_crane("nov-100t-pure-active"), "ns")
     )
     assert len(scenarios(load_crane("nov-100t-pure-active"))) == len(scenarios(load_crane("nov-250t")))
+
+
+def test_digits_of_a_file_do_not_break_a_limit_that_the_search_kept() -> None:
+    """SSC keeps 0.6 of the displacement for 150 t just below alpha_swl = 0.99216, which five digits would make of it:
+    3e-6 less speed, and a refusal of what was found."""
+    start, name, found = controller("ssc"), "alpha_swl", 0.992156
+    cases = scenarios(CRANE, loads=["60 %"], speeds=["30 m/min"], periods=["10 s"])
+    settings = tuple(s for s in space(CRANE, start.mode) if s.name == name)
+    search = Search(CRANE, start.mode, cases, settings, Objective.ERROR, Limits(), BUDGET, 2, None)
+    search.begin(CRANE)
+    short = tuned_controller(CRANE, start, {name: found}, "short").on(CRANE)
+    assert search.exact(short).broken
+    search.ranks(np.array([to_vector(settings, {name: found})]).T)
+    search.trials[0] = search.trials[0]._replace(score=search.before._replace(score=math.inf))
+    tuned = result(search, CRANE, start, 0)
+    assert tuned.met
+    assert present(tuned.controller.on(CRANE))[name] == pytest.approx(found, rel=1e-9)

@@ -242,7 +242,7 @@ def _way(place: Place) -> Direction:
     return Direction.LOWERING if place.v_tip > 0.0 else Direction.HOISTING
 
 
-class _Keyed:
+class Keyed:
     """A machine as a loop sees it: equal where its loop is equal, whatever its settings."""
 
     def __init__(self, machine: Any, key: tuple[Any, ...]) -> None:
@@ -252,19 +252,19 @@ class _Keyed:
         return hash(self.key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Keyed) and self.key == other.key
+        return isinstance(other, Keyed) and self.key == other.key
 
 
-def _engine_key(crane: Crane, mode: Mode, place: Place) -> _Keyed:
+def _engine_key(crane: Crane, mode: Mode, place: Place) -> Keyed:
     """The crane as the loops of its engine see it: neither gains of feedforward and position nor t_lead are in them."""
     case = Scenario(load="0 t", s_w="0 m", mode=mode).model_copy(update={"load": place.load, "s_w": place.s_w})
     packed = pack(crane, case)
     plc = packed.params.plc._replace(gains=None, t_lead=0.0)
-    return _Keyed(crane, (packed.params._replace(plc=plc), tuple(sorted(packed.settings.items()))))
+    return Keyed(crane, (packed.params._replace(plc=plc), tuple(sorted(packed.settings.items()))))
 
 
 @functools.lru_cache(maxsize=256)
-def _engine_limits(keyed: _Keyed, mode: Mode, places: tuple[Place, ...], delay: float) -> tuple[PlaceLimit, ...]:
+def _engine_limits(keyed: Keyed, mode: Mode, places: tuple[Place, ...], delay: float) -> tuple[PlaceLimit, ...]:
     points = engine_points(keyed.machine, mode, places)
     found = []
     for place, point in zip(places, points, strict=True):
@@ -293,7 +293,7 @@ def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | Non
     seen: Any = plc._replace(gains=None, motors=None, t_lead=0.0) if stands else plc  # type: ignore[arg-type]
     alpha = _cut(at) if stands and alpha_m is None else at
     params = station.winch.params._replace(plc=None)
-    keyed = _Keyed((crane, station), (params, station.winch.geometry, seen))
+    keyed = Keyed((crane, station), (params, station.winch.geometry, seen))
     found = _closed_circuit_at(keyed, mode, place, alpha, delay)
     return None if found is None else PlaceLimit(place, alpha, *found)
 
@@ -308,14 +308,14 @@ def _station(crane: Crane, place: Place) -> Station:
 
 @functools.lru_cache(maxsize=8192)
 def _closed_circuit_at(
-    keyed: _Keyed, mode: Mode, place: Place, alpha: float, delay: float
+    keyed: Keyed, mode: Mode, place: Place, alpha: float, delay: float
 ) -> tuple[SampledLoop, StableGains] | None:
     """None where pressure or pumps do not suffice."""
     crane, station = keyed.machine
     hoist = station.winch.params.hoist
     undamped = keyed.key[0]._replace(hoist=hoist._replace(wire=hoist.wire._replace(zeta=0.0)))
     same = (crane.plant, undamped, station.winch.geometry, station.sign, place.load, place.s_w)
-    point = _operating_point(_Keyed(station, same), abs(place.v_tip), alpha)
+    point = _operating_point(Keyed(station, same), abs(place.v_tip), alpha)
     if point is None or not point.reachable:
         return None
     point = point._replace(params=point.params._replace(hoist=hoist))
@@ -324,7 +324,7 @@ def _closed_circuit_at(
 
 
 @functools.lru_cache(maxsize=8192)
-def _operating_point(keyed: _Keyed, v: float, alpha: float) -> OperatingPoint | None:
+def _operating_point(keyed: Keyed, v: float, alpha: float) -> OperatingPoint | None:
     """Where the winch compensates: no damping of the wire moves it, for the wire keeps its length."""
     try:
         point: OperatingPoint = keyed.machine.at(v, alpha)

@@ -5,6 +5,7 @@ How a set of settings scores: error and pressure over the scenarios, and which l
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.governing import Governing, by_engine, governing
+from stillhook.analysis.loop_stability.governing import Governing, Keyed, by_engine, governing
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, Margins, margins
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
@@ -23,7 +24,7 @@ from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.errors import StillhookError
 from stillhook.sea.motion.motion import Motion, Sine, Sum
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, content
 from stillhook.spec.scenario import Mode, Scenario, Sensors
 from stillhook.units import parse, quote, show
 
@@ -83,7 +84,7 @@ WEIGHTS: Mapping[Objective, tuple[float, float, float]] = {
 class Limits:
     """What tuned settings must keep: highest pressure p_max [Pa]; gain margin [-], phase margin [rad] and sensitivity
     peak [-] of the position loop with its PLC, in the complete plant on the crane's own wire, slow to fast, from the
-    empty hook to the heaviest payload that the mode carries, `load` at most [kg], on the scenarios' wires
+    empty hook to the heaviest payload that the mode carries, `load` at most [kg], from the shortest wire to all
     (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed
     with the pumps full, for every load [m/s] (None: that of the start, "speed capacity kept"). Always kept: no
     saturation, no relief valve open, no motor overspeed, no cavitation, no slack wire, in any scenario; and in
@@ -338,7 +339,7 @@ def scored(
     e = tuple(float(s["e_c_pp"]) for s in results)
     p = tuple(pressure_of(s) for s in results)
     capacity = capacity_of(crane, mode, cases)
-    broken = [*linear_broken(crane, mode, limits, capacity, wires_of(cases))]
+    broken = [*linear_broken(crane, mode, limits, capacity)]
     for name in OURS:
         bad = sum(name in str(s["status"]).split(", ") for s in results)
         if bad:
@@ -381,17 +382,10 @@ def top_speed(crane: Crane, mode: Mode, load: float | None = None) -> float:
     return wire_speed_max(crane) if by_engine(crane) else speed_limit(crane, mode, load)
 
 
-def wires_of(cases: Sequence[Scenario]) -> tuple[float, ...]:
-    """Lengths of wire paid out among the scenarios [m]."""
-    return tuple(sorted({c.s_w for c in cases}))
-
-
-def linear_broken(
-    crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float], wires: Sequence[float] | None = None
-) -> list[str]:
+def linear_broken(crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float]) -> list[str]:
     """Margins that the position loop does not keep, and speed that is missing: the criteria that need no run."""
     out = []
-    K_p, most = crane.control.K_p, governing_loop(crane, mode, limits, wires)
+    K_p, most = crane.control.K_p, governing_loop(crane, mode, limits)
     if most.loop is None:
         out.append(f"no gain K_p keeps the margins: {most.describe()}")
     elif K_p > most.K_p:
@@ -415,22 +409,26 @@ def linear_broken(
     return out
 
 
-def governing_loop(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] | None = None) -> Governing:
-    """The loop that allows the least gain within the margins, at the loads up to that of the limits and with these
-    wires paid out [m], default from the shortest to all."""
-    return governing(crane, mode, limits.margins, wires=wires, load=limits.load)
+def governing_loop(crane: Crane, mode: Mode, limits: Limits) -> Governing:
+    """The loop that allows the least gain within the margins, at the loads up to that of the limits, on every wire. It
+    does not depend on the crane's K_p, of which a search asks about many."""
+    cut = crane.model_copy(update={"control": crane.control.model_copy(update={"K_p": 1.0})})
+    return _governing_loop(Keyed(crane, tuple(content(cut).items())), mode, limits.margins, limits.load)
 
 
-def loop_margins(
-    crane: Crane, mode: Mode, limits: Limits | None = None, wires: Sequence[float] | None = None
-) -> Margins | None:
+@functools.lru_cache(maxsize=64)
+def _governing_loop(keyed: Keyed, mode: Mode, kept: tuple[float, float, float], load: float) -> Governing:
+    return governing(keyed.machine, mode, kept, load=load)
+
+
+def loop_margins(crane: Crane, mode: Mode, limits: Limits | None = None) -> Margins | None:
     """Margins of the position loop with its PLC at the place that allows the least gain, None where none decides; see
     `governing_loop`."""
-    loop = governing_loop(crane, mode, limits or Limits(), wires).loop
+    loop = governing_loop(crane, mode, limits or Limits()).loop
     return None if loop is None else margins(loop, max(crane.control.K_p, 1e-6))
 
 
-def gain_allowed(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] | None = None) -> float:
+def gain_allowed(crane: Crane, mode: Mode, limits: Limits) -> float:
     """Largest K_p that keeps the margins [1/m], 0 where none does; displacements are cut down to whole steps, which is
     on the safe side."""
-    return governing_loop(crane, mode, limits, wires).K_p
+    return governing_loop(crane, mode, limits).K_p

@@ -37,8 +37,8 @@ upper end, and for a slow loaded winch at small displacement near its lower one.
 LEAD_BEYOND = 0.1
 """Lead beyond the delay of the motion signal that is searched [s]."""
 U_THR_RANGE = (0.1, 0.98)
-SAME = 1e-5
-"""Part by which a setting may differ from what it was and still be left out of a file [-]: half of its last digit."""
+DIGITS, DIGITS_AT_A_LIMIT = 5, 9
+"""Digits of a tuned setting in a file; more where five would break a limit that the setting itself keeps."""
 ALPHA_MOST = 0.98
 """Largest least displacement of SSC: at 1 it would be a fixed motor."""
 
@@ -223,15 +223,19 @@ def _raised(crane: Crane, alpha_min: float, control: Mapping[str, float]) -> dic
     return out
 
 
-def tuned_controller(crane: Crane, start: Controller, values: Mapping[str, float], name: str) -> Controller:
-    """A controller with these settings on top of those of `start`, in the form of a file: what differs, with five
+def tuned_controller(
+    crane: Crane, start: Controller, values: Mapping[str, float], name: str, digits: int = DIGITS
+) -> Controller:
+    """A controller with these settings on top of those of `start`, in the form of a file: what differs, with so many
     digits and units.
 
     K_p is rounded down, alpha_min up, so that margins that were kept stay kept.
     """
     plain = start.on(crane)
     old_values = present(plain)
-    numbers = {n: rounded(n, v) for n, v in values.items() if not math.isclose(v, old_values[n], rel_tol=SAME)}
+    numbers = {
+        n: rounded(n, v, digits) for n, v in values.items() if not math.isclose(v, old_values[n], rel_tol=10.0**-digits)
+    }
     if "alpha_min" in numbers:
         numbers |= _raised(plain, numbers["alpha_min"], numbers)
     old = start.changes_on(crane)
@@ -240,11 +244,11 @@ def tuned_controller(crane: Crane, start: Controller, values: Mapping[str, float
     for n, v in numbers.items():
         table, _, leaf = n.rpartition(".")
         if n in crane.plant.type.tuned:
-            drive = _with_leaf(drive, n, text_of(n, v))
+            drive = _with_leaf(drive, n, text_of(n, v, digits))
         elif table:
-            control[table] = {**control.get(table, {}), leaf: text_of(n, v)}
+            control[table] = {**control.get(table, {}), leaf: text_of(n, v, digits)}
         else:
-            (motor if n == "alpha_min" else control)[n] = text_of(n, v)
+            (motor if n == "alpha_min" else control)[n] = text_of(n, v, digits)
     changes: dict[str, Any] = {"control": control} | ({"active": {"motor": motor}} if motor else {}) | drive
     return Controller(name, start.mode, changes)
 
@@ -255,19 +259,19 @@ def _with_leaf(tables: Mapping[str, Any], path: str, value: Any) -> dict[str, An
     return {**tables, name: _with_leaf(tables.get(name, {}), inner, value) if inner else value}
 
 
-def rounded(name: str, value: float) -> float:
-    """A setting with five significant digits, on the safe side where the margins depend on it."""
+def rounded(name: str, value: float, digits: int = DIGITS) -> float:
+    """A setting with so many significant digits, on the safe side where the margins depend on it."""
     if value == 0.0:
         return 0.0
-    scale = 10.0 ** (4 - math.floor(math.log10(abs(value))))
+    scale = 10.0 ** (digits - 1 - math.floor(math.log10(abs(value))))
     shift = {"K_p": math.floor, "alpha_min": math.ceil}.get(name, round)
-    return float(f"{shift(value * scale) / scale:.5g}")
+    return float(f"{shift(value * scale) / scale:.{digits}g}")
 
 
-def text_of(name: str, value: float) -> str | float:
+def text_of(name: str, value: float, digits: int = DIGITS) -> str | float:
     """A setting as a crane file has it."""
     kind = described(name)[0]
-    return show(value, kind, 6) if kind else value
+    return show(value, kind, digits + 1) if kind else value
 
 
 def of_vector(settings: Sequence[Setting], x: Sequence[float]) -> dict[str, float]:

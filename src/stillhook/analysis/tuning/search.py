@@ -24,7 +24,6 @@ from stillhook.analysis.tuning.objective import (
     linear_broken,
     relative,
     scored,
-    wires_of,
 )
 from stillhook.analysis.tuning.parameters import Setting, of_vector, present, to_vector, with_settings
 from stillhook.base.arrays import FloatArray
@@ -84,7 +83,6 @@ class Search:
         self.trials: list[Trial] = []
         self.evaluations, self.interrupted = 0, False
         self.fast: list[Fast] = []
-        self.wires = wires_of(self.cases)
 
     def weigh(self, score: Score) -> Score:
         """The score as a part of that of the start."""
@@ -149,16 +147,16 @@ class Search:
         end far below the end of its search, as for HS under load, hardly any other candidate would keep them."""
         if "K_p" not in values:
             return values
-        most = SAFE * gain_allowed(with_settings(self.crane, values), self.mode, self.limits, self.wires)
+        most = SAFE * gain_allowed(with_settings(self.crane, values), self.mode, self.limits)
         least = next(s.low for s in self.settings if s.name == "K_p")
         return values | {"K_p": min(values["K_p"], max(most, least))}
 
     def linear_excess(self, crane: Crane) -> float:
         """Excess of a setting over the limits that need no run; 0 where it keeps them."""
         capacity = capacity_of(crane, self.mode, self.cases)
-        if not linear_broken(crane, self.mode, self.limits, capacity, self.wires):
+        if not linear_broken(crane, self.mode, self.limits, capacity):
             return 0.0
-        allowed = max(gain_allowed(crane, self.mode, self.limits, self.wires), LEAST_GAIN)
+        allowed = max(gain_allowed(crane, self.mode, self.limits), LEAST_GAIN)
         gain = max(crane.control.K_p / allowed - 1.0, 0.0)
         speed = max((self.limits.v_w_capacity or 0.0) / min(capacity) - 1.0, 0.0)
         return max(gain + speed, 1e-9)
@@ -201,7 +199,7 @@ class Search:
         values = dict(zip((s.name for s in self.settings), self.trials[0].values, strict=True))
         delay = max(c.sensors.delay for c in self.cases)
         guess = {
-            "K_p": SAFE * gain_allowed(self.crane, self.mode, self.limits, self.wires),
+            "K_p": SAFE * gain_allowed(self.crane, self.mode, self.limits),
             "t_lead": lateness(self.crane, delay=delay),
         }
         values |= {n: v for n, v in guess.items() if n in values}

@@ -35,7 +35,16 @@ from stillhook.analysis.tuning.objective import (
     scenarios,
     scored,
 )
-from stillhook.analysis.tuning.parameters import present, space, tunable, tuned_controller, with_settings, with_value
+from stillhook.analysis.tuning.parameters import (
+    DIGITS,
+    DIGITS_AT_A_LIMIT,
+    present,
+    space,
+    tunable,
+    tuned_controller,
+    with_settings,
+    with_value,
+)
 from stillhook.analysis.tuning.search import BudgetUsed, Search, Trial
 from stillhook.base.progress import Progress
 from stillhook.engine.scenario.problem import summaries
@@ -154,18 +163,23 @@ def tune(
         pass
     except KeyboardInterrupt:
         search.interrupted = True
-    return _result(search, crane, start, seed)
+    return result(search, crane, start, seed)
 
 
-def _result(search: Search, crane: Crane, start: Controller, seed: int) -> Tuned:
+def result(search: Search, crane: Crane, start: Controller, seed: int) -> Tuned:
+    """What a search has found, as a controller that a file holds."""
     names = [s.name for s in search.settings]
     best = search.best()
     values = dict(zip(names, best.values, strict=True))
     controller, after = start, search.before
     if best is not search.trials[0]:
-        controller = tuned_controller(crane, start, values, f"{start.name}-tuned")
-        tuned = controller.on(crane)
-        after, values = search.exact(tuned), {n: present(tuned)[n] for n in names}
+        for digits in (DIGITS, DIGITS_AT_A_LIMIT):
+            controller = tuned_controller(crane, start, values, f"{start.name}-tuned", digits)
+            tuned = controller.on(crane)
+            after = search.exact(tuned)
+            if len(after.broken) <= len(best.score.broken):
+                break
+        values = {n: present(tuned)[n] for n in names}
     asides = [(0.0, 0.0)] * len(names) if search.interrupted else _asides(search, values)
     changes = tuple(
         Change(s.name, search.trials[0].values[i], values[s.name], s.low, s.high, *asides[i])
@@ -212,7 +226,7 @@ def _asides(search: Search, optimum: dict[str, float]) -> list[tuple[float, floa
 def _active(search: Search, crane: Crane, score: Score, changes: Sequence[Change]) -> tuple[str, ...]:
     """Limits within NEAR of being broken, and settings at an end of their search."""
     limits, out = search.limits, []
-    most = governing_loop(crane, search.mode, limits, search.wires)
+    most = governing_loop(crane, search.mode, limits)
     if most.loop is not None and crane.control.K_p >= (1.0 - NEAR) * most.K_p:
         m = margins(most.loop, crane.control.K_p)
         near = {
