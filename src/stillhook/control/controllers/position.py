@@ -20,11 +20,22 @@ class Settings(NamedTuple):
 
     K_dp: Annotated[
         float,
-        Setting("gain_per_pressure", "0 1/bar", "speed command given way per deviation of the pressure difference"),
+        Setting(
+            "gain_per_pressure",
+            "0 1/bar",
+            "speed command given way per deviation of the pressure difference",
+            most=1.0e-5,
+        ),
     ]
     tau_mean: Annotated[
         float,
-        Setting("time", "1 s", "time constant of the mean that the pressure difference deviates from", least=0.01),
+        Setting(
+            "time",
+            "1 s",
+            "time constant of the mean that the pressure difference deviates from",
+            least=0.01,
+            most=3600.0,
+        ),
     ]
 
 
