@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from stillhook.analysis.loop_stability.linear.engine_loop import engine_loop, engine_points, has_time, settled
+from stillhook.analysis.loop_stability.linear.keyed import Keyed
 from stillhook.analysis.loop_stability.linear.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
     GAIN_MARGIN,
@@ -240,19 +241,6 @@ def _reached(crane: Crane, places: Sequence[Place]) -> tuple[Place, ...]:
 def _way(place: Place) -> Direction:
     """A tip that goes up asks for wire."""
     return Direction.LOWERING if place.v_tip > 0.0 else Direction.HOISTING
-
-
-class Keyed:
-    """A machine as a loop sees it: equal where its loop is equal, whatever its settings."""
-
-    def __init__(self, machine: Any, key: tuple[Any, ...]) -> None:
-        self.machine, self.key = machine, key
-
-    def __hash__(self) -> int:
-        return hash(self.key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Keyed) and self.key == other.key
 
 
 def _engine_key(crane: Crane, mode: Mode, place: Place) -> Keyed:

@@ -17,6 +17,7 @@ import numpy as np
 from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
 from stillhook.analysis.loop_stability.linear.differences import STEP, slopes, step_of
 from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
+from stillhook.analysis.loop_stability.linear.keyed import Keyed
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
@@ -30,7 +31,7 @@ from stillhook.kernels.lanes import VL, flatten, paths
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Profile
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, content
 from stillhook.spec.scenario import Mode, Scenario
 from stillhook.winches.records import Tick, Tip
 
@@ -95,29 +96,18 @@ def engine_points(
     settling = softened.model_copy(update={"wire": calm})
     return [
         None if result.ending is Ending.DIVERGED else _point(softened, case, result, place)
-        for (case, result), place in zip(_settled(_Settling(settling), mode, tuple(places)), places, strict=True)
+        for (case, result), place in zip(
+            _settled(Keyed(settling, tuple(content(settling).items())), mode, tuple(places)), places, strict=True
+        )
     ]
-
-
-class _Settling:
-    """A crane on its way to its points: equal where the crane is."""
-
-    def __init__(self, crane: Crane) -> None:
-        self.crane = crane
-
-    def __hash__(self) -> int:
-        return hash(self.crane.name)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Settling) and self.crane == other.crane
 
 
 @functools.lru_cache(maxsize=8)
 def _settled(
-    settling: _Settling, mode: Mode, places: tuple[tuple[float, float, float, float], ...]
+    settling: Keyed, mode: Mode, places: tuple[tuple[float, float, float, float], ...]
 ) -> tuple[tuple[Scenario, Any], ...]:
     """Runs to places, with their results: the same for every damping of the wire up to `CALM`."""
-    crane = settling.crane
+    crane = settling.machine
     cases = [_case(crane, mode, *place) for place in places]
     n_sub = steps_of_cases(crane, cases, STATISTICS_STEP)
     results = run_cases(crane, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
