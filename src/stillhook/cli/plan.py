@@ -57,7 +57,8 @@ def plan(
     than with a flat 80 % of compensation where no certificate covers the twin. A stopped plan resumes with the same
     --store or --out.
 
-    Exit code 1 where no sea of the table is workable under any alternative, or the weather never gives a window.
+    Exit code 1 where no sea of the table is workable under any alternative, the weather never gives a window, or
+    something could not be computed after the runs.
 
     Example: stillhook plan template-to-1500m --out plan
 
@@ -85,7 +86,7 @@ def plan(
         raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
     result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads)
     show(result, out, json=json)
-    raise typer.Exit(0 if result.workable else 1)
+    raise typer.Exit(0 if result.workable and not result.failed else 1)
 
 
 def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:

@@ -258,6 +258,8 @@ def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: Compensa
         )
     if Alternative.PHC not in named and unit is not None:
         raise table.wrong('[compensator] is given and not used. Add "phc", or leave the table out.', "alternatives")
+    if Alternative.CAP not in named and any(a.twin for a in named):
+        return (*named, Alternative.CAP)  # what may be credited of a winch without a certificate
     return named
 
 

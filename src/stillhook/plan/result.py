@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.plan.failures import FAILED
 from stillhook.units import quote
 from stillhook.variables import attributes
 
@@ -83,6 +84,11 @@ class PlanResult:
             else None
         )
         return bool((limits >= float(self.data.attrs["Hs_lowest"])).any() and (windows is None or (windows > 0).any()))
+
+    @property
+    def failed(self) -> bool:
+        """Whether something could not be computed after the runs; the remarks name it."""
+        return any(line.startswith(FAILED) for line in self.facts["remarks"])
 
     def __getitem__(self, block: str) -> xarray.Dataset:
         """A block by its name. Errors: KeyError where it was not made."""

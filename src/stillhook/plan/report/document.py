@@ -16,6 +16,7 @@ from typing import Any
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
+from stillhook.plan.failures import FAILED
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
@@ -40,8 +41,8 @@ from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.validity import SHORT
 from stillhook.units import quote
 
-MISSING = "NOT ASSESSED"
-"""Begins remarks that must be seen first."""
+MISSING = ("NOT ASSESSED", FAILED)
+"""Begin remarks that must be seen first."""
 
 
 def document(result: PlanResult, figures: Mapping[str, bytes]) -> Document:
