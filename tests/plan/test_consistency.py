@@ -14,12 +14,14 @@ from stillhook.plan.definition.lift_plan import Environment
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited
+from stillhook.plan.report.checked import checked, checked_plan, possible
 from stillhook.plan.table import Axes, Chosen, credited_of, governed
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
 from stillhook.plan.tiers.time_domain.measures import Measure
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work
+from stillhook.report.document import Text
 from stillhook.statistics.extremes import P90
 
 PLAN = load_plan("template-to-1500m")
@@ -174,3 +176,18 @@ def test_a_plan_of_controllers_alone_gets_the_cap(tmp_path):
     first, rest = text.split("alternatives = ", 1)
     file.write_text(f'{first}alternatives = ["none", "ssc"]\n{rest.split("]", 1)[1]}', encoding="utf-8")
     assert load_plan(file).alternatives == (Alternative.NONE, Alternative.SSC, Alternative.CAP)
+
+
+def test_a_load_that_still_water_is_too_much_for_is_named_before_anything_is_run():
+    """240 t on a chart of 235 t: the tension at rest was printed above its limit, without a word."""
+    rest = checked(PLAN)
+    assert not [row for row in rest["beyond"] if row["rule"] == "static-load"]
+    assert possible(rest)
+    small = replace(PLAN, crane=PLAN.crane.model_copy(update={"SWL": 0.9 * PLAN.payload.mass}))
+    answer = checked(small)
+    assert not possible(answer)
+    row = next(row for row in answer["beyond"] if row["rule"] == "static-load")
+    assert row["value"] > row["limit"]
+    assert row["alternatives"] == [a.value for a in PLAN.alternatives]
+    front = " ".join(part.text for part in checked_plan(answer).front if isinstance(part, Text))
+    assert "NOT POSSIBLE in any sea with any alternative" in front

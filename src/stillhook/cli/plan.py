@@ -57,8 +57,8 @@ def plan(
     than with a flat 80 % of compensation where no certificate covers the twin. A stopped plan resumes with the same
     --store or --out.
 
-    Exit code 1 where no sea of the table is workable under any alternative, the weather never gives a window, or
-    something could not be computed after the runs.
+    Exit code 1 where no sea of the table is workable under any alternative (--check: where still water is beyond a
+    rule under all of them), the weather never gives a window, or something could not be computed after the runs.
 
     Example: stillhook plan template-to-1500m --out plan
 
@@ -80,8 +80,7 @@ def plan(
         )
     lift_plan = load_plan(lift)
     if check:
-        _show_check(lift_plan, json=json)
-        return
+        raise typer.Exit(0 if _show_check(lift_plan, json=json) else 1)
     if quick and tier not in (None, "frequency"):
         raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
     result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads)
@@ -89,15 +88,16 @@ def plan(
     raise typer.Exit(0 if result.workable and not result.failed else 1)
 
 
-def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
-    """What the plan requests; nothing is run."""
-    from stillhook.plan.report.checked import checked, checked_plan
+def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
+    """What the plan requests; nothing is run. Whether still water keeps all rules under some alternative."""
+    from stillhook.plan.report.checked import checked, checked_plan, possible
 
     answer = checked(lift_plan)
     if json:
         print_json(answer)
     else:
         print_document(checked_plan(answer))
+    return possible(answer)
 
 
 def run(
