@@ -97,7 +97,7 @@ def check(vessel: Vessel, json: Json = False) -> None:
     rao = read_untested(vessel)
     tests = long_wave_test(rao)
     word, line = verdict_of(rao, tests)
-    notes = [*rao.notes, *(note for note in remarks(rao, tests) if not note.endswith(line))]
+    notes = [*rao.notes, *(note for note in remarks(rao, tests) if note != line)]
     if json:
         period = 2.0 * math.pi / float(rao.omega[0])
         sheet = {"vessel": rao.name, "source": rao.source, "origin": rao.origin}

@@ -19,10 +19,6 @@ from stillhook.sea.vessel.rao import DOFS, Rao, long_wave_limits, long_wave_scal
 
 Verdict = Literal["fits", "not shown", "doubtful", "wrong"]
 """From good to bad."""
-FITS = (
-    "fits: in long waves every motion is that of a floating body, so signs, phases, axes, headings and units are right"
-    " (bow for stern and time backwards at once would not show)"
-)
 
 LONG = 0.35
 """Frequency [rad/s] up to which a wave is long for every ship here: 18 s, 500 m."""
@@ -117,19 +113,23 @@ def verdict_of(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[Verdict, str]:
     line = wrong_line(rao, tests)
     if line is not None:
         return "wrong", line
-    by = {word: [t for t in tests if t.verdict == word] for word in ("doubtful", "not shown")}
+    by = {word: [t for t in tests if t.verdict == word] for word in ("fits", "doubtful", "not shown")}
+    met = f"Low-frequency limit: met by {len(by['fits'])} of {len(tests)} motions"
     if by["doubtful"]:
         where = "; ".join(_where(rao, t) for t in by["doubtful"])
-        return "doubtful", f"doubtful: {where}. Compare these with the program that made the table before it is used"
+        return "doubtful", f"{met}; doubtful: {where}. Compare with the program that made the table before it is used"
     if by["not shown"]:
-        long = f"{2.0 * math.pi / rao.omega[0]:.3g} s"
-        motions = ", ".join(t.dof for t in by["not shown"])
+        long, motions = f"{2.0 * math.pi / rao.omega[0]:.3g} s", ", ".join(t.dof for t in by["not shown"])
         return (
             "not shown",
-            f"not shown: the longest wave of the table, {long}, is too short to show signs, phases and units of"
-            f" {motions}. Export waves of {2.0 * math.pi / LONG:.0f} s and more",
+            f"{met}; {motions} not shown: the longest wave of the table, {long}, is too short. Export waves of"
+            f" {2.0 * math.pi / LONG:.0f} s and more",
         )
-    return "fits", FITS
+    return "fits", f"{met}: signs, phases, axes, headings and units fit ({BLIND})"
+
+
+BLIND = "bow for stern and time backwards at once would not show"
+"""What the test cannot see."""
 
 
 def _where(rao: Rao, t: LongWave) -> str:
@@ -276,7 +276,7 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     first, last = float(rao.omega[0]), float(rao.omega[-1])
     long = f"{2.0 * math.pi / first:.3g} s"
     word, line = verdict_of(rao, tests)
-    lines = [] if word in ("fits", "wrong") else [f"vessel file {line}"]
+    lines = [] if word in ("fits", "wrong") else [line]
     lines += [
         f"in waves of {long} {t.dof} is {t.share:.3g} times"
         f" {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the water (worst at"
