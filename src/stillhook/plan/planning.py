@@ -133,7 +133,7 @@ def plan(
     parts.at(1.0)
     data = dataset_of(lift_plan, of, forecast).assign_attrs(digest=facts["digest"])
     followed = any(phase.compensated for phase in lift_plan.phases) or Alternative.PHC in axes.alternatives
-    if line := not_compared(data, blocks.get("weather"), facts["tiers"], compensated=followed):
+    if line := not_compared(data, facts["tiers"], compensated=followed):
         facts["remarks"].insert(0, line)
     facts["remarks"] = [*failures.remarks, *facts["remarks"]]
     return PlanResult(data, facts, blocks)

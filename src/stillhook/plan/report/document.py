@@ -25,6 +25,7 @@ from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, gain, height, nam
 from stillhook.plan.result import (
     PlanResult,
     columns,
+    for_print,
     grouped,
     merged,
     missing_facts,
@@ -108,6 +109,7 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     the page alone, without figures. Errors: PlanError where it cannot be set.
     """
     check(result)
+    result = for_print(result)
     images = drawn(lambda: pictures(result))
     report = document(result, images)
     try:
@@ -147,6 +149,7 @@ YEAR = 365.25 * 24.0
 
 def brief(result: PlanResult) -> Document:
     """The answer, without its basis."""
+    result = for_print(result)
     facts = result.facts
     parts: list[Part] = [_heading(result, float(heading)) for heading in result.data["heading"].values]
     notes = grouped((each["credit_note"], each["name"]) for each in facts["alternatives"])
