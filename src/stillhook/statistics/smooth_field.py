@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,7 +60,7 @@ def smooth_field(
     """
     flat = np.zeros_like(value)
     bases = [flat] if expected is None or not np.isfinite(expected).all() else [expected, flat]
-    C = _covariances(period, angle, np.ones_like(value) if scale is None else scale)
+    C = covariances(period, angle, np.ones_like(value) if scale is None else scale)
     K = C + np.diag(var)
     L = np.linalg.cholesky(K)
     ln_det = 2.0 * np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
@@ -76,15 +77,23 @@ def smooth_field(
     return Field(mean, np.maximum(own, 0.0), _draws(weight, means, left, seed, draws))
 
 
-def _covariances(period: FloatArray, angle: FloatArray, scale: FloatArray) -> FloatArray:
-    """Covariance between columns (g, c, c) of every combination of the grid."""
+def covariances(
+    period: FloatArray,
+    angle: FloatArray,
+    scale: FloatArray,
+    amplitudes: Sequence[float] = AMPLITUDES,
+    own: Sequence[float] = OWN,
+    of_period: Sequence[float] = OF_PERIOD,
+    of_angle: Sequence[float] = OF_ANGLE,
+) -> FloatArray:
+    """Covariance between columns (g, c, c) of every combination of a grid; scale (c,) as in `smooth_field`."""
     ln_T = np.log(period)
     apart = ln_T[:, None] - ln_T
     turned = np.abs((angle[:, None] - angle + math.pi) % (2.0 * math.pi) - math.pi)
-    lengths = itertools.product(OF_PERIOD, OF_ANGLE)
+    lengths = itertools.product(of_period, of_angle)
     alike = np.array([np.exp(-0.5 * ((apart / T) ** 2 + (turned / b) ** 2)) for T, b in lengths])
     alone = np.eye(len(period))
-    parts = np.concatenate([alike * A**2 + alone * N**2 for A, N in itertools.product(AMPLITUDES, OWN)])
+    parts = np.concatenate([alike * A**2 + alone * N**2 for A, N in itertools.product(amplitudes, own)])
     return np.asarray(parts * np.outer(scale, scale) + MEAN_SD**2)
 
 

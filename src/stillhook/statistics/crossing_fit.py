@@ -1,0 +1,174 @@
+r"""Heights at which seeds of a sea cross a limit, from runs that say yes or no.
+
+The phases of a seed are the same at every height, so a seed has a height H* at which its number crosses the limit. It
+follows a feature F of the same waves that needs no run, such as the largest tip speed in the linear sea:
+
+.. math:: \ln H^* = \mu_c - \ln f + s\,\varepsilon,\qquad P(\text{beyond at } H) = \Phi\big((\ln F - \mu_c)/s\big)
+
+with f the feature for each metre of height, F = f H that of the height that was run, and one offset mu_c for each
+column (period and heading). Offsets are one smooth field (`stillhook.statistics.smooth_field`). The limit that a share
+p of the seeds may pass is read from the features of very many seeds, which are linear and cost nothing:
+
+.. math:: \frac{1}{J} \sum_j \Phi\big((\ln H + \ln f_j - \mu_c)/s\big) = p
+
+Nothing is assumed on how the number grows with the height, or how it is distributed: it may have two peaks. A feature
+that says little makes s large and the interval wide, and the limit no worse. Validity: a seed crosses once; s of one
+size in all columns. Expectation propagation was not needed: the posterior of an offset is near normal (Laplace).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
+
+from stillhook.base.arrays import BoolArray, FloatArray, IntArray
+from stillhook.statistics.smooth_field import covariances
+
+SCALES = (0.03, 0.05, 0.08, 0.12, 0.18, 0.27, 0.4, 0.6)
+"""Standard deviations s of ln H* about its feature, all of which count by their likelihood."""
+AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE = (0.05, 0.15, 0.4), (0.03, 0.1, 0.25), (0.15, 0.5), (0.2, 1.0)
+"""As in `stillhook.statistics.smooth_field`, a coarser grid: each combination is fitted for every scale."""
+STEPS, SETTLED = 30, 1e-6
+"""Steps of Newton at the most, and the change of an offset below which it goes no further."""
+DRAWS, SEED = 200, 1866
+FARTHEST = 8.0
+"""Largest distance of a run from its offset, in s: beyond it one run decides nothing more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """Runs: column (n,) its number; ln_F (n,) ln of its feature; beyond (n,) whether it passed the limit."""
+
+    column: IntArray = field(repr=False)
+    ln_F: FloatArray = field(repr=False)
+    beyond: BoolArray = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """ln of limiting heights (c,), ends of their 95 % intervals, and draws (m, c)."""
+
+    value: FloatArray = field(repr=False)
+    low: FloatArray = field(repr=False)
+    high: FloatArray = field(repr=False)
+    draws: FloatArray = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class CrossingFit:
+    """Offsets of all columns as a mixture: weight (k,) of a combination, its offsets (k, c) and their covariance (k, c,
+    c), and its scale (k,); evidence: ln of the marginal likelihood, to compare features."""
+
+    weight: FloatArray = field(repr=False)
+    offset: FloatArray = field(repr=False)
+    cov: FloatArray = field(repr=False)
+    scale: FloatArray = field(repr=False)
+    evidence: float
+
+    @property
+    def offsets(self) -> FloatArray:
+        """Offsets (c,), the mean of all combinations."""
+        return np.asarray(self.weight @ self.offset)
+
+    def limits(self, ln_f: FloatArray, p: FloatArray, *, draws: int = DRAWS, seed: int = SEED) -> Limit:
+        """Heights that a share p (c,) of the seeds pass; ln_f (c, J) features of many seeds for each metre of
+        height."""
+        rng = np.random.default_rng(seed)
+        chosen = rng.choice(len(self.weight), size=draws, p=self.weight)
+        out = np.empty((draws, self.offset.shape[1]))
+        for s in np.unique(self.scale):
+            shift, error = _shift(ln_f, p, float(s))
+            for k in np.flatnonzero(self.scale == s):
+                rows = np.flatnonzero(chosen == k)
+                if not len(rows):
+                    continue
+                values, vectors = np.linalg.eigh(0.5 * (self.cov[k] + self.cov[k].T))
+                root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+                z = rng.standard_normal((2, len(rows), len(shift)))
+                out[rows] = self.offset[k] + z[0] @ root.T + shift + error * z[1]
+        low, value, high = np.quantile(out, (0.025, 0.5, 0.975), axis=0)
+        return Limit(value, low, high, out)
+
+
+def fit_crossings(
+    runs: Crossings, period: FloatArray, angle: FloatArray, expected: FloatArray | None = None
+) -> CrossingFit:
+    """Offsets of columns of a period [s] and an angle [rad] (c,), with runs or without; expected (c,): offsets that a
+    cheaper method predicts, about which the field is smooth but for a factor (None: none).
+
+    Errors: ValueError without any run.
+    """
+    if not len(runs.ln_F):
+        raise ValueError("no run: a field of offsets needs one.")
+    flat = np.zeros(len(period))
+    bases = [flat] if expected is None or not np.isfinite(expected).all() else [np.asarray(expected, float), flat]
+    K = covariances(period, angle, np.ones(len(period)), AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE)
+    starts = [base + float(np.mean(runs.ln_F - base[runs.column])) for base in bases]
+    parts = [_laplace(runs, start, K, s) for s in SCALES for start in starts]
+    ln_weight = np.concatenate([part[2] for part in parts])
+    weight = np.exp(ln_weight - ln_weight.max())
+    return CrossingFit(
+        weight / weight.sum(),
+        np.concatenate([part[0] for part in parts]),
+        np.concatenate([part[1] for part in parts]),
+        np.repeat(SCALES, len(K) * len(bases)),
+        float(ln_weight.max() + math.log(weight.mean())),
+    )
+
+
+def _laplace(runs: Crossings, base: FloatArray, K: FloatArray, s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mode of the offsets (g, c), their covariance (g, c, c) and ln of the marginal likelihood (g,) under every prior
+    covariance K (g, c, c) and one scale, by Newton's method (Rasmussen and Williams 2006, algorithm 3.1)."""
+    g, c = K.shape[:2]
+    sign = np.where(runs.beyond, 1.0, -1.0)
+    f = np.zeros((g, c))
+    eye = np.eye(c)
+    for _ in range(STEPS):
+        gradient, W, _ = _likelihood(runs, base + f, sign, s)
+        root = np.sqrt(W)
+        B = eye + root[:, :, None] * K * root[:, None, :]
+        b = W * f + gradient
+        inner = np.linalg.solve(B, (root * np.einsum("gij,gj->gi", K, b))[..., None])[..., 0]
+        a = b - root * inner
+        new = np.einsum("gij,gj->gi", K, a)
+        change, f = float(np.abs(new - f).max()), new
+        if change < SETTLED:
+            break
+    _, W, ln_lik = _likelihood(runs, base + f, sign, s)
+    root = np.sqrt(W)
+    B = eye + root[:, :, None] * K * root[:, None, :]
+    inside = root[:, :, None] * K
+    cov = K - np.swapaxes(inside, 1, 2) @ np.linalg.solve(B, inside)
+    ln_det = np.linalg.slogdet(B)[1]
+    return base + f, cov, ln_lik - 0.5 * np.einsum("gi,gi->g", a, f) - 0.5 * ln_det
+
+
+def _likelihood(
+    runs: Crossings, offset: FloatArray, sign: FloatArray, s: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Gradient and negative second derivative in the offsets (g, c), and ln of the likelihood (g,)."""
+    z = np.clip(sign * (runs.ln_F - offset[:, runs.column]) / s, -FARTHEST, FARTHEST)
+    ln_P = scipy.special.log_ndtr(z)
+    ratio = np.exp(-0.5 * z**2 - ln_P) / math.sqrt(2.0 * math.pi)
+    first, second = -sign * ratio / s, (ratio * (z + ratio)) / s**2
+    gradient, W = np.zeros_like(offset), np.zeros_like(offset)
+    for i in range(len(offset)):
+        gradient[i] = np.bincount(runs.column, first[i], minlength=offset.shape[1])
+        W[i] = np.bincount(runs.column, second[i], minlength=offset.shape[1])
+    return gradient, np.maximum(W, 1e-12), ln_P.sum(axis=1)
+
+
+def _shift(ln_f: FloatArray, p: FloatArray, s: float) -> tuple[FloatArray, FloatArray]:
+    """ln of the height over its offset (c,) at which a share p of the seeds is beyond, and its standard deviation for
+    the number of seeds."""
+    low, high = -ln_f.max(axis=1) - 6.0 * s, -ln_f.min(axis=1) + 6.0 * s
+    for _ in range(50):
+        x = 0.5 * (low + high)
+        more = scipy.special.ndtr((x[:, None] + ln_f) / s).mean(axis=1) > p
+        low, high = np.where(more, low, x), np.where(more, x, high)
+    x = 0.5 * (low + high)
+    density = np.exp(-0.5 * ((x[:, None] + ln_f) / s) ** 2).mean(axis=1) / (s * math.sqrt(2.0 * math.pi))
+    return x, np.sqrt(p * (1.0 - p) / ln_f.shape[1]) / np.maximum(density, 1e-6)
