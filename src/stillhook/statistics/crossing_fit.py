@@ -93,11 +93,21 @@ class CrossingFit:
         return Limit(value, low, high, out)
 
 
+COARSE = ((0.08, 0.15, 0.3), (0.15, 0.4), (0.05, 0.2), (0.3,), (0.5,))
+"""Scales and grid of a coarse fit, for placing runs."""
+
+
 def fit_crossings(
-    runs: Crossings, period: FloatArray, angle: FloatArray, expected: FloatArray | None = None
+    runs: Crossings,
+    period: FloatArray,
+    angle: FloatArray,
+    expected: FloatArray | None = None,
+    *,
+    coarse: bool = False,
 ) -> CrossingFit:
     """Offsets of columns of a period [s] and an angle [rad] (c,), with runs or without; expected (c,): offsets that a
-    cheaper method predicts, about which the field is smooth but for a factor (None: none).
+    cheaper method predicts, about which the field is smooth but for a factor (None: none); coarse: by few combinations,
+    which is enough to place runs.
 
     Errors: ValueError without any run.
     """
@@ -105,16 +115,18 @@ def fit_crossings(
         raise ValueError("no run: a field of offsets needs one.")
     flat = np.zeros(len(period))
     bases = [flat] if expected is None or not np.isfinite(expected).all() else [np.asarray(expected, float), flat]
-    K = covariances(period, angle, np.ones(len(period)), AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE)
+    scales, *grid = COARSE if coarse else (SCALES, AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE)
+    bases = bases[:1] if coarse else bases
+    K = covariances(period, angle, np.ones(len(period)), *grid)
     starts = [base + float(np.mean(runs.ln_F - base[runs.column])) for base in bases]
-    parts = [_laplace(runs, start, K, s) for s in SCALES for start in starts]
+    parts = [_laplace(runs, start, K, s) for s in scales for start in starts]
     ln_weight = np.concatenate([part[2] for part in parts])
     weight = np.exp(ln_weight - ln_weight.max())
     return CrossingFit(
         weight / weight.sum(),
         np.concatenate([part[0] for part in parts]),
         np.concatenate([part[1] for part in parts]),
-        np.repeat(SCALES, len(K) * len(bases)),
+        np.repeat(scales, len(K) * len(bases)),
         float(ln_weight.max() + math.log(weight.mean())),
     )
 

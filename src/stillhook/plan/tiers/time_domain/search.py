@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,16 @@ from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.failures import NUMERICAL, in_words
 from stillhook.plan.limits import Limits, limited
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, seed_of
+from stillhook.plan.tiers.time_domain.crossings import (
+    SEEDS_OF_SEA,
+    ColumnFeatures,
+    CrossingLimits,
+    binned,
+    crosses,
+    crossing_limits,
+    next_heights,
+)
 from stillhook.plan.tiers.time_domain.curves import (
     BEYOND_CELLS,
     ColumnRuns,
@@ -40,6 +50,7 @@ from stillhook.plan.tiers.time_domain.curves import (
     wind_sea_limits,
     x_limit_of,
 )
+from stillhook.plan.tiers.time_domain.features import Place
 from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, surely_inside, used_of
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
@@ -47,6 +58,7 @@ from stillhook.plan.tiers.time_domain.placing import (
     BEHIND,
     FEW_CELLS,
     FEW_OF,
+    HOPELESS,
     LEAST_PART,
     WIDTHS,
     Column,
@@ -61,6 +73,10 @@ from stillhook.plan.tiers.time_domain.placing import (
 from stillhook.plan.tiers.time_domain.predictions import least_predicted, predicted_by_rule
 from stillhook.statistics.smooth_field import DRAWS
 
+FIRST_RUNS, MANY_RUNS = 8, 60
+"""Runs of a column from which a limit by crossings may be found; runs of all columns from which its feature is kept."""
+ABOUT = 0.25
+"""Step of the heights about which features of many seeds are drawn [m]: the spectrum's shape changes little with it."""
 GOVERNING_MARGIN = 1.1
 """A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
 searched any higher."""
@@ -99,12 +115,13 @@ class LimitSearch:
 
 class Judged(NamedTuple):
     """Limits of the rules of a phase under an alternative: columns, curve of every rule, and its limits; rules that
-    could not be judged, with the reason."""
+    could not be judged, with the reason; features of the rules that crossings judge."""
 
     columns: tuple[Column, ...]
     curves: Mapping[str, Curve]
     limits: Mapping[str, CurveLimits]
     failed: Mapping[str, str] = {}
+    features: Mapping[str, str] = {}
 
     def least(self, column: Column) -> tuple[float, float]:
         """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln."""
@@ -145,6 +162,7 @@ class Work:
         self.judged: dict[tuple[str, Winch, tuple[Limited, ...], bool], tuple[Any, Judged]] = {}
         self.judged_at: dict[tuple[str, Winch, tuple[Limited, ...], bool], int] = {}
         self.swell = float(plan.environment.H_m0(np.zeros(1))[0])
+        self.known_features: dict[Any, Any] = {}
         self.share = 0.0
         self.waiting: set[tuple[str, Alternative]] = set()  # phases whose pilots are still looked for
 
@@ -253,6 +271,8 @@ class Work:
         if patient and not Hs and not line.pilot and (line.phase.name, line.alternative) in self.waiting:
             return []
         limit, half = self.estimate(line) if Hs else self._of_calm(line)
+        if self.crosses(line) and limit != 0.0:
+            return self._next_crossings(line, Hs, limit, half, provisional)
         if limit == 0.0:
             line.limit = 0.0
             return []
@@ -279,6 +299,56 @@ class Work:
                 return [more]
         line.limit = limit
         return []
+
+    def crosses(self, line: LimitSearch) -> bool:
+        """Whether a line's limits are looked for by crossings: beside a swell features are not proportional to the
+        height."""
+        return self.swell == 0.0 and crosses(line.phase)
+
+    def _next_crossings(
+        self, line: LimitSearch, Hs: Sequence[float], limit: float, half: float, provisional: float
+    ) -> list[CellRequest]:
+        """The next runs of a line, each in a sea of its own about its limit; none where the limit is found, or lies
+        above the known one of another phase, or where the line waits for that."""
+        n = sum(len(self.runs(line, h)["duration"]) for h in Hs)
+        if n >= FIRST_RUNS or limit == math.inf:
+            line.provisional = limit if limit < math.inf else max(line.provisional, max(Hs, default=0.0))
+        bound = GOVERNING_MARGIN * self.least(line.alternative, line.column)
+        highest = min(max(self.plan.environment.Hs), bound)
+        waits = line.first_guess > GOVERNING_MARGIN * provisional if not Hs else limit > Hs[-1]
+        if GOVERNING_MARGIN * provisional < highest and waits:
+            return []
+        wanted = next_heights(Hs, limit, half, line.first_guess, highest)
+        line.placed = n >= FIRST_RUNS or not wanted
+        enough = half <= self.width(line.column, limit) or limit > bound
+        most = self.search.most_seeds if half < math.inf else HOPELESS
+        if not wanted or (n >= FIRST_RUNS and enough) or n >= most:
+            line.limit = limit
+            return []
+        return [CellRequest(line.phase.name, line.winch, line.spot(h), 1) for h in wanted]
+
+    def _features(self, line: LimitSearch, about: float) -> ColumnFeatures:
+        """Features of all runs of a line's column, and of many seeds of its sea about a height [m]."""
+        course = self.cells.course(line.phase, line.winch, line.spot(0.0))
+        place = self._once(("place", line.phase.name, line.winch), lambda: Place.of(self.plan, line.phase, course))
+        cells = []
+        for h in self.heights(line):
+            spot, n = line.spot(h), len(self.runs(line, h)["duration"])
+            each = [
+                self._once((line.phase.name, line.winch, spot, k), partial(place.of_seed, spot, seed_of(spot, k)))
+                for k in range(1, n + 1)
+            ]
+            cells.append({name: np.array([one[name] for one in each]) for name in each[0]})
+        near = line.spot(max(round(about / ABOUT), 1) * ABOUT)
+        many = self._once(
+            ("many", line.phase.name, line.winch, near), lambda: place.of_many(near, SEEDS_OF_SEA, seed_of(near, 0))
+        )
+        return ColumnFeatures(tuple(cells), {name: x / near.Hs for name, x in many.items()})
+
+    def _once(self, key: Any, make: Callable[[], Any]) -> Any:
+        if key not in self.known_features:
+            self.known_features[key] = make()
+        return self.known_features[key]
 
     def _of_calm(self, line: LimitSearch) -> tuple[float, float]:
         """0 where a rule is beyond in a calm, else no limit."""
@@ -359,6 +429,7 @@ class Work:
         curves: dict[str, Curve] = {}
         limits: dict[str, CurveLimits] = {}
         failed: dict[str, str] = {}
+        features: dict[str, str] = {}
         if not lines:
             return Judged(columns, curves, limits)
         about = [self._about(line, before) for line in lines]
@@ -378,11 +449,44 @@ class Work:
             expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
             guess = np.array([self.height(expected.get(column, math.nan)) for column in columns])
             n_draws = 0 if near else DRAWS
+            crossed = self.crosses(lines[0]) and of[0].measure.statistic is Statistic.LARGEST
             try:
+                if crossed:
+                    found = self._by_crossings(lines, each, of, about, guess, n_draws)
+                    limits[each.rule.key], features[each.rule.key] = found.limits, found.feature
+                    continue
+                if self.crosses(lines[0]):
+                    of = [binned(column) for column in of]
                 curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess, n_draws=n_draws)
             except NUMERICAL as problem:
                 failed[each.rule.key] = in_words(problem)
-        return Judged(columns, curves, limits, failed)
+        return Judged(columns, curves, limits, failed, features)
+
+    def _by_crossings(
+        self,
+        lines: Sequence[LimitSearch],
+        rule: Limited,
+        columns: Sequence[ColumnRuns],
+        about: Sequence[float],
+        expected: FloatArray,
+        n_draws: int,
+    ) -> CrossingLimits:
+        """A rule's limits in columns by their runs one by one; the feature is chosen by all of them while they are
+        few, and kept once they are many, until the answer."""
+        key = ("feature", lines[0].phase.name, lines[0].winch, rule.rule.key)
+        features = [self._features(line, a) for line, a in zip(lines, about, strict=True)]
+        found = crossing_limits(
+            columns,
+            features,
+            self._bands(rule),
+            max(self.plan.environment.Hs),
+            expected,
+            n_draws=n_draws,
+            feature=None if n_draws else self.known_features.get(key),
+        )
+        if sum(len(runs["duration"]) for column in columns for _, runs in column.cells) >= MANY_RUNS:
+            self.known_features[key] = found.feature
+        return found
 
     def limits_of(
         self,

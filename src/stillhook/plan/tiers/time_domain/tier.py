@@ -22,6 +22,7 @@ from stillhook.plan.failures import Failures
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
+from stillhook.plan.tiers.time_domain.crossings import binned
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
 from stillhook.plan.tiers.time_domain.levels import cell_levels
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
@@ -250,7 +251,10 @@ def _demand(work: Work, phase: Phase, alternative: Alternative, failures: Failur
         for q in names
     }
     value, low, high = ({q: table[k] for q, table in tables.items()} for k in range(3))
-    seeds = np.array([len(work.runs(line, h)["duration"]) for line, h in rows], dtype=np.int64)
+    sizes = {(line.column, h): len(work.runs(line, h)["duration"]) for line, h in rows}
+    if work.crosses(lines[0]):  # every run is one of the column's
+        sizes = {(column, h): sum(n for (c, z), n in sizes.items() if c == column and z > 0.0) for column, h in sizes}
+    seeds = np.array([sizes[line.column, h] for line, h in rows], dtype=np.int64)
     return Demand(phase.name, alternative, Tier.TIME, seas, value, low, high, seeds)
 
 
@@ -259,6 +263,8 @@ def _of_cells(work: Work, columns: Sequence[Column], rows: Sequence[tuple[LimitS
     runs."""
     every = {line.column: line for line, _ in rows}
     of = [work.runs_of(every[c], q, work.height(work.heights(every[c])[0])) for c in columns]
+    if rows and work.crosses(rows[0][0]):
+        of = [binned(column) for column in of]
     counted = bool(of) and of[0].measure.statistic is Statistic.CHANCE
     levels, place = None if counted else cell_levels(of), {column: i for i, column in enumerate(columns)}
     found = np.full((3, len(rows)), np.nan)

@@ -1,0 +1,191 @@
+"""Limits of a phase whose runs are judged one by one, beyond a limit or not: no shape of what the winch makes of the
+waves is assumed (`stillhook.statistics.crossing_fit`).
+
+Runs lie at many heights about the limit, one in each sea. They are put together in bins of height where a level or a
+share of time is asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
+from stillhook.plan.tiers.time_domain.curves import ROUNDING, ColumnRuns, CurveLimits, limit_at, x_limit_of
+from stillhook.plan.tiers.time_domain.features import NAMES, Features
+from stillhook.plan.tiers.time_domain.measures import Statistic
+from stillhook.statistics.crossing_fit import CrossingFit, Crossings, fit_crossings
+
+BIN = 0.1
+"""Width of a bin of heights, in ln: wide enough for some runs, and narrow against the growth of a number."""
+WIDEST = 0.4
+"""Half of the 95 % interval of a limit, in ln of the height, beyond which it has no two ends: the runs say how far the
+column is inside, and no more."""
+SEEDS_OF_SEA = 1000
+"""Linear seeds of a column that a limit is read from."""
+
+
+def crosses(phase: Phase, measure_of: ColumnRuns | None = None) -> bool:
+    """Whether the limits of a phase are looked for by crossings: those of a landing, of largest values."""
+    return phase.kind is PhaseKind.LANDING and (measure_of is None or measure_of.measure.statistic is Statistic.LARGEST)
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnFeatures:
+    """Features of a column: of every run, cell by cell in the order of its heights, and of many seeds for each metre of
+    height."""
+
+    cells: tuple[Features, ...] = field(repr=False)
+    many: Features = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class CrossingLimits:
+    """Limits of one rule by crossings, the feature that they were read with, and its fit."""
+
+    limits: CurveLimits
+    feature: str
+    fit: CrossingFit | None = field(repr=False)
+
+
+def crossing_limits(
+    columns: Sequence[ColumnRuns],
+    features: Sequence[ColumnFeatures],
+    bands: Sequence[tuple[float, float]],
+    highest: float,
+    expected: FloatArray | None = None,
+    *,
+    n_draws: int = 0,
+    feature: str | None = None,
+) -> CrossingLimits:
+    """Heights at which the share of runs beyond a limit is what the measure allows, in columns that have runs.
+
+    bands of the limit by height [m]; highest sea to analyse [m]; expected (c,): limits of a cheaper method [m], NaN
+    where it has none; feature: the one to use, None for that with the largest evidence. In a column whose calm is
+    beyond the limit is 0.
+    """
+    p = np.array([1.0 - column.measure.of_part() for column in columns])
+    beyond = [[_beyond(column, Hs, runs, bands) for Hs, runs in column.cells if Hs > 0.0] for column in columns]
+    tried = {
+        name: _fit(columns, features, beyond, name, expected, p, coarse=n_draws == 0)
+        for name in (NAMES if feature is None else (feature,))
+    }
+    best = max(tried, key=lambda name: tried[name].evidence)
+    ln_f = np.log(np.array([each.many[best] for each in features]))
+    found = tried[best].limits(ln_f, p, draws=max(n_draws, 100))
+    tops = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in columns])
+    x_limit = np.array([x_limit_of(column.measure, bands[0][1]) for column in columns])
+    calm = np.array([column.still for column in columns]) > x_limit * (1.0 + ROUNDING)
+    half = 0.5 * (found.high - found.low)
+    Hs, low, high = (np.exp(np.minimum(x, 10.0)) for x in (found.value, found.low, found.high))
+    draws = np.exp(np.minimum(found.draws, 10.0)) if n_draws else np.full((0, len(columns)), np.nan)
+    ends = bands[-2][0] if len(bands) > 1 else math.inf  # where the limit itself ends
+    Hs, low, high, draws = (np.minimum(x, ends) for x in (Hs, low, high, draws))
+    open_ = half > WIDEST
+    above = Hs > highest
+    inside = np.array([not any(b.any() for b in of) for of in beyond])
+    direct = np.where(inside, np.inf, Hs)
+    Hs = np.where(open_ | above, np.where(tops >= highest * (1.0 - ROUNDING), np.inf, np.nan), Hs)
+    high = np.where(open_ | (high > highest), np.inf, high)
+    half = np.where(open_, np.inf, half)
+    for table in (Hs, low, high):
+        table[calm] = 0.0
+    return CrossingLimits(CurveLimits(Hs, low, high, half, direct, draws), best, tried[best])
+
+
+def _beyond(column: ColumnRuns, Hs: float, runs: Runs, bands: Sequence[tuple[float, float]]) -> FloatArray:
+    """Whether each run of a cell is beyond the limit at its height; one that failed is."""
+    x = column.measure.values(runs)
+    return np.asarray(x > x_limit_of(column.measure, limit_at(bands, Hs)) * (1.0 + ROUNDING))
+
+
+def _fit(
+    columns: Sequence[ColumnRuns],
+    features: Sequence[ColumnFeatures],
+    beyond: Sequence[Sequence[FloatArray]],
+    name: str,
+    expected: FloatArray | None,
+    p: FloatArray,
+    *,
+    coarse: bool,
+) -> CrossingFit:
+    place = [np.full(len(b), i) for i, of in enumerate(beyond) for b in of]
+    ln_F = [np.log(cell[name]) for each in features for cell in each.cells]
+    runs = Crossings(
+        np.concatenate(place).astype(np.int64), np.concatenate(ln_F), np.concatenate([b for of in beyond for b in of])
+    )
+    base = None
+    if expected is not None:
+        usual = np.array(
+            [float(np.quantile(np.log(each.many[name]), 1.0 - q)) for each, q in zip(features, p, strict=True)]
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            base = np.where(expected > 0.0, np.log(expected), np.nan) + usual
+    period, angle = (np.array([getattr(column, of) for column in columns]) for of in ("period", "angle"))
+    return fit_crossings(runs, period, angle, base, coarse=coarse)
+
+
+def binned(column: ColumnRuns) -> ColumnRuns:
+    """A column whose cells of about one height are one, at their middle height by runs."""
+    groups: list[list[tuple[float, Runs]]] = []
+    for Hs, runs in column.cells:
+        if groups and Hs > 0.0 and groups[-1][0][0] > 0.0 and math.log(Hs / groups[-1][0][0]) < BIN:
+            groups[-1].append((Hs, runs))
+        else:
+            groups.append([(Hs, runs)])
+    return replace(column, cells=tuple(_together(group) for group in groups))
+
+
+def _together(group: Sequence[tuple[float, Runs]]) -> tuple[float, Runs]:
+    if len(group) == 1:
+        return group[0]
+    sizes = np.array([len(runs["duration"]) for _, runs in group])
+    Hs = float(np.exp(np.average(np.log([Hs for Hs, _ in group]), weights=sizes)))
+    first: Mapping[str, FloatArray] = group[0][1]
+    names = [name for name in first if not name.startswith(PEAKS)]
+    return Hs, {name: np.concatenate([runs[name] for _, runs in group]) for name in names}
+
+
+FIRST, EACH = (0.6, 0.85, 1.2, 1.7), (-1.0, -0.35, 0.35, 1.0)
+"""Heights of the first runs of a column, over that where its limit is thought to be; and of the following ones about
+it, in parts of its uncertainty."""
+LEAST_SPREAD, MOST_SPREAD = 0.08, 0.5
+"""Ends of that uncertainty, in ln of the height."""
+CLIMB = 1.5
+"""Factor to the next height where no run was beyond."""
+GRID = 0.01
+"""Heights are whole multiples of it [m]: each is a sea of its own, so that a column has as many seeds as runs."""
+
+
+def next_heights(Hs: Sequence[float], limit: float, half: float, guess: float, highest: float) -> list[float]:
+    """Heights of the next runs of a column [m], of heights that were run; none where the highest sea was run and no run
+    was beyond. limit as the runs say it [m] (inf: none was beyond), half of its interval in ln; guess: where it is
+    thought to be before any run [m]."""
+    if not Hs:
+        middle = guess if 0.0 < guess < math.inf else highest if guess == math.inf else 0.5 * highest
+        wanted = [middle * f for f in FIRST]
+    elif limit < math.inf:
+        spread = min(max(half, LEAST_SPREAD), MOST_SPREAD)
+        wanted = [limit * math.exp(spread * z) for z in EACH]
+    elif max(Hs) >= highest * (1.0 - GRID):
+        return []
+    else:
+        wanted = [max(Hs) * CLIMB ** (0.5 * (k + 1)) for k in range(2)]
+    found: list[float] = []
+    for h in wanted:
+        at = on_grid(min(h, highest))
+        while at in Hs or at in found:
+            at = on_grid(at - GRID)
+        if at > 0.0:
+            found.append(at)
+    return found
+
+
+def on_grid(Hs: float) -> float:
+    """The nearest height that is run [m]."""
+    return round(max(round(Hs / GRID), 0) * GRID, 6)

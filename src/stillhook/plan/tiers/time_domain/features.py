@@ -1,0 +1,111 @@
+"""Largest values of the linear sea that cost no run: tip motion, speed and acceleration, and the motion of a load that
+hangs from a tip that nothing compensates. Of the very waves of a run, or of very many seeds of a sea at once.
+
+They say which of two seeds of one sea asks more of a lift; what the winch makes of that the runs say.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase
+from stillhook.plan.tiers.situations import natural_period
+from stillhook.plan.tiers.time_domain.lowering import Course, SeaState
+from stillhook.response.suspended_load import suspended_load
+from stillhook.sea.motion.irregular import synthesis
+from stillhook.sea.vessel.realisation import Amplitudes, Realisation, realise
+from stillhook.sea.vessel.tip import TipPoint
+from stillhook.variables import WINDOW
+
+SAMPLES = 4.0
+"""Samples for each second of a series [1/s], at the least: peaks of waves of 4 s and longer are right to 0.3 %."""
+DAMPING = 0.1
+"""Damping ratio of the load on its wire in the linear motion, some of the drag at limiting motions."""
+NAMES = ("tip speed", "tip speed down", "tip motion", "tip acceleration", "load motion")
+
+
+@dataclass(frozen=True)
+class Place:
+    """What features follow from: the vessel's tip in a phase, period of the waves and the part of a run that counts
+    [s], natural period of the load [s]."""
+
+    plan: LiftPlan
+    at: TipPoint
+    repeat: float
+    begin: float
+    counted: float
+    T_0: float
+
+    @classmethod
+    def of(cls, plan: LiftPlan, phase: Phase, course: Course) -> Place:
+        """That of a phase that is run so."""
+        begin = sum(stage.time or 0.0 for stage in course.programme[: course.counts])
+        hangs = suspended_load(plan.crane, plan.hanging(course.z_0), course.z_0)
+        return cls(plan, plan.tip_of(phase), course.duration, begin, course.counted, natural_period(hangs))
+
+    def of_seed(self, spot: SeaState, seed: int) -> dict[str, float]:
+        """Features of the waves of one run: name -> value [SI]."""
+        waves = self._waves(spot, seed, Amplitudes.RAYLEIGH)
+        tip = np.sum(self._vertical(waves) * waves.a, axis=0)
+        return {name: float(x[0]) for name, x in self._largest(waves, tip[None]).items()}
+
+    def of_many(self, spot: SeaState, count: int, seed: int) -> dict[str, FloatArray]:
+        """Features of `count` seeds of a sea: name -> (count,)."""
+        waves = self._waves(spot, 0, Amplitudes.FIXED)
+        half = np.sqrt(0.5 * np.sum(np.abs(self._vertical(waves) * waves.a) ** 2, axis=0))
+        parts = np.random.default_rng(seed).standard_normal((2, count, len(half)))
+        return self._largest(waves, half * (parts[0] + 1j * parts[1]))
+
+    def _waves(self, spot: SeaState, seed: int, law: Amplitudes) -> Realisation:
+        sea = self.plan.environment.sea(*spot)
+        return realise(sea, self.repeat, seed, amplitudes=law, depth=self.plan.depth)
+
+    def _vertical(self, waves: Realisation) -> ComplexArray:
+        return self.plan.vessel.vertical(waves.omega, waves.beta, self.at.x, self.at.y)
+
+    def _largest(self, waves: Realisation, tip: ComplexArray) -> dict[str, FloatArray]:
+        """Features of complex amplitudes of the tip's height (n, harmonics)."""
+        omega, last = waves.omega, int(waves.harmonic[-1])
+        n = 1 << math.ceil(math.log2(max(SAMPLES * self.repeat, 2 * last + 2)))
+        dt = self.repeat / n
+        counts = slice(math.floor(self.begin / dt), min(math.ceil((self.begin + self.counted) / dt) + 1, n))
+
+        def series(c: ComplexArray) -> FloatArray:
+            bins = np.zeros((len(c), last + 1), dtype=np.complex128)
+            bins[:, waves.harmonic] = c
+            return synthesis(bins, n)[:, counts]
+
+        speed, motion = series(1j * omega * tip), series(tip)
+        r = omega * self.T_0 / (2.0 * math.pi)
+        load = series(tip / (1.0 - r**2 + 2j * DAMPING * r))
+        return dict(
+            zip(
+                NAMES,
+                (
+                    np.abs(speed).max(axis=1),
+                    (-speed).max(axis=1),
+                    _span(motion, dt),
+                    np.abs(series(-(omega**2) * tip)).max(axis=1),
+                    _span(load, dt),
+                ),
+                strict=True,
+            )
+        )
+
+
+def _span(x: FloatArray, dt: float) -> FloatArray:
+    """Largest difference of highest and lowest value of rows (n, k) within a window."""
+    size = min(max(round(WINDOW / dt), 1), x.shape[1])
+    spread = scipy.ndimage.maximum_filter1d(x, size, axis=1) - scipy.ndimage.minimum_filter1d(x, size, axis=1)
+    return np.asarray(spread.max(axis=1))
+
+
+Features = Mapping[str, FloatArray]
+"""Feature -> values of the runs of a cell (n,)."""
