@@ -488,6 +488,25 @@ class Work:
             self.known_features[key] = found.feature
         return found
 
+    def limits_by_first(self, line: LimitSearch, rule: Limited, judged: Judged, n: int) -> CurveLimits:
+        """A rule's limits in all columns by the first runs alone: n of every cell, or by crossings n of every column in
+        the order in which they were made."""
+        if rule.rule.key not in judged.features:
+            return self.limits_of(rule, [_first(of, n) for of in judged.curves[rule.rule.key].columns])[1]
+        lines = [x for x in self.phases[line.phase.name, line.alternative] if x.column in judged.columns]
+        about = [self._about(x, judged) for x in lines]
+        order = {cell: i for i, cell in enumerate(self.cells.runs)}
+        columns, features = [], []
+        for x, a in zip(lines, about, strict=True):
+            of, each = self.runs_of(x, rule.rule.quantity, a), self._features(x, a)
+            made = sorted(range(len(of.cells)), key=lambda i: order[x.phase.name, x.winch, x.spot(of.cells[i][0])])
+            sizes = np.cumsum([len(of.cells[i][1]["duration"]) for i in made])
+            kept = sorted(made[: max(int(np.searchsorted(sizes, n, side="right")), 1)])
+            columns.append(replace(of, cells=tuple(of.cells[i] for i in kept)))
+            features.append(replace(each, cells=tuple(each.cells[i] for i in kept)))
+        highest, feature = max(self.plan.environment.Hs), judged.features[rule.rule.key]
+        return crossing_limits(columns, features, self._bands(rule), highest, feature=feature).limits
+
     def limits_of(
         self,
         rule: Limited,
@@ -602,6 +621,11 @@ class Work:
             tell(self.share)
 
         return report
+
+
+def _first(of: ColumnRuns, n: int) -> ColumnRuns:
+    """The first n runs of every cell of a column."""
+    return replace(of, cells=tuple((h, {name: x[:n] for name, x in runs.items()}) for h, runs in of.cells))
 
 
 def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:

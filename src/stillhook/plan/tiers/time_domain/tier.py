@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,6 @@ from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.crossings import binned
-from stillhook.plan.tiers.time_domain.curves import ColumnRuns
 from stillhook.plan.tiers.time_domain.levels import cell_levels
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
@@ -93,6 +92,9 @@ def convergence(work: Work) -> xarray.Dataset | None:
     if not lines or column is None:
         return None
     most = max(len(work.runs(line, h)["duration"]) for line in lines for h in work.heights(line))
+    most = max(
+        [most, *(sum(len(work.runs(x, h)["duration"]) for h in work.heights(x)) for x in lines if work.crosses(x))]
+    )
     n = np.unique(np.linspace(min(8, most), most, STEPS).round().astype(int))
     table = np.full((3, len(lines), len(n)), np.nan)
     names = []
@@ -101,20 +103,14 @@ def convergence(work: Work) -> xarray.Dataset | None:
         at = judged.columns.index(column)
         key = min(judged.limits, key=lambda rule: or_inf(judged.limits[rule].Hs[at]))
         names.append(_named(line, key))
-        curve = judged.curves[key]
         rule = next(each for each in work.rules(line) if each.rule.key == key)
         for j, count in enumerate(n):
-            _, limits = work.limits_of(rule, [_first(of, int(count)) for of in curve.columns])
+            limits = work.limits_by_first(line, rule, judged, int(count))
             table[:, i, j] = limits.Hs[at], limits.low[at], limits.high[at]
     parts = dict(zip(("Hs_limit", "low", "high"), table, strict=True))
     return xarray.Dataset(
         {name: (("cell", "n"), values) for name, values in parts.items()}, coords={"cell": names, "n": n}
     )
-
-
-def _first(of: ColumnRuns, n: int) -> ColumnRuns:
-    """The first n runs of every cell of a column."""
-    return replace(of, cells=tuple((h, {name: x[:n] for name, x in runs.items()}) for h, runs in of.cells))
 
 
 def _shown(work: Work, column: Column) -> list[LimitSearch]:
