@@ -21,7 +21,6 @@ from stillhook.plan.tiers.time_domain.curves import (
     may_govern,
     near_limit,
     share_used,
-    top_beyond,
 )
 from stillhook.plan.tiers.time_domain.levels import cell_levels, surely_inside
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
@@ -60,22 +59,6 @@ def plateau(part):
 
 def steep(h):
     return (h / 1.6) ** 1.6
-
-
-@pytest.mark.parametrize(("level", "limit"), [(plateau(0.85), math.inf), (steep, 1.6)])
-def test_cells_well_above_a_seeming_limit_say_whether_there_is_one(level, limit):
-    """About 1.3 m the plateau still grows, and seems to go on; cells at 3 and 4 m show that it does not."""
-    plan = load_plan("template-to-1500m")
-    landing = next(phase for phase in plan.phases if phase.name == "landing")
-    motion = next(r for r in limited(plan, landing, Alternative.SSC) if r.rule.quantity == "load_pp")
-    columns = [
-        replace(column, about=1.0) for column in table(lambda h: motion.limit * level(h), (0.8, 1.0, 1.3, 3.0, 4.0))
-    ]
-    _, found = Work(plan, Search(), Cells(plan, Execution()), None).limits_of(motion, columns)
-    if limit == math.inf:
-        assert not (found.Hs <= 4.0).any()
-    else:
-        assert found.Hs == pytest.approx(limit, rel=0.12)
 
 
 def test_a_number_to_which_waves_add_hardly_anything_has_no_limit_in_the_seas_that_were_run():
@@ -230,12 +213,6 @@ def test_what_a_calm_or_a_failed_run_says_of_a_share():
     assert share_used(bands, lost) == math.inf
     assert math.isnan(share_used(bands, replace(column, cells=())))
     assert math.isnan(share_used(bands, replace(column, measure=replace(MEASURE, statistic=Statistic.CHANCE))))
-
-
-def test_a_top_cell_is_beyond_for_sure_where_next_to_all_of_its_runs_are():
-    bands = [(HIGHEST, 1.0)]
-    for level, beyond in ((lambda h: 5.0 * steep(h), True), (lambda h: 0.6 * steep(h), False)):
-        assert all(top_beyond(bands, column) is beyond for column in table(level, (1.3, 1.6)))
 
 
 def test_a_long_tail_on_one_side_widens_an_interval_on_that_side_alone():

@@ -71,11 +71,13 @@ def crossing_limits(
     """
     p = np.array([1.0 - column.measure.of_part() for column in columns])
     beyond = [[_beyond(column, Hs, runs, bands) for Hs, runs in column.cells if Hs > 0.0] for column in columns]
-    tried = {
-        name: _fit(columns, features, beyond, name, expected, p, coarse=n_draws == 0)
-        for name in (NAMES if feature is None else (feature,))
-    }
-    best = max(tried, key=lambda name: tried[name].evidence)
+    best = feature
+    tried: dict[str, CrossingFit] = {}
+    if best is None:
+        tried = {name: _fit(columns, features, beyond, name, expected, p, coarse=True) for name in NAMES}
+        best = max(tried, key=lambda name: tried[name].evidence)
+    if n_draws or best not in tried:
+        tried[best] = _fit(columns, features, beyond, best, expected, p, coarse=n_draws == 0)
     ln_f = np.log(np.array([each.many[best] for each in features]))
     found = tried[best].limits(ln_f, p, draws=max(n_draws, 100))
     tops = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in columns])

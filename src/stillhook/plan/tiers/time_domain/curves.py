@@ -54,8 +54,6 @@ LOWEST = -50.0
 FAR = 0.4
 """Part of what waves may add below which no run was near to a limit: such a rule guides no search, and has no limit in
 the seas that were run."""
-NEXT_TO_ALL = 0.9
-"""Share of the runs of a cell that are beyond a limit from which its level is beyond for sure."""
 BEHIND_OTHERS = 0.5
 """Part of what runs used of another rule's limit below which a rule guides no search: where the other is reached this
 one is far away."""
@@ -461,14 +459,6 @@ def near_limit(column: ColumnRuns) -> ColumnRuns:
     return replace(column, cells=() if nearest is None else (nearest,))
 
 
-def top_beyond(bands: Sequence[tuple[float, float]], column: ColumnRuns) -> bool:
-    """Whether next to all runs of the highest cell of a column are beyond its limit, by bands."""
-    if column.measure.statistic is Statistic.CHANCE or not column.cells:
-        return False
-    x = column.measure.values(column.cells[-1][1])
-    return float(np.mean(x > max(x_limit_of(column.measure, limit) for _, limit in bands))) >= NEXT_TO_ALL
-
-
 def may_govern(used: FloatArray, near: FloatArray) -> BoolArray:
     """Rules whose limit may be the lowest of a column, of shares (rules, columns) of `share_used`, of all cells and of
     those near to the lowest limit: not where all runs stayed below `FAR`, or those near to it far below what they used
@@ -476,9 +466,3 @@ def may_govern(used: FloatArray, near: FloatArray) -> BoolArray:
     seen = np.where(np.isnan(near), -np.inf, near)
     behind = seen < BEHIND_OTHERS * seen.max(axis=0, initial=0.0)
     return np.asarray((np.isnan(near) | ((used >= FAR) & ~behind)).any(axis=1))
-
-
-def about_tops(columns: Sequence[ColumnRuns], tops: FloatArray, some: BoolArray) -> list[ColumnRuns]:
-    """Columns, some of which are looked at about their highest cell."""
-    rows = zip(columns, tops, some, strict=True)
-    return [replace(column, about=float(top)) if use else column for column, top, use in rows]

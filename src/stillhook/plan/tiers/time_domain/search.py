@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,34 +22,23 @@ from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.failures import NUMERICAL, in_words
 from stillhook.plan.limits import Limits, limited
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, seed_of
-from stillhook.plan.tiers.time_domain.crossings import (
-    SEEDS_OF_SEA,
-    ColumnFeatures,
-    CrossingLimits,
-    binned,
-    crosses,
-    crossing_limits,
-    next_heights,
-)
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
+from stillhook.plan.tiers.time_domain.crossing_search import CrossingSearch
+from stillhook.plan.tiers.time_domain.crossings import binned, crosses
 from stillhook.plan.tiers.time_domain.curves import (
-    BEYOND_CELLS,
     ColumnRuns,
     Curve,
     CurveLimits,
-    about_tops,
     chance_of,
     curve_of,
     limits_in_bands,
     may_govern,
     near_limit,
     share_used,
-    top_beyond,
     wind_sea,
     wind_sea_limits,
     x_limit_of,
 )
-from stillhook.plan.tiers.time_domain.features import Place
 from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, surely_inside, used_of
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
@@ -58,25 +46,21 @@ from stillhook.plan.tiers.time_domain.placing import (
     BEHIND,
     FEW_CELLS,
     FEW_OF,
-    HOPELESS,
     LEAST_PART,
     WIDTHS,
     Column,
     Search,
     cell_above,
+    least_predicted,
     next_height,
     pilots_of,
+    predicted_by_rule,
     prediction_factors,
     runs_for,
     usual_runs,
 )
-from stillhook.plan.tiers.time_domain.predictions import least_predicted, predicted_by_rule
 from stillhook.statistics.smooth_field import DRAWS
 
-FIRST_RUNS, MANY_RUNS = 8, 60
-"""Runs of a column from which a limit by crossings may be found; runs of all columns from which its feature is kept."""
-ABOUT = 0.25
-"""Step of the heights about which features of many seeds are drawn [m]: the spectrum's shape changes little with it."""
 GOVERNING_MARGIN = 1.1
 """A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
 searched any higher."""
@@ -162,7 +146,7 @@ class Work:
         self.judged: dict[tuple[str, Winch, tuple[Limited, ...], bool], tuple[Any, Judged]] = {}
         self.judged_at: dict[tuple[str, Winch, tuple[Limited, ...], bool], int] = {}
         self.swell = float(plan.environment.H_m0(np.zeros(1))[0])
-        self.known_features: dict[Any, Any] = {}
+        self.crossings = CrossingSearch(self)
         self.share = 0.0
         self.waiting: set[tuple[str, Alternative]] = set()  # phases whose pilots are still looked for
 
@@ -272,7 +256,7 @@ class Work:
             return []
         limit, half = self.estimate(line) if Hs else self._of_calm(line)
         if self.crosses(line) and limit != 0.0:
-            return self._next_crossings(line, Hs, limit, half, provisional)
+            return self.crossings.next_runs(line, Hs, limit, half, provisional)
         if limit == 0.0:
             line.limit = 0.0
             return []
@@ -304,51 +288,6 @@ class Work:
         """Whether a line's limits are looked for by crossings: beside a swell features are not proportional to the
         height."""
         return self.swell == 0.0 and crosses(line.phase)
-
-    def _next_crossings(
-        self, line: LimitSearch, Hs: Sequence[float], limit: float, half: float, provisional: float
-    ) -> list[CellRequest]:
-        """The next runs of a line, each in a sea of its own about its limit; none where the limit is found, or lies
-        above the known one of another phase, or where the line waits for that."""
-        n = sum(len(self.runs(line, h)["duration"]) for h in Hs)
-        if n >= FIRST_RUNS or limit == math.inf:
-            line.provisional = limit if limit < math.inf else max(line.provisional, max(Hs, default=0.0))
-        bound = GOVERNING_MARGIN * self.least(line.alternative, line.column)
-        highest = min(max(self.plan.environment.Hs), bound)
-        waits = line.first_guess > GOVERNING_MARGIN * provisional if not Hs else limit > Hs[-1]
-        if GOVERNING_MARGIN * provisional < highest and waits:
-            return []
-        wanted = next_heights(Hs, limit, half, line.first_guess, highest)
-        line.placed = n >= FIRST_RUNS or not wanted
-        enough = half <= self.width(line.column, limit) or limit > bound
-        most = self.search.most_seeds if half < math.inf else HOPELESS
-        if not wanted or (n >= FIRST_RUNS and enough) or n >= most:
-            line.limit = limit
-            return []
-        return [CellRequest(line.phase.name, line.winch, line.spot(h), 1) for h in wanted]
-
-    def _features(self, line: LimitSearch, about: float) -> ColumnFeatures:
-        """Features of all runs of a line's column, and of many seeds of its sea about a height [m]."""
-        course = self.cells.course(line.phase, line.winch, line.spot(0.0))
-        place = self._once(("place", line.phase.name, line.winch), lambda: Place.of(self.plan, line.phase, course))
-        cells = []
-        for h in self.heights(line):
-            spot, n = line.spot(h), len(self.runs(line, h)["duration"])
-            each = [
-                self._once((line.phase.name, line.winch, spot, k), partial(place.of_seed, spot, seed_of(spot, k)))
-                for k in range(1, n + 1)
-            ]
-            cells.append({name: np.array([one[name] for one in each]) for name in each[0]})
-        near = line.spot(max(round(about / ABOUT), 1) * ABOUT)
-        many = self._once(
-            ("many", line.phase.name, line.winch, near), lambda: place.of_many(near, SEEDS_OF_SEA, seed_of(near, 0))
-        )
-        return ColumnFeatures(tuple(cells), {name: x / near.Hs for name, x in many.items()})
-
-    def _once(self, key: Any, make: Callable[[], Any]) -> Any:
-        if key not in self.known_features:
-            self.known_features[key] = make()
-        return self.known_features[key]
 
     def _of_calm(self, line: LimitSearch) -> tuple[float, float]:
         """0 where a rule is beyond in a calm, else no limit."""
@@ -432,13 +371,13 @@ class Work:
         features: dict[str, str] = {}
         if not lines:
             return Judged(columns, curves, limits)
-        about = [self._about(line, before) for line in lines]
+        about = [self.about(line, before) for line in lines]
         rules = [each for each in self.rules(lines[0]) if all(self.has(line, each.rule.quantity) for line in lines)]
         runs = [
             [self.runs_of(line, each.rule.quantity, a) for line, a in zip(lines, about, strict=True)] for each in rules
         ]
         shares, nearest = (
-            np.array([[share_used(self._bands(each), f(c)) for c in of] for each, of in zip(rules, runs, strict=True)])
+            np.array([[share_used(self.bands(each), f(c)) for c in of] for each, of in zip(rules, runs, strict=True)])
             for f in (lambda column: column, near_limit)
         )
         guides = may_govern(shares, nearest) if near and rules else np.ones(len(rules), dtype=np.bool_)
@@ -452,7 +391,7 @@ class Work:
             crossed = self.crosses(lines[0]) and of[0].measure.statistic is Statistic.LARGEST
             try:
                 if crossed:
-                    found = self._by_crossings(lines, each, of, about, guess, n_draws)
+                    found = self.crossings.judge(lines, each, of, about, guess, n_draws)
                     limits[each.rule.key], features[each.rule.key] = found.limits, found.feature
                     continue
                 if self.crosses(lines[0]):
@@ -462,50 +401,13 @@ class Work:
                 failed[each.rule.key] = in_words(problem)
         return Judged(columns, curves, limits, failed, features)
 
-    def _by_crossings(
-        self,
-        lines: Sequence[LimitSearch],
-        rule: Limited,
-        columns: Sequence[ColumnRuns],
-        about: Sequence[float],
-        expected: FloatArray,
-        n_draws: int,
-    ) -> CrossingLimits:
-        """A rule's limits in columns by their runs one by one; the feature is chosen by all of them while they are
-        few, and kept once they are many, until the answer."""
-        key = ("feature", lines[0].phase.name, lines[0].winch, rule.rule.key)
-        features = [self._features(line, a) for line, a in zip(lines, about, strict=True)]
-        found = crossing_limits(
-            columns,
-            features,
-            self._bands(rule),
-            max(self.plan.environment.Hs),
-            expected,
-            n_draws=n_draws,
-            feature=None if n_draws else self.known_features.get(key),
-        )
-        if sum(len(runs["duration"]) for column in columns for _, runs in column.cells) >= MANY_RUNS:
-            self.known_features[key] = found.feature
-        return found
-
     def limits_by_first(self, line: LimitSearch, rule: Limited, judged: Judged, n: int) -> CurveLimits:
         """A rule's limits in all columns by the first runs alone: n of every cell, or by crossings n of every column in
         the order in which they were made."""
         if rule.rule.key not in judged.features:
             return self.limits_of(rule, [_first(of, n) for of in judged.curves[rule.rule.key].columns])[1]
         lines = [x for x in self.phases[line.phase.name, line.alternative] if x.column in judged.columns]
-        about = [self._about(x, judged) for x in lines]
-        order = {cell: i for i, cell in enumerate(self.cells.runs)}
-        columns, features = [], []
-        for x, a in zip(lines, about, strict=True):
-            of, each = self.runs_of(x, rule.rule.quantity, a), self._features(x, a)
-            made = sorted(range(len(of.cells)), key=lambda i: order[x.phase.name, x.winch, x.spot(of.cells[i][0])])
-            sizes = np.cumsum([len(of.cells[i][1]["duration"]) for i in made])
-            kept = sorted(made[: max(int(np.searchsorted(sizes, n, side="right")), 1)])
-            columns.append(replace(of, cells=tuple(of.cells[i] for i in kept)))
-            features.append(replace(each, cells=tuple(each.cells[i] for i in kept)))
-        highest, feature = max(self.plan.environment.Hs), judged.features[rule.rule.key]
-        return crossing_limits(columns, features, self._bands(rule), highest, feature=feature).limits
+        return self.crossings.by_first(lines, [self.about(x, judged) for x in lines], rule, judged.features, n)
 
     def limits_of(
         self,
@@ -518,10 +420,10 @@ class Work:
         """The curve of a rule's quantity in columns, and the rule's limits of the wind sea; expected (c,): limits of a
         cheaper method, of all waves [m]; n_draws of all limits together: limits and their lower ends are then held
         against what the cells say (`stillhook.plan.tiers.time_domain.levels`)."""
-        curve, limits = self._taken_at(rule, columns, expected, n_draws)
+        curve, limits = self._limits_of(rule, columns, expected, n_draws)
         if n_draws == 0 or columns[0].measure.statistic is Statistic.CHANCE:
             return curve, limits
-        levels, bands = cell_levels(columns), self._bands(rule)
+        levels, bands = cell_levels(columns), self.bands(rule)
         used = used_of(rule, columns[0].measure, levels, self.wind_sea(levels.Hs))
         least, most = self.wind_sea(inside_up_to(levels, used)), self.wind_sea(beyond_from(columns, levels, bands))
         Hs = np.fmin(np.maximum(limits.Hs, least), most)
@@ -531,27 +433,9 @@ class Work:
         draws = np.minimum(np.maximum(limits.draws, np.where(limits.Hs < least, least, sure)), most)
         return curve, replace(limits, Hs=Hs, low=low, high=high, draws=draws)
 
-    def _bands(self, rule: Limited) -> list[tuple[float, float]]:
+    def bands(self, rule: Limited) -> list[tuple[float, float]]:
         """Bands of a rule's limit by the height of all waves [m]."""
         return [(self.height(top), limit) for top, limit in rule.bands]
-
-    def _taken_at(
-        self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None, n_draws: int
-    ) -> tuple[Curve, CurveLimits]:
-        """The same without what cells below say. A level that rises to just below its limit and no further seems to
-        cross it by the slope before: where cells well above are inside, the curve is taken about the highest."""
-        found = self._limits_of(rule, columns, expected, n_draws)
-        tops = found[0].tops
-        with np.errstate(invalid="ignore"):
-            well_below = BEYOND_CELLS * self.all_waves(found[1].Hs) < tops
-        well_below &= [not top_beyond(rule.bands, column) for column in columns]
-        if not well_below.any():
-            return found
-        there = self._limits_of(rule, about_tops(columns, tops, well_below), expected, 0)[1]
-        inside = well_below & ~(self.all_waves(there.Hs) <= tops)
-        if not inside.any():
-            return found
-        return self._limits_of(rule, about_tops(columns, tops, inside), expected, n_draws)
 
     def _limits_of(
         self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None, n_draws: int
@@ -559,7 +443,7 @@ class Work:
         curve = curve_of(columns, chance_of(columns, rule.limit))
         bands = [
             (top, np.array([x_limit_of(column.measure, limit) for column in columns]))
-            for top, limit in self._bands(rule)
+            for top, limit in self.bands(rule)
         ]
         highest = self.height(max(self.plan.environment.Hs))
         limits = limits_in_bands(curve, bands, highest, expected, n_draws=n_draws)
@@ -582,7 +466,7 @@ class Work:
         measure = self.measures(line).get(quantity)
         return measure is not None and measure.x in self.runs(line, 0.0)
 
-    def _about(self, line: LimitSearch, before: Judged | None) -> float:
+    def about(self, line: LimitSearch, before: Judged | None) -> float:
         """Height about which a column's curve is looked at [m]: that of the limit, as far as it is known."""
         Hs = self.heights(line)
         limit = before.least(line.column)[0] if before is not None and line.column in before.columns else math.inf

@@ -1,0 +1,137 @@
+"""The search of limits by crossings: where the next runs of a column lie, and what all runs say so far. Part of the
+search of the twin's tier (`stillhook.plan.tiers.time_domain.search`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.plan.definition.rules import Limited
+from stillhook.plan.tiers.time_domain.cells import CellRequest, seed_of
+from stillhook.plan.tiers.time_domain.crossings import (
+    SEEDS_OF_SEA,
+    ColumnFeatures,
+    CrossingLimits,
+    crossing_limits,
+    next_heights,
+)
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, CurveLimits
+from stillhook.plan.tiers.time_domain.features import Place
+from stillhook.plan.tiers.time_domain.placing import HOPELESS
+
+if TYPE_CHECKING:
+    from stillhook.plan.tiers.time_domain.search import LimitSearch, Work
+
+FIRST_RUNS, MANY_RUNS = 8, 60
+"""Runs of a column from which a limit by crossings may be found; runs of all columns from which its feature is kept."""
+ABOUT = 0.25
+"""Step of the heights about which features of many seeds are drawn [m]: the spectrum's shape changes little with it."""
+GOVERNING_MARGIN = 1.1
+"""As in `stillhook.plan.tiers.time_domain.search`."""
+
+
+class CrossingSearch:
+    """Runs one by one about a limit, for a search over all lines; features that it has drawn."""
+
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self.known: dict[Any, Any] = {}
+
+    def next_runs(
+        self, line: LimitSearch, Hs: Sequence[float], limit: float, half: float, provisional: float
+    ) -> list[CellRequest]:
+        """The next runs of a line, each in a sea of its own about its limit; none where the limit is found, or lies
+        above the known one of another phase, or where the line waits for that."""
+        n = sum(len(self.work.runs(line, h)["duration"]) for h in Hs)
+        if n >= FIRST_RUNS or limit == math.inf:
+            line.provisional = limit if limit < math.inf else max(line.provisional, max(Hs, default=0.0))
+        bound = GOVERNING_MARGIN * self.work.least(line.alternative, line.column)
+        highest = min(max(self.work.plan.environment.Hs), bound)
+        waits = line.first_guess > GOVERNING_MARGIN * provisional if not Hs else limit > Hs[-1]
+        if GOVERNING_MARGIN * provisional < highest and waits:
+            return []
+        wanted = next_heights(Hs, limit, half, line.first_guess, highest)
+        line.placed = n >= FIRST_RUNS or not wanted
+        enough = half <= self.work.width(line.column, limit) or limit > bound
+        most = self.work.search.most_seeds if half < math.inf else HOPELESS
+        if not wanted or (n >= FIRST_RUNS and enough) or n >= most:
+            line.limit = limit
+            return []
+        return [CellRequest(line.phase.name, line.winch, line.spot(h), 1) for h in wanted]
+
+    def features(self, line: LimitSearch, about: float) -> ColumnFeatures:
+        """Features of all runs of a line's column, and of many seeds of its sea about a height [m]."""
+        course = self.work.cells.course(line.phase, line.winch, line.spot(0.0))
+        place = self._once(("place", line.phase.name, line.winch), lambda: Place.of(self.work.plan, line.phase, course))
+        cells = []
+        for h in self.work.heights(line):
+            spot, n = line.spot(h), len(self.work.runs(line, h)["duration"])
+            each = [
+                self._once((line.phase.name, line.winch, spot, k), partial(place.of_seed, spot, seed_of(spot, k)))
+                for k in range(1, n + 1)
+            ]
+            cells.append({name: np.array([one[name] for one in each]) for name in each[0]})
+        near = line.spot(max(round(about / ABOUT), 1) * ABOUT)
+        many = self._once(
+            ("many", line.phase.name, line.winch, near), lambda: place.of_many(near, SEEDS_OF_SEA, seed_of(near, 0))
+        )
+        return ColumnFeatures(tuple(cells), {name: x / near.Hs for name, x in many.items()})
+
+    def _once(self, key: Any, make: Callable[[], Any]) -> Any:
+        if key not in self.known:
+            self.known[key] = make()
+        return self.known[key]
+
+    def judge(
+        self,
+        lines: Sequence[LimitSearch],
+        rule: Limited,
+        columns: Sequence[ColumnRuns],
+        about: Sequence[float],
+        expected: FloatArray,
+        n_draws: int,
+    ) -> CrossingLimits:
+        """A rule's limits in columns by their runs one by one; the feature is chosen by all of them while they are
+        few, and kept once they are many, until the answer."""
+        key = ("feature", lines[0].phase.name, lines[0].winch, rule.rule.key)
+        features = [self.features(line, a) for line, a in zip(lines, about, strict=True)]
+        found = crossing_limits(
+            columns,
+            features,
+            self.work.bands(rule),
+            max(self.work.plan.environment.Hs),
+            expected,
+            n_draws=n_draws,
+            feature=None if n_draws else self.known.get(key),
+        )
+        if sum(len(runs["duration"]) for column in columns for _, runs in column.cells) >= MANY_RUNS:
+            self.known[key] = found.feature
+        return found
+
+    def by_first(
+        self,
+        lines: Sequence[LimitSearch],
+        about: Sequence[float],
+        rule: Limited,
+        used: Mapping[str, str],
+        n: int,
+    ) -> CurveLimits:
+        """A rule's limits by the first n runs of every column, in the order in which they were made; used: the feature
+        of every rule."""
+        work, order = self.work, {cell: i for i, cell in enumerate(self.work.cells.runs)}
+        columns, features = [], []
+        for x, a in zip(lines, about, strict=True):
+            of, each = work.runs_of(x, rule.rule.quantity, a), self.features(x, a)
+            made = sorted(range(len(of.cells)), key=lambda i: order[x.phase.name, x.winch, x.spot(of.cells[i][0])])
+            sizes = np.cumsum([len(of.cells[i][1]["duration"]) for i in made])
+            kept = sorted(made[: max(int(np.searchsorted(sizes, n, side="right")), 1)])
+            columns.append(replace(of, cells=tuple(of.cells[i] for i in kept)))
+            features.append(replace(each, cells=tuple(each.cells[i] for i in kept)))
+        highest = max(work.plan.environment.Hs)
+        return crossing_limits(columns, features, work.bands(rule), highest, feature=used[rule.rule.key]).limits
