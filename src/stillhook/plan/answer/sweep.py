@@ -34,8 +34,8 @@ from stillhook.plan.result import NEW, labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of
 from stillhook.plan.tiers.time_domain.lowering import THROUGH, winch_of
-from stillhook.plan.tiers.time_domain.placing import Column, Search, snapped
-from stillhook.plan.tiers.time_domain.search import LimitSearch, Work
+from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, snapped
+from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.spec.lift.assembly import Assembly
 from stillhook.spec.lift.payload import Payload
 from stillhook.units import show

@@ -26,7 +26,8 @@ from stillhook.plan.tiers.time_domain.features import Place
 from stillhook.plan.tiers.time_domain.placing import HOPELESS
 
 if TYPE_CHECKING:
-    from stillhook.plan.tiers.time_domain.search import LimitSearch, Work
+    from stillhook.plan.tiers.time_domain.placing import LimitSearch
+    from stillhook.plan.tiers.time_domain.search import Work
 
 FIRST_RUNS, MANY_RUNS = 8, 60
 """Runs of a column from which a limit by crossings may be found; runs of all columns from which its feature is kept."""

@@ -1,5 +1,5 @@
-"""Where the search of the twin's tier places its cells: columns that come first, heights, and where a prediction puts
-the first of them."""
+"""Where the search of the twin's tier places its cells: its lines, columns that come first, heights, and where a
+prediction puts the first of them."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.limits import Limits
 from stillhook.plan.tiers.time_domain.curves import BEYOND_CELLS
+from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch
 
 Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""
@@ -47,6 +48,37 @@ class Search:
     width: float = 0.1
     near: float = 0.12
     cells: int = 6
+
+
+@dataclass(eq=False)
+class LimitSearch:
+    """Search for one limit: a phase under an alternative in a column. predicted height [m]; first_guess: where the
+    search begins; floor: lower bound assumed for the limit [m]; limit: result (NaN: not yet); provisional: estimate so
+    far; pilot: one of those that are looked for first; placed: cells are about the limit, however many runs they have
+    yet."""
+
+    phase: Phase
+    alternative: Alternative
+    winch: Winch
+    column: Column
+    predicted: float
+    floor: float
+    started: bool = False
+    pilot: bool = False
+    placed: bool = False
+    limit: float = math.nan
+    provisional: float = math.inf
+    first_guess: float = math.nan
+
+    def __post_init__(self) -> None:
+        self.first_guess = self.predicted
+
+    @property
+    def resolved(self) -> bool:
+        return not math.isnan(self.limit)
+
+    def spot(self, Hs: float) -> SeaState:
+        return SeaState(Hs, *self.column)
 
 
 LEAST_STEP, MOST_STEP = 1.12, 2.0

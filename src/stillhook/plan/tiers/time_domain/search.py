@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,6 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.capacities import calm as _calm
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.failures import NUMERICAL, in_words
 from stillhook.plan.limits import Limits, limited
@@ -40,7 +39,7 @@ from stillhook.plan.tiers.time_domain.curves import (
     x_limit_of,
 )
 from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, surely_inside, used_of
-from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
+from stillhook.plan.tiers.time_domain.lowering import KINDS, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.placing import (
     BEHIND,
@@ -49,6 +48,7 @@ from stillhook.plan.tiers.time_domain.placing import (
     LEAST_PART,
     WIDTHS,
     Column,
+    LimitSearch,
     Search,
     cell_above,
     least_predicted,
@@ -64,37 +64,6 @@ from stillhook.statistics.smooth_field import DRAWS
 GOVERNING_MARGIN = 1.1
 """A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
 searched any higher."""
-
-
-@dataclass(eq=False)
-class LimitSearch:
-    """Search for one limit: a phase under an alternative in a column. predicted height [m]; first_guess: where the
-    search begins; floor: lower bound assumed for the limit [m]; limit: result (NaN: not yet); provisional: estimate so
-    far; pilot: one of those that are looked for first; placed: cells are about the limit, however many runs they have
-    yet."""
-
-    phase: Phase
-    alternative: Alternative
-    winch: Winch
-    column: Column
-    predicted: float
-    floor: float
-    started: bool = False
-    pilot: bool = False
-    placed: bool = False
-    limit: float = math.nan
-    provisional: float = math.inf
-    first_guess: float = math.nan
-
-    def __post_init__(self) -> None:
-        self.first_guess = self.predicted
-
-    @property
-    def resolved(self) -> bool:
-        return not math.isnan(self.limit)
-
-    def spot(self, Hs: float) -> SeaState:
-        return SeaState(Hs, *self.column)
 
 
 class Judged(NamedTuple):

@@ -26,8 +26,8 @@ from stillhook.plan.tiers.time_domain.crossings import binned
 from stillhook.plan.tiers.time_domain.levels import cell_levels
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
-from stillhook.plan.tiers.time_domain.placing import Column, Search, prediction_factors, snapped
-from stillhook.plan.tiers.time_domain.search import LimitSearch, Work, or_inf
+from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, prediction_factors, snapped
+from stillhook.plan.tiers.time_domain.search import Work, or_inf
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
 
