@@ -1,0 +1,166 @@
+"""Limits by crossings: what runs that say yes or no give, whatever the shape of what they say it of."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.file import load_plan
+from stillhook.plan.tiers.time_domain.crossings import (
+    EACH,
+    FIRST,
+    ColumnFeatures,
+    binned,
+    crossing_limits,
+    next_heights,
+)
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns
+from stillhook.plan.tiers.time_domain.features import NAMES, Place
+from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of
+from stillhook.plan.tiers.time_domain.measures import Measure
+from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.statistics.crossing_fit import Crossings, fit_crossings
+
+PERIOD = np.repeat(np.arange(5.0, 15.0, 2.0), 2)
+ANGLE = np.tile(np.radians([165.0, 180.0]), 5)
+ALLOWED = 0.302
+SPREAD = 0.25
+"""Standard deviation of ln of the feature between seeds."""
+
+
+def residual(kind, rng, n):
+    """ln of the crossing height about its feature, of standard deviation 1."""
+    if kind == "two peaks":
+        return np.where(rng.random(n) < 0.5, -0.9, 0.9) + 0.436 * rng.standard_normal(n)
+    if kind == "heavy":
+        return rng.standard_t(5, n) / math.sqrt(5.0 / 3.0)
+    return rng.standard_normal(n)
+
+
+def plan_of(kind, scale, seed, runs=10):
+    """Errors of ln of the limits of one made-up plan, whether their intervals hold them, and half of these."""
+    rng = np.random.default_rng(seed)
+    c = len(PERIOD)
+    offset = 0.4 + 0.6 * np.log(PERIOD / 9.0) + 0.15 * np.sin(PERIOD / 1.7) + rng.normal(0.0, 0.03, c)
+    truth = np.array(
+        [
+            np.quantile(offset[i] - rng.normal(0.0, SPREAD, 20000) + scale * residual(kind, rng, 20000), ALLOWED)
+            for i in range(c)
+        ]
+    )
+    predicted = offset + rng.normal(0.0, 0.3) + rng.normal(0.0, 0.1, c)
+    about, column, ln_F, beyond = predicted, [], [], []
+    for _ in range(runs // 2):
+        f = rng.normal(0.0, SPREAD, (c, 2))
+        ln_H = about[:, None] - f + 0.1 * rng.standard_normal((c, 2))
+        crossed = offset[:, None] - f + scale * residual(kind, rng, (c, 2))
+        column += np.repeat(np.arange(c), 2).tolist()
+        ln_F += (ln_H + f).ravel().tolist()
+        beyond += (ln_H > crossed).ravel().tolist()
+        fit = fit_crossings(Crossings(np.array(column), np.array(ln_F), np.array(beyond)), PERIOD, ANGLE, predicted)
+        about = fit.offsets
+    found = fit.limits(rng.normal(0.0, SPREAD, (c, 1000)), np.full(c, ALLOWED))
+    return found.value - truth, (found.low <= truth) & (truth <= found.high), 0.5 * (found.high - found.low)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "scale"), [("normal", 0.1), ("heavy", 0.1), ("two peaks", 0.2), ("heavy", 0.3)])
+def test_intervals_hold_the_limit_whatever_the_shape(kind, scale):
+    """Ten runs of a column that say yes or no."""
+    plans = [plan_of(kind, scale, seed) for seed in range(12)]
+    error = np.array([plan[0] for plan in plans])
+    held = np.mean([plan[1] for plan in plans])
+    assert 0.88 <= held <= 1.0  # 120 limits, those of a plan together
+    assert -0.06 < error.mean() < 0.03  # two peaks about the feature: 4 % too low, the safe side
+    assert np.sqrt(np.mean(error**2)) < 0.03 + 0.35 * scale
+    assert np.mean([plan[2] for plan in plans]) < 0.3
+
+
+def columns(limit=1.0, still=0.0, scatter=0.1, heights=(0.7, 0.9, 1.1, 1.4), n=3, seed=4):
+    rng = np.random.default_rng(seed)
+    found, features = [], []
+    for T, angle in zip(PERIOD, ANGLE, strict=True):
+        cells, of = [], []
+        for h in heights:
+            f = np.exp(rng.normal(0.0, SPREAD, n))
+            x = still + (h * f / limit) * np.exp(scatter * rng.standard_normal(n))
+            cells.append((h, {"duration": np.ones(n), "x": x}))
+            of.append({name: h * f if name == "tip speed" else np.full(n, h) for name in NAMES})
+        found.append(ColumnRuns(T, angle, Measure("x", q=1.0 - ALLOWED), 1.0, still, tuple(cells)))
+        many = {name: np.exp(rng.normal(0.0, SPREAD, 400)) if name == "tip speed" else np.ones(400) for name in NAMES}
+        features.append(ColumnFeatures(tuple(of), many))
+    return found, features
+
+
+EXACT = math.exp(math.sqrt(SPREAD**2 + 0.1**2) * -0.5187)  # 30.2 % of the seeds cross below
+
+
+@pytest.mark.slow
+def test_the_feature_that_says_most_is_found_and_the_limit_with_it():
+    found = crossing_limits(*columns(), [(math.inf, 1.0)], 4.0, n_draws=100)
+    assert found.feature == "tip speed"
+    assert found.limits.Hs == pytest.approx(EXACT, rel=0.12)
+    assert np.all((found.limits.low < EXACT) & (EXACT < found.limits.high))
+    plain = crossing_limits(*columns(), [(math.inf, 1.0)], 4.0, n_draws=100, feature="tip motion")
+    assert plain.limits.half.mean() > 1.2 * found.limits.half.mean()
+    assert plain.limits.Hs == pytest.approx(EXACT, rel=0.2)
+
+
+@pytest.mark.slow
+def test_a_calm_that_is_beyond_and_the_end_of_a_chart():
+    found = crossing_limits(*columns(still=1.2), [(math.inf, 1.0)], 4.0)
+    assert np.all(found.limits.Hs == 0.0)
+    chart = crossing_limits(*columns(limit=3.0), [(1.2, 1.0), (math.inf, 0.0)], 4.0)
+    assert not np.any(chart.limits.Hs > 1.2)
+
+
+@pytest.mark.slow
+def test_a_column_in_which_no_run_was_beyond_has_no_two_ends():
+    found = crossing_limits(*columns(limit=30.0), [(math.inf, 1.0)], 4.0, n_draws=100)
+    assert np.isnan(found.limits.Hs).all()
+    assert np.isinf(found.limits.half).all()
+    assert np.all(found.limits.low > 0.7)
+
+
+def test_heights_of_the_next_runs_differ_and_end_where_nothing_is_beyond():
+    first = next_heights([], math.inf, math.nan, 1.0, 4.0)
+    assert first == [pytest.approx(f, abs=0.006) for f in FIRST]
+    about = next_heights(first, 1.1, 0.3, 1.0, 4.0)
+    assert len(set(about + first)) == len(about) + len(first)
+    assert about == [pytest.approx(1.1 * math.exp(0.3 * z), abs=0.03) for z in EACH]
+    assert next_heights([1.0, 2.0], math.inf, math.nan, 1.0, 4.0)[0] > 2.0
+    assert next_heights([1.0, 4.0], math.inf, math.nan, 1.0, 4.0) == []
+
+
+def test_cells_of_about_one_height_are_one_bin():
+    (first, *_), _ = columns(heights=(0.7, 0.72, 1.1, 1.13, 2.0))
+    together = binned(first)
+    assert [len(runs["x"]) for _, runs in together.cells] == [6, 6, 3]
+    assert [h for h, _ in together.cells] == pytest.approx([0.71, 1.115, 2.0], abs=0.005)
+
+
+@pytest.mark.slow
+def test_features_are_those_of_the_waves_of_a_run():
+    plan = load_plan("template-to-1500m")
+    phase = plan.phase("landing")
+    winch = winch_of(phase, Alternative.NS)
+    course = course_of(plan, phase, winch)
+    spot, seed = SeaState(1.3, 8.0, math.pi), 5
+    run = in_sea(plan, phase, winch, course, lowering_of(plan, phase, course, machine_of(plan, winch)[1]), spot, seed)
+    waves = realise(run.sea, run.period, seed, amplitudes=run.amplitudes, depth=plan.depth)
+    begin = sum(stage.time or 0.0 for stage in course.programme[: course.counts])
+    t = np.arange(begin, begin + course.counted, 0.02)
+    s, v, a = tip_motion(waves, plan.vessel, run.x, run.y).sample(t)
+    place = Place.of(plan, phase, course)
+    found = place.of_seed(spot, seed)
+    assert found["tip speed"] == pytest.approx(np.abs(v).max(), rel=0.01)
+    assert found["tip speed down"] == pytest.approx((-v).max(), rel=0.01)
+    assert found["tip acceleration"] == pytest.approx(np.abs(a).max(), rel=0.02)
+    size = round(30.0 / 0.02)
+    spans = [np.ptp(s[i : i + size]) for i in range(0, len(s) - size, 50)]
+    assert found["tip motion"] == pytest.approx(max(spans), rel=0.02)
+    many = place.of_many(spot, 200, 1)
+    one = [place.of_seed(spot, k)["tip speed"] for k in range(60)]
+    assert np.median(many["tip speed"]) == pytest.approx(np.median(one), rel=0.06)
+    assert np.std(np.log(many["tip speed"])) == pytest.approx(np.std(np.log(one)), rel=0.3)
