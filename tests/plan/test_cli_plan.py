@@ -118,6 +118,8 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
             "--quick with --tier time: --quick is --tier frequency. Leave one of them out.",
         ),
         (["template-to-1500m", "--threads", "0"], "--threads"),
+        (["template-to-1500m", "--quick", "--seed", "3"], "waves are drawn in tier time alone"),
+        (["template-to-1500m", "--seed", "-1"], "--seed"),
         (["template-to-1500m", "--quick", "--scheduler", "nowhere"], "--scheduler"),
     ],
 )

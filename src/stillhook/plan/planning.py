@@ -66,6 +66,7 @@ def plan(
     store: str | Path | None = None,
     client: Any = None,
     threads: int = 2,
+    seed: int = 0,
     progress: Progress | None = None,
 ) -> PlanResult:
     """Limiting sea states of a lift under every alternative, what governs them, and what they are worth in weather.
@@ -73,10 +74,17 @@ def plan(
     lift: a plan, the path of a plan file, or a name of the library; tier: the highest that is run (closed-form,
     frequency, time); weather in place of that of the plan; alpha: table of forecast factors, by name or file; store:
     folder in which runs of the twin are kept, so that a plan that was stopped goes on from there; client of a
-    dask.distributed cluster in place of this machine's threads; progress is called with the share that is done.
+    dask.distributed cluster in place of this machine's threads; seed (0 or more): each gives the runs of the twin other
+    waves of the same seas, so that two plans show by how much limits scatter; progress is called with the share that is
+    done.
     Errors: StillhookError, one line.
     """
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
+    if seed < 0 or (seed and last is not Tier.TIME):
+        raise PlanError(
+            f"Seed {seed} with tier {last}: waves are drawn in tier {Tier.TIME} alone. Enter 0 or more there."
+        )
+    execution = Execution(store, client, threads, seed)
     begun, parts = time.perf_counter(), Parts(progress, {name: EXPECTED[name] for name in PARTS[last]})
     parts("preparation")
     table, records = read_alpha_table(alpha, "--alpha"), weather
@@ -97,9 +105,7 @@ def plan(
             lift_plan,
             limits,
             occurrence=None if records is None else occurrence(lift_plan, records),
-            store=store,
-            client=client,
-            threads=threads,
+            execution=execution,
             progress=parts("time"),
         )
         demands, limits = [*demands, *twin.demands], [*limits, *twin.limits]
@@ -120,7 +126,7 @@ def plan(
         none: Mapping[str, xarray.Dataset] = {}
         blocks |= failures.attempt("reference cell", detail, none)
     if twin is not None:
-        at, execution = reference_of(lift_plan, of), Execution(store, client, threads)
+        at = reference_of(lift_plan, of)
         sweep = partial(sweep_blocks, lift_plan, at.Tp, at.beta, execution, parts("sweep"))
         blocks |= {**twin.blocks, **failures.attempt("landing tolerance, payload and depth", sweep, {})}
     facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))

@@ -156,9 +156,7 @@ def refine(
     *,
     search: Search | None = None,
     occurrence: Callable[[Column, float], float] | None = None,
-    store: Any = None,
-    client: Any = None,
-    threads: int = 2,
+    execution: Execution | None = None,
     progress: Progress | None = None,
 ) -> TwinTier:
     """Limits of the phases that may govern, by runs of the twin.
@@ -169,11 +167,11 @@ def refine(
     (common random numbers), and what is one run under several of them is run once. Heights are placed by
     `stillhook.plan.tiers.time_domain.search`; a column gets more runs until the interval of its limit is narrow enough.
 
-    occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`); store: folder
-    in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share done, 0..1.
+    occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`);
+    execution: where runs are kept, so that an interrupted plan goes on, and who runs them; progress: share done, 0..1.
     Errors: StillhookError, one line: a lift beyond any crane, a store that cannot be written.
     """
-    work = Work(plan, search or Search(), Cells(plan, Execution(store, client, threads)), progress, occurrence)
+    work = Work(plan, search or Search(), Cells(plan, execution or Execution()), progress, occurrence)
     work.prepare(predicted)
     for _ in range(MOST_ROUNDS):
         if not work.round():
@@ -298,6 +296,7 @@ def _runs(cells: Cells) -> dict[str, Any]:
         "n_failed": cells.n_failed,
         "n_cells": len(sizes),
         "seeds_per_cell": [min(sizes, default=0), max(sizes, default=0)],
+        "seed": cells.execution.seed,
         "simulated": cells.seconds,
     }
 
