@@ -22,7 +22,7 @@ from stillhook.weather.alpha import load_alpha_table
 pytestmark = pytest.mark.slow
 
 ENVIRONMENT = Environment(
-    Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4
+    Hs=("0.5 m", "1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4
 )
 UNMODELLED = (Alternative.NONE, Alternative.CAP)
 """Alternatives that no run of the twin is needed for."""

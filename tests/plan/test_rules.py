@@ -203,7 +203,7 @@ def test_a_name_that_is_no_set_and_a_file_that_is_not_there_are_refused(tmp_path
 def test_a_set_of_its_own_needs_no_base(tmp_path):
     settings = (
         '[simplified]\nzeta_a = 0.9\nT_z_factor = 8.9\nT_z_most = "13 s"\nC_D_least = 2.5\n'
-        'duration_least = "30 min"\nhold = "30 min"\n'
+        'duration_least = "30 min"\nhold = "30 min"\nstop = "5 min"\nstand_off = "3 m"\n'
     )
     found = rules(tmp_path, 'version = "1"\n' + settings + OWN)
     assert [r.key for r in found.rules] == ["slack-chance"]

@@ -41,7 +41,7 @@ from stillhook.plan.definition.lift_plan import (
     check_wire,
 )
 from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, crane_chart
-from stillhook.plan.definition.phases import Phase, Water, joined, with_holds
+from stillhook.plan.definition.phases import OFF, Holds, Phase, PhaseKind, Water, joined, with_holds
 from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.weather.records import check_headings
@@ -180,7 +180,8 @@ def _plan(table: TomlTable) -> LiftPlan:
     check_sinks(payload, rho)
     rules = load_rules(table.relative_toml(file.rules))
     rows = tuple(_phase(row, table.at("phase", i), rules) for i, row in enumerate(file.phase))
-    phases = with_holds(joined(rows, Water(depth, payload.reach(rho))), rules.settings["hold"])
+    holds = Holds(*(rules.settings[name] for name in ("hold", "stop", "stand_off")))
+    phases = with_holds(joined(rows, Water(depth, payload.reach(rho))), holds, depth, rules.of(PhaseKind.STAND_OFF))
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, notes = _operation(file.operation, table.at("operation"), phases)
@@ -217,6 +218,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     notes = (
         *notes,
         *_ideal(file, phases),
+        *_not_held(rows),
         *depth_notes(vessel, max(file.environment.Tp), depth),
         *_doubts(plan),
         *(() if plan.load_chart is None else plan.load_chart.notes(phases)),
@@ -340,6 +342,14 @@ def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
     return ("sensors are taken as ideal, without delay and noise: give [sensors] with those of your crane",)
 
 
+def _not_held(phases: tuple[Phase, ...]) -> tuple[str, ...]:
+    """Which passages and landings the file takes without a stop."""
+    off = [phase.name for phase in phases if phase.hold == 0.0]
+    return (
+        (f'hold = "{OFF}" of {" and ".join(off)}: a stop there is not assessed, and must not be made',) if off else ()
+    )
+
+
 def _doubts(plan: LiftPlan) -> tuple[str, ...]:
     """Notes on numbers outside of what was ever built."""
     parts: dict[str, BaseModel] = {"crane": plan.crane, "payload": plan.payload, "environment": plan.environment}
@@ -363,6 +373,11 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     return WeatherUse(file, ship, weather.sense, columns, weather.time, weather.date_order, weather.time_zone)
 
 
+def _phase_data(phase: Phase) -> dict[str, Any]:
+    """A phase as it counts: no holds where it has none."""
+    return phase.model_dump(mode="json", exclude={name for name in ("hold", "stand_off") if not getattr(phase, name)})
+
+
 def _digest(plan: LiftPlan) -> str:
     """SHA-256 of everything that numbers follow from; names of files and notes are none."""
     content_of_plan: dict[str, Any] = {
@@ -371,7 +386,7 @@ def _digest(plan: LiftPlan) -> str:
         "at": [plan.at.x, plan.at.y, plan.h_tip],
         "payload": plan.payload.to_dict(),
         "water": [plan.depth, plan.rho],
-        "phases": [phase.model_dump(mode="json", exclude=None if phase.held else {"hold"}) for phase in plan.phases],
+        "phases": [_phase_data(phase) for phase in plan.phases],
         "environment": plan.environment.model_dump(mode="json"),
         "rules": plan.rules.digest,
         "operation": [plan.T_POP, plan.T_C],

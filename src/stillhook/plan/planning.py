@@ -16,6 +16,7 @@ import numpy as np
 from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
 from stillhook.formats.weather.alpha_table import read_alpha_table
+from stillhook.plan.answer.apart import lower_where_apart
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
 from stillhook.plan.answer.metadata import RunInputs, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
@@ -157,7 +158,8 @@ def answered(
 ) -> Answered:
     """The limits in one table, as modelled and as credited."""
     limits_of_tiers = gathered(axes, limits)
-    modelled, heights = chosen(limits_of_tiers), np.unique(lift_plan.environment.table().Hs)
+    modelled = lower_where_apart(lift_plan, limits_of_tiers, chosen(limits_of_tiers))
+    heights = np.unique(lift_plan.environment.table().Hs)
     credited = credited_of(lift_plan, modelled, heights, certified.covers)
     governs = dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
     return Answered(axes, limits_of_tiers, modelled, credited, governs, seeds_of(axes, demands), certified)

@@ -20,6 +20,7 @@ from stillhook.engine.inputs import envelope_line, twin_line
 from stillhook.engine.lowering.summary import held_load
 from stillhook.engine.scenario.checks import type_notes
 from stillhook.kernels.build import results_hash
+from stillhook.plan.answer.apart import apart_remarks
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.answer.swinging import swinging_remarks
@@ -321,7 +322,8 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Remarks on the result."""
-    lines = [*swinging_remarks(plan, of.modelled), *_swell_remark(plan), *plan.notes, *winch_remarks(plan)]
+    apart = apart_remarks(plan, of.limits, of.modelled)
+    lines = [*swinging_remarks(plan, of.modelled), *apart, *_swell_remark(plan), *plan.notes, *winch_remarks(plan)]
     untold_phases = untold(of.modelled)
     for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
         lines.append(

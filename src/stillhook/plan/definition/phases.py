@@ -6,7 +6,7 @@ cannot be.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from enum import StrEnum
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -28,6 +28,7 @@ class PhaseKind(StrEnum):
     SPLASH = "splash-zone"
     LOWERING = "lowering"
     DEEP = "deep"
+    STAND_OFF = "stand-off"
     LANDING = "landing"
     SEABED_LIFT_OFF = "seabed-lift-off"
     SET_DOWN = "set-down"
@@ -40,6 +41,7 @@ MODES: Mapping[PhaseKind, tuple[StageMode, ...]] = MappingProxyType(
         PhaseKind.SPLASH: (StageMode.MANUAL, StageMode.SPLASH),
         PhaseKind.LOWERING: (StageMode.MANUAL, StageMode.AHC),
         PhaseKind.DEEP: (StageMode.AHC, StageMode.MANUAL),
+        PhaseKind.STAND_OFF: (StageMode.AHC, StageMode.MANUAL),
         PhaseKind.LANDING: (StageMode.LANDING, StageMode.AHC, StageMode.MANUAL),
         PhaseKind.SEABED_LIFT_OFF: (StageMode.AHC, StageMode.MANUAL),
         PhaseKind.SET_DOWN: (StageMode.MANUAL,),
@@ -48,8 +50,10 @@ MODES: Mapping[PhaseKind, tuple[StageMode, ...]] = MappingProxyType(
 """Winch modes that a phase may have, the usual one first."""
 IN_AIR = (PhaseKind.LIFT_OFF, PhaseKind.IN_AIR, PhaseKind.SET_DOWN)
 """Phases in which the payload is wholly above the water."""
-MOST_HOLD = 24.0 * 3600.0
-"""Longest hold [s]: a time of a wrong unit is longer."""
+HELD_KINDS = (PhaseKind.SPLASH, PhaseKind.LANDING)
+"""Phases in which the payload is also held: at the worst height of a passage, at the stand-off of a landing."""
+MOST_HOLD, MOST_STAND_OFF = 24.0 * 3600.0, 50.0
+"""Longest hold [s], and highest stand-off [m]: what is given in a wrong unit is more."""
 
 
 OFF = "off"
@@ -63,9 +67,10 @@ class Phase(Record):
     mode None takes the first of `MODES`. duration is what the phase is planned to take, for T_POP and for largest
     values; in motion it is the way over the speed where it is not given. tip: place of the crane tip in this phase, as
     text ("x=-15 m, y=0 m, z=36 m"), None for that of the plan. limits: rule -> limit of this phase in place of the
-    rule's own, as text, or "off". hold: how long the payload is also held at its worst height of a splash zone [s], 0
-    ("off" in a file) for a passage alone, None for the rule set's time; `with_holds` makes a phase of its own of it.
-    Errors: ScenarioError, one line, for a phase that cannot be.
+    rule's own, as text, or "off". hold: how long the payload is also held at its worst height of a splash zone, or at
+    the stand-off above the seabed before it is landed [s], 0 ("off" in a file) for none, None for the rule set's time;
+    `with_holds` makes a phase of its own of it. stand_off: height of that stop above the seabed [m], None for the rule
+    set's; of a joined landing that does not stop None. Errors: ScenarioError, one line, for a phase that cannot be.
     """
 
     name: str
@@ -78,6 +83,7 @@ class Phase(Record):
     tip: str | None = None
     limits: Mapping[str, str] = Field(default_factory=dict)
     hold: u.Time | None = Field(default=None, ge=0, le=MOST_HOLD)
+    stand_off: u.Length | None = Field(default=None, gt=0, le=MOST_STAND_OFF)
 
     def __hash__(self) -> int:
         return hash(self.name)
@@ -106,9 +112,17 @@ class Phase(Record):
     @classmethod
     def _hold_fits(cls, hold: object, info: ValidationInfo) -> object:
         kind = info.data.get("kind")
-        if hold is not None and kind not in (None, PhaseKind.SPLASH):
-            raise ValueError(f"{kind} is not held at its worst height; only {PhaseKind.SPLASH} is. Leave hold out.")
+        if hold is not None and kind not in (None, *HELD_KINDS):
+            raise ValueError(f"{kind} has no hold of its own; only {' and '.join(HELD_KINDS)} have. Leave hold out.")
         return "0 s" if hold == OFF else hold
+
+    @field_validator("stand_off", mode="before")
+    @classmethod
+    def _stands_off(cls, height: object, info: ValidationInfo) -> object:
+        kind = info.data.get("kind")
+        if height is not None and kind not in (None, PhaseKind.LANDING):
+            raise ValueError(f"{kind} has no stand-off; only {PhaseKind.LANDING} has. Leave stand_off out.")
+        return height
 
     @field_validator("mode", mode="before")
     @classmethod
@@ -132,15 +146,19 @@ SPEED = {
     K.SET_DOWN: 0.05,
 }
 """Speed of a phase that moves, where its file has none [m/s]: usual of each kind (assumed)."""
-TIME = {K.IN_AIR: 600.0, K.DEEP: 1800.0}
-"""How long a phase stands, where its file has nothing [s]: slewing over the side, and half an hour above the place of
-landing (assumed)."""
+TIME = {K.IN_AIR: 600.0, K.DEEP: 1800.0, K.STAND_OFF: 300.0}
+"""How long a phase stands, where its file has nothing [s]: slewing over the side, half an hour above the place of
+landing, and a stop for the last look of the ROV (assumed)."""
 CLEAR_OF_DECK = 3.0
 """How far a payload is lifted off the deck before it goes over the side [m]."""
 ABOVE_WATER = 5.0
 """Height to which a payload is brought up out of the water [m]."""
 BELOW_WAVES = 10.0
 """Depth below full cover to which the splash zone is taken [m]."""
+STANDS = (K.DEEP, K.STAND_OFF)
+"""Phases at one height under water."""
+STAND_OFF = 3.0
+"""Height above the seabed of a stand-off, where its file has none [m]."""
 ABOVE_SEABED = 20.0
 """Height above the seabed at which a landing begins, or to which a payload is lifted off it [m]."""
 CLOSE = 0.01
@@ -178,28 +196,70 @@ def joined(phases: Sequence[Phase], water: Water) -> tuple[Phase, ...]:
     return tuple(done)
 
 
-def with_holds(phases: Sequence[Phase], usual: float) -> tuple[Phase, ...]:
-    """Joined phases, each passage of the splash zone followed by a phase in which the payload is held on its way for
-    `hold`, or for the usual time [s].
+class Holds(NamedTuple):
+    """Holds of phases that do not name their own: time at the worst height of a splash zone, time of the stop before a
+    landing [s], and its height above the seabed [m]."""
 
-    The held phase has heights, mode, tip and limits of the passage, and no speed. The passage is left without a hold.
-    Errors: PlanError where its name is taken.
+    splash: float
+    stop: float
+    stand_off: float
+
+
+def with_holds(phases: Sequence[Phase], usual: Holds, depth: float, standing: Container[str] = ()) -> tuple[Phase, ...]:
+    """Joined phases with a phase for every hold, in water of this depth [m]; standing: rules that there are of one that
+    stands off, whose limits are then those of the landing.
+
+    A passage of the splash zone is followed by one in which the payload is held on its way, with heights, mode, tip
+    and limits of the passage, and no speed. A landing comes after one in which it stands off, in the mode of AHC where
+    the landing is compensated, and is lowered from there; none where a stand-off of the file's own goes before.
+    Errors: PlanError where a name is taken.
     """
     names = {phase.name for phase in phases}
     result: list[Phase] = []
-    for phase in phases:
-        time = 0.0 if phase.kind is not K.SPLASH else usual if phase.hold is None else phase.hold
-        result.append(phase.model_copy(update={"hold": None}))
-        if time <= 0.0:
-            continue
-        name = f"{phase.name}, held"
-        if name in names:
+    for before, phase in zip((None, *phases), phases, strict=False):
+        if phase.kind is K.LANDING:
+            own = before is not None and before.kind is K.STAND_OFF
+            parts = _stopped(phase, usual, depth, standing, own=own)
+        else:
+            parts = _held(phase, usual.splash if phase.kind is K.SPLASH else 0.0)
+        taken = next((part.name for part in parts if part.name != phase.name and part.name in names), None)
+        if taken is not None:
             raise PlanError(
-                f"phase {quote(name)}: is the name of the hold of {called(phase)}. Give it another name, or"
+                f"phase {quote(taken)}: is the name of the hold of {called(phase)}. Give it another name, or"
                 f' write hold = "{OFF}" there.'
             )
-        result.append(phase.model_copy(update={"name": name, "speed": None, "duration": time, "hold": time}))
+        result += parts
     return tuple(result)
+
+
+def _held(phase: Phase, usual: float) -> list[Phase]:
+    """A passage, and the hold after it."""
+    time = usual if phase.hold is None else phase.hold
+    passage = phase.model_copy(update={"hold": None})
+    held = {"name": f"{phase.name}, held", "speed": None, "duration": time, "hold": time}
+    return [passage, phase.model_copy(update=held)] if time > 0.0 else [passage]
+
+
+def _stopped(phase: Phase, usual: Holds, depth: float, standing: Container[str], *, own: bool) -> list[Phase]:
+    """A landing, and its stand-off before it; own: the file has one of its own there."""
+    assert phase.start is not None
+    time = (0.0 if own else usual.stop) if phase.hold is None else phase.hold
+    begins = phase.start + depth
+    height = begins if own and time <= 0.0 else min(phase.stand_off or usual.stand_off, begins)
+    lands = phase.model_copy(update={"hold": None, "stand_off": height if own or time > 0.0 else None})
+    stands = {
+        "name": f"{phase.name}, held",
+        "kind": K.STAND_OFF,
+        "mode": StageMode.AHC if phase.compensated else StageMode.MANUAL,
+        "start": height - depth,
+        "end": height - depth,
+        "speed": None,
+        "duration": time,
+        "limits": {key: text for key, text in phase.limits.items() if key in standing},
+        "hold": None,
+        "stand_off": None,
+    }
+    return [phase.model_copy(update=stands), lands] if time > 0.0 else [lands]
 
 
 def called(phase: Phase) -> str:
@@ -234,19 +294,22 @@ def _start(phase: Phase, done: Sequence[Phase], water: Water) -> float:
 def _end(phase: Phase, start: float, after: Phase | None, done: Sequence[Phase], water: Water) -> float:
     if phase.end is not None:
         return phase.end
-    if after is not None and after.start is not None and phase.kind is not K.DEEP:
+    if after is not None and after.start is not None and phase.kind not in STANDS:
         return after.start
     usual = {
         K.LIFT_OFF: start + CLEAR_OF_DECK,
         K.IN_AIR: start,
         K.SPLASH: ABOVE_WATER if start < 0.0 else -(water.reach + BELOW_WAVES),
         K.DEEP: start,
+        K.STAND_OFF: start,
         K.LANDING: -water.depth,
         K.SEABED_LIFT_OFF: ABOVE_SEABED - water.depth,
     }
     if phase.kind in usual:
         return usual[phase.kind]
     if phase.kind is K.LOWERING and after is not None:
+        if after.kind is K.STAND_OFF:
+            return STAND_OFF - water.depth
         if after.kind in (K.DEEP, K.LANDING):
             return ABOVE_SEABED - water.depth
         if after.kind is K.SPLASH:
@@ -294,7 +357,7 @@ def _check_way(phase: Phase, start: float, end: float, water: Water) -> None:
             f"{called(phase)}: from {_at(start)} to {_at(end)}, and it goes {'up' if up else 'down'}. Exchange or"
             " correct them."
         )
-    if phase.kind is K.DEEP and abs(end - start) > CLOSE:
+    if phase.kind in STANDS and abs(end - start) > CLOSE:
         raise PlanError(
             f"{called(phase)}: from {_at(start)} to {_at(end)}, and it stands. Use lowering to move, or leave end out."
         )

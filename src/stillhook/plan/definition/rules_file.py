@@ -42,6 +42,8 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "C_D_least": ("", "least drag coefficient of the method"),
     "duration_least": ("time", "shortest duration for largest motions of the tip"),
     "hold": ("time", "time for which a payload is held at the worst height of a splash zone"),
+    "stop": ("time", "time for which a payload is held at the stand-off before it is landed"),
+    "stand_off": ("length", "height of the stand-off above the seabed"),
 }
 """Numbers of the simplified method (closed form), and of what is assessed: kind and meaning."""
 WORDS = ("standard", "edition", "clause", "note")

@@ -188,7 +188,7 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
         notes.append("splash mode of the winch is not credited: treated as a winch at rest")
     if phase.kind is PhaseKind.LIFT_OFF:
         notes.append("the payload is on the vessel's deck, below the tip: both move alike")
-    if phase.kind in (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING):
+    if phase.kind in (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING):
         notes.append(
             "one harmonic at the tip's mean period: waves near the load's natural period on the wire are not included"
         )

@@ -26,13 +26,15 @@ BIN = 0.1
 WIDEST = 0.4
 """Half of the 95 % interval of a limit, in ln of the height, beyond which it has no two ends: the runs say how far the
 column is inside, and no more."""
+OVER_SEABED = (PhaseKind.STAND_OFF, PhaseKind.LANDING)
+"""Phases whose limits are tolerances of the payload's motion."""
 SEEDS_OF_SEA = 1000
 """Linear seeds of a column that a limit is read from."""
 
 
 def crosses(phase: Phase, measure_of: ColumnRuns | None = None) -> bool:
-    """Whether the limits of a phase are looked for by crossings: those of a landing, of largest values."""
-    return phase.kind is PhaseKind.LANDING and (measure_of is None or measure_of.measure.statistic is Statistic.LARGEST)
+    """Whether the limits of a phase are looked for by crossings: those over the seabed, of largest values."""
+    return phase.kind in OVER_SEABED and (measure_of is None or measure_of.measure.statistic is Statistic.LARGEST)
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,7 +29,7 @@ from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Stage, Stage
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 
-KINDS = (PhaseKind.IN_AIR, PhaseKind.SPLASH, PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING)
+KINDS = (PhaseKind.IN_AIR, PhaseKind.SPLASH, PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING)
 """Phases that the twin runs. Lift-off, set-down and lift-off from the seabed need a ground under the load at the start,
 which no lowering has: they are covered by the other tiers."""
 SETTLE = 60.0
@@ -211,12 +211,13 @@ def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
 
 
 def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
-    """The last metres, and the touch-down. Without compensation the load first hangs, which counts, and is then put
-    down manually.
+    """The last metres, and the touch-down, from the stand-off where the landing has one: the winch stands there before
+    with what its control and its friction make of that. Without compensation the load first hangs, which counts, and
+    is then put down manually.
 
     All ways of running the winch take the same time, so that a seed is the same sea to all of them.
     """
-    v, high = _speed(phase), start + plan.depth
+    v, high = _speed(phase), start + plan.depth if phase.stand_off is None else phase.stand_off
     hangs, height = min(high, HANGS), min(high, APPROACH * v)
     half, down = _half(plan, hangs - plan.depth), (hangs + THROUGH) / v
     lasts = SETTLE + max(APPROACH + half + down, height / v) + TOUCH_ROOM
@@ -237,8 +238,9 @@ def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Cou
 def _landed(
     phase: Phase, z: float, before: tuple[Stage, ...], last: tuple[Stage, ...], lasts: float, counted: float
 ) -> Course:
-    """The course of a landing whose counted stage begins at z and is the first of `last`."""
-    times = max((phase.duration or counted) / counted, 1.0)
+    """The course of a landing whose counted stage begins at z and is the first of `last`. From a stand-off on it is run
+    whole."""
+    times = 1.0 if phase.stand_off is not None else max((phase.duration or counted) / counted, 1.0)
     return Course(z + _covered(before), (*before, *last), lasts, counted, len(before), times, times, z)
 
 

@@ -1,0 +1,79 @@
+"""Runs that allow far more than the frequency-domain method do not count, and the answer says so."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stillhook.plan.answer.apart import apart_remarks, lower_where_apart
+from stillhook.plan.definition.lift_plan import Environment
+from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.plan.file import load_plan
+from stillhook.plan.limits import Limits
+from stillhook.plan.table import TIERS, Axes, chosen, gathered
+
+pytestmark = pytest.mark.slow
+
+HEADING, PERIODS = math.pi, (6.0, 9.0)
+
+
+@pytest.fixture(scope="module")
+def lift():
+    environment = Environment(Hs=("1 m", "2 m"), Tp=("6 s", "9 s"), headings=("180 deg",))
+    two = (Alternative.NONE, Alternative.SSC)
+    return replace(load_plan("template-to-1500m"), environment=environment, alternatives=two)
+
+
+def limits(phase, alternative, tier, **Hs):
+    T, beta = np.array(PERIODS), np.full(2, HEADING)
+    rows = {key.replace("_", "-"): np.array(values) for key, values in Hs.items()}
+    return Limits(phase, alternative, tier, T, beta, rows, dict(rows), dict(rows))
+
+
+def judged(lift, phase="landing", alternative=Alternative.SSC, rule="load_motion", runs=(2.0, 0.5), other=(0.3, 0.4)):
+    """Limits of a rule by runs and by the frequency-domain method, and what counts of them."""
+    rows = ((Tier.FREQUENCY, other), (Tier.TIME, runs))
+    table = gathered(Axes.of(lift), [limits(phase, alternative, tier, **{rule: Hs}) for tier, Hs in rows])
+    counts = lower_where_apart(lift, table, chosen(table))
+    at = (
+        lift.alternatives.index(alternative),
+        [p.name for p in lift.phases].index(phase),
+        table.axes.rules.index(rule.replace("_", "-")),
+    )
+    return counts.Hs[at][0].tolist(), counts.tier[at][0].tolist(), apart_remarks(lift, table, counts)
+
+
+def test_the_lower_counts_where_runs_allow_far_more(lift):
+    Hs, tier, remarks = judged(lift)
+    assert Hs == [0.3, 0.5]
+    assert tier == [TIERS.index(Tier.FREQUENCY), TIERS.index(Tier.TIME)]
+    (line,) = remarks
+    assert line.startswith("landing, load-motion, SSC: in 1 of 2 cells runs allow Hs 2.00 m")
+    assert "Hs 0.30 m of the frequency-domain method: the lower counts" in line
+
+
+def test_runs_that_find_no_limit_are_far_above_any(lift):
+    Hs, _, remarks = judged(lift, runs=(math.inf, math.inf), other=(0.3, math.inf))
+    assert Hs == [0.3, math.inf]
+    assert "runs allow any Hs of the table" in remarks[0]
+
+
+@pytest.mark.parametrize(
+    "where",
+    [
+        {"alternative": Alternative.NONE},
+        {"phase": "upper water", "rule": "dynamic_load"},
+        {"rule": "winch_speed"},
+        {"runs": (0.44, 0.5)},
+        {"other": (math.nan, math.nan)},
+        {"runs": (0.1, 0.2)},
+    ],
+)
+def test_else_runs_count(lift, where):
+    Hs, tier, remarks = judged(lift, **where)
+    assert Hs == list(where.get("runs", (2.0, 0.5)))
+    assert tier == [TIERS.index(Tier.TIME)] * 2
+    assert not remarks
