@@ -1,6 +1,7 @@
 """Limits by crossings: what runs that say yes or no give, whatever the shape of what they say it of."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_se
 from stillhook.plan.tiers.time_domain.measures import Measure
 from stillhook.sea.vessel.realisation import realise, tip_motion
 from stillhook.statistics.crossing_fit import Crossings, fit_crossings
+from stillhook.variables import WINDOW
 
 PERIOD = np.repeat(np.arange(5.0, 15.0, 2.0), 2)
 ANGLE = np.tile(np.radians([165.0, 180.0]), 5)
@@ -123,6 +125,25 @@ def test_a_column_in_which_no_run_was_beyond_has_no_two_ends():
     assert np.all(found.limits.low > 0.7)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "seed"), [(share, seed) for share in (0.12, 0.5, 0.7) for seed in range(4)])
+def test_numbers_that_do_not_grow_with_the_height_give_no_limit(share, seed):
+    """Friction moves a held load by about as much in any sea: no height has the share that the rule allows."""
+    rng = np.random.default_rng(seed)
+    found, features = columns(heights=(0.3, 0.5, 0.8, 1.2, 1.8, 2.6), n=2, seed=seed)
+    flat = [
+        replace(
+            column,
+            cells=tuple((h, {"duration": np.ones(2), "x": 1.0 + share - rng.random(2)}) for h, _ in column.cells),
+        )
+        for column in found
+    ]
+    limits = crossing_limits(flat, features, [(math.inf, 1.0)], 4.0, n_draws=200).limits
+    assert np.isnan(limits.Hs).mean() > 0.9
+    if share > ALLOWED:
+        assert np.nanmax(limits.low) < 0.5  # what is lifted to the lower end is not far inside
+
+
 def test_heights_of_the_next_runs_differ_and_end_where_nothing_is_beyond():
     first = next_heights([], math.inf, math.nan, 1.0, 4.0)
     assert first == [pytest.approx(f, abs=0.006) for f in FIRST]
@@ -150,7 +171,7 @@ def test_features_are_those_of_the_waves_of_a_run():
     run = in_sea(plan, phase, winch, course, lowering_of(plan, phase, course, machine_of(plan, winch)[1]), spot, seed)
     waves = realise(run.sea, run.period, seed, amplitudes=run.amplitudes, depth=plan.depth)
     begin = sum(stage.time or 0.0 for stage in course.programme[: course.counts])
-    t = np.arange(begin, begin + course.counted, 0.02)
+    t = np.arange(begin - WINDOW, begin + course.counted, 0.02)  # the first window reaches back
     s, v, a = tip_motion(waves, plan.vessel, run.x, run.y).sample(t)
     place = Place.of(plan, phase, course)
     found = place.of_seed(spot, seed)

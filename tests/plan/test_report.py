@@ -136,7 +136,10 @@ def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
     data["Hs_limit_low"].loc[here], data["Hs_limit_high"].loc[here] = 1.9, 2.2
     table = first_table(written(replace(result, data=data)).front)
     told = [row[table.header.index("95 %")] for row in table.rows]
-    assert told == ["", "", "", "1.90 to 2.20", "", "", "", "", "", ""]
+    assert told == [*["frequency domain"] * 3, "1.90 to 2.20", *["frequency domain"] * 6]
+    data["Hs_limit_high"].loc[here] = np.inf
+    told = [row[table.header.index("95 %")] for row in first_table(written(replace(result, data=data)).front).rows]
+    assert told[3] == f"1.90 to > {data.attrs['Hs_highest']:g}"
 
 
 def test_what_no_tier_told_is_marked_on_every_page(result):

@@ -109,7 +109,7 @@ def test_the_landing_is_run_from_its_stand_off_on(tmp_path):
     assert course.z_0 == -297.0
     assert course.counted == pytest.approx(3.0 / 0.1)
     assert last.lower == 0.1
-    assert (course.times, course.counts) == (1.0, 1)
+    assert (course.times, course.counts) == (20.0 / 3.0, 1)
     whole = course_of(plan, replaced(lands, stand_off=None), winch_of(lands, Alternative.SSC))
     assert whole.counted > course.counted
 

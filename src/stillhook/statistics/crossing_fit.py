@@ -27,8 +27,9 @@ import scipy
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.statistics.smooth_field import covariances
 
-SCALES = (0.03, 0.05, 0.08, 0.12, 0.18, 0.27, 0.4, 0.6)
-"""Standard deviations s of ln H* about its feature, all of which count by their likelihood."""
+SCALES = (0.03, 0.05, 0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 1.0, 2.0)
+"""Standard deviations s of ln H* about its feature, all of which count by their likelihood; the largest stand for
+numbers that hardly grow with the height, as friction makes them."""
 AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE = (0.05, 0.15, 0.4), (0.03, 0.1, 0.25), (0.15, 0.5), (0.2, 1.0)
 """As in `stillhook.statistics.smooth_field`, a coarser grid: each combination is fitted for every scale."""
 STEPS, SETTLED = 30, 1e-6
@@ -93,7 +94,7 @@ class CrossingFit:
         return Limit(value, low, high, out)
 
 
-COARSE = ((0.08, 0.15, 0.3), (0.15, 0.4), (0.05, 0.2), (0.3,), (0.5,))
+COARSE = ((0.08, 0.15, 0.3, 0.8), (0.15, 0.4), (0.05, 0.2), (0.3,), (0.5,))
 """Scales and grid of a coarse fit, for placing runs."""
 
 

@@ -212,7 +212,7 @@ def _limits(result: PlanResult, name: str) -> Table:
     columns |= _by_heading(result, credited, rows)
     bold = range(1, len(columns))
     intervals = [_interval(result, name, at[k], k) for k in rows]
-    columns |= {"95 %": intervals} if any(intervals) else {}
+    columns |= {"95 %": intervals} if any(" to " in each for each in intervals) else {}
     columns["governs (worst heading)"] = [_governing_text(result, CREDITED, name, at[k], k) for k in rows]
     for title, key in (("alpha", "alpha"), ("OP_WF", "op_wf")):
         values = data[key].sel(credit=CREDITED, alternative=name).values
@@ -231,6 +231,8 @@ def _limits(result: PlanResult, name: str) -> Table:
     return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
 
 
+NO_INTERVAL = {"closed-form": "closed form", "frequency": "frequency domain", "time": "end of certificate"}
+"""What stands where a limit has no interval: its method; of runs, the highest sea that the certificate covers."""
 OUTSIDE_ALPHA = "case by case"
 """Stands for alpha where a limit is below the table of forecast factors."""
 
@@ -254,14 +256,13 @@ def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> dict[str
 
 
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
-    """The 95 % interval of a credited limit, "from" its lower end where no upper one was reached; empty where there is
-    none."""
+    """The 95 % interval of a credited limit; where it has none, the method that gives the limit in its place."""
     cells = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
     ends = [float(cells[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
     if any(map(math.isnan, ends)):
-        return ""
+        return NO_INTERVAL.get(str(cells["governing_tier"].item()), "-")
     low, high = (height(x, highest(result)) for x in ends)
-    return f"{low} to {high}" if ends[1] <= highest(result) else f"from {low}"
+    return f"{low} to {high}"
 
 
 def _governing_text(result: PlanResult, credit: Credit, name: str, i: int, k: int) -> str:

@@ -69,7 +69,7 @@ def crossing_limits(
 
     bands of the limit by height [m]; highest sea to analyse [m]; expected (c,): limits of a cheaper method [m], NaN
     where it has none; feature: the one to use, None for that with the largest evidence. In a column whose calm is
-    beyond the limit is 0.
+    beyond the limit is 0. An interval without two ends leaves no limit (NaN), and its lower end.
     """
     p = np.array([1.0 - column.measure.of_part() for column in columns])
     beyond = [[_beyond(column, Hs, runs, bands) for Hs, runs in column.cells if Hs > 0.0] for column in columns]
@@ -90,11 +90,11 @@ def crossing_limits(
     draws = np.exp(np.minimum(found.draws, 10.0)) if n_draws else np.full((0, len(columns)), np.nan)
     ends = bands[-2][0] if len(bands) > 1 else math.inf  # where the limit itself ends
     Hs, low, high, draws = (np.minimum(x, ends) for x in (Hs, low, high, draws))
-    open_ = half > WIDEST
-    above = Hs > highest
     inside = np.array([not any(b.any() for b in of) for of in beyond])
     direct = np.where(inside, np.inf, Hs)
-    Hs = np.where(open_ | above, np.where(tops >= highest * (1.0 - ROUNDING), np.inf, np.nan), Hs)
+    open_ = (half > WIDEST) & (low <= highest)
+    run = np.where(tops >= highest * (1.0 - ROUNDING), np.inf, np.nan)
+    Hs = np.where(open_, np.nan, np.where(Hs > highest, run, Hs))
     high = np.where(open_ | (high > highest), np.inf, high)
     half = np.where(open_, np.inf, half)
     for table in (Hs, low, high):

@@ -45,10 +45,12 @@ class Place:
 
     @classmethod
     def of(cls, plan: LiftPlan, phase: Phase, course: Course) -> Place:
-        """That of a phase that is run so."""
-        begin = sum(stage.time or 0.0 for stage in course.programme[: course.counts])
+        """That of a phase that is run so; the first window of a peak to peak reaches back before what counts."""
+        counts = sum(stage.time or 0.0 for stage in course.programme[: course.counts])
+        begin = max(counts - WINDOW, 0.0)
         hangs = suspended_load(plan.crane, plan.hanging(course.z_0), course.z_0)
-        return cls(plan, plan.tip_of(phase), course.duration, begin, course.counted, natural_period(hangs))
+        lasts = counts + course.counted - begin
+        return cls(plan, plan.tip_of(phase), course.duration, begin, lasts, natural_period(hangs))
 
     def of_seed(self, spot: SeaState, seed: int) -> dict[str, float]:
         """Features of the waves of one run: name -> value [SI]."""

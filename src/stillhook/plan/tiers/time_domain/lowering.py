@@ -238,9 +238,9 @@ def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Cou
 def _landed(
     phase: Phase, z: float, before: tuple[Stage, ...], last: tuple[Stage, ...], lasts: float, counted: float
 ) -> Course:
-    """The course of a landing whose counted stage begins at z and is the first of `last`. From a stand-off on it is run
-    whole."""
-    times = 1.0 if phase.stand_off is not None else max((phase.duration or counted) / counted, 1.0)
+    """The course of a landing whose counted stage begins at z and is the first of `last`. What is not run of its way
+    counts as more of the last metres."""
+    times = max((phase.duration or counted) / counted, 1.0)
     return Course(z + _covered(before), (*before, *last), lasts, counted, len(before), times, times, z)
 
 

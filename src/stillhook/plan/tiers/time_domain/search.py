@@ -77,9 +77,13 @@ class Judged(NamedTuple):
     features: Mapping[str, str] = {}
 
     def least(self, column: Column) -> tuple[float, float]:
-        """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln."""
+        """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln (inf: where the
+        limit by crossings is thought to be, which does not count)."""
         i = self.columns.index(column)
-        rows = [(or_inf(each.Hs[i]), float(each.half[i])) for each in self.limits.values()]
+        rows = [
+            (or_inf(each.direct[i] if key in self.features and np.isnan(each.Hs[i]) else each.Hs[i]), float(each.half[i]))
+            for key, each in self.limits.items()
+        ]
         return min(rows, key=lambda row: row[0], default=(math.inf, math.nan))
 
     def direct(self, column: Column) -> float:
