@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stillhook.identify.curve import CurvePoint, FrictionCurve, draw_windows, friction_curve
 from stillhook.identify.steady_state.steps import WindowSettings
 from stillhook.logs.log import Log, mapping_from, read_log
-from stillhook.report.plots.run import COLOURS
+from stillhook.report.plots.colours import COLOURS
 
 PAGE = "bench-staircase.md"
 PICTURE = "bench-staircase.png"

@@ -15,7 +15,7 @@ from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
 from stillhook.physics.hydraulics.cavitation import P_VAPOUR, line_pressure, void_volume
 from stillhook.physics.hydraulics.pump import PumpLeak
-from stillhook.report.plots.run import COLOURS
+from stillhook.report.plots.colours import COLOURS
 from stillhook.winches.circuits.active import ActiveCircuit, active_flows
 
 PAGE = "cavitation.md"

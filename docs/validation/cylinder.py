@@ -13,7 +13,7 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack, wire_speed_max
 from stillhook.engine.scenario.problem import energy_unaccounted, run_cases
 from stillhook.library.crane_file import changed
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.scenario import Operator
 from stillhook.units import show
 from stillhook.winches.load_path import Point

@@ -19,7 +19,7 @@ from stillhook.library import changed
 from stillhook.physics.electric import drive, machine
 from stillhook.physics.electric.heating import Body, time_to_limit
 from stillhook.physics.scalar import G
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator
 from stillhook.winches.types import electric

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter as band_filter
 from scipy.signal import lfilter, sosfilt
 
-from stillhook.report.plots.run import COLOURS
+from stillhook.report.plots.colours import COLOURS
 from stillhook.statistics.estimate import Estimate, half_of_mean
 from stillhook.validate.ahc.correlation import case_correlation, over_cases
 from stillhook.validate.ahc.measures import THIN

@@ -15,7 +15,7 @@ from stillhook import load_crane
 from stillhook.engine.simulate import simulate
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import read_payload, vessel_file
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import sigmas
 from stillhook.response.suspended_load import (

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import vessel_file
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.vessel.rao import Rao, long_wave_limits, wavenumber
 
 PAGE = "hull-convergence.md"

@@ -12,7 +12,7 @@ from limit_curves_trials import NUMBERS, STORE
 from matplotlib.figure import Figure
 
 from stillhook.plan.weather.value import DAY
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 
 PAGE = "limit-curves.md"
 COVERS = (0.90, 0.98)

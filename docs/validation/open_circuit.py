@@ -15,7 +15,7 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
 from stillhook.physics.hydraulics.valves import spool_opening
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.scenario import Operator, PowerLoss
 from stillhook.winches.types import open_circuit
 

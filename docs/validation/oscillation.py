@@ -18,7 +18,7 @@ from stillhook.engine.scenario.oscillation import OSCILLATES
 from stillhook.engine.simulate import simulate
 from stillhook.kernels.statistics.oscillation import SMALLEST
 from stillhook.library import load_crane
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
 from stillhook.sea.spectra.parametric import Jonswap

@@ -17,7 +17,7 @@ from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
 from stillhook.identify.motor.rank import borrowed, rank_losses, residual_share
 from stillhook.library import motor
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
-from stillhook.report.plots.run import COLOURS
+from stillhook.report.plots.colours import COLOURS
 from stillhook.units import from_display
 
 PAGE = "paper-a-motor-models.md"

@@ -16,7 +16,7 @@ from stillhook import Crane, Scenario, Sine, load_crane, simulate
 from stillhook.analysis.loop_stability.margins import rms_above
 from stillhook.analysis.loop_stability.reduced import eigenfrequency
 from stillhook.library import changed
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.motion.motion import Motion, Sum
 from stillhook.spec.crane import wire_inertia
 from stillhook.units import in_display

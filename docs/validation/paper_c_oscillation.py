@@ -18,7 +18,7 @@ from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.margins import Ringing, ringing
 from stillhook.analysis.loop_stability.reduced import Eigenfrequency, eigenfrequency
 from stillhook.library import changed
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import wire_inertia
 from stillhook.spec.scenario import Operator
 from stillhook.units import from_display, in_display

@@ -45,7 +45,7 @@ from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
 from stillhook.library.parameter_sets import load_losses
 from stillhook.logs.synthetic import Instruments, noise_of
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
 from stillhook.units import from_display
 

@@ -22,7 +22,7 @@ from stillhook.analysis.steady.steady_state import reduction_lead
 from stillhook.engine.pack.winch import active_record
 from stillhook.library import changed
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 
 PAGE = "paper-e-motor-servo.md"
 PICTURE = "paper-e-motor-servo.png"

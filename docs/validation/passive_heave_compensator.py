@@ -17,7 +17,7 @@ from stillhook.engine.lowering.summary import total, unaccounted
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import vessel_file
 from stillhook.physics.scalar import G
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import compensated_sigmas
 from stillhook.response.suspended_load import suspended_load

@@ -19,7 +19,7 @@ from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path import payload as phys
 from stillhook.physics.load_path.payload import Water
 from stillhook.physics.scalar import G
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.lift import shapes as formula
 from stillhook.spec.lift.lowering import Lowering, Stage
 from stillhook.spec.lift.payload import Payload

@@ -20,7 +20,7 @@ from stillhook.library import changed
 from stillhook.library.write import Item, items
 from stillhook.physics.hydraulics.secondary import largest_speed_gain
 from stillhook.physics.scalar import G
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Operator
 from stillhook.units import show

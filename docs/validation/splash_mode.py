@@ -16,7 +16,7 @@ from stillhook.formats.lift_file import LiftFile, load_lift
 from stillhook.library import load_crane
 from stillhook.library.catalogue import payloads, read_payload
 from stillhook.physics.scalar import G
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
 from stillhook.spec.lift.lowering import Lowering, StageMode, WinchSettings

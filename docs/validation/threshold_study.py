@@ -16,7 +16,7 @@ from stillhook import Crane, Scenario, load_crane
 from stillhook.analysis.steady.steady_state import reduction_lead
 from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
-from stillhook.report.plots.run import COLOURS
+from stillhook.report.plots.colours import COLOURS
 
 PAGE = "threshold-study.md"
 CRANE = load_crane("nov-250t")

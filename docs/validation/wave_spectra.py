@@ -13,7 +13,7 @@ from blocks import claims_table, save, table
 from matplotlib.figure import Figure
 from scipy.integrate import quad
 
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.spectra.parametric import CUT, Jonswap, Peaks, Torsethaugen
 from stillhook.sea.spectra.text import parse_wave
 

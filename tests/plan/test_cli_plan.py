@@ -118,6 +118,8 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
             "--quick with --tier time: --quick is --tier frequency. Leave one of them out.",
         ),
         (["template-to-1500m", "--threads", "0"], "--threads"),
+        (["template-to-1500m", "--quick", "--seed", "3"], "waves are drawn in tier time alone"),
+        (["template-to-1500m", "--seed", "-1"], "--seed"),
         (["template-to-1500m", "--quick", "--scheduler", "nowhere"], "--scheduler"),
     ],
 )
@@ -181,11 +183,12 @@ class TestWhatAnAnswerTellsApart:
     def test_controllers_that_closed_form_cannot_tell_apart_are_not_compared(self, tmp_path, capsys):
         assert run(["plan", self.plan_of(tmp_path), "--tier", "closed-form"]) in (0, 1)
         out = capsys.readouterr().out
-        line = "The closed form does not distinguish none, cap-80, ns and ssc, nor distinguish a new controller's waiting from that of the best classic one: no comparison of them is made."
+        line = "The closed form does not distinguish controllers well enough: none is compared (ns, ssc), and limits are those"
         assert out.count(line) == 1
         assert "over best classic" not in out
         rows = [row for row in out.splitlines() if row.startswith("│ twin")]
-        assert len(rows) == 1  # the splash zone governs every cell: all four are one
+        assert len(rows) == 1  # the splash zone governs every cell: none and the flat cap are one
+        assert "ssc" not in rows[0]
 
     @pytest.mark.thorough
     def test_a_plan_whose_phases_are_all_manual_is_not_credited_by_a_certificate_that_is_not_there(

@@ -21,9 +21,9 @@ from stillhook.plan.tiers.time_domain.curves import (
     may_govern,
     near_limit,
     share_used,
-    surely_inside,
     top_beyond,
 )
+from stillhook.plan.tiers.time_domain.levels import cell_levels, surely_inside
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work
@@ -102,7 +102,7 @@ def test_a_lower_end_reaches_no_further_down_than_a_cell_that_is_surely_inside()
     columns = [replace(column, about=3.0) for column in table(plateau(0.97), (0.5, 0.7, 2.0, 3.0, 4.0))]
     curve = curve_of(columns)
     found = limits_of_curve(curve, np.ones(len(columns)), HIGHEST)
-    floor = surely_inside(columns, np.ones(len(columns)), found.Hs)
+    floor = surely_inside(columns, cell_levels(columns), [(math.inf, 1.0)], found.Hs)
     assert (floor >= 0.5).all()
     assert (floor <= 2.0).any()
 
@@ -110,7 +110,7 @@ def test_a_lower_end_reaches_no_further_down_than_a_cell_that_is_surely_inside()
 def test_a_column_without_lower_cells_takes_the_floor_of_its_neighbours():
     columns = table(steep, (0.8, 1.2, 1.6))
     alone = [replace(column, cells=column.cells[-1:]) if i == 4 else column for i, column in enumerate(columns)]
-    floor = surely_inside(alone, np.ones(len(alone)), np.full(len(alone), 1.6))
+    floor = surely_inside(alone, cell_levels(alone), [(math.inf, 1.0)], np.full(len(alone), 1.6))
     assert (floor > 0.0).all()
     assert floor[4] == min(floor[3], floor[5])
 

@@ -62,17 +62,6 @@ def test_a_table_that_stays_inside_has_no_limit_and_one_that_is_not_told_has_non
     assert math.isnan(float(limits_of(told(H), [held("load_pp")]).Hs["rule"][0]))
 
 
-def test_a_column_that_ends_below_the_highest_sea_asked_tells_how_far_it_is_inside_and_no_limit():
-    demand = told(0.1 * H, low={"e_c_pp": 0.1 * H}, high={"e_c_pp": 0.1 * H})
-    found = limits_of(demand, [held()], most=6.0)
-    assert math.isnan(float(found.Hs["rule"][0]))
-    assert float(found.low["rule"][0]) == 4.0
-    assert math.isnan(float(found.high["rule"][0]))
-    assert float(limits_of(told(0.1 * H), [held()], most=6.0).low["rule"][0]) == 4.0
-    assert float(limits_of(demand, [held()], most=4.0).Hs["rule"][0]) == math.inf
-    assert float(limits_of(told(H), [held(limit=2.0)], {"e_c_pp": 0.0}, most=6.0).Hs["rule"][0]) == pytest.approx(2.0)
-
-
 def test_a_demand_at_its_limit_is_inside():
     assert limit(np.ones(5)) == math.inf
     assert limit([0.2, 1.0, 3.0, 4.0, 5.0]) == pytest.approx(1.0, rel=1e-6)

@@ -84,13 +84,13 @@ def chart(folder: Path, rows: str = ROWS, head: str = HEAD):
     return read_load_chart(folder / "chart.csv")
 
 
-def stepped(values, steps=STEPS, heights=H, still=None, most=None):
+def stepped(values, steps=STEPS, heights=H, still=None):
     """Limiting height of a demand at these heights by a limit that falls in steps."""
     rule = Rule("rule", "a rule", "e_c_pp", "SWL", Sense.AT_MOST, Level.MPM, (PhaseKind.DEEP,), "none")
     seas = Seas(np.asarray(heights), np.full(len(heights), 8.0), np.full(len(heights), math.pi))
     demand = Demand("deep", Alternative.NONE, Tier.TIME, seas, {"e_c_pp": np.asarray(values, dtype=float)})
     held = Limited(rule, steps[0][1], "", steps)
-    return float(limits_of(demand, [held], None if still is None else {"e_c_pp": still}, most=most).Hs["rule"][0])
+    return float(limits_of(demand, [held], None if still is None else {"e_c_pp": still}).Hs["rule"][0])
 
 
 class TestReading:
@@ -165,7 +165,6 @@ class TestStepsOfHeight:
     def test_a_column_that_ends_within_the_chart_tells_nothing_beyond_its_last_sea(self):
         inside = np.full(3, 0.1)
         assert stepped(inside, heights=H[:3]) == math.inf
-        assert math.isnan(stepped(inside, heights=H[:3], most=4.0))
 
     def test_what_is_not_known_stays_so(self):
         assert math.isnan(stepped(np.full(5, np.nan)))

@@ -149,7 +149,7 @@ def credit_up_to(asked, covered_to, cap_at, twin_at):
     own = chosen(gathered(axes, [limits_of(d, [rule]) for d in demands]))
     covers = np.ones((2, len(axes.phases), 1, 1, len(heights)), dtype=bool)
     covers[1, axes.phases.index("landing"), ..., heights > covered_to] = False
-    return governed(credited_of(small, own, demands, heights, covers)).Hs[:, 0, 0]
+    return governed(credited_of(small, own, heights, covers)).Hs[:, 0, 0]
 
 
 def test_without_a_certificate_no_more_than_the_cap_is_credited(asked):

@@ -196,6 +196,14 @@ def test_every_sea_has_waves_of_its_own():
     assert seed_of(SeaState(1.0, 8.0, BETA), 3) == seed_of(SeaState(1.0, 8.0, BETA + 1e-12), 3)
 
 
+def test_a_seed_of_the_plan_gives_other_waves_in_every_sea():
+    """All runs of a cell with it, of a swell alone too; runs of two seeds are never the same waves."""
+    spots = [*(SeaState(Hs, T, BETA) for Hs in (1.0, 2.0) for T in (8.0, 9.0)), SeaState(0.0, 8.0, BETA)]
+    seeds = [seed_of(spot, k, seed) for spot in spots for k in range(1, 100) for seed in (0, 1, 2)]
+    assert len(set(seeds)) == len(spots) * 99 * 3
+    assert seed_of(SeaState(0.0, 8.0, BETA), 3, 5) == seed_of(SeaState(0.0, 9.0, BETA), 3, 5)
+
+
 # from runs to quantities
 
 
@@ -412,7 +420,7 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     landing, splash = of_kind(plan, PhaseKind.LANDING).name, of_kind(plan, PhaseKind.SPLASH).name
     heights = {p.name: math.inf for p in plan.phases} | {landing: 0.6, splash: 4.0}
     shares = []
-    first = refine(plan, predicted(plan, heights), search=FEW, store=tmp_path, progress=shares.append)
+    first = refine(plan, predicted(plan, heights), search=FEW, execution=Execution(tmp_path), progress=shares.append)
     assert {d.phase for d in first.demands} == {landing} | (
         {splash} if any(d.phase == splash for d in first.demands) else set()
     )
@@ -422,7 +430,7 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     none = next(x for x in first.limits if x.phase == landing and x.alternative is Alternative.NONE)
     assert 0.1 < np.nanmin([float(v[0]) for v in none.Hs.values()]) < 3.0
     assert all(d.tier is Tier.TIME and d.seeds is not None and d.seeds.max() >= FEW.seeds for d in first.demands)
-    again = refine(plan, predicted(plan, heights), search=FEW, store=tmp_path)
+    again = refine(plan, predicted(plan, heights), search=FEW, execution=Execution(tmp_path))
     for a, b in zip(first.demands, again.demands, strict=True):
         for name, values in a.values.items():
             np.testing.assert_array_equal(values, b.values[name])

@@ -85,7 +85,7 @@ def test_a_vessel_that_does_not_ride_is_shown_with_its_numbers_by_check_and_refu
     assert run(["vessel", "check", wrong]) == 1
     text = capsys.readouterr().out
     assert "wrong" in text
-    assert "It would ride with time the other way" in text
+    assert "It would fit with time the other way" in text
     assert not answer(capsys, "vessel", "check", wrong, code=1)["passed"]
     assert "wrong.csv" in refusal(capsys, "vessel", "show", wrong)
 

@@ -121,6 +121,26 @@ def test_ready_motions_are_taken_as_they_are(tmp_path: Path) -> None:
     assert_plank(read_vessel(written(tmp_path, ready)))
 
 
+def with_ready(factors: np.ndarray) -> xarray.Dataset:
+    """Ready motions beside the matrices, each times a factor."""
+    X = np.conj(plank_motions(OMEGA, SIDE)).transpose(2, 1, 0) * factors
+    return data_set().assign(rao=(("complex", "omega", "wave_direction", "radiating_dof"), np.stack([X.real, X.imag])))
+
+
+def test_ready_motions_that_the_matrices_contradict_are_solved_again(tmp_path: Path) -> None:
+    """A program with the wrong sign of the damping left motions a quarter too small in its file."""
+    ship = read_vessel(written(tmp_path, with_ready(np.array([1.0, 1.0, 0.75, 1.0, 1.0, 1.0]))))
+    assert_plank(ship)
+    (note,) = [note for note in ship.notes if "contradicts its own matrices" in note]
+    assert "25% of the largest heave" in note
+
+
+def test_ready_roll_may_have_damping_that_the_matrices_lack(tmp_path: Path) -> None:
+    ship = read_vessel(written(tmp_path, with_ready(np.array([1.0, 1.0, 1.0, 0.6, 1.0, 1.0]))))
+    assert not any("contradicts" in note for note in ship.notes)
+    assert np.allclose(ship.H[3], 0.6 * plank_motions(ship.omega, ship.beta)[3])
+
+
 def test_degrees_of_freedom_may_come_in_any_order(tmp_path: Path) -> None:
     order = [4, 0, 2, 5, 1, 3]
     assert_plank(read_vessel(written(tmp_path, data_set().isel(influenced_dof=order, radiating_dof=order[::-1]))))
@@ -166,7 +186,7 @@ def test_the_other_sign_of_time_is_found(tmp_path: Path) -> None:
     for name in ("Froude_Krylov_force", "diffraction_force"):
         data[name] = data[name] * xarray.DataArray([1.0, -1.0], dims="complex", coords={"complex": ["re", "im"]})
     data["radiation_damping"] = -data["radiation_damping"]
-    assert "It would ride with time the other way" in refused(written(tmp_path, data))
+    assert "It would fit with time the other way" in refused(written(tmp_path, data))
 
 
 def test_a_file_that_is_cut_off_is_told(tmp_path: Path) -> None:

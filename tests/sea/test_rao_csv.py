@@ -165,8 +165,8 @@ def refused(path: Path) -> str:
             'headings: unknown key. Allowed: name, axes, time, phase, heading, mirror, origin, source, note; did you mean "heading"?',
         ),
         ({"name": ""}, "line 1: name: nothing is said"),
-        ({"time": "exp(-i omega t)"}, "It would ride with time the other way"),
-        ({"heading": "waves travel to, clockwise from bow"}, "It would ride with headings that turn the other way"),
+        ({"time": "exp(-i omega t)"}, "It would fit with time the other way"),
+        ({"heading": "waves travel to, clockwise from bow"}, "It would fit with headings that turn the other way"),
     ],
 )
 def test_a_head_that_does_not_declare_or_does_not_fit_is_refused(tmp_path: Path, changes: dict, text: str) -> None:

@@ -161,7 +161,7 @@ def test_conventions_that_are_not_read_are_refused(tmp_path: Path, changes: dict
 def test_a_convention_that_was_changed_without_the_data_is_refused(tmp_path: Path) -> None:
     data = model()
     data["VesselTypes"][0]["RAOPhaseConvention"] = "leads"
-    assert "It would ride with time the other way" in refused(written(tmp_path, data))
+    assert "It would fit with time the other way" in refused(written(tmp_path, data))
 
 
 def test_half_a_ship_without_symmetry_is_refused(tmp_path: Path) -> None:

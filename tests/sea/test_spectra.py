@@ -318,6 +318,7 @@ class TestStored:
         "text",
         [
             "pm Hs=2 m Tp=10 s",
+            "jonswap Hs=2 m Tp=9 s gamma=1",
             "jonswap Hs=2 m Tp=10 s gamma=2 norm=printed",
             "torsethaugen Hs=2 m Tp=10 s",
             "ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=1 m Tp2=7 s lambda2=1",
@@ -328,3 +329,4 @@ class TestStored:
         wave = parse_wave(text)
         assert spectrum_from_dict(wave.to_dict()) == wave
         assert parse_wave(wave.describe()) == wave
+        assert wave.describe() == text

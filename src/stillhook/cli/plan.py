@@ -27,6 +27,9 @@ TIER_HELP = (
 STORE_HELP = (
     "Folder in which runs of the twin are kept: a stopped plan resumes from there. Default: runs in the --out folder."
 )
+SEED_HELP = (
+    "Each seed gives the runs of the twin other waves of the same seas: two plans show by how much limits scatter."
+)
 EXAMPLE = "example"
 
 
@@ -48,6 +51,7 @@ def plan(
     store: Annotated[Path | None, typer.Option("--store", help=STORE_HELP)] = None,
     scheduler: Scheduler = None,
     threads: Annotated[int, typer.Option(min=1, max=256, help="Cores of this machine to use.")] = 2,
+    seed: Annotated[int, typer.Option(min=0, help=SEED_HELP)] = 0,
     json: Json = False,
 ) -> None:
     """Limiting sea states of a lift for every alternative of the winch, the governing criteria, waiting on weather, and
@@ -57,7 +61,8 @@ def plan(
     than with a flat 80 % of compensation where no certificate covers the twin. A stopped plan resumes with the same
     --store or --out.
 
-    Exit code 1 where no sea of the table is workable under any alternative, or the weather never gives a window.
+    Exit code 1 where no sea of the table is workable under any alternative (--check: where still water is beyond a
+    rule under all of them), the weather never gives a window, or something could not be computed after the runs.
 
     Example: stillhook plan template-to-1500m --out plan
 
@@ -79,24 +84,24 @@ def plan(
         )
     lift_plan = load_plan(lift)
     if check:
-        _show_check(lift_plan, json=json)
-        return
+        raise typer.Exit(0 if _show_check(lift_plan, json=json) else 1)
     if quick and tier not in (None, "frequency"):
         raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
-    result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads)
+    result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads, seed)
     show(result, out, json=json)
-    raise typer.Exit(0 if result.workable else 1)
+    raise typer.Exit(0 if result.workable and not result.failed else 1)
 
 
-def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
-    """What the plan requests; nothing is run."""
-    from stillhook.plan.report.checked import checked, checked_plan
+def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
+    """What the plan requests; nothing is run. Whether still water keeps all rules under some alternative."""
+    from stillhook.plan.report.checked import checked, checked_plan, possible
 
     answer = checked(lift_plan)
     if json:
         print_json(answer)
     else:
         print_document(checked_plan(answer))
+    return possible(answer)
 
 
 def run(
@@ -107,13 +112,14 @@ def run(
     store: Path | None,
     scheduler: str | None,
     threads: int,
+    seed: int = 0,
 ) -> PlanResult:
     """The plan's result, with its files written where requested."""
     from stillhook.plan.answer.dataset import OUT_FILES, write_answer
     from stillhook.plan.planning import plan as planned
     from stillhook.plan.planning import tier_of
 
-    options: dict[str, Any] = {} if alpha is None else {"alpha": alpha}
+    options: dict[str, Any] = {"seed": seed} | ({} if alpha is None else {"alpha": alpha})
     last = tier_of(tier)
     check_out(out, OUT_FILES)
     if out is not None:

@@ -112,7 +112,7 @@ class Dialect:
 
 def dialect_of(head: bytes, name: str, complete: bool) -> Dialect:
     """The dialect of a log that begins with these bytes. Errors: LogError of one line where no table is found."""
-    encoding = _encoding(head)
+    encoding = encoding_of(head)
     text = head.decode(encoding, errors="replace").removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
     if not complete and len(lines) > 1:
@@ -148,7 +148,7 @@ def dialect_of(head: bytes, name: str, complete: bool) -> Dialect:
     return Dialect(
         encoding,
         separator,
-        _decimal(cells, separator, name, [i + 1 for i in rows_at]),
+        decimal_of(cells, separator, name, [i + 1 for i in rows_at]),
         first + 1,
         0 if header is None else header + 1,
         headings,
@@ -169,7 +169,8 @@ def _refuse_other_width(name: str, line: int, names: int, cells: list[list[str]]
     )
 
 
-def _encoding(head: bytes) -> str:
+def encoding_of(head: bytes) -> str:
+    """The encoding of a text that begins with these bytes."""
     if head.startswith(b"\xef\xbb\xbf"):
         return "utf-8-sig"
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -270,7 +271,7 @@ def _are_units(cells: list[str]) -> bool:
     return units > MAJORITY * len(filled)
 
 
-def _decimal(rows: list[list[str]], separator: str, name: str, numbers: list[int]) -> str:
+def decimal_of(rows: list[list[str]], separator: str, name: str, numbers: list[int]) -> str:
     """The decimal sign: a comma where cells such as 12,5 say so, a point otherwise; both together are refused."""
     cells = [(n, cell) for n, row in zip(numbers, rows, strict=True) for cell in row]
     comma, point = (next((place for place in cells if sign.fullmatch(place[1])), None) for sign in (_COMMA, _POINT))

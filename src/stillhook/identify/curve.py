@@ -22,7 +22,7 @@ from stillhook.identify.steady_state.steps import Rejected, Steady, Window, Wind
 from stillhook.identify.steady_state.windows import steady_windows
 from stillhook.identify.system_friction.campaign.pairs import Pair, Pairs, pair_windows
 from stillhook.logs.log import Log
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.correlated_mean import mean_and_uncertainty, students_factor
 from stillhook.statistics.estimate import NORMAL_95, Estimate
 from stillhook.units import KINDS, in_display

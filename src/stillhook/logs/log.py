@@ -13,6 +13,7 @@ through them.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -52,6 +53,8 @@ FEWEST = 10  # samples: fewer are not a log
 COARSE = 0.5  # of the first stamps that repeat: they are too coarse for the samples
 MOST_BROKEN = 0.01  # of the lines: with more that do not fit the header, the file is not what it seems ...
 FEW_BROKEN = 10  # ... but so many are borne in short logs
+SAME = 1e-3
+"""Part of the spacing of samples, times their number, by which two columns of time may drift apart and be one."""
 BOTH = " + "  # joins the headings of two columns of stamps
 TIME = Signal("time", "", quantity="time")
 
@@ -80,9 +83,11 @@ class Clock:
 
 @dataclass
 class Tracks:
-    """All that is read from a log: the main clock first."""
+    """All that is read from a log: the main clock first. series: signal -> its own column of times, where columns of
+    the file come in series that have one each."""
 
     tracks: dict[Clock, Track] = field(default_factory=dict)
+    series: dict[str, str] = field(default_factory=dict)
     broken: list[tuple[int, str]] = field(default_factory=list)
     """The first lines that do not fit the header, and what is wrong with them."""
     broken_count: int = 0
@@ -95,6 +100,8 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
     """
     columns: dict[Clock, list[Column]] = {}
     main = clock_of(source, rows["time"], rows["time"].column) if "time" in rows else None
+    series = {} if main is None or source.time_base else _series(source, rows, main)
+    own: dict[str, str] = {}
     for name, signal in rows.items():
         if name == "time":
             continue
@@ -102,8 +109,12 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
         unit = unit_of(source, signal, place)
         factor, offset = factors(signal, unit)
         base = source.base(place)
+        before = max((at for at in series if at < place), default=-1)
         if signal.clock is not None:
             clock = clock_of(source, rows.get("time", TIME), signal.clock)
+        elif main is not None and base == main.base and series.get(before, main) != main:
+            clock = series[before]
+            own[name] = clock.column
         elif main is not None and base == main.base:
             clock = main
         elif source.time_base:
@@ -124,12 +135,58 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
         raise LogError(
             f"{source.name}: every signal has its own clock. Leave out `clock` where a signal is stamped by time."
         )
-    result = Tracks()
+    result = Tracks(series=own)
     for clock in (main, *(clock for clock in columns if clock != main)):
         spacing = _spacing(source, clock)
         every = max(width if clock is main else result.tracks[main].every, spacing)
         result.tracks[clock] = Track(source.name, source.row, columns[clock], spacing, every, None, quote(clock.column))
     return result
+
+
+_TIME_COLUMN = re.compile(
+    r"(t|time|zeit|tid|clock|time ?stamp)([ _.\-]?\d+)?|(t|time)[ _.\-].+|.+[ _.\-](t|time)", re.IGNORECASE
+)
+"""Headings of columns of time, without their unit."""
+
+
+def _series(source: Source, rows: Mapping[str, Signal], main: Clock) -> dict[int, Clock]:
+    """Columns of time by their place, the main one among them: each stamps the columns behind it, up to the next. Of
+    columns that say the same as the main one none is kept."""
+    signals = {place_of(s.column, source.headings, f"{source.name}: {n}") for n, s in rows.items() if n != "time"}
+    time, found = rows["time"], dict.fromkeys(main.want.places, main)
+    for place, heading in enumerate(source.headings):
+        name, file_unit = split_heading(heading)[0], _file_unit(source, place)
+        if place in found or place in signals or source.base(place) != main.base or not _TIME_COLUMN.fullmatch(name):
+            continue
+        unit = our_unit(file_unit, "time") if file_unit else time.unit
+        if unit is None or unit == STAMPS or "%" in unit:
+            continue
+        factor, offset = factors(time, unit)
+        clock = Clock(main.base, Want((place,)), factor, offset, heading.strip())
+        if _differs(source, main, clock):
+            found[place] = clock
+    return found if len(found) > len(main.want.places) else {}
+
+
+def _differs(source: Source, main: Clock, other: Clock) -> bool:
+    """Whether a column of rising numbers runs otherwise than the main clock."""
+    first = next(source.chunks(list(dict.fromkeys([main.want, other.want])), HEAD), None)
+    if first is None:
+        return False
+    both = np.stack([clock.seconds(first) for clock in (main, other)])
+    t = both[:, np.isfinite(both).all(axis=0)]
+    if t.shape[1] < FEWEST or (np.diff(t[1]) < 0.0).any() or t[1, -1] <= t[1, 0]:
+        return False
+    elapsed = t - t[:, :1]
+    return bool(np.abs(elapsed[0] - elapsed[1]).max() > SAME * np.median(np.diff(t[0])) * len(elapsed[0]))
+
+
+def _own_times(source: Source, tracks: Tracks) -> Iterator[Finding]:
+    """Signals of series with a column of times of their own."""
+    for column in dict.fromkeys(tracks.series.values()):
+        names = ", ".join(name for name, of in tracks.series.items() if of == column)
+        text = f"{names}: stamped by the column of times before {'it' if ',' not in names else 'them'}, {quote(column)}"
+        yield Finding(names, "clock", 0.0, 0.0, 0, "noted", text)
 
 
 def _other_units(source: Source, rows: Mapping[str, Signal]) -> Iterator[Finding]:
@@ -320,7 +377,7 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, from_headings
 
 def _log(source: Source, rows: Mapping[str, Signal], tracks: Tracks, main: Checked, joined: Merged) -> Log:
     findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful, main.bins.starts)]
-    findings += _other_units(source, rows)
+    findings += [*_own_times(source, tracks), *_other_units(source, rows)]
     if tracks.broken_count:
         line, problem = tracks.broken[0]
         text = f"{counted(tracks.broken_count, 'line')} of another length than the header left out, the first is line"

@@ -80,6 +80,7 @@ class WeatherTable(Spec):
     columns: Mapping[str, Any] = Field(default_factory=dict, description="names of the file's columns")
     time: Text | None = Field(default=None, description="column of the times")
     date_order: Text | None = Field(default=None, description="order of a date")
+    time_zone: Text | None = Field(default=None, description="zone of the times where the file does not say")
 
     @field_validator("sense", "date_order")
     @classmethod
@@ -258,6 +259,8 @@ def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: Compensa
         )
     if Alternative.PHC not in named and unit is not None:
         raise table.wrong('[compensator] is given and not used. Add "phc", or leave the table out.', "alternatives")
+    if Alternative.CAP not in named and any(a.twin for a in named):
+        return (*named, Alternative.CAP)  # what may be credited of a winch without a certificate
     return named
 
 
@@ -357,7 +360,7 @@ def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
     except WeatherError as e:
         raise PlanError(str(e)) from None
     ship = None if weather.ship is None else parse_direction(weather.ship, "weather.ship")
-    return WeatherUse(file, ship, weather.sense, columns, weather.time, weather.date_order)
+    return WeatherUse(file, ship, weather.sense, columns, weather.time, weather.date_order, weather.time_zone)
 
 
 def _digest(plan: LiftPlan) -> str:

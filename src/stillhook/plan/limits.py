@@ -61,9 +61,7 @@ def utilisation(limited: Limited, values: FloatArray, Hs: FloatArray | float) ->
     return np.divide(top, bottom, out=out, where=bottom > 0.0)
 
 
-def limits_of(
-    demand: Demand, limited: Sequence[Limited], calm: Mapping[str, float] | None = None, *, most: float | None = None
-) -> Limits:
+def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, float] | None = None) -> Limits:
     """Limiting heights of every rule in every (Tp, beta) of a demand.
 
     calm: what the phase asks in still water (`stillhook.plan.definition.capacities.calm`), used below the lowest sea
@@ -72,9 +70,6 @@ def limits_of(
     which is exact for what grows with the height, its square, or both. A sea without a value of the tier, above one
     with a value, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its limit
     is 0. Ends of the interval are the limits of the demand's own interval.
-
-    most: highest sea state analysed [m], where a column may end below it: a rule that no sea of the column breaks is
-    then undetermined (NaN), with the last sea as low.
     """
     columns = demand.seas.columns()
     Tp, beta = (np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1))
@@ -89,21 +84,7 @@ def limits_of(
         if q in demand.low and q in demand.high:
             ends = [_of_rule(demand, each, side[q], still) for side in (demand.low, demand.high)]
             low[key], high[key] = np.fmin(*ends), np.fmax(*ends)
-        if most is not None:
-            _open_above(demand, most, key, (Hs, low, high))
     return Limits(demand.phase, demand.alternative, demand.tier, Tp, beta, Hs, low, high)
-
-
-def _open_above(demand: Demand, most: float, key: str, ends_of: Sequence[dict[str, FloatArray]]) -> None:
-    """A rule that is met in all seas of a column that ends below the highest one to analyse: undetermined beyond the
-    last sea."""
-    Hs, low, high = ends_of
-    last = np.array([demand.seas.Hs[rows[-1]] for _, _, rows in demand.seas.columns()], dtype=np.float64)
-    open_ = np.isposinf(Hs[key]) & (last < most * (1.0 - ROUNDING))
-    for ends, end in ((low, last), (high, np.full_like(last, np.nan))):
-        if key in ends or open_.any():
-            ends[key] = np.where(open_, end, ends.get(key, np.full_like(last, np.nan)))
-    Hs[key] = np.where(open_, np.nan, Hs[key])
 
 
 def _of_rule(demand: Demand, limited: Limited, values: FloatArray, still: float | None) -> FloatArray:
@@ -192,13 +173,13 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
     return plan.under(alternative).once(_limited, phase, alternative)
 
 
-def limits_in(plan: LiftPlan, demand: Demand, *, most: float | None = None) -> Limits:
+def limits_in(plan: LiftPlan, demand: Demand) -> Limits:
     """`limits_of` a demand by the rules of its phase and alternative, and the calm of its phase; none beside a
     swell."""
     plan = plan.under(demand.alternative)
     phase = plan.phase(demand.phase)
     still = calm(plan, phase) if plan.environment.calm(0.0) else None
-    return limits_of(demand, limited(plan, phase, demand.alternative), still, most=most)
+    return limits_of(demand, limited(plan, phase, demand.alternative), still)
 
 
 def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:

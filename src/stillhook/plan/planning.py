@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,11 +22,12 @@ from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
 from stillhook.plan.answer.sweep import answer_of, sweep_blocks
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.definition.rules import Alternative, Demand, Tier
+from stillhook.plan.failures import Failures
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limits_in
 from stillhook.plan.result import CREDITS, PlanResult, not_compared
-from stillhook.plan.table import Axes, certified_in, chosen, credited_of, gathered, governed
+from stillhook.plan.table import Axes, Certified, certified_in, check_cap, chosen, credited_of, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import Execution
@@ -64,6 +66,7 @@ def plan(
     store: str | Path | None = None,
     client: Any = None,
     threads: int = 2,
+    seed: int = 0,
     progress: Progress | None = None,
 ) -> PlanResult:
     """Limiting sea states of a lift under every alternative, what governs them, and what they are worth in weather.
@@ -71,10 +74,17 @@ def plan(
     lift: a plan, the path of a plan file, or a name of the library; tier: the highest that is run (closed-form,
     frequency, time); weather in place of that of the plan; alpha: table of forecast factors, by name or file; store:
     folder in which runs of the twin are kept, so that a plan that was stopped goes on from there; client of a
-    dask.distributed cluster in place of this machine's threads; progress is called with the share that is done.
+    dask.distributed cluster in place of this machine's threads; seed (0 or more): each gives the runs of the twin other
+    waves of the same seas, so that two plans show by how much limits scatter; progress is called with the share that is
+    done.
     Errors: StillhookError, one line.
     """
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
+    if seed < 0 or (seed and last is not Tier.TIME):
+        raise PlanError(
+            f"Seed {seed} with tier {last}: waves are drawn in tier {Tier.TIME} alone. Enter 0 or more there."
+        )
+    execution = Execution(store, client, threads, seed)
     begun, parts = time.perf_counter(), Parts(progress, {name: EXPECTED[name] for name in PARTS[last]})
     parts("preparation")
     table, records = read_alpha_table(alpha, "--alpha"), weather
@@ -83,6 +93,8 @@ def plan(
     if records is not None:
         seas_of(lift_plan, records)  # refused now rather than after the runs
     axes, seas = Axes.of(lift_plan), lift_plan.environment.table()
+    certified = certified_in(lift_plan, axes, seas)
+    check_cap(lift_plan, axes, certified.covers)
     demands = [closed_form(lift_plan, phase, seas, a) for phase in lift_plan.phases for a in axes.alternatives]
     if last is not Tier.CLOSED_FORM:
         demands += frequency(lift_plan, axes.alternatives, seas, parts("frequency"), threads=threads)
@@ -93,26 +105,30 @@ def plan(
             lift_plan,
             limits,
             occurrence=None if records is None else occurrence(lift_plan, records),
-            store=store,
-            client=client,
-            threads=threads,
+            execution=execution,
             progress=parts("time"),
         )
         demands, limits = [*demands, *twin.demands], [*limits, *twin.limits]
     parts("weather")
-    of = answered(lift_plan, axes, seas, demands, limits)
+    of = answered(lift_plan, axes, certified, demands, limits)
     forecast = forecast_limits(lift_plan, table, of.governs, max(lift_plan.environment.Hs))
     blocks: dict[str, xarray.Dataset] = {"demand": demand_block(lift_plan, axes, demands)}
-    value = None
+    failures, value = Failures() if twin is None else twin.failures, None
     if records is not None and forecast.restricted:
-        value = weather_value(lift_plan, axes, forecast, records, max(lift_plan.environment.Hs))
+        highest = max(lift_plan.environment.Hs)
+        value = failures.attempt("weather", partial(weather_value, lift_plan, axes, forecast, records, highest), None)
+    if records is not None and value is not None:
         block = weather_block(lift_plan, value, axes, records, forecast)
-        blocks["weather"] = with_intervals(block, lift_plan, of, limits, demands, forecast, value, threads=threads)
+        spread = partial(with_intervals, block, lift_plan, of, limits, forecast, value, threads=threads)
+        blocks["weather"] = failures.attempt("intervals of the weather", spread, block)
     if last is not Tier.CLOSED_FORM:
-        blocks |= reference_blocks(lift_plan, of, parts("reference cell"), residuals=twin is not None)
+        detail = partial(reference_blocks, lift_plan, of, parts("reference cell"), residuals=twin is not None)
+        none: Mapping[str, xarray.Dataset] = {}
+        blocks |= failures.attempt("reference cell", detail, none)
     if twin is not None:
-        at, execution = reference_of(lift_plan, of), Execution(store, client, threads)
-        blocks |= {**twin.blocks, **sweep_blocks(lift_plan, at.Tp, at.beta, execution, parts("sweep"))}
+        at = reference_of(lift_plan, of)
+        sweep = partial(sweep_blocks, lift_plan, at.Tp, at.beta, execution, parts("sweep"))
+        blocks |= {**twin.blocks, **failures.attempt("landing tolerance, payload and depth", sweep, {})}
     facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= result_facts(lift_plan, of, forecast, value, twin)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)
@@ -123,8 +139,9 @@ def plan(
     parts.at(1.0)
     data = dataset_of(lift_plan, of, forecast).assign_attrs(digest=facts["digest"])
     followed = any(phase.compensated for phase in lift_plan.phases) or Alternative.PHC in axes.alternatives
-    if line := not_compared(data, blocks.get("weather"), facts["tiers"], compensated=followed):
+    if line := not_compared(data, facts["tiers"], compensated=followed):
         facts["remarks"].insert(0, line)
+    facts["remarks"] = [*failures.remarks, *facts["remarks"]]
     return PlanResult(data, facts, blocks)
 
 
@@ -136,11 +153,11 @@ def tier_of(text: Tier | str) -> Tier:
 
 
 def answered(
-    lift_plan: LiftPlan, axes: Axes, seas: Seas, demands: Sequence[Demand], limits: Sequence[Limits]
+    lift_plan: LiftPlan, axes: Axes, certified: Certified, demands: Sequence[Demand], limits: Sequence[Limits]
 ) -> Answered:
     """The limits in one table, as modelled and as credited."""
     limits_of_tiers = gathered(axes, limits)
-    modelled, certified = chosen(limits_of_tiers), certified_in(lift_plan, axes, seas)
-    credited = credited_of(lift_plan, modelled, demands, np.unique(seas.Hs), certified.covers)
+    modelled, heights = chosen(limits_of_tiers), np.unique(lift_plan.environment.table().Hs)
+    credited = credited_of(lift_plan, modelled, heights, certified.covers)
     governs = dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
     return Answered(axes, limits_of_tiers, modelled, credited, governs, seeds_of(axes, demands), certified)

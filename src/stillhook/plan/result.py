@@ -11,10 +11,10 @@ from importlib.resources import files
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.plan.failures import FAILED
 from stillhook.units import quote
 from stillhook.variables import attributes
 
@@ -84,6 +84,11 @@ class PlanResult:
         )
         return bool((limits >= float(self.data.attrs["Hs_lowest"])).any() and (windows is None or (windows > 0).any()))
 
+    @property
+    def failed(self) -> bool:
+        """Whether something could not be computed after the runs; the remarks name it."""
+        return any(line.startswith(FAILED) for line in self.facts["remarks"])
+
     def __getitem__(self, block: str) -> xarray.Dataset:
         """A block by its name. Errors: KeyError where it was not made."""
         return self.blocks[block]
@@ -114,8 +119,6 @@ def labelled(
 
 CENTIMETRES = 2
 """Digits after the point of a limit [m], as tables print it."""
-PRINTED = {"days_gained": 0.05, "hours_gained": 0.5}
-"""Differences [days, hours a year] below which tables print 0."""
 CLASSIC = "best-classic"
 """Reference of a new controller's gain: the better classic controller."""
 NEW = tuple(alternative for alternative in Alternative if alternative.twin and not alternative.classic)
@@ -152,41 +155,43 @@ def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = 
 
 
 def references(block: xarray.Dataset, tiers: Collection[str]) -> list[str]:
-    """References of gains: the better classic controller only where the answer distinguishes a new one from it."""
+    """References of gains: the better classic controller only with runs of the twin, which compare controllers."""
     over = [str(name) for name in block["over"].values] if "over" in block.dims else []
-    return over if ran(tiers) or _gains(block) else [name for name in over if name != CLASSIC]
+    return over if ran(tiers) else [name for name in over if name != CLASSIC]
 
 
-def _gains(block: xarray.Dataset) -> bool:
-    """Whether the answer distinguishes a new controller from the better classic one."""
-    new = [a.value for a in NEW if a.value in block["alternative"].values]
-    if CLASSIC not in block["over"].values or not new:
-        return True
-    year = block.sel(alternative=new, over=CLASSIC, month=0)
-    return any(bool((np.abs(np.nan_to_num(year[name].values)) >= least).any()) for name, least in PRINTED.items())
-
-
-def not_compared(
-    data: xarray.Dataset, weather: xarray.Dataset | None, tiers: Collection[str], *, compensated: bool
-) -> str:
-    """A line on the controllers that the answer does not distinguish, empty where there are none; compensated: whether
-    any phase is."""
+def not_compared(data: xarray.Dataset, tiers: Collection[str], *, compensated: bool) -> str:
+    """A line on the controllers that the answer does not compare, empty where there are none; compensated: whether any
+    phase is."""
     if not compensated:
         return "No phase is compensated: all alternatives are one winch, and no comparison of them is made."
     if ran(tiers):
         return ""
-    twins = {a.value for a in Alternative if a.twin}
-    groups = [group for group in equal_in_print(data) if len(group) > 1 and twins & set(group)]
-    unresolved = weather is not None and "over" in weather.dims and not _gains(weather)
-    if not groups and not unresolved:
+    twins = [str(name) for name in data["alternative"].values if Alternative(str(name)).twin]
+    if not twins:
         return ""
     means = MEANS[Tier.FREQUENCY if Tier.FREQUENCY.value in tiers else Tier.CLOSED_FORM]
-    apart = [f"distinguish {' and '.join(filter(None, [', '.join(group[:-1]), group[-1]]))}" for group in groups]
-    apart += ["distinguish a new controller's waiting from that of the best classic one"] if unresolved else []
     return (
-        f"{means} not {', nor '.join(apart)}: no comparison of them is made. Runs of the twin (--tier time) compare"
-        " them."
+        f"{means} not distinguish controllers well enough: none is compared ({', '.join(twins)}), and limits are those"
+        " without compensation and with the flat cap. Runs of the twin (--tier time) compare them."
     )
+
+
+def for_print(result: PlanResult) -> PlanResult:
+    """The result with the alternatives that it compares alone: without runs of the twin none of its controllers."""
+    named = result.data["alternative"].values
+    others = [str(name) for name in named if not Alternative(str(name)).twin]
+    if ran(result.facts.get("tiers", ())) or not others or len(others) == len(named):
+        return result
+    blocks = {
+        name: block.sel(alternative=[a for a in others if a in block["alternative"].values])
+        if "alternative" in block.dims
+        else block
+        for name, block in result.blocks.items()
+    }
+    facts = {**result.facts}
+    facts["alternatives"] = [each for each in facts["alternatives"] if each["name"] in others]
+    return PlanResult(result.data.sel(alternative=others), facts, blocks)
 
 
 SHAPE: Mapping[str, Any] = tomllib.loads((files("stillhook.plan") / "facts.toml").read_text(encoding="utf-8"))

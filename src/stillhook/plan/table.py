@@ -17,8 +17,8 @@ from stillhook.plan.definition.capacities import at_rest, places
 from stillhook.plan.definition.headings import SAME, counted
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
-from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
-from stillhook.plan.limits import Limits, limits_in
+from stillhook.plan.definition.rules import Alternative, Seas, Tier
+from stillhook.plan.limits import Limits
 from stillhook.plan.result import grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
@@ -358,66 +358,52 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
     )
 
 
-def caps_of(
-    plan: LiftPlan, axes: Axes, demands: Sequence[Demand], certified: BoolArray
-) -> Mapping[Alternative, Chosen]:
-    """Limits of the flat cap where it has to meet the rules of a twin that the certificate does not cover everywhere;
-    certified (alternative, phase, heading, period, height)."""
-    caps = {}
-    for alternative in axes.alternatives:
-        phases = _uncovered(plan, axes, alternative, certified)
-        if phases:
-            caps[alternative] = _cap(plan, axes, alternative, phases, demands)
-    return caps
-
-
 def _uncovered(plan: LiftPlan, axes: Axes, alternative: Alternative, certified: BoolArray) -> list[Phase]:
     """Compensated phases in which a certificate does not cover an alternative everywhere; none for what is no twin."""
     of = certified[axes.alternatives.index(alternative)]
     return [p for p in plan.phases if alternative.twin and p.compensated and not of[axes.phases.index(p.name)].all()]
 
 
-def credited_of(
-    plan: LiftPlan,
-    modelled: Chosen,
-    demands: Sequence[Demand],
-    heights: FloatArray,
-    certified: BoolArray,
-    caps: Mapping[Alternative, Chosen] | None = None,
-) -> Chosen:
+def check_cap(plan: LiftPlan, axes: Axes, certified: BoolArray) -> None:
+    """Errors: PlanError where a certificate does not cover an alternative everywhere, and the plan has no flat cap that
+    could be credited in its place."""
+    if Alternative.CAP in axes.alternatives:
+        return
+    open_ = ((a, phases[0]) for a in axes.alternatives if (phases := _uncovered(plan, axes, a, certified)))
+    first = next(open_, None)
+    if first is not None:
+        raise PlanError(
+            f"{first[0]}: no certificate covers {first[1].name} everywhere, and what is credited without one is that of"
+            f' the flat cap. Add "{Alternative.CAP}" to the alternatives.'
+        )
+
+
+def credited_of(plan: LiftPlan, modelled: Chosen, heights: FloatArray, certified: BoolArray) -> Chosen:
     """Limits that may be credited, of limits by the model of each alternative.
 
-    demands: those of all alternatives and tiers, of which the cap's are held against each alternative's own limits;
     certified (alternative, phase, heading, period, height) as `Certified.covers` for heights [m] rising. Where a sea is
-    not covered, a rule is met only where the cap meets it as well: the limit falls to the highest covered sea below it,
-    or to the cap's where that is more. Rules that the cap does not determine (pressures of a winch) stay with the twin.
-    caps: as `caps_of` has them, calculated here where it is None.
+    not covered, a rule is met only where the flat cap meets it as well: the limit falls to the highest covered sea
+    below it, or to the cap's own limit where that is more. So nothing that no certificate covers is credited above the
+    limit of the cap, and nothing below the lesser of both. Rules that the cap does not determine (pressures of a winch)
+    stay with the twin.
+    Errors: PlanError as `check_cap`.
     """
+    check_cap(plan, modelled.axes, certified)
     axes, Hs, tier = modelled.axes, modelled.Hs.copy(), modelled.tier.copy()
     low, high = modelled.low.copy(), modelled.high.copy()
-    for alternative, cap in (caps_of(plan, axes, demands, certified) if caps is None else caps).items():
-        i = axes.alternatives.index(alternative)
-        phases = _uncovered(plan, axes, alternative, certified)
-        for phase in phases:
-            at = (i, axes.phases.index(phase.name))
-            reach = np.fmax(cap.Hs[at], _covered_up_to(cap.Hs[at], heights, certified[at]))
+    for i, alternative in enumerate(axes.alternatives):
+        for phase in _uncovered(plan, axes, alternative, certified):
+            k = axes.phases.index(phase.name)
+            at, of_cap = (i, k), (axes.alternatives.index(Alternative.CAP), k)
+            cap = modelled.Hs[of_cap]
+            reach = np.fmax(cap, _covered_up_to(cap, heights, certified[at]))
             lower = reach < modelled.Hs[at]
-            by_cap = lower & (cap.Hs[at] == reach)
+            by_cap = lower & (cap == reach)
             Hs[at] = np.where(lower, reach, modelled.Hs[at])
-            tier[at] = np.where(by_cap, cap.tier[at], modelled.tier[at])
-            for ends, of in ((low, cap.low), (high, cap.high)):
-                ends[at] = np.where(by_cap, of[at], np.where(lower, np.nan, ends[at]))
+            tier[at] = np.where(by_cap, modelled.tier[of_cap], modelled.tier[at])
+            for ends, of in ((low, modelled.low), (high, modelled.high)):
+                ends[at] = np.where(by_cap, of[of_cap], np.where(lower, np.nan, ends[at]))
     return replace(modelled, Hs=Hs, low=low, high=high, tier=tier)
-
-
-def _cap(
-    plan: LiftPlan, axes: Axes, alternative: Alternative, phases: Sequence[Phase], demands: Sequence[Demand]
-) -> Chosen:
-    """Limits of the flat cap where it has to meet the rules of another alternative, in the places of that one."""
-    names, highest = {phase.name for phase in phases}, max(plan.environment.Hs)
-    of_cap = [demand for demand in demands if demand.alternative is Alternative.CAP and demand.phase in names]
-    limits = [limits_in(plan, replace(demand, alternative=alternative), most=highest) for demand in of_cap]
-    return chosen(gathered(axes, limits))
 
 
 def _covered_up_to(cap: FloatArray, heights: FloatArray, certified: BoolArray) -> FloatArray:

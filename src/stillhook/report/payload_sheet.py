@@ -10,7 +10,8 @@ import numpy as np
 
 from stillhook.engine.pack.payload import COLUMNS, pack_payload
 from stillhook.physics.load_path.payload import WettedLevel
-from stillhook.report.plots.run import COLOURS, GREY, new_figure
+from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.run import new_figure
 from stillhook.spec.lift.payload import RHO_STEEL, Payload
 
 if TYPE_CHECKING:

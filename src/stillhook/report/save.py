@@ -19,16 +19,8 @@ from stillhook.formats.lift_file import LiftFile, describe_stage
 from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G
 from stillhook.report.pictures import drawn
-from stillhook.report.plots.run import (
-    COLOURS,
-    GREY,
-    Limits,
-    lowering_panels,
-    new_figure,
-    save_animation,
-    save_figure,
-    strip,
-)
+from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.run import Limits, lowering_panels, new_figure, save_animation, save_figure, strip
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.text import motion_to_json
 from stillhook.sea.spectra.spectrum import Sea

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from stillhook.analysis.loop_stability.sweeps import AXES, bode, root_locus, slo
 from stillhook.analysis.loop_stability.transfer import about, full_matrices, motor_poles
 from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.engine.pack.winch import gains
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.units import in_display, show
@@ -166,7 +166,9 @@ def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] | None = None) -> Fi
     figure = Figure(figsize=(10.0, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     modes = tuple(mode for mode in Mode if mode.compensates and moves(crane, mode)) if modes is None else modes
-    for colour, mode in zip(COLOURS, modes, strict=False):
+    colours = colours_of(map(str, modes))
+    for mode in modes:
+        colour = colours[str(mode)]
         speeds = _speeds(crane, mode)
         poles = np.array([motor_poles(crane, v, mode=mode) for v in speeds])
         zeta = -poles[:, 0].real / np.abs(poles[:, 0])

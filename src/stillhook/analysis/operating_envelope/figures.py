@@ -11,7 +11,7 @@ import numpy as np
 from stillhook.analysis.operating_envelope.load_speed import PHYSICAL
 from stillhook.analysis.steady.limits import Direction, Limit
 from stillhook.library import crane_from_toml
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import in_display
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.units import in_display
 
 if TYPE_CHECKING:
@@ -35,7 +35,9 @@ def pareto_figure(
 
     figure = Figure(figsize=(8.0, 5.6), layout="constrained")
     ax = figure.subplots()
-    for colour, (name, (start, best)) in zip(COLOURS * 2, marks.items(), strict=False):
+    colours = colours_of(marks)
+    for name, (start, best) in marks.items():
+        colour = colours[name]
         at = [_at(p) for p in fronts.get(name, ())]
         ax.step([x for x, _ in at], [y for _, y in at], where="post", color=colour, lw=1.4)
         ax.plot(*_at(start), "o", ms=8, mec=colour, mfc="none")

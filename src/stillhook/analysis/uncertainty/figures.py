@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.analysis.uncertainty.report import Limit, bands, exceedance
 from stillhook.analysis.uncertainty.sobol import MATTERS, Sensitivity, largest_totals
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import in_display
 
 if TYPE_CHECKING:

@@ -124,7 +124,7 @@ def run(
         data = {label: r.dataset(c) for label, r, c in zip(labels, runs, cranes, strict=True)}
         one = all(c is crane for c in cranes)
         all_cases = dataset_of(crane if one else cranes, runs, labels) if len(runs) > 1 else None
-        _write(out, data, summaries, quiet=json, title=_title(crane, case), all_cases=all_cases)
+        _write(out, data, summaries, quiet=json, crane=crane, title=_title(crane, case), all_cases=all_cases)
     raise typer.Exit(0 if all(r.ok for r in runs) else 1)
 
 
@@ -281,6 +281,7 @@ def write_comparison(result: Comparison, out: Path, *, quiet: bool, hint: bool =
         result.table(),
         quiet=quiet,
         hint=hint,
+        crane=result.crane,
         title=_title(result.crane, result.runs[0].case),
         start=start,
         all_cases=data,
@@ -294,6 +295,7 @@ def _write(
     *,
     quiet: bool,
     hint: bool = True,
+    crane: Crane,
     title: str,
     start: float = 0.0,
     all_cases: Any = None,
@@ -302,11 +304,12 @@ def _write(
     from stillhook.report.plots.run import four_panels
 
     picture, series, numbers = OUT_FILES
+    p_relief = crane.active.relief.p if "active" in crane.circuits else None
     data = next(iter(runs.values())) if all_cases is None else all_cases
     write_out(
         out,
         {series: data, numbers: summary},
-        pictures=lambda: {picture: four_panels(runs, title=title, start=start)},
+        pictures=lambda: {picture: four_panels(runs, title=title, start=start, p_relief=p_relief)},
         quiet=quiet,
         hint=hint,
     )

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -47,6 +48,8 @@ KNUCKLE_HELP = 'Knuckle boom: length and angle below the main boom\'s line, "15 
 LOG_HELP = (
     "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves; --at is then from the sensor, with z."
 )
+HEAVE_HELP = "Which way a log counts heave: up or down (default: down in $PSXN,23, up in a CSV)."
+CLOCK_HELP = "Clock of a $PSXN,23 log: logger (time of receipt) or instrument."
 SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); use 20 or more."
 
 
@@ -73,6 +76,10 @@ def tip(
     ] = None,
     knuckle: Annotated[str | None, typer.Option(help=KNUCKLE_HELP)] = None,
     log: Annotated[Path | None, typer.Option(help=LOG_HELP)] = None,
+    heave: Annotated[str | None, typer.Option(help=HEAVE_HELP)] = None,
+    time: Annotated[str | None, typer.Option(help=CLOCK_HELP)] = None,
+    start: Annotated[str | None, typer.Option(help="Where the piece of a log begins, from its first sample.")] = None,
+    max_gap: Annotated[str | None, typer.Option(help="Longest gap of a log that is bridged (default 5 s).")] = None,
     duration: Annotated[str, typer.Option(help="Time of the extremes, and length of the series.")] = "3 h",
     seed: Annotated[int, typer.Option(help="Seed of the series, or the first of --seeds.")] = 1,
     seeds: Annotated[int | None, typer.Option(help=SEEDS_HELP)] = None,
@@ -92,8 +99,8 @@ def tip(
     Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading
     "180 deg"
     """
-    time = parse(duration, "time", "--duration")
-    if time <= 0.0:
+    length = parse(duration, "time", "--duration")
+    if length <= 0.0:
         raise SeaError(
             f"--duration {duration}: is not longer than 0 s. Give the duration for which the largest values are"
             " requested."
@@ -112,8 +119,12 @@ def tip(
             unused | {"--seeds": seeds, "--exact": exact, "--out": out},
             "belongs to a vessel in waves, and --log holds a motion already. Leave it out.",
         )
-        _of_log(log, at, time, json=json)
+        how = {"heave": heave, "time": time, "start": start, "max_gap": max_gap}
+        _of_log(log, at, length, {key: text for key, text in how.items() if text is not None}, json=json)
         return
+    refuse(
+        {"--heave": heave, "--time": time, "--start": start, "--max-gap": max_gap}, "belongs to --log. Leave it out."
+    )
     if vessel is None or wave is None:
         missing = "--vessel" if vessel is None else "--wave"
         raise SeaError(f"{missing}: missing. Give --vessel, --at and --wave, or a log with --log. See --help.")
@@ -130,10 +141,10 @@ def tip(
         )
         if "heading" in wave:
             raise SeaError(f"--heading all: the waves of {wave!r} already have a heading. Leave that out.")
-        _all_round(rao, wave, spread, record, point, time, json=json)
+        _all_round(rao, wave, spread, record, point, length, json=json)
         return
     series = {"seed": seed, "amplitudes": amplitudes, "exact": exact}
-    _in_sea(rao, sea_of(wave, heading, spread, record, ship), point, time, seeds, out, series, json=json)
+    _in_sea(rao, sea_of(wave, heading, spread, record, ship), point, length, seeds, out, series, json=json)
 
 
 def _in_sea(
@@ -169,7 +180,14 @@ def _in_sea(
         say_left_out()
 
 
-def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
+def _as_options(text: str) -> str:
+    """Advice of the readers in the words of this command."""
+    text = text.replace(PYTHON_POSITION, '--at "x=-20 m, y=12 m, z=35 m"').replace("raise max_gap", "raise --max-gap")
+    text = re.sub(r'\b(heave|time)="(\w+)"', r"--\1 \2", text).replace("(start, duration)", "(--start)")
+    return re.sub(r'\bstart=("[^"]*")', r"--start \1", text)
+
+
+def _of_log(log: Path, at: str | None, duration: float, how: Mapping[str, Any], *, json: bool) -> None:
     from stillhook.formats.motion.open import read_tip_motion, stored_motion
     from stillhook.sea.vessel.tip import motion_statistics, parse_point
 
@@ -178,13 +196,15 @@ def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
         raise SeaError("--at: z is missing. Give the tip's height above the motion sensor as well.")
     arm = None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z!r} m")
     stored = stored_motion(log)
+    if stored is not None and how:
+        raise SeaError(f"{log.name} holds the motion of a tip already. Leave {', '.join(f'--{k}' for k in how)} out.")
     if stored is not None and arm is not None:
         raise SeaError(f"--at: {log.name} holds the motion of a tip already. Leave --at out.")
     try:
-        motion = stored or read_tip_motion(log, tip=arm)
+        motion = stored or read_tip_motion(log, tip=arm, **how)
     except MotionError as e:
-        raise MotionError(str(e).replace(PYTHON_POSITION, '--at "x=-20 m, y=12 m, z=35 m"')) from None
-    notes = [motion.report] if hasattr(motion, "report") else []
+        raise MotionError(_as_options(str(e))) from None
+    notes = [_as_options(motion.report)] if hasattr(motion, "report") else []
     summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": notes}
     if json:
         print_json(summary)

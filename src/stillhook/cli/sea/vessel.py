@@ -21,10 +21,6 @@ app = typer.Typer(no_args_is_help=True)
 
 PERIODS = (4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0)  # s: rows of the table that is printed
 SIDES = (0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)  # deg: its columns
-RIDES = (
-    "rides on long waves: signs, phases, axes, headings and units fit (bow for stern and time backwards at once would"
-    " not show)"
-)
 OUT_FILES = ("vessel.png", "vessel.json")
 VESSEL_HELP = (
     "Name of the library, or a file: ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text"
@@ -90,30 +86,31 @@ def check(vessel: Vessel, json: Json = False) -> None:
     """Test a vessel against what every floating body does in waves much longer than it: a wrong sign, phase, axis,
     heading or unit shows.
 
-    Exit code 0: it rides on long waves; 1: it does not, with the numbers and what would make it right.
+    The verdict is the worst of its motions. Exit code 0: it fits; 1: it is wrong, doubtful, or its longest wave is too
+    short to show that it fits.
 
     Example: stillhook vessel check FILE.re1
     """
     from stillhook.formats.vessel.open import read_untested
-    from stillhook.sea.vessel.floating_body import long_wave_test, remarks, wrong_line
+    from stillhook.sea.vessel.floating_body import long_wave_test, remarks, verdict_of
 
     rao = read_untested(vessel)
     tests = long_wave_test(rao)
-    line = wrong_line(rao, tests)
-    notes = [*rao.notes, *remarks(rao, tests)]
+    word, line = verdict_of(rao, tests)
+    notes = [*rao.notes, *(note for note in remarks(rao, tests) if note != line)]
     if json:
         period = 2.0 * math.pi / float(rao.omega[0])
         sheet = {"vessel": rao.name, "source": rao.source, "origin": rao.origin}
         answer = {
-            "passed": line is None,
-            "verdict": line or RIDES,
+            "passed": word == "fits",
+            "verdict": line,
             "longest_wave": period,
             "motions": [_tested(t) for t in tests],
         }
         print_json({**sheet, **answer, "notes": notes})
     else:
         _print_check(rao, tests, line, notes)
-    if line is not None:
+    if word != "fits":
         raise typer.Exit(1)
 
 
@@ -195,7 +192,7 @@ def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
     )
 
 
-def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str | None, notes: list[str]) -> None:
+def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str, notes: list[str]) -> None:
     from stillhook.sea.vessel.floating_body import in_words
 
     period = 2.0 * math.pi / float(rao.omega[0])
@@ -220,4 +217,4 @@ def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str | None, notes:
     wrapped(f"reference point: {rao.origin or 'not said'}", "  ")
     for note in notes:
         wrapped(f"note: {note}", "  ")
-    wrapped(line or RIDES)
+    wrapped(line)

@@ -25,13 +25,13 @@ OF_STATES = ("H_m0", "T_p", "T_m02", "come_from")
 MOMENTS = ("m_0", "m_1", "m_2", "m_3", "m_4")
 WAVES_HELP = (
     'Waves such as "jonswap Hs=2 m Tp=8 s gamma=3.3" (also pm, torsethaugen, ochi-hubble, sums with " + "), or a file'
-    " of NDBC, gz too."
+    " of measured or hindcast spectra: NDBC (gz too), NetCDF of ERA5, WW3, SWAN and wavespectra, Spotter."
 )
 RECORD_HELP = "One record of a file in place of all: its number from 0, or its time such as 1996-01-05T12:00 (UTC)."
 
 FORMAT_HELP = (
-    'era5, ww3, swan, octopus, triaxys or wavespectra, read by the library wavespectra (extra "sea"); files of NDBC'
-    " need none."
+    "Format of a file of spectra, where its content does not show it: era5, ww3, swan, ncswan, ndbc (NetCDF), spotter,"
+    ' octopus, triaxys (by the library wavespectra, extra "sea") or wavespectra.'
 )
 
 
@@ -39,9 +39,7 @@ def sea(
     waves: Annotated[str, typer.Argument(help=WAVES_HELP, metavar="WAVES|FILE")],
     record: Annotated[str | None, typer.Option("--record", help=RECORD_HELP)] = None,
     form: Annotated[str | None, typer.Option("--format", help=FORMAT_HELP)] = None,
-    point: Annotated[
-        int | None, typer.Option("--point", help="Point of a file that holds several, from 0; with --format.")
-    ] = None,
+    point: Annotated[int | None, typer.Option("--point", help="Point of a file that holds several, from 0.")] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for a picture and sea.json; nothing is written without it.")
     ] = None,

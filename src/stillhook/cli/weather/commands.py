@@ -75,6 +75,9 @@ Direction = Annotated[str | None, typer.Option("--direction", help=DIRECTION_HEL
 Columns = Annotated[list[str] | None, typer.Option("--column", help=COLUMN_HELP)]
 TimeColumn = Annotated[str | None, typer.Option("--time", help="Heading of the times, where it is not recognised.")]
 Order = Annotated[str | None, typer.Option("--date-order", help=ORDER_HELP)]
+TimeZone = Annotated[
+    str | None, typer.Option("--time-zone", help='Zone of the times, where the file does not say: "UTC+3", CET.')
+]
 Step = Annotated[
     str | None, typer.Option("--step", help="What a record represents, where that is not the usual spacing.")
 ]
@@ -95,6 +98,7 @@ def persistence(
     column: Columns = None,
     time: TimeColumn = None,
     date_order: Order = None,
+    time_zone: TimeZone = None,
     step: Step = None,
     out: Out = None,
     json: Annotated[bool, typer.Option("--json", help=JSON_HELP)] = False,
@@ -118,7 +122,7 @@ def persistence(
         raise WeatherError(f"--window {quote(window)}: is not above 0 h. Say how long the operation takes.")
     heading, free = _heading(ship, limits)
     check_out(out, OUT_FILES)
-    result = _read(file, direction, column, time, date_order, step)
+    result = _read(file, direction, column, time, date_order, time_zone, step)
     answer = persistence_answer(result, limits, length, ship=heading, free=free)
     if json:
         print_json(answer)
@@ -182,6 +186,7 @@ def forecast(
     column: Columns = None,
     time: TimeColumn = None,
     date_order: Order = None,
+    time_zone: TimeZone = None,
     step: Step = None,
     out: Out = None,
     json: Json = False,
@@ -211,7 +216,7 @@ def forecast(
     check_out(out, OUT_FILES)
 
     def read() -> Weather:
-        return _read(file, direction, column, time, date_order, step)
+        return _read(file, direction, column, time, date_order, time_zone, step)
 
     if plan is not None:
         refuse(
@@ -281,6 +286,7 @@ def show(
     column: Columns = None,
     time: TimeColumn = None,
     date_order: Order = None,
+    time_zone: TimeZone = None,
     step: Step = None,
     json: Json = False,
 ) -> None:
@@ -290,7 +296,7 @@ def show(
     """
     from stillhook.weather.persistence import show_answer
 
-    answer = show_answer(_read(file, direction, column, time, date_order, step))
+    answer = show_answer(_read(file, direction, column, time, date_order, time_zone, step))
     if json:
         print_json(answer)
         return
@@ -322,6 +328,7 @@ def _read(
     column: list[str] | None,
     time: str | None,
     date_order: str | None,
+    time_zone: str | None,
     step: str | None,
 ) -> Weather:
     """The weather that was named, with what was said about it."""
@@ -348,4 +355,12 @@ def _read(
     if every is not None and every <= 0.0:
         raise WeatherError(f"--step {quote(step)}: is not above 0 s.")
     sense = None if direction is None else SENSES[direction]
-    return read_weather(file, sense=sense, columns_as=named, time_column=time, date_order=date_order, step=every)
+    return read_weather(
+        file,
+        sense=sense,
+        columns_as=named,
+        time_column=time,
+        date_order=date_order,
+        time_zone=time_zone,
+        step=every,
+    )

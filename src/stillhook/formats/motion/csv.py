@@ -19,7 +19,16 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError, UnitError
 from stillhook.formats.csv_table import CsvTable, csv_head, csv_table, csv_text, numbers_of
-from stillhook.formats.motion.ship_log import DEFAULT_MAX_GAP, HeaveSign, RawLog, finish, head_of, sign_of
+from stillhook.formats.motion.ship_log import (
+    DEFAULT_MAX_GAP,
+    HeaveSign,
+    RawLog,
+    finish,
+    head_of,
+    sign_of,
+    spread_note,
+    within_seconds,
+)
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.vessel.ship_motion import ShipMotion, sea_worthy
 from stillhook.units import KINDS, parse, quote
@@ -126,6 +135,10 @@ def _raw(table: CsvTable, height: str) -> RawLog:
                 f'{table.name}: line {table.header_line}: no column "{EXAMPLES[name]}" among {present}. Begin the '
                 f"file with a header such as {EXAMPLE}."
             )
+    spread = within_seconds(columns["time"])
+    cautions: tuple[str, ...] = ()
+    if spread is not None:
+        columns["time"], cautions = spread, (spread_note(columns["time"]),)
     _increasing(table, columns["time"])
     return RawLog(
         source=table.name,
@@ -137,6 +150,7 @@ def _raw(table: CsvTable, height: str) -> RawLog:
         pitch=columns.get("pitch"),
         line_of=lambda i: int(table.lines[i]),
         counts={"lines": len(columns["time"]), "other columns": len(table.headings) - len(columns)},
+        cautions=cautions,
         column=height,
     )
 

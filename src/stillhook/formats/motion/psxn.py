@@ -1,8 +1,8 @@
 """Ship motion from logs of a Kongsberg Seapath: `$PSXN,23,<roll deg>,<pitch deg>,<heading deg>,<heave m>*hh` lines.
 
 Format. Each line is one NMEA sentence with what the logger put before it, the last of which is the time of receipt
-(ISO 8601; without a zone it is taken as UTC). $PSXN,23 carries no time: it belongs to the epoch of the
-$..ZDA or $..GGA before it. $PSXN,20 carries quality flags.
+(ISO 8601, or a date such as 11/04/2017; without a zone it is taken as UTC). $PSXN,23 carries no time: it belongs to the
+epoch of the $..ZDA or $..GGA before it. $PSXN,20 carries quality flags.
 
 Signs (Seapath manual): roll positive with port side up, pitch positive with bow up, **heave positive down**; a
 Seapath can be set up to send another sign. What the file holds is tested where it can be: the altitude in $..GGA is
@@ -18,17 +18,27 @@ import os
 import re
 from array import array
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import reduce
 from operator import xor
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
-from stillhook.formats.motion.ship_log import DEFAULT_MAX_GAP, HeaveSign, RawLog, finish, head_of, sign_of
+from stillhook.formats.motion.ship_log import (
+    DEFAULT_MAX_GAP,
+    HeaveSign,
+    RawLog,
+    finish,
+    head_of,
+    sign_of,
+    spread_note,
+    within_seconds,
+)
 from stillhook.sea.vessel.ship_motion import ShipMotion
 from stillhook.units import quote
 
@@ -51,6 +61,8 @@ class _Scan:
     instrument: bool
     rows: array[float] = field(default_factory=lambda: array("d"))
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTED, 0))
+    day_first: bool = False
+    slashed: bool = False
     clock: float = float("nan")
     altitude: float = float("nan")
     valid: bool = True
@@ -73,7 +85,7 @@ class _Scan:
         """The fields of a sentence whose checksum holds."""
         body, star, checksum = sentence[1:].rstrip().partition(b"*")
         try:
-            stated = int(checksum[:2], 16) if star and len(checksum) >= 2 else None
+            stated = int(checksum[:2], 16) if star and checksum else None  # some loggers leave out the leading 0
         except ValueError:
             stated = -1
         if stated is not None and stated == reduce(xor, body, 0):
@@ -101,23 +113,33 @@ class _Scan:
         if not self.valid:
             self.counts["flagged invalid"] += 1
             return
-        t = self.clock if self.instrument else _receipt(before)
+        t = self.clock if self.instrument else self._receipt(before)
         if np.isnan(t):
             self.counts["without time"] += 1
             return
         self.rows.extend((t, float(angles[0]), float(angles[1]), float(angles[2]), self.altitude, number))
 
+    def _receipt(self, before: bytes) -> float:
+        """The logger's time of receipt [s since 1970], from the last one or two words before the sentence; nan if
+        none."""
+        words = before.decode("ascii", "replace").strip(" ,;\t").replace(",", " ").replace(";", " ").split()
+        for text in (*words[-1:], "T".join(words[-2:])):
+            if match := _SLASHED.match(text):
+                a, b, year = match.groups()
+                month, day = (b, a) if self.day_first else (a, b)
+                text = f"{year}-{int(month):02d}-{int(day):02d}{text[match.end() :]}"
+                self.slashed = True
+            try:
+                stamp = datetime.fromisoformat(text)
+            except ValueError:
+                continue
+            return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
+        return float("nan")
 
-def _receipt(before: bytes) -> float:
-    """The logger's time of receipt [s since 1970], from the last one or two words before the sentence; nan if none."""
-    words = before.decode("ascii", "replace").strip(" ,;\t").replace(",", " ").replace(";", " ").split()
-    for text in (*words[-1:], "T".join(words[-2:])):
-        try:
-            stamp = datetime.fromisoformat(text)
-        except ValueError:
-            continue
-        return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
-    return float("nan")
+
+_SLASHED = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})(?=T)")
+"""A date as the SCS of NOAA's ships writes it, month first; day first where a number above 12 says so."""
+_DAY_FIRST = re.compile(rb"(?m)^\D{0,12}(1[3-9]|2\d|3[01])/\d{1,2}/\d{4}")
 
 
 def read_psxn(
@@ -142,11 +164,11 @@ def read_psxn(
     report also says if the altitude in $..GGA contradicts the stated sign of heave.
     Errors: MotionError, one line, for a file without usable lines, gaps longer than max_gap, impossible values.
     """
-    file, _ = head_of(path)
+    file, head = head_of(path)
     sign = sign_of(heave, file.name)
     if time not in ("logger", "instrument"):
         raise MotionError(f'{file.name}: time = {quote(time)} is not one of "logger", "instrument".')
-    scan = _Scan(instrument=time == "instrument")
+    scan = _Scan(instrument=time == "instrument", day_first=bool(_DAY_FIRST.search(head + _tail_of(file))))
     number = 0
     with file.open("rb") as stream:
         for number, raw in enumerate(stream, start=1):
@@ -155,8 +177,26 @@ def read_psxn(
     rows = np.frombuffer(scan.rows, dtype=np.float64).reshape(-1, 6)
     if not len(rows):
         raise MotionError(f"{file.name}: {_no_samples_message(scan.counts, time)}")
+    spread = within_seconds(rows[:, 0]) if time == "logger" else None
+    notes = () if spread is None else (spread_note(rows[:, 0]),)
+    if spread is not None:
+        rows = np.column_stack((spread, rows[:, 1:]))
+    if scan.slashed:
+        notes = (*notes, f"dates are read as {'day/month' if scan.day_first else 'month/day'}/year")
     raw_log = _in_order(file.name, rows, scan.counts, time, sign)
+    raw_log = replace(raw_log, cautions=(*notes, *raw_log.cautions))
     return finish(raw_log, heave=sign, max_gap=max_gap, start=start, duration=duration)
+
+
+def _tail_of(file: Path) -> bytes:
+    """The last bytes of a file, whole lines."""
+    with file.open("rb") as stream:
+        stream.seek(max(file.stat().st_size - TAIL, 0))
+        return b"\n" + stream.read(TAIL).partition(b"\n")[2]
+
+
+TAIL = 4096
+"""Bytes at the end of a log in which dates are looked at."""
 
 
 def _no_samples_message(counts: Mapping[str, int], time: str) -> str:
@@ -164,7 +204,10 @@ def _no_samples_message(counts: Mapping[str, int], time: str) -> str:
         return f"no $PSXN,23 line in {counts['lines']} lines. Give a Seapath log, or a CSV with heave [m]."
     sentences = ", ".join(f"{name} {count}" for name, count in counts.items() if count)
     way_out = {
-        "logger": 'Each line needs a time before its $ (ISO 8601) and a checksum; or use time="instrument".',
+        "logger": (
+            "Each line needs a time before its $ (ISO 8601, or 11/04/2017 07:00:00.1) and a checksum; or use"
+            ' time="instrument".'
+        ),
         "instrument": 'Lines need a checksum and a $..ZDA or $..GGA before them; or use time="logger".',
     }
     return f"no usable $PSXN,23 line ({sentences}). {way_out[time]}"

@@ -96,6 +96,30 @@ def sign_of(heave: str, place: str) -> HeaveSign:
     raise MotionError(f'{place}: heave = {quote(heave)} is not one of "up", "down" (which way the file counts heave).')
 
 
+MOST_REPEAT = 0.5
+"""Share of the samples that repeat the time of the one before, from which times are those of full seconds."""
+
+
+def within_seconds(t: FloatArray) -> FloatArray | None:
+    """Times (n,) of samples that are stamped in full seconds, several in each: spread evenly within their seconds,
+    those of the first at its end. None for times that are not so: with fractions, or few that repeat."""
+    if len(t) < FEWEST_POINTS or (t != np.round(t)).any() or np.mean(np.diff(t) == 0.0) < MOST_REPEAT:
+        return None
+    starts = np.flatnonzero(np.concatenate(([True], np.diff(t) != 0.0)))
+    counts = np.diff(np.append(starts, len(t)))
+    usual = float(np.median(counts[1:-1])) if len(counts) > 2 else float(counts.max())
+    place = np.arange(len(t)) - np.repeat(starts, counts)
+    of = np.repeat(np.maximum(counts, usual), counts)
+    first = np.where(np.repeat(np.arange(len(counts)) == 0, counts), of - np.repeat(counts, counts), 0.0)
+    return np.asarray(t + (place + first) / of)
+
+
+def spread_note(t: FloatArray) -> str:
+    """What to say of times that were spread."""
+    n = float(np.median(np.unique(t, return_counts=True)[1]))
+    return f"times are full seconds with {n:g} samples in each: spread evenly within their seconds"
+
+
 def finish(raw: RawLog, *, heave: HeaveSign, max_gap: str, start: str | None, duration: str | None) -> ShipMotion:
     """The chosen piece of a log as ship motion, heave up, with its report; MotionError for what no ship does."""
     piece = _piece(raw, start, duration)

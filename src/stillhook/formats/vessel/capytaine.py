@@ -1,7 +1,8 @@
 """Motion transfer functions from a Capytaine data set (NetCDF), ready or from its forces.
 
-Where the file holds a variable `rao` (omega, wave_direction, radiating_dof), that is taken. Otherwise motions X are
-found from
+Where the file holds a variable `rao` (omega, wave_direction, radiating_dof), that is taken, unless it holds the
+matrices as well and they contradict it in more than roll (which damping beyond radiation may change). Otherwise motions
+X are found from
 
     (-omega^2 (M + A) - i omega (B + B_more) + C + C_more) X = F_diffraction + F_Froude-Krylov
 
@@ -43,6 +44,10 @@ def read_capytaine(path: Path) -> Rao:
     data = _opened(path)
     variable = next((name for name in READY if name in data), None)
     H = _ready(path.name, data, variable) if variable else _solved(path.name, data)
+    contradiction = ""
+    if variable and all(name in data for name in (*MATRICES, *FORCES)):
+        H, contradiction = _reconciled(data, variable, H, _solved(path.name, data))
+        variable = "" if contradiction else variable
     bad = ~np.isfinite(H).all(axis=(0, 1))
     omega, heading = _axis(path.name, data, "omega"), _axis(path.name, data, "wave_direction")
     usable = np.isfinite(omega) & (omega > 0.0)
@@ -54,7 +59,7 @@ def read_capytaine(path: Path) -> Rao:
     centre = _point(data, "rotation_center")
     origin, crest = _origin(data, centre)
     convention = replace(CAPYTAINE, mirror=bool(np.abs(np.sort(heading)[[0, -1]] - (0.0, np.pi)).max() < SAME_HEADING))
-    notes = (_damping(data, variable), f"read as Capytaine: {convention.describe()}")
+    notes = (contradiction, _damping(data, variable), f"read as Capytaine: {convention.describe()}")
     depth = _scalar(data, "water_depth", np.inf)
     source = f"{path.name} (Capytaine {data.attrs.get('capytaine_version', 'data set')})"
     name = str(data["body"].values) if "body" in data.coords and data["body"].ndim == 0 else path.stem
@@ -147,6 +152,28 @@ def _solved(file: str, data: xarray.Dataset) -> ComplexArray:
             f"{file}: the equation of motion has no solution. Check inertia_matrix and hydrostatic_stiffness."
         ) from None
     return np.asarray(np.moveaxis(H, (1, 2, 0), (0, 1, 2)))
+
+
+APART = 0.05
+"""Difference of a ready motion from that of the matrices beyond which they contradict each other, over the largest
+amplitude of that motion."""
+ROLL = DOFS.index("roll")
+
+
+def _reconciled(data: xarray.Dataset, name: str, ready: ComplexArray, solved: ComplexArray) -> tuple[ComplexArray, str]:
+    """The ready motions; those of the matrices, and a note, where they contradict the ready ones in more than roll."""
+    apart = np.nan_to_num(np.abs(ready - solved))
+    share = apart / np.nanmax(np.abs(solved), axis=(1, 2), keepdims=True)
+    share[ROLL] = 0.0
+    worst = int(np.argmax(share))
+    if share.ravel()[worst] <= APART:
+        return ready, ""
+    d, j, n = np.unravel_index(worst, share.shape)
+    T, beta = 2.0 * np.pi / float(data["omega"].values[n]), np.degrees(float(data["wave_direction"].values[j]))
+    return solved, (
+        f"its {name} contradicts its own matrices, by {share[d, j, n]:.0%} of the largest {DOFS[d]} at {T:.3g} s and"
+        f" {beta:.4g} deg: the motions are solved from the matrices. Check how {name} was made"
+    )
 
 
 def _axis(file: str, data: xarray.Dataset, name: str) -> FloatArray:

@@ -24,6 +24,7 @@ from stillhook.formats.binary.reader import read_binary, refuse_bomb
 from stillhook.formats.waves.ndbc.directions import companions, has_companions, missing_companions, read_directional
 from stillhook.formats.waves.ndbc.spectra import is_spectra, read_spectra, read_states
 from stillhook.formats.waves.ndbc.text import bands, read_records
+from stillhook.formats.waves.netcdf import NATIVE, form_of, read_native
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import FULL, Directional, DirectionSense, coming_from
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
@@ -39,6 +40,9 @@ FORMATS: Mapping[str, str] = MappingProxyType(
         "era5": "read_era5",
         "ww3": "read_ww3",
         "swan": "read_swan",
+        "ncswan": "read_ncswan",
+        "ndbc": "read_ndbc",
+        "spotter": "read_spotter",
         "octopus": "read_octopus",
         "triaxys": "read_triaxys",
         "wavespectra": "read_wavespectra",
@@ -63,15 +67,20 @@ def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None 
         raise SeaError(f"--format {quote(form)}: is not one of {', '.join(FORMATS)}. Leave it out for files of NDBC.")
     if not file.exists():
         raise SeaError(f"{quote(str(file))}: no such file. Check the name and the folder.")
-    if find_spec("wavespectra") is None:
-        raise SeaError(
-            f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".'
-        )
+    notes: list[str] = []
     try:
-        data = read_binary(_dataset, file, FORMATS[form])
+        if form == NATIVE:
+            data, notes = read_native(file)
+        elif find_spec("wavespectra") is None:
+            raise SeaError(
+                f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".'
+            )
+        else:
+            data = read_binary(_dataset, file, FORMATS[form])
     except UnreadableError as problem:
         raise SeaError(f"{file.name}: cannot be read as {form} ({problem}). Check the format.") from None
-    return from_wavespectra(data, file.name, point)
+    series = from_wavespectra(data, file.name, point)
+    return replace(series, notes=(*notes, *series.notes))
 
 
 def _dataset(path: Path, reader: str) -> xarray.Dataset:
@@ -177,16 +186,17 @@ def read_sea(
     """Spectra where the file holds them, with directions if its four companions are next to it; else heights, periods
     and directions.
 
-    Reads what `stillhook.formats.waves.ndbc.spectra` and `stillhook.formats.waves.ndbc.directions` read; with form, one
-    of `wave_bridge.FORMATS`, what `stillhook.formats.waves.wavespectra` reads, at one point of it. Errors: SeaError of
-    one line.
+    Reads texts of NDBC (`stillhook.formats.waves.ndbc`) and the formats of `FORMATS`, at one point of the file; form:
+    one of these, by default that which the content shows (`stillhook.formats.waves.netcdf.form_of`). Errors: SeaError
+    of one line.
     """
     if line := toml_instead(path, "a file of measured waves"):
         raise SeaError(line)
+    form = form_of(Path(path)) if form is None else form
     if form is not None:
         return read_wavespectra(path, form, point)
     if point is not None:
-        raise SeaError("--point: belongs to --format. Leave it out for files of NDBC, which hold one place.")
+        raise SeaError("--point: leave it out for texts of NDBC, which hold one place.")
     if has_companions(path):
         return read_directional(path)
     records = read_records(path)

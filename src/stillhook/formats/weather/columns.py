@@ -37,7 +37,10 @@ UNITS: Mapping[str, Mapping[str, float]] = {
         | {"km/h": 1.0 / 3.6, "cm/s": 0.01}
     ),
     "direction": (
-        dict.fromkeys(("deg", "degree", "degrees", "degree_true", "degrees true", "°", "degt", "degn"), math.pi / 180.0)
+        dict.fromkeys(
+            ("deg", "degree", "degrees", "degree_true", "degree true", "degrees true", "°", "degt", "degn"),
+            math.pi / 180.0,
+        )
         | {"rad": 1.0}
     ),
 }
@@ -48,7 +51,20 @@ LARGEST = {"height": 40.0, "period": 60.0, "speed": 110.0, "direction": 2.0 * ma
 most."""
 OTHERS = {"height": ("cm", "m"), "period": (), "speed": ("kn", "km/h", "cm/s"), "direction": ("deg", "rad")}
 """Units that numbers may be in which are too large for those that they are in by the file."""
-FREQUENCIES = ("hz", "1/s", "s-1", "s^-1", "rad/s")
+FREQUENCIES: Mapping[str, float] = {
+    "hz": 1.0,
+    "1/s": 1.0,
+    "s-1": 1.0,
+    "s^-1": 1.0,
+    "rad/s": 2.0 * math.pi,
+    "rad s-1": 2.0 * math.pi,
+}
+"""Units of a frequency, and the period times the frequency."""
+FREQUENCY_HEADINGS = ("fp", "f_p", "peak_frequency", "fpeak")
+"""Headings of a frequency, for which Hz is taken where there is no unit."""
+SHORTEST, TALLEST = 1.5, 10.0
+"""Median below which periods [s] are another number, and above which heights [m] are in another unit: no place has such
+weather on the median."""
 FILLS = (999.0, 9999.0, 99999.0, -99.0, -999.0, -9999.0, -32768.0, 999.9, -999.9, 9.96920996838687e36, 1e20)
 SHORT_FILLS = (99.0, 99.9, 99.99)
 """Represent a missing number too, but in directions, of which 99 deg is one."""
@@ -58,14 +74,20 @@ _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 @dataclass(frozen=True)
 class Column:
-    """A column that was recognised: name in `stillhook.weather.series.COLUMNS`, its place, heading and unit; said: the
-    file gave the unit."""
+    """A column that was recognised: name in `stillhook.weather.series.COLUMNS`, its place, heading and unit; stated:
+    the file gave the unit; by_user: the user did."""
 
     name: str
     place: int
     heading: str
     unit: str
     stated: bool
+    by_user: bool = False
+
+    @property
+    def inverse(self) -> bool:
+        """Whether its numbers are frequencies of periods."""
+        return KINDS[self.name] == "period" and self.unit in FREQUENCIES
 
 
 def bare(heading: str) -> tuple[str, str]:
@@ -102,18 +124,23 @@ def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[s
             if key in columns_as and _BRACKET.search(columns_as[key]) and columns_as[key] not in headings
             else ""
         )
+        by_user = key in columns_as and bool(_BRACKET.search(columns_as[key]))
         unit = explicit or bare(headings[place])[1] or (units[place] if place < len(units) else "")
         tidy = " ".join(unit.lower().split())
+        inverse = kind == "period" and (
+            tidy in FREQUENCIES or (not tidy and bare(headings[place])[0] in FREQUENCY_HEADINGS)
+        )
+        if inverse:
+            recognised.append(Column(key, place, headings[place], tidy or "hz", bool(tidy), by_user))
+            continue
         if tidy and tidy not in UNITS[kind]:
             plain = f'--column "{key}={without_unit(headings[place])} [{PLAIN[kind]}]"'
             do = f"Convert its numbers, or say {plain} where that is what they are in."
-            if kind == "period" and tidy in FREQUENCIES:
-                do = "It is a frequency: export the period."
             raise WeatherError(
                 f"{name}: column {quote(headings[place])}: unit {quote(unit)} is not one of {', '.join(UNITS[kind])}."
                 f" {do}"
             )
-        recognised.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy)))
+        recognised.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy), by_user))
     return recognised
 
 
@@ -135,7 +162,9 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
             for h in headings
         ]
         parts = ("u10",) if "v10" in names else ()  # next to v10 it is no speed but its part towards the east
-        places = [i for i, n in enumerate(names) if n in HEADINGS["columns"][key]["headings"] and n not in parts]
+        row = HEADINGS["columns"][key]
+        places = [i for i, n in enumerate(names) if n in row["headings"] and n not in parts]
+        places = places or [i for i, n in enumerate(names) if n in row.get("otherwise", ())]
         if len(places) > 1:
             both = " and ".join(quote(headings[i]) for i in places)
             raise WeatherError(
@@ -171,7 +200,8 @@ def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[F
     kind = KINDS[column.name]
     fills = np.isin(x, FILLS if kind == "direction" else (*FILLS, *SHORT_FILLS)) | np.isinf(x)
     none = (x == 0.0) & (kind == "period")
-    x = np.where(fills | none | np.isnan(x), np.nan, x) * UNITS[kind][column.unit]
+    x = np.where(fills | none | np.isnan(x), np.nan, x)
+    x = FREQUENCIES[column.unit] / x if column.inverse else x * UNITS[kind][column.unit]
     wrong = (x > LARGEST[kind]) | (x < (-LARGEST[kind] if kind == "direction" else 0.0))
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
@@ -242,6 +272,9 @@ def assembled(
             notes.append(
                 f"{column.heading}: all directions are within 6.3 deg of north: are they in radians? Then say {say}"
             )
+        _check_plausible(x, column, name)
+        if column.inverse:
+            notes.append(f"{column.heading} is a frequency in {column.unit}: read as the period")
         if KINDS[column.name] != "direction":
             values[column.name] = x
         elif (meant := _meant(column, comments, name, sense)) is not None:
@@ -252,8 +285,44 @@ def assembled(
                 f" --direction {', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]} (cartesian: going to,"
                 " counter-clockwise from east)"
             )
-    guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c, _, _ in read if not c.stated]
+    guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c, _, _ in read if not c.stated and not c.inverse]
     return values, notes + ([f"units are not in the file and were taken: {', '.join(guessed)}"] if guessed else [])
+
+
+def _check_plausible(x: FloatArray, column: Column, name: str) -> None:
+    """Errors: WeatherError for numbers (n,) [SI] that are weather one by one and not on the median, unless the user
+    stated their unit."""
+    known = x[np.isfinite(x)]
+    if not len(known) or column.by_user:
+        return
+    median, kind, bare_heading = float(np.median(known)), KINDS[column.name], without_unit(column.heading)
+    if kind == "period" and median < SHORTEST:
+        raise WeatherError(
+            f"{name}: column {quote(column.heading)}: the median is {median:.3g} s, and no sea has such a period. If it"
+            f' is a frequency, say --column "{column.name}={bare_heading} [Hz]" (then {1.0 / median:.3g} s); if it'
+            " is right, [s]."
+        )
+    if kind == "height" and median > TALLEST:
+        raise WeatherError(
+            f"{name}: column {quote(column.heading)}: the median is {median:.3g} m, and no place has such waves. If its"
+            f' numbers are in another unit, say which: --column "{column.name}={bare_heading} [cm]"; if they are right,'
+            " [m]."
+        )
+
+
+WIND_PARTS = (("u10", "v10"), ("u_10", "v_10"), ("u10m", "v10m"), ("eastward_wind", "northward_wind"), ("uwnd", "vwnd"))
+"""Headings of the wind's parts towards east and north."""
+
+
+def wind_parts(headings: Sequence[str]) -> list[tuple[int, int]]:
+    """Places of the wind's parts towards east and north, at most one pair."""
+    names = [bare(heading)[0] for heading in headings]
+    return [(names.index(u), names.index(v)) for u, v in WIND_PARTS if u in names and v in names][:1]
+
+
+def wind_of(east: FloatArray, north: FloatArray) -> dict[str, FloatArray]:
+    """Wind speed (n,) [m/s] and where it comes from [rad, clockwise from north] by its parts [m/s]."""
+    return {"wind": np.hypot(east, north), "wind_from": np.asarray(np.arctan2(-east, -north) % FULL)}
 
 
 def _like_radians(x: FloatArray, column: Column) -> bool:

@@ -31,9 +31,20 @@ from stillhook.formats.csv_table import COMMENTS, Dialect, csv_rows, dialect_of
 from stillhook.formats.waves.ndbc.text import SHORT_FILL, is_ndbc, read_bytes, read_records
 from stillhook.formats.waves.ndbc.text import numbers as ndbc_numbers
 from stillhook.formats.waves.wavespectra import read_sea
-from stillhook.formats.weather.columns import HEADINGS, SENSES, assembled, bare, columns, numbers
+from stillhook.formats.weather.columns import (
+    HEADINGS,
+    SENSES,
+    Column,
+    assembled,
+    bare,
+    columns,
+    numbers,
+    wind_of,
+    wind_parts,
+)
 from stillhook.formats.weather.netcdf import is_netcdf, read_netcdf
-from stillhook.formats.weather.times import ORDERS, read_times, stamped, step_of
+from stillhook.formats.weather.times import ORDERS, calendar_of, counted, read_times, stamped, step_of
+from stillhook.formats.weather.zones import Zone, parse_zone, zone_in, zone_of_remarks
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import DirectionSense
@@ -69,20 +80,25 @@ def read_weather(
     columns_as: Mapping[str, str] | None = None,
     time_column: str | None = None,
     date_order: str | None = None,
+    time_zone: str | None = None,
     step: float | None = None,
 ) -> Weather:
     """Weather of the library by name, or of a file.
 
     sense: what wave directions mean, needed where the file does not say; columns_as: name of `sea.weather.COLUMNS` ->
     heading of the file, with a unit in brackets if it has none; time_column: heading of the times; date_order: "mdy" or
-    "dmy" where the file leaves it open; step [s]: what a record represents, where it is not the usual spacing. Errors:
-    WeatherError of one line that names file and line.
+    "dmy" where the file leaves it open; time_zone: that of the times, such as "UTC+3", where the file does not say;
+    step [s]: what a record represents, where it is not the usual spacing.
+    Errors: WeatherError of one line that names file and line.
     """
     path = weather_file(os.fspath(source))
     if line := toml_instead(path, "a table of weather"):
         raise WeatherError(line)
     if is_netcdf(path):
-        return read_netcdf(path, sense=sense, columns_as=columns_as or {}, time_column=time_column, step=step)
+        zone = None if time_zone is None else parse_zone(time_zone, "--time-zone")
+        return read_netcdf(
+            path, sense=sense, columns_as=columns_as or {}, time_column=time_column, zone=zone, step=step
+        )
     try:
         data = read_bytes(path)
         if is_ndbc(data[:HEAD].decode("latin-1")) and not _has_separators(data):
@@ -92,7 +108,7 @@ def read_weather(
     if date_order is not None and date_order not in ORDERS:
         raise WeatherError(f"--date-order {quote(date_order)}: is not one of {', '.join(ORDERS)}.")
     table = _table(data, path.name)
-    time, used, notes = _times(table, time_column, date_order)
+    time, used, notes = _times(table, time_column, date_order, time_zone)
     _ascending(time, table)
     headings = ["" if i in used else h for i, h in enumerate(table.dialect.headings)]
     recognised = columns(headings, table.dialect.units, columns_as or {}, path.name)
@@ -103,9 +119,23 @@ def read_weather(
         )
     read = [(c, *numbers(table.column(c.place), c, table.lines, table.dialect.decimal, path.name)) for c in recognised]
     values, more = assembled(read, table.comments, path.name, sense)
+    for u, v in wind_parts(headings) if "wind" not in values else ():
+        parts = [Column("wind", i, headings[i], "m/s", False) for i in (u, v)]
+        east, north = (_signed_numbers(table, part, path.name) for part in parts)
+        values |= wind_of(east, north)
+        more.append(f"wind from its parts {headings[u]} and {headings[v]}")
+        recognised += parts
     unread = [h for i, h in enumerate(headings) if h and i not in {c.place for c in recognised}]
     notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(unread)}"] if unread else [])]
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
+
+
+def _signed_numbers(table: _Table, column: Column, name: str) -> FloatArray:
+    """A part of the wind [m/s], which may be negative; NaN where missing."""
+    cells = [cell.strip().removeprefix("-") for cell in table.column(column.place)]
+    size = numbers(cells, column, table.lines, table.dialect.decimal, name)[0]
+    sign = np.array([-1.0 if cell.strip().startswith("-") else 1.0 for cell in table.column(column.place)])
+    return np.asarray(sign * size)
 
 
 def _ours(text: str) -> str:
@@ -151,16 +181,18 @@ def _table(data: bytes, name: str) -> _Table:
     signs = tuple(c.decode() for c in COMMENTS)
     numbered = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     remarks = [(number, line) for number, line in numbered if line.lstrip().startswith(signs)]
-    comments = [line.lstrip("#/% \t").strip() for number, line in remarks if number != dialect.header_line]
+    above = [row for row in numbered if row not in remarks and row[0] < dialect.header_line]
+    remarks = sorted([*remarks, *above])
+    comments = [line.lstrip("#/% \t").rstrip(";,\t| ").strip() for n, line in remarks if n != dialect.header_line]
     below = [row for row in numbered if row[0] >= dialect.first_line and not row[1].lstrip().startswith(signs)]
     rows, numbers_of_lines = csv_rows(name, below, dialect.separator, dialect.fields, WeatherError)
     return _Table(name, dialect, rows, numbers_of_lines.tolist(), tuple(c for c in comments if c))
 
 
 def _times(
-    table: _Table, time_column: str | None, order: str | None
+    table: _Table, time_column: str | None, order: str | None, time_zone: str | None
 ) -> tuple[NDArray[np.datetime64], set[int], list[str]]:
-    """Times of the rows, the columns that they are in, and a note on their zone."""
+    """Times of the rows [UTC], the columns that they are in, and notes on how they were read."""
     names = [bare(h)[0] for h in table.dialect.headings]
     if time_column is not None:
         places = [i for i, h in enumerate(table.dialect.headings) if h.strip().lower() == time_column.strip().lower()]
@@ -170,50 +202,109 @@ def _times(
                 f" has {', '.join(table.dialect.headings)}."
             )
     else:
-        places = [i for i, n in enumerate(names) if n in _TIMES["stamp"]][:1]
+        places = [i for i, n in enumerate(names) if _is_stamp(n)][:1]
     if not places and (parts := _parts(names)):
-        return _from_parts(table, parts), set(parts), ["times taken as UTC"]
+        zone, note = _zone(table, list(parts.values()), time_zone)
+        return _from_parts(table, parts) - zone, set(parts.values()), [note]
     if not places:
         have = ", ".join(map(quote, table.dialect.headings))
         raise WeatherError(f"{table.name}: no column of times among {have}. Name it: --time HEADING.")
     texts = table.column(places[0])
+    if (found := counted(texts)) is not None:
+        time, how = found
+        if how.endswith("since 1970"):
+            return time, set(places), [f"times are {how} (UTC)"]
+        zone, note = _zone(table, places, time_zone)
+        return time - zone, set(places), [f"times are {how}", note]
     clock = next((i for i, n in enumerate(names) if n in _TIMES["clock"] and i not in places), None)
     if clock is not None and ":" not in texts[0] and ":" in table.rows[0][clock]:
         texts = [f"{day} {hour}" for day, hour in zip(texts, table.column(clock), strict=True)]
         places = [places[0], clock]
-    zoned = any(sign in texts[0][10:].upper() for sign in ("Z", "UTC", "GMT", "+", "-"))
-    return (
-        read_times(texts, table.lines, table.name, order),
-        set(places),
-        [] if zoned else ["times taken as UTC: the file names no zone"],
-    )
+    time = read_times(texts, table.lines, table.name, order)
+    zone, note = _zone(table, places, time_zone, stamps=zone_in(texts[0][10:]) or _signed(texts[0]))
+    return time - zone, set(places), [note] if note else []
 
 
-def _parts(names: Sequence[str]) -> list[int]:
-    """Places of the columns year, month, day, hour and, if there is one, minute; nothing where one of the first four is
-    not there."""
-    places = [next((i for i, n in enumerate(names) if n in part), -1) for part in _TIMES["parts"].values()]
-    return [] if -1 in places[:4] else [p for p in places if p >= 0]
+def _signed(stamp: str) -> Zone | None:
+    """The zone at the end of a stamp, Z or +01:00, which it has been read with."""
+    match = re.search(r"\d\s*(Z|[+-]\d{2}:?\d{2})$", stamp)
+    return None if match is None else Zone(0.0, match[1])
 
 
-def _from_parts(table: _Table, parts: Sequence[int]) -> NDArray[np.datetime64]:
-    texts = [" ".join(row[p] for p in parts) for row in table.rows]
-    try:
-        year, month, day, hour, *minute = (
-            np.array([int(float(c)) for c in table.column(p)], dtype=np.int64) for p in parts
+def _is_stamp(name: str) -> bool:
+    """Whether a heading is one of times, with or without a zone behind it."""
+    plain = re.sub(r"_(utc|gmt|cet|cest)(_?\d{1,2})?$", "", name)
+    return name in _TIMES["stamp"] or plain in _TIMES["stamp"]
+
+
+def _zone(
+    table: _Table, places: Sequence[int], time_zone: str | None, stamps: Zone | None = None
+) -> tuple[np.timedelta64, str]:
+    """What the times of a table are ahead of UTC, and a note on it. The zone stands in the stamps, which were read with
+    it (nothing is ahead then), in the names or units of their columns, or in the remarks above; stated by the user
+    where the file says nothing. Errors: WeatherError where file and user differ, and for local times."""
+    headings, units = table.dialect.headings, table.dialect.units
+    texts = [*(headings[i] for i in places), *(units[i] for i in places if i < len(units))]
+    stated = next((zone for text in texts if (zone := zone_in(text)) is not None), None)
+    stated = stated or zone_of_remarks(table.comments)
+    asked = None if time_zone is None else parse_zone(time_zone, "--time-zone")
+    if stamps is not None:
+        if asked is not None:
+            raise WeatherError(f"{table.name}: its times name their zone, {stamps.text}. Leave --time-zone out.")
+        return np.timedelta64(0, "s"), ""
+    if stated is not None and stated.ahead is None and asked is None:
+        raise WeatherError(
+            f"{table.name}: its times are {quote(stated.text)}, and the file does not say how far that is from UTC. Say"
+            ' it: --time-zone "UTC+1"; local time with a change in spring and autumn must be exported in UTC.'
         )
+    if stated is not None and stated.ahead is not None and asked is not None and stated.ahead != asked.ahead:
+        raise WeatherError(
+            f"{table.name}: the file says that its times are {stated.text}, --time-zone says {quote(str(time_zone))}."
+            " Leave --time-zone out, or correct the file."
+        )
+    zone = asked or stated
+    if zone is None or zone.ahead is None:
+        return np.timedelta64(0, "s"), "times taken as UTC: the file names no zone"
+    if zone.ahead == 0.0:
+        return np.timedelta64(0, "s"), "times are UTC" if asked is None else "times taken as UTC, as stated"
+    whose = "stated" if asked is not None else f"the file says ({zone.text})"
+    return np.timedelta64(round(zone.ahead * 3600.0), "s"), f"times moved by {-zone.ahead:+g} h to UTC, as {whose}"
+
+
+def _parts(names: Sequence[str]) -> dict[str, int]:
+    """Places of the columns year, month, day, hour and, if there is one, minute; of year, day and hour where days are
+    those of the year; nothing where one of them is not there."""
+    found = {part: next((i for i, n in enumerate(names) if n in known), -1) for part, known in _TIMES["parts"].items()}
+    of_year = found["day"] >= 0 and names[found["day"]] not in ("day", "dd")
+    needed = ("year", "day", "hour") if of_year else ("year", "month", "day", "hour")
+    if any(found[part] < 0 for part in needed):
+        return {}
+    return {part: place for part, place in found.items() if place >= 0 and not (of_year and part == "month")}
+
+
+def _from_parts(table: _Table, parts: Mapping[str, int]) -> NDArray[np.datetime64]:
+    texts = [" ".join(row[p] for p in parts.values()) for row in table.rows]
+    try:
+        of = {part: np.array([int(float(c)) for c in table.column(p)], dtype=np.int64) for part, p in parts.items()}
     except ValueError:
         i = next(i for i, t in enumerate(texts) if not re.fullmatch(r"[0-9. ]+", t))
         raise WeatherError(
             f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is not a date and hour. Correct it."
         ) from None
-    year = np.where(year < 70, year + 2000, np.where(year < 100, year + 1900, year))
-    second = hour * 3600 + (minute[0] * 60 if minute else 0)
+    year = np.where(of["year"] < 70, of["year"] + 2000, np.where(of["year"] < 100, of["year"] + 1900, of["year"]))
+    second = of["hour"] * 3600 + of.get("minute", np.zeros_like(year)) * 60
     if np.any((second < 0) | (second > 86400)):
         i = int(np.flatnonzero((second < 0) | (second > 86400))[0])
         raise WeatherError(
             f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is not a date and hour. Correct it."
         )
+    month, day = of.get("month"), of["day"]
+    if month is None:
+        dates = [
+            calendar_of(int(y), int(d), f"{table.name}: line {line}")
+            for y, d, line in zip(year, day, table.lines, strict=True)
+        ]
+        month, day = (np.array([date[k] for date in dates], dtype=np.int64) for k in (0, 1))
     return stamped(year, month, day, second, table.lines, table.name, texts)
 
 

@@ -12,8 +12,9 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
 from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
-from stillhook.formats.weather.columns import Column, assembled, columns, in_si
+from stillhook.formats.weather.columns import Column, assembled, columns, in_si, wind_of, wind_parts
 from stillhook.formats.weather.times import step_of
+from stillhook.formats.weather.zones import Zone
 from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.weather.series import Weather
 
@@ -37,6 +38,7 @@ def read_netcdf(
     sense: DirectionSense | None,
     columns_as: Mapping[str, str],
     time_column: str | None,
+    zone: Zone | None,
     step: float | None,
 ) -> Weather:
     """Weather of a NetCDF file that holds one place. Variables are known by name, or by standard name, which says what
@@ -75,8 +77,20 @@ def read_netcdf(
         )
     read = [_read(data, names[c.place], c, when, path.name) for c in recognised]
     values, notes = assembled(read, [], path.name, sense)
-    unread = [name for i, name in enumerate(names) if i not in {c.place for c in recognised}]
-    notes = ["times taken as UTC", *notes, *([f"not read: {', '.join(unread)}"] if unread else [])]
+    for u, v in wind_parts(names) if "wind" not in values else ():
+        values |= wind_of(*(np.array(data[names[i]].values, dtype=np.float64).reshape(len(time)) for i in (u, v)))
+        notes.append(f"wind from its parts {names[u]} and {names[v]}")
+        names = [name for i, name in enumerate(names) if i not in (u, v)]
+    known = {headings[c.place] for c in recognised}
+    unread = [name for name in names if _heading(data, name, columns_as) not in known]
+    if zone is not None and zone.ahead:
+        time, told = (
+            time - np.timedelta64(round(zone.ahead * 3600.0), "s"),
+            f"times moved by {-zone.ahead:+g} h to UTC, as stated",
+        )
+    else:
+        told = "times taken as UTC"
+    notes = [told, *notes, *([f"not read: {', '.join(unread)}"] if unread else [])]
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 

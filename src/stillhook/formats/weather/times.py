@@ -1,20 +1,23 @@
 """Times of weather tables, in whatever way a spreadsheet or a data base writes them, as UTC.
 
-Known: 2013-12-31 23:00[:00[.0]] with T or a blank and with Z or +01:00, 31.12.2013 23:00, 12/31/13 11:00 PM,
-31-Dec-2013 23:00, 2013123123 and with minutes and seconds; date and time in two columns, and columns of year, month,
-day, hour, minute. Which of 12/31 and 31/12 is meant is seen from numbers above 12, else from the order in which times
-ascend evenly; where both would do, it must be said (`order`).
+Known: 2013-12-31 23:00[:00[.0]] with T or a blank and with Z, +01:00, UTC+3 or CET, 31.12.2013 23:00, 12/31/13 11:00
+PM, 31-Dec-2013 23:00, 2013123123 and with minutes and seconds, 20131231.230000, 2013-12-31-23, 2013-365 23:00 (day of
+the year); seconds since 1970, days since 1899-12-30 as spreadsheets count them; date and time in two columns, and
+columns of year, month, day (or day of the year), hour, minute. Which of 12/31 and 31/12 is meant is seen from numbers
+above 12, else from the order in which times ascend evenly; where both would do, it must be said (`order`).
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import WeatherError
+from stillhook.formats.weather.zones import zone_in
 from stillhook.units import quote, show
 from stillhook.weather.series import usual_step
 
@@ -23,9 +26,13 @@ ORDERS = ("ymd", "mdy", "dmy")
 _NAMES = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _MONTHS = {name: f"{i:02d}" for i, name in enumerate(_NAMES, start=1)}
 _CLOCK = r"(?:[T\s,]+(\d{1,2})(?::(\d{1,2})(?::(\d{1,2})(?:[.,]\d+)?)?)?\s*([AaPp][Mm])?)?"
-_ZONE = r"\s*(Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
+_ZONE = r"\s*(Z|(?:UTC|GMT)?\s?[+-]\d{1,2}:?(?:\d{2})?|[A-Z]{3,4})?"
 _DATE = re.compile(rf"(\d{{1,4}})([-/.])(\d{{1,2}}|[A-Za-z]{{3}})\2(\d{{1,4}}){_CLOCK}{_ZONE}")
 _DIGITS = re.compile(r"(\d{4})(\d{2})(\d{2})T?(?:(\d{2})(?:(\d{2})(?:(\d{2}))?)?)?" + _ZONE)
+_DIGITS_POINT = re.compile(r"(\d{4})(\d{2})(\d{2})[._-](\d{2})(\d{2})(\d{2})" + _ZONE)
+_HOUR_BEHIND = re.compile(r"(\d{4})-(\d{2})-(\d{2})-(\d{1,2})" + _ZONE)
+_DAY_OF_YEAR = re.compile(rf"(\d{{4}})[-/. ]?(\d{{3}}){_CLOCK}{_ZONE}")
+_COUNTED = re.compile(r"\d+(?:\.\d+)?")
 _PLAIN = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}(?::\d{2})?Z?")
 FIRST_YEAR, LAST_YEAR = 1800, 2200
 """Of records."""
@@ -35,11 +42,52 @@ _TURN = 70
 """Years of two digits below it are of this century."""
 
 
+class Count(NamedTuple):
+    """A way to count time: what it is called; from when; the unit [s]; least and most numbers."""
+
+    name: str
+    begin: np.datetime64
+    unit: float
+    least: float
+    most: float
+
+
+COUNTS = (
+    Count("days since 1899-12-30, as spreadsheets count them", np.datetime64("1899-12-30", "s"), 86400.0, 18e3, 80e3),
+    Count("days of MATLAB", np.datetime64("1970-01-01", "s") - np.timedelta64(719529 * 86400, "s"), 86400.0, 7e5, 8e5),
+    Count("seconds since 1970", np.datetime64("1970-01-01", "s"), 1.0, 1e8, 5e9),
+    Count("milliseconds since 1970", np.datetime64("1970-01-01", "s"), 1e-3, 1e11, 5e12),
+)
+"""Numbers of no two of them are the same; dates written as digits alone have eight or more and begin with the year."""
+
+
+def counted(texts: Sequence[str]) -> tuple[Times, str] | None:
+    """Times (n,) of texts that count time, rounded to seconds, and how they count; None for others."""
+    if not texts or not all(map(_COUNTED.fullmatch, texts)):
+        return None
+    x = np.array(texts, dtype=np.float64)
+    for count in COUNTS:
+        if count.least <= x.min() and x.max() <= count.most and not _are_dates(texts):
+            seconds = np.round(x * count.unit).astype("timedelta64[s]")
+            return np.asarray(count.begin + seconds), count.name
+    return None
+
+
+def _are_dates(texts: Sequence[str]) -> bool:
+    """Whether digits are dates such as 2013123123 in place of a count."""
+    match = [_DIGITS.fullmatch(text) or _DIGITS_POINT.fullmatch(text) for text in (texts[0], texts[-1])]
+    return all(
+        m is not None and 1 <= int(m[2]) <= 12 and 1 <= int(m[3]) <= 31 and 1800 <= int(m[1]) < 2200 for m in match
+    )
+
+
 def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str | None = None) -> Times:
     """Times (n,) of texts, UTC [s]. order: one of `ORDERS`, needed where the texts leave it open. Errors: WeatherError
     with the line."""
     if (times := _iso(texts)) is not None:
         return times
+    if (found := counted(texts)) is not None:
+        return found[0]
     fields = [_fields(text, f"{name}: line {line}") for text, line in zip(texts, lines, strict=True)]
     digits = np.array([f[:3] for f in fields], dtype=np.int64)
     chosen = _order(digits, fields, lines, name, order)
@@ -114,9 +162,16 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
             _second(hour, minute, second, half, zone, where, text),
             sign if len(a) < 4 else "iso",
         )
-    if match := _DIGITS.fullmatch(text):
+    if match := _DIGITS_POINT.fullmatch(text) or _DIGITS.fullmatch(text):
         y, m, d, hour, minute, second, zone = match.groups()
         return int(y), int(m), int(d), _second(hour, minute, second, None, zone, where, text), "iso"
+    if match := _HOUR_BEHIND.fullmatch(text):
+        y, m, d, hour, zone = match.groups()
+        return int(y), int(m), int(d), _second(hour, None, None, None, zone, where, text), "iso"
+    if match := _DAY_OF_YEAR.fullmatch(text):
+        y, days, hour, minute, second, half, zone = match.groups()
+        month, day = calendar_of(int(y), int(days), where)
+        return int(y), month, day, _second(hour, minute, second, half, zone, where, text), "iso"
     raise WeatherError(
         f"{where}: {quote(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Correct"
         " the line,"
@@ -136,11 +191,26 @@ def _second(
         h = h % 12 + (12 if half.lower() == "pm" else 0)
     if h > 24 or m > 59 or s > 60 or (h == 24 and (m or s)):
         raise WeatherError(f"{where}: {quote(text)} is no time of the day. Correct the line.")
-    ahead = 0
-    if zone is not None and zone[0] in "+-":
-        bare = zone[1:].replace(":", "")
-        ahead = (int(bare[:2]) * 3600 + int(bare[2:]) * 60) * (-1 if zone[0] == "-" else 1)
-    return h * 3600 + m * 60 + s - ahead
+    return h * 3600 + m * 60 + s - _ahead(zone, where, text)
+
+
+def _ahead(zone: str | None, where: str, text: str) -> int:
+    """How far a zone is ahead of UTC [s]."""
+    if zone is None or zone == "Z":
+        return 0
+    stated = zone_in(f"UTC{zone}" if zone[0] in "+-" else zone)
+    if stated is None or stated.ahead is None:
+        raise WeatherError(f'{where}: {quote(text)}: the zone {quote(zone)} is not known. Write it as "+03:00".')
+    return round(stated.ahead * 3600.0)
+
+
+def calendar_of(year: int, day_of_year: int, where: str) -> tuple[int, int]:
+    """Month and day of a day of the year, from 1. Errors: WeatherError."""
+    last = 366 if (year % 4 == 0 and year % 100 != 0) or year % 400 == 0 else 365
+    if not 1 <= day_of_year <= last or not FIRST_YEAR <= year <= LAST_YEAR:
+        raise WeatherError(f"{where}: day {day_of_year} of {year} is no date. Correct the line.")
+    date = np.datetime64(f"{year:04d}-01-01", "D") + (day_of_year - 1)
+    return int(str(date)[5:7]), int(str(date)[8:10])
 
 
 def _order(

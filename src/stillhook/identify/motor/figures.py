@@ -14,7 +14,7 @@ from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
 from stillhook.identify.motor.identify import MotorLoss
 from stillhook.identify.motor.map import AXES, LossMap, blocks, levels, mapped_loss
 from stillhook.identify.motor.rank import residual_share
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import from_display, in_display, parse, show
 
 if TYPE_CHECKING:

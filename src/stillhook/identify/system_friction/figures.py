@@ -13,7 +13,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
 from stillhook.identify.system_friction.fitting.model import Loss, Points, mj4, motor_loss_at, system_friction
 from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, nominal_share
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.estimate import NORMAL_95, t_factor
 from stillhook.units import in_display, parse, show
 

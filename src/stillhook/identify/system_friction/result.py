@@ -28,7 +28,7 @@ from stillhook.identify.system_friction.next_tests import ANYTHING
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
 from stillhook.physics.load_path.drum import layer_diameter
 from stillhook.physics.scalar import G
-from stillhook.report.plots.run import COLOURS
+from stillhook.report.plots.colours import COLOURS
 from stillhook.spec.crane import Crane, Source, SourceKind, SystemFriction
 from stillhook.statistics.estimate import t_factor
 from stillhook.units import from_display, in_display, number, show

@@ -25,6 +25,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.csv_table import COMMENTS, Dialect, dialect_of, numbers_of
 from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
+from stillhook.logs.formats.twincat import twincat_dialect
 from stillhook.units import quote
 
 HEAD = 1 << 18  # bytes from which the dialect is found
@@ -204,7 +205,7 @@ def open_csv(path: Path) -> CsvLog:
     with path.open("rb") as stream:
         head = stream.read(HEAD)
         complete = len(head) < HEAD
-    return CsvLog(path, dialect_of(head, path.name, complete))
+    return CsvLog(path, twincat_dialect(head, path.name) or dialect_of(head, path.name, complete))
 
 
 def _open_quote(block: _Block) -> int | None:

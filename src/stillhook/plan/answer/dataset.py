@@ -24,7 +24,7 @@ from stillhook.errors import PlanError, UnreadableError
 from stillhook.formats.binary.reader import read_datasets
 from stillhook.formats.results import save_json
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Demand
+from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.report.document import REPORT_FILES, write_report
 from stillhook.plan.result import BLOCKS, CREDITS, Credit, PlanResult, labelled, odd_fact
 from stillhook.plan.table import TIERS, Axes, Certified, Chosen, Gathered, Governed, counting
@@ -52,13 +52,28 @@ class Answered:
     certified: Certified = field(repr=False)
 
     @property
+    def ran(self) -> bool:
+        """Whether runs of the twin gave any limit."""
+        return bool((~np.isnan(self.limits.Hs[TIERS.index(Tier.TIME)])).any())
+
+    @property
+    def compared(self) -> tuple[Alternative, ...]:
+        """Alternatives that the answer compares: without runs of the twin none of its controllers, of which the other
+        methods say too little, where there is any other."""
+        others = tuple(a for a in self.axes.alternatives if not a.twin)
+        return self.axes.alternatives if self.ran or not others else others
+
+    @property
     def Hs(self) -> FloatArray:
         """Limits (credit, alternative, heading, period) [m]."""
         return np.stack([self.governs[credit].Hs for credit in CREDITS])
 
     def shown(self) -> Alternative:
         """The alternative that leads: the twin with the largest mean credited limit, of equal ones that with the
-        largest limit by its model; the first of all where no twin was requested."""
+        largest limit by its model. Without runs of the twin no controller leads, but the flat cap, or the last of the
+        alternatives that `compared` has; the first of all where no twin was requested."""
+        if not self.ran:
+            return Alternative.CAP if Alternative.CAP in self.compared else self.compared[-1]
         Hs = np.nan_to_num(self.Hs, nan=0.0, posinf=1e3).mean(axis=(2, 3))
         twins = [i for i, a in enumerate(self.axes.alternatives) if a.twin]
         best = max(twins, key=lambda i: (round(Hs[1, i], 6), round(Hs[0, i], 6)), default=0)
@@ -148,10 +163,12 @@ def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:
 def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[str, Any]]:
     """The table as rows for JSON, which has no inf: every cell with its verdict, which is limited, above (the highest
     sea state analysed), never or no result."""
-    axes, rows = of.axes, []
+    axes, rows, compared = of.axes, [], of.compared
     for c, credit in enumerate(CREDITS):
         g = of.governs[credit]
         for i in np.ndindex(g.Hs.shape):
+            if axes.alternatives[i[0]] not in compared:
+                continue
             Hs, governs = float(g.Hs[i]), g.phase[i] >= 0
             verdict = (
                 "no result" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
@@ -182,8 +199,8 @@ def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None)
     """What a reader asks first of each alternative: its limits as modelled and as credited, what governs most cells,
     and its weather."""
     axes, out = of.axes, {}
-    for i, alternative in enumerate(axes.alternatives):
-        row: dict[str, Any] = {}
+    for alternative in of.compared:
+        i, row = axes.alternatives.index(alternative), dict[str, Any]()
         for credit in CREDITS:
             governs = of.governs[credit]
             row[credit] = _limits(governs.Hs[i]) | {"governs": _most(axes, governs.phase[i], governs.rule[i])}

@@ -7,7 +7,7 @@ what stays open.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -348,7 +348,7 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     table = LimitTable(of.Hs[0, 0], np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
     lines.append(f"Lookup: {table.described()}")
     if value is not None:
-        lines += [*value.notes, *_short(value)]
+        lines += [*value.notes, *_short(value, of.compared)]
     return [*lines, *closed_form.remarks(plan, env.table())]
 
 
@@ -371,9 +371,11 @@ def winch_remarks(plan: LiftPlan) -> list[str]:
     return notes
 
 
-def _short(value: WeatherValue) -> list[str]:
+def _short(value: WeatherValue, compared: Sequence[Alternative]) -> list[str]:
     """Alternatives whose reported waits are too short: many starts had no window before the series ended."""
-    censored = {f"{a.value} ({credit})": float(np.isnan(w).mean()) for (credit, a), w in value.waits.items()}
+    censored = {
+        f"{a.value} ({credit})": float(np.isnan(w).mean()) for (credit, a), w in value.waits.items() if a in compared
+    }
     some = "reported waits are too short: {:.0%} of the starts had no window"
     never = "never has a window in these years"
     lines = grouped(

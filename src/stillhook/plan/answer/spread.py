@@ -12,10 +12,10 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Demand, Tier
+from stillhook.plan.definition.rules import Tier
 from stillhook.plan.limits import Limits
 from stillhook.plan.result import CREDITS, Credit
-from stillhook.plan.table import TIERS, Axes, Chosen, Governed, caps_of, chosen, credited_of, governed
+from stillhook.plan.table import TIERS, Axes, Governed, chosen, credited_of, governed
 from stillhook.plan.weather.value import DAY, OVER, Forecast, WeatherValue, forecast_limits
 from stillhook.statistics.estimate import t_factor
 from stillhook.weather.persistence import Window, waits
@@ -33,7 +33,6 @@ def with_intervals(
     plan: LiftPlan,
     of: Answered,
     found: Sequence[Limits],
-    demands: Sequence[Demand],
     forecast: Forecast,
     value: WeatherValue,
     *,
@@ -43,7 +42,7 @@ def with_intervals(
     <name>_low and <name>_high: those that errors of the limits make. How the weather itself differs from year to year
     is not in them.
 
-    found: limits of all tiers with their draws; demands: those of all tiers; forecast, value: what the block was made
+    found: limits of all tiers with their draws; forecast, value: what the block was made
     of. Limits without draws, of other tiers than the twin, are taken as exact. Each end is as far off the number as
     draws on its side scatter about their median, for waiting has a long tail, and by as much more as the median is off
     the number: the least of limits that err is too low on the mean, and the number is off by as much as draws are.
@@ -59,7 +58,7 @@ def with_intervals(
 
     window = Window.of(value.workability.weather.time, value.workability.weather.step, value.T_R)
     with ThreadPoolExecutor(threads) as pool:
-        rows = list(pool.map(numbers, governs_of_draws(plan, of, demands, drawn)))
+        rows = list(pool.map(numbers, governs_of_draws(plan, of, drawn)))
     for name in rows[0]:
         dims = ("credit", "alternative", *(("over",) if name == "days_gained" else ()))
         middle = block[name].sel(month=0).transpose(*dims).values
@@ -100,32 +99,15 @@ def drawn_limits(axes: Axes, found: Sequence[Limits], shape: tuple[int, ...]) ->
     return drawn
 
 
-def governs_of_draws(
-    plan: LiftPlan, of: Answered, demands: Sequence[Demand], drawn: FloatArray
-) -> Iterator[Mapping[Credit, Governed]]:
+def governs_of_draws(plan: LiftPlan, of: Answered, drawn: FloatArray) -> Iterator[Mapping[Credit, Governed]]:
     """The limits that govern, as modelled and as credited, of every draw (m, ...) of the twin's limits."""
-    axes, heights = of.axes, np.unique(plan.environment.table().Hs)
-    covers, own = of.certified.covers, of.limits.Hs[TIME]
-    caps = caps_of(plan, axes, demands, covers)
-    cap = axes.alternatives.index(Alternative.CAP) if Alternative.CAP in axes.alternatives else None
+    heights = np.unique(plan.environment.table().Hs)
     for draw in drawn:
         Hs = of.limits.Hs.copy()
-        Hs[TIME] = np.where(np.isnan(draw), own, draw)
+        Hs[TIME] = np.where(np.isnan(draw), Hs[TIME], draw)
         modelled = chosen(replace(of.limits, Hs=Hs))
-        moved = caps if cap is None else {a: _moved(axes, a, each, draw[cap], own[cap]) for a, each in caps.items()}
-        credited = credited_of(plan, modelled, demands, heights, covers, moved)
+        credited = credited_of(plan, modelled, heights, of.certified.covers)
         yield dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
-
-
-def _moved(axes: Axes, alternative: Alternative, cap: Chosen, draw: FloatArray, own: FloatArray) -> Chosen:
-    """The cap's limits in the places of an alternative, moved as those of the cap from its own ones to a draw (phase,
-    rule, heading, period)."""
-    Hs = cap.Hs.copy()
-    i = axes.alternatives.index(alternative)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        moved = np.where(np.isfinite(own) & (own > 0.0), Hs[i] * (draw / own), np.fmin(Hs[i], draw))
-    Hs[i] = np.where((cap.tier[i] == TIME) & ~np.isnan(draw) & (Hs[i] > 0.0), moved, Hs[i])
-    return replace(cap, Hs=Hs)
 
 
 def _numbers(

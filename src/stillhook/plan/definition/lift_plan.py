@@ -201,8 +201,8 @@ class Environment(Record):
 class WeatherUse:
     """Weather that waiting is calculated with. file: a name of the library or a path; ship: where the bow points,
     clockwise from north [rad], or None where it is free to turn, and keeps the best heading; sense: what the file's
-    directions mean, None where the file says so; columns, time, date_order: how the file is to be read where it does
-    not say (`stillhook.formats.weather.file.read_weather`).
+    directions mean, None where the file says so; columns, time, date_order, time_zone: how the file is to be read where
+    it does not say (`stillhook.formats.weather.file.read_weather`).
     """
 
     file: str
@@ -211,6 +211,7 @@ class WeatherUse:
     columns: Mapping[str, str] = field(default_factory=dict)
     time: str | None = None
     date_order: str | None = None
+    time_zone: str | None = None
 
 
 @dataclass(frozen=True, eq=False)

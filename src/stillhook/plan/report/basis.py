@@ -225,7 +225,8 @@ def _command(answer: Mapping[str, Any]) -> str:
     tier = f" --tier {answer['tiers'][-1]}" if answer["tiers"] else ""
     name = answer["operation"].get("alpha_table", {}).get("name")
     alpha = f" --alpha {name}" if name else ""
-    return f"stillhook plan {_file(answer['source'] or 'PLAN.toml')}{tier}{alpha} --out FOLDER"
+    seed = f" --seed {answer['runs']['seed']}" if answer["runs"].get("seed") else ""
+    return f"stillhook plan {_file(answer['source'] or 'PLAN.toml')}{tier}{alpha}{seed} --out FOLDER"
 
 
 def _file(name: str) -> str:
@@ -240,6 +241,7 @@ RUNS = {
     "n_failed": "failed runs",
     "n_cells": "cells of phase, winch and sea",
     "seeds_per_cell": "seeds a cell, least and most",
+    "seed": "seed of the waves (--seed)",
     "simulated": "simulated time",
 }
 """Numbers of the runs in words; others, such as the time that a machine took, are no part of the answer."""

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.plan.definition.capacities import static_tension
+from stillhook.plan.definition.capacities import calm, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.phases import Phase, described
-from stillhook.plan.limits import by_height, limited
+from stillhook.plan.limits import ROUNDING, by_height, limited, utilisation
 from stillhook.plan.result import grouped
 from stillhook.plan.tiers.situations import resonance_depth, situations
 from stillhook.plan.weather.records import weather_used
@@ -25,7 +25,7 @@ from stillhook.weather.alpha import load_alpha_table, reference_period
 def checked(plan: LiftPlan) -> dict[str, Any]:
     """Plain data in SI: name, digest, what and where; phases; times T_POP, T_C, T_R and weather_restricted; rules with
     their limits in each phase and under each alternative; seas analysed, and how many are steeper than wind
-    raises waves; depths of resonance; notes.
+    raises waves; depths of resonance; rules that still water is beyond; notes.
     """
     T_R, restricted = reference_period(load_alpha_table(), plan.T_POP, plan.T_C)
     env = plan.environment
@@ -81,8 +81,48 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
         "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
         "weather": None if plan.weather is None else _weather(plan.weather),
         "alternatives": [a.value for a in plan.alternatives],
+        "beyond": beyond_at_rest(plan),
         "notes": list(plan.notes),
     }
+
+
+def beyond_at_rest(plan: LiftPlan) -> list[dict[str, Any]]:
+    """Rules that no sea of the plan keeps, because still water is beyond their limit in the lowest one: phase,
+    alternatives, rule, quantity, value and limit [SI], and what the limit is of."""
+    lowest = np.array([min(plan.environment.Hs)])
+    rows: dict[tuple[Any, ...], list[str]] = {}
+    for phase in plan.phases:
+        still = calm(plan, phase)
+        for alternative in plan.alternatives:
+            for each in limited(plan.under(alternative), phase, alternative):
+                value = still.get(each.rule.quantity, math.nan)
+                if float(utilisation(each, np.array([value]), lowest)[0]) > 1.0 + ROUNDING:
+                    limit = float(each.at(lowest)[0])
+                    key = (phase.name, each.rule.key, each.rule.quantity, value, limit, each.basis)
+                    rows.setdefault(key, []).append(alternative.value)
+    names = ("phase", "rule", "quantity", "value", "limit", "basis")
+    return [{**dict(zip(names, key, strict=True)), "alternatives": under} for key, under in rows.items()]
+
+
+def possible(answer: dict[str, Any]) -> bool:
+    """Whether still water keeps all rules under some alternative; answer: of `checked`."""
+    return bool(set(answer["alternatives"]) - {name for row in answer["beyond"] for name in row["alternatives"]})
+
+
+def _beyond(answer: dict[str, Any]) -> list[str]:
+    """Rules that still water is beyond, a sentence for each."""
+    rows_of = grouped(((row["rule"], tuple(row["alternatives"])), row) for row in answer["beyond"])
+    lines = []
+    for (rule, under), rows in rows_of.items():
+        row = max(rows, key=lambda row: row["value"])
+        who = "any alternative" if len(under) == len(answer["alternatives"]) else ", ".join(under)
+        value, limit = (variable(row["quantity"], row[key]) for key in ("value", "limit"))
+        lines.append(
+            f'NOT POSSIBLE in any sea with {who}, by "{rule}":'
+            f" {', '.join(each['phase'] for each in rows)}; {row['phase']}: {value} at rest, limit {limit}"
+            f" ({row['basis']})"
+        )
+    return lines
 
 
 def _weather(use: WeatherUse) -> dict[str, Any]:
@@ -120,7 +160,11 @@ LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
 def checked_plan(answer: dict[str, Any]) -> Document:
     """answer: of `checked`."""
     rules = answer["rules"]
-    parts: list[Part] = [Table(PHASES, [_phase_row(row) for row in answer["phases"]]), Text(_times(answer))]
+    parts: list[Part] = [
+        *map(Text, _beyond(answer)),
+        Table(PHASES, [_phase_row(row) for row in answer["phases"]]),
+        Text(_times(answer)),
+    ]
     parts.append(Text(_seas(answer)))
     if answer["weather"] is not None:
         parts.append(Text(_weather_of(answer["weather"])))

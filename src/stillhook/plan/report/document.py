@@ -16,6 +16,7 @@ from typing import Any
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
+from stillhook.plan.failures import FAILED
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict
@@ -24,6 +25,7 @@ from stillhook.plan.report.words import CREDITED, TEXTS, TWIN, gain, height, nam
 from stillhook.plan.result import (
     PlanResult,
     columns,
+    for_print,
     grouped,
     merged,
     missing_facts,
@@ -40,8 +42,8 @@ from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.validity import SHORT
 from stillhook.units import quote
 
-MISSING = "NOT ASSESSED"
-"""Begins remarks that must be seen first."""
+MISSING = ("NOT ASSESSED", FAILED)
+"""Begin remarks that must be seen first."""
 
 
 def document(result: PlanResult, figures: Mapping[str, bytes]) -> Document:
@@ -107,6 +109,7 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     the page alone, without figures. Errors: PlanError where it cannot be set.
     """
     check(result)
+    result = for_print(result)
     images = drawn(lambda: pictures(result))
     report = document(result, images)
     try:
@@ -146,6 +149,7 @@ YEAR = 365.25 * 24.0
 
 def brief(result: PlanResult) -> Document:
     """The answer, without its basis."""
+    result = for_print(result)
     facts = result.facts
     parts: list[Part] = [_heading(result, float(heading)) for heading in result.data["heading"].values]
     notes = grouped((each["credit_note"], each["name"]) for each in facts["alternatives"])

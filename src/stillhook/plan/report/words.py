@@ -17,7 +17,7 @@ from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
 from stillhook.plan.result import CREDITS, Credit, PlanResult
 from stillhook.plan.table import LimitTable
 from stillhook.report.formatting import EMPTY, days, direction, fixed, fmt, kind_of, percent
-from stillhook.report.plots.run import COLOURS
+from stillhook.report.plots.colours import colours_of
 from stillhook.units import number, show
 
 if TYPE_CHECKING:
@@ -29,11 +29,8 @@ if TYPE_CHECKING:
 WIDTH = 7.5
 """Of every figure [inch]: about that of a page, so that its letters are of one size."""
 FIRST = (*ALTERNATIVES, *(alternative for alternative in Alternative if alternative not in ALTERNATIVES))
-"""Alternatives in the order in which colours and markers are taken: those of every plan first."""
-ORDER_OF_COLOURS = (6, 4, 5, 0, 1, 3, 2, 7)
-COLOUR: Mapping[str, str] = {
-    name: COLOURS[ORDER_OF_COLOURS[i % len(ORDER_OF_COLOURS)] % len(COLOURS)] for i, name in enumerate(FIRST)
-}
+"""Alternatives in the order in which markers are taken: those of every plan first."""
+COLOUR: Mapping[str, str] = colours_of(FIRST)
 MARKER: Mapping[str, str] = {name: "xsv^oDP*"[i % 8] for i, name in enumerate(FIRST)}
 THICK: Mapping[str, float] = {name: max(3.2 - 0.45 * i, 0.5) for i, name in enumerate(FIRST)}
 """Widths of lines: the later drawn is the thinner, so that lines that are one on the other are all seen."""

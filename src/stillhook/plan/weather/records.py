@@ -162,7 +162,12 @@ def weather_used(use: WeatherUse) -> Weather:
         )
     sense = None if use.sense is None else SENSES[use.sense]
     weather = read_weather(
-        use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order
+        use.file,
+        sense=sense,
+        columns_as=use.columns,
+        time_column=use.time,
+        date_order=use.date_order,
+        time_zone=use.time_zone,
     )
     columns = {name: x for name, x in weather.columns.items() if np.isfinite(x).any()}
     if "H_m0" in weather.columns and "H_m0" not in columns:

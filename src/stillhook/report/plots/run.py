@@ -13,6 +13,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
+from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.units import KINDS, in_display
 from stillhook.variables import BY_NAME
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito's palette: distinguishable by colour-blind readers and in print."""
-GREY = "#777777"
 EFFORTS = ("pressure", "torque")
 """Kinds of a signal that shows how hard a winch works."""
 
@@ -38,11 +36,18 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def four_panels(
-    runs: Mapping[str, xarray.Dataset], *, title: str = "", start: float = 0.0, end: float | None = None
+    runs: Mapping[str, xarray.Dataset],
+    *,
+    title: str = "",
+    start: float = 0.0,
+    end: float | None = None,
+    p_relief: float | None = None,
 ) -> Figure:
-    """Wire speed, A-side pressure, control error, pump and motor setting over time, one colour a run.
+    """Wire speed, A-side pressure, control error, pump and motor setting over time, one colour a run, a controller's
+    own where the label is its name.
 
-    Parameters: runs label -> Dataset with the names of `stillhook.variables` (simulated or measured); start, end [s].
+    Parameters: runs label -> Dataset with the names of `stillhook.variables` (simulated or measured); start, end [s];
+    p_relief setting of the relief valves, shown beside the pressure [Pa].
     Source of the arrangement: Moslatt 2020 paper E figures 15-22. Displacements are shown as part of the full one.
     """
     figure = new_figure(10.0, 11.0)
@@ -56,8 +61,9 @@ def four_panels(
         axes[0].plot(
             cut["time"], [in_display(v, "speed") for v in wanted.values], color=GREY, ls="--", lw=1, label="wanted"
         )
-    for colour, (label, run) in zip(COLOURS * 2, runs.items(), strict=False):
-        cut = run.sel(window)
+    colours = colours_of(runs)
+    for label, run in runs.items():
+        cut, colour = run.sel(window), colours[label]
         _panel(axes[0], cut, "v_w", "speed", colour, label)
         _panel(axes[1], cut, effort, BY_NAME[effort].kind, colour, label)
         _panel(axes[2], cut, "e_c", "diameter", colour, label)
@@ -66,6 +72,19 @@ def four_panels(
             _panel(axes[3], cut, "alpha_m", "", colour, f"{label} motor", ls=":")
         else:
             _panel(axes[3], cut, "u_p", "", colour, f"{label} command")
+    if p_relief is not None and effort == "p_a":
+        highest = in_display(p_relief, "pressure")
+        axes[1].axhline(highest, color=GREY, ls="--", lw=1)
+        axes[1].text(
+            1.0,
+            highest,
+            "relief valves ",
+            transform=axes[1].get_yaxis_transform(),
+            ha="right",
+            va="bottom",
+            fontsize="small",
+            color=GREY,
+        )
     kind = BY_NAME[effort].kind
     names = (
         "wire speed [m/min]\n(hoisting positive)",

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.report.plots.run import COLOURS, GREY, new_figure
+from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.run import new_figure
 from stillhook.sea.spectra.measured import Measured, SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import WaveSpectrum
 from stillhook.sea.vessel.rao import DOFS, Rao, long_wave_limits, long_wave_scales

@@ -159,7 +159,8 @@ class Jonswap(Peaks):
     r"""JONSWAP spectrum; Pierson-Moskowitz where gamma is 1.
 
     H_s significant wave height [m]; T_p peak period [s]; gamma peak enhancement 1 to 10, by `gamma_of` if left out;
-    norm "exact" (H_m0 is H_s) or "printed", which takes 1 - 0.287 ln(gamma) for the integral.
+    norm "exact" (H_m0 is H_s) or "printed", which takes 1 - 0.287 ln(gamma) for the integral; name under which it was
+    asked for, "jonswap" or "pm".
     Source: DNV-RP-C205; check against your edition. Errors: SeaError for values outside what a sea can be.
     """
 
@@ -167,10 +168,18 @@ class Jonswap(Peaks):
     T_p: float
     gamma: float
     norm: str
+    name: str = field(compare=False)
     kind: ClassVar[str] = "jonswap"
 
     def __init__(
-        self, H_s: float, T_p: float, gamma: float | None = None, norm: str = "exact", *, where: str = "jonswap"
+        self,
+        H_s: float,
+        T_p: float,
+        gamma: float | None = None,
+        norm: str = "exact",
+        *,
+        where: str = "jonswap",
+        name: str = "jonswap",
     ) -> None:
         check_height_and_period(H_s, T_p, where)
         gamma = gamma_of(H_s, T_p) if gamma is None else gamma
@@ -179,7 +188,7 @@ class Jonswap(Peaks):
                 f"{where}: gamma = {gamma:g} is not between 1 and 10. Leave it out for the rule of T_p/sqrt(H_s)."
             )
         check_norm(norm, where)
-        fill(self, H_s=H_s, T_p=T_p, gamma=float(gamma), norm=norm)
+        fill(self, H_s=H_s, T_p=T_p, gamma=float(gamma), norm=norm, name=name)
 
     @property
     def peaks(self) -> tuple[Peak, ...]:
@@ -196,7 +205,7 @@ class Jonswap(Peaks):
 
     def describe(self) -> str:
         printed = " norm=printed" if self.norm == "printed" else ""
-        if self.gamma == 1.0 and not printed:
+        if self.name == "pm":
             return f"pm Hs={self.H_s:.6g} m Tp={self.T_p:.6g} s"
         return f"jonswap Hs={self.H_s:.6g} m Tp={self.T_p:.6g} s gamma={self.gamma:.6g}{printed}"
 
@@ -206,7 +215,7 @@ class Jonswap(Peaks):
 
 def pierson_moskowitz(H_s: float, T_p: float, *, where: str = "pm") -> Jonswap:
     """Pierson-Moskowitz spectrum (Bretschneider, ITTC) of H_s [m] and T_p [s]: T_m02/T_p 0.71037, T_m01/T_p 0.77177."""
-    return Jonswap(H_s, T_p, 1.0, where=where)
+    return Jonswap(H_s, T_p, 1.0, where=where, name="pm")
 
 
 def gamma_of(H_s: float, T_p: float) -> float:

@@ -1,4 +1,4 @@
-"""The test of any table of vessel motions: in long waves every floating body rides on the water
+"""The test of any table of vessel motions: in long waves every floating body follows the surface
 (`stillhook.sea.vessel.rao`).
 
 What the test cannot show: bow and stern changed together with port and starboard are one with time running backwards,
@@ -8,16 +8,17 @@ and roll has the wrong sign beyond its natural period.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from stillhook.base.arrays import ComplexArray
+from stillhook.base.arrays import BoolArray, ComplexArray
 from stillhook.sea.vessel.rao import DOFS, Rao, long_wave_limits, long_wave_scales
 
-Verdict = Literal["rides", "doubtful", "wrong", "not shown"]
+Verdict = Literal["fits", "not shown", "doubtful", "wrong"]
+"""From good to bad."""
 
 LONG = 0.35
 """Frequency [rad/s] up to which a wave is long for every ship here: 18 s, 500 m."""
@@ -32,6 +33,11 @@ SLOPES = 25.0
 """Times the slope of the wave beyond which a roll or yaw in long waves is not a motion: 57 is degrees taken for
 radians."""
 ROLL_RANGE = (0.3, 5.0)  # times the slope: roll beyond it deserves a look
+ALIKE = 0.05
+"""Spread of the shares of surge, sway, heave and pitch, over their mean, up to which they are out by one factor."""
+LARGEST_MIDDLE = 2.5
+"""Times the limit beyond which a motion in waves of `LONG` to `MIDDLE` is doubtful: above the natural periods of a ship
+every motion comes down to its limit."""
 LARGEST_SHIFT, LARGEST_TURN = 4.0, math.radians(20.0)  # m/m, rad/m: beyond what damped ships do in any wave
 NO_SHIFT, NO_TURN = (
     50.0,
@@ -68,8 +74,8 @@ def long_wave_test(rao: Rao) -> tuple[LongWave, ...]:
     """The six motions of a vessel at its lowest frequency against the limits of a floating body, at every heading of
     its table.
 
-    wrong: no floating body moves so, the table means something else. doubtful: deserves a look. not shown: the table's
-    longest wave is too short to decide.
+    fits: within the limit. not shown: the table's longest wave is too short to decide. doubtful: compare it with its
+    source. wrong: no floating body moves so, the table means something else.
     """
     limit, values = long_wave_limits(rao.beta), _scaled(rao)
     tests = []
@@ -78,12 +84,78 @@ def long_wave_test(rao: Rao) -> tuple[LongWave, ...]:
         apart = np.abs(values[d] - limit[d])
         j = int(np.argmax(apart))
         verdict = _verdict(dof, float(rao.omega[0]), share, float(apart[j]), float(np.abs(values[d]).max()))
+        if verdict != "wrong" and _beyond_ships(rao, d).any():
+            verdict = "doubtful"
         tests.append(
             LongWave(
                 dof, share, complex(values[d, j]), complex(limit[d, j]), float(rao.beta[j]), float(apart[j]), verdict
             )
         )
+    if rao.omega[0] <= LONG and _one_factor([tests[d].share for d in HEAVY]):
+        tests = [replace(t, verdict="wrong") if t.dof in (DOFS[d] for d in HEAVY) else t for t in tests]
     return tuple(tests)
+
+
+MOST_NAMED = 8
+"""Headings that are named of a doubtful motion."""
+HEAVY = (0, 1, 2, 4)
+"""Motions that long waves fix: surge, sway, heave and pitch."""
+
+
+def _one_factor(shares: Sequence[float]) -> bool:
+    """Whether shares of the limit are one factor that is not 1: all motions of a table are too small, or too large."""
+    mean = sum(shares) / len(shares)
+    return abs(mean - 1.0) > DOUBTFUL and max(abs(share - mean) for share in shares) < ALIKE * abs(mean)
+
+
+def verdict_of(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[Verdict, str]:
+    """The verdict on a table, which is the worst of its motions, and what it rests on in a line."""
+    line = wrong_line(rao, tests)
+    if line is not None:
+        return "wrong", line
+    by = {word: [t for t in tests if t.verdict == word] for word in ("fits", "doubtful", "not shown")}
+    met = f"Low-frequency limit: met by {len(by['fits'])} of {len(tests)} motions"
+    if by["doubtful"]:
+        where = "; ".join(_where(rao, t) for t in by["doubtful"])
+        return "doubtful", f"{met}; doubtful: {where}. Compare with the program that made the table before it is used"
+    if by["not shown"]:
+        long, motions = f"{2.0 * math.pi / rao.omega[0]:.3g} s", ", ".join(t.dof for t in by["not shown"])
+        return (
+            "not shown",
+            f"{met}; {motions} not shown: the longest wave of the table, {long}, is too short. Export waves of"
+            f" {2.0 * math.pi / LONG:.0f} s and more",
+        )
+    return "fits", f"{met}: signs, phases, axes, headings and units fit ({BLIND})"
+
+
+BLIND = "bow for stern and time backwards at once would not show"
+"""What the test cannot see."""
+
+
+def _where(rao: Rao, t: LongWave) -> str:
+    """A doubtful motion with the headings at which it is furthest from the limit, or largest."""
+    d = DOFS.index(t.dof)
+    beyond = np.atleast_1d(_beyond_ships(rao, d).any(axis=1))
+    if beyond.any():
+        _, amount, place = _peak(rao, d)
+        order = [j for j in np.argsort(-np.abs(rao.H[d]).max(axis=1)) if beyond[j]]
+        headings = ", ".join(f"{math.degrees(rao.beta[j]):.4g}" for j in order[:MOST_NAMED])
+        more = f" and {len(order) - MOST_NAMED} more" if len(order) > MOST_NAMED else ""
+        return (
+            f"{t.dof} reaches {amount} at {place}, a resonance with hardly any damping or a slip in the table (too much"
+            f" at {headings} deg{more})"
+        )
+    return (
+        f"{t.dof} is {t.share:.3g} times its limit in waves of {2.0 * math.pi / rao.omega[0]:.3g} s"
+        f" (worst at {math.degrees(t.beta):.4g} deg)"
+    )
+
+
+def _beyond_ships(rao: Rao, d: int) -> BoolArray:
+    """Where a motion is larger than damped ships make it in any wave (headings, frequencies); in shallow water the
+    water itself goes further to and fro."""
+    most = LARGEST_SHIFT * long_wave_scales(rao.omega, rao.depth)[d] if d < 3 else LARGEST_TURN
+    return np.asarray(np.abs(rao.H[d]) > most, dtype=np.bool_)
 
 
 def _scaled(rao: Rao) -> ComplexArray:
@@ -97,10 +169,11 @@ def _verdict(dof: str, omega: float, share: float, apart: float, largest: float)
         if largest > SLOPES or (dof == "roll" and share < 0.0 and omega <= BELOW_ROLL):
             return "wrong"
         low, high = ROLL_RANGE if dof == "roll" else (0.0, 2.0)
-        return "rides" if low <= share <= high else "doubtful"
+        return "fits" if low <= share <= high else "doubtful"
     if omega > LONG:
-        return "wrong" if share < -DOUBTFUL or largest > SLOPES else "not shown"
-    return "wrong" if apart > WRONG else "doubtful" if apart > DOUBTFUL else "rides"
+        wrong = share < -DOUBTFUL or largest > SLOPES
+        return "wrong" if wrong else "doubtful" if largest > LARGEST_MIDDLE else "not shown"
+    return "wrong" if apart > WRONG else "doubtful" if apart > DOUBTFUL else "fits"
 
 
 def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
@@ -165,7 +238,7 @@ def _peak(rao: Rao, d: int) -> tuple[float, str, str]:
 
 
 def _remedy(rao: Rao) -> str:
-    """What the table would have to mean so that its motions ride on long waves."""
+    """What the table would have to mean so that its motions are those of a floating body."""
     values, limit = _scaled(rao), long_wave_limits(rao.beta)
     other_side = np.array([1, -1, 1, -1, 1, -1])[:, None]
     degrees = np.array([1.0, 1.0, 1.0, math.pi / 180.0, math.pi / 180.0, math.pi / 180.0])[:, None]
@@ -183,34 +256,34 @@ def _remedy(rao: Rao) -> str:
         ("rotations in rad/m that are said to be deg/m", lambda H: H / degrees),
         ("z the other way, or phases from the trough", lambda H: -H),
     )
-    heavy = np.array([0, 1, 2, 4])
+    sizes: tuple[tuple[str, Callable[[ComplexArray], ComplexArray]], ...] = (
+        ("motions per metre of wave height (crest to trough) in place of amplitude", lambda H: 2.0 * H),
+        ("motions per metre of wave amplitude that are said to be per height", lambda H: 0.5 * H),
+    )
+    heavy = list(HEAVY)
+    for words, change in sizes:
+        if np.abs(change(values)[heavy] - limit[heavy]).max() < ALIKE:
+            return f"It would fit with {words}. Check what the file declares."
     for words, change in guesses:
         if np.abs(change(values)[heavy] - limit[heavy]).max() < WRONG:
-            return f"It would ride with {words}. Check what the file declares."
+            return f"It would fit with {words}. Check what the file declares."
     return "Check axes, signs, phases, units and the order of headings."
 
 
 def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
-    """What deserves a look: doubtful motions with their numbers, and what is beyond the ends of the table."""
+    """What deserves a look: the verdict where the table does not fit, doubtful motions with their numbers, and what is
+    beyond the ends of the table."""
     first, last = float(rao.omega[0]), float(rao.omega[-1])
     long = f"{2.0 * math.pi / first:.3g} s"
-    lines = [
+    word, line = verdict_of(rao, tests)
+    lines = [] if word in ("fits", "wrong") else [line]
+    lines += [
         f"in waves of {long} {t.dof} is {t.share:.3g} times"
         f" {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the water (worst at"
         f" {math.degrees(t.beta):.4g} deg: {in_words(t.value)}, limit {in_words(t.limit)})"
         for t in tests
         if t.verdict == "doubtful"
     ]
-    if any(t.verdict == "not shown" for t in tests):
-        lines.append(
-            f"the longest wave, {long}, is too short for the long-wave test: signs and phases are not shown to be right"
-        )
-    for d, t in enumerate(tests):
-        size, amount, place = _peak(rao, d)
-        if size > (LARGEST_SHIFT if d < 3 else LARGEST_TURN):
-            lines.append(
-                f"{t.dof} reaches {amount} at {place}: a resonance with hardly any damping, or a slip in the table"
-            )
     if first < USUAL[0] or last > USUAL[1]:
         usual = f"{USUAL[0]:g} to {USUAL[1]:g} rad/s"
         lines.append(

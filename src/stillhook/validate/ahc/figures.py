@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.validate.ahc.check import AhcStep
 from stillhook.validate.ahc.comparison import BAND, Comparison, Spectra, Windows, by_motion
 from stillhook.validate.criteria.results import Step

@@ -11,7 +11,7 @@ import numpy as np
 from stillhook.control.commands import reduction_cubic, reduction_linear
 from stillhook.control.controllers import ssc_cubic
 from stillhook.engine.pack.winch import gains
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.validate.controller.check import ControllerStep

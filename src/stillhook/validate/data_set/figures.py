@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.check import DataStep, Motion

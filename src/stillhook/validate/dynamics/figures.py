@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.report.formatting import change, percent_fixed
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign

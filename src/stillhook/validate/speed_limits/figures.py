@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.figures import MEASURED, SIMULATED, axes_of, legend_below, marked

@@ -25,7 +25,7 @@ from stillhook.plan.report.words import (
     sea_words,
 )
 from stillhook.plan.result import PlanResult, columns, references
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.weather.persistence import MONTHS
 

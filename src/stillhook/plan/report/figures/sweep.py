@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillhook.plan.report.words import COLOUR, MARKER, canvas, key_below, named, names, sea_words
-from stillhook.report.plots.run import GREY
+from stillhook.report.plots.colours import GREY
 
 if TYPE_CHECKING:
     import xarray

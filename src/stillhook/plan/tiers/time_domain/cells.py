@@ -118,12 +118,12 @@ SEEDS = 1000
 """Seeds of one sea: more runs than a cell has."""
 
 
-def seed_of(spot: SeaState, k: int) -> int:
+def seed_of(spot: SeaState, k: int, seed: int = 0) -> int:
     """Seed of run number k of a sea: the same waves for every alternative, and others in every other sea, so that the
-    runs of neighbours add to each other. A swell alone is one sea in all columns."""
-    if spot.Hs <= 0.0:
-        return k
-    return SEEDS * (1 + zlib.crc32(repr(tuple(round(float(x), 6) for x in spot)).encode()) % SEEDS**2) + k
+    runs of neighbours add to each other. A swell alone is one sea in all columns. seed: other waves everywhere."""
+    sea = tuple(round(float(x), 6) for x in spot) if spot.Hs > 0.0 else ()
+    which = (*sea, seed) if seed else sea
+    return SEEDS * (1 + zlib.crc32(repr(which).encode()) % SEEDS**2) + k if which else k
 
 
 REACH = 150.0
@@ -148,11 +148,12 @@ class CellRequest(NamedTuple):
 
 @dataclass(frozen=True)
 class Execution:
-    """How runs are shared out: folder of the store, client of a cluster, threads."""
+    """How runs are made: folder of the store, client of a dask.distributed cluster, threads; seed of the waves."""
 
     store: Any = None
     client: Any = None
     threads: int = 2
+    seed: int = 0
 
 
 @dataclass(eq=False)
@@ -289,8 +290,9 @@ class Cells:
         self.seconds += course.duration * (request.seeds - first + 1)
         if self.plan.environment.calm(request.spot.Hs):
             return crane, [calm]
-        one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, seed_of(request.spot, first))
-        return crane, [replace(one, seed=seed_of(request.spot, k)) for k in range(first, request.seeds + 1)]
+        seeds = [seed_of(request.spot, k, self.execution.seed) for k in range(first, request.seeds + 1)]
+        one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, seeds[0])
+        return crane, [replace(one, seed=seed) for seed in seeds]
 
 
 def worst_places(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:

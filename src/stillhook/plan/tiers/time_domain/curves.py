@@ -17,7 +17,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
 from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
-from stillhook.statistics.estimate import NORMAL_95, t_factor
+from stillhook.statistics.estimate import NORMAL_95
 from stillhook.statistics.level_fit import (
     SLOPES,
     Around,
@@ -47,6 +47,8 @@ FAILED_MOST = 0.1
 """Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
 leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
 ROUNDING = 1e-9
+LARGEST = 700.0
+"""Exponent from which on e to it is called inf."""
 LOWEST = -50.0
 """ln of what waves may add where still water is at the limit."""
 FAR = 0.4
@@ -57,8 +59,6 @@ NEXT_TO_ALL = 0.9
 BEHIND_OTHERS = 0.5
 """Part of what runs used of another rule's limit below which a rule guides no search: where the other is reached this
 one is far away."""
-WELL_BELOW = 0.85
-"""Heights below a limit, over it, at which cells show how far down its interval may reach."""
 MIDDLE = 250
 STEPS = np.linspace(-2.5, 2.5, 2 * MIDDLE + 1)
 """Distances from a limit, in ln of the height, at which the ends of its interval are looked for."""
@@ -113,8 +113,13 @@ class Curve:
             return float(self.still[column]), math.nan, math.nan
         ln_x, var = self.fit.at(np.array([column]), np.array([math.log(Hs / self.columns[column].about)]))
         half = NORMAL_95 * math.sqrt(float(var[0]))
-        value, low, high = (self.still[column] + math.exp(float(ln_x[0]) + d) for d in (0.0, -half, half))
+        value, low, high = (self.still[column] + _exp(float(ln_x[0]) + d) for d in (0.0, -half, half))
         return float(value), float(low), float(high)
+
+
+def _exp(x: float) -> float:
+    """e^x, inf where no number holds it: an interval without an end."""
+    return math.exp(x) if x < LARGEST else math.inf
 
 
 def curve_of(columns: Sequence[ColumnRuns], chance: float | None = None) -> Curve:
@@ -314,6 +319,40 @@ def _stream(curve: Curve) -> int:
     return zlib.crc32(data)
 
 
+def _where_near(
+    curve: Curve, x_limit: FloatArray, highest: float, expected: FloatArray | None, n_draws: int
+) -> CurveLimits:
+    """Limits (c,), none of them in columns whose runs stayed far below: of a number to which waves add hardly anything
+    no curve knows how it grows."""
+    limits, most = limits_of_curve(curve, x_limit, highest, expected, n_draws=n_draws), _most_added(curve.columns)
+    far = (x_limit > curve.still) & (most < FAR * (x_limit - curve.still))
+    if not far.any():
+        return limits
+    at_top = curve.tops >= highest * (1.0 - ROUNDING)
+    nothing = np.where(at_top, np.inf, np.nan)
+    return replace(
+        limits,
+        Hs=np.where(far, nothing, limits.Hs),
+        low=np.where(far, curve.tops, limits.low),
+        high=np.where(far, np.nan, limits.high),
+        half=np.where(far, np.nan, limits.half),
+        direct=np.where(far, np.inf, limits.direct),
+        draws=np.where(far, nothing, limits.draws),
+    )
+
+
+def _most_added(columns: Sequence[ColumnRuns]) -> FloatArray:
+    """The most that waves added in a run of each column (c,); inf of a chance, where this says nothing, and where a run
+    failed or none was made."""
+    some = [bool(c.cells) and c.measure.statistic is not Statistic.CHANCE for c in columns]
+    return np.array(
+        [
+            max(float(c.measure.values(runs).max()) for _, runs in c.cells) - c.still if known else math.inf
+            for c, known in zip(columns, some, strict=True)
+        ]
+    )
+
+
 def limits_in_bands(
     curve: Curve,
     bands: Sequence[tuple[float, FloatArray]],
@@ -325,7 +364,7 @@ def limits_in_bands(
     """As `limits_of_curve` for a limit that depends on the height: bands of a height up to which [m], rising, and the
     limit x (c,) there. The limit is that of a band within it, or the height of a band where the next one is beyond at
     once."""
-    found = [limits_of_curve(curve, x_limit, highest, expected, n_draws=n_draws) for _, x_limit in bands]
+    found = [_where_near(curve, x_limit, highest, expected, n_draws) for _, x_limit in bands]
     if len(found) == 1:
         return found[0]
     tops = [top for top, _ in bands]
@@ -397,13 +436,22 @@ def x_limit_of(measure: Measure, limit: float) -> float:
     return measure.end if measure.statistic is Statistic.CHANCE else measure.to_x(limit)
 
 
+def limit_at(bands: Sequence[tuple[float, float]], Hs: float) -> float:
+    """The limit of a rule in a sea of a height [m], of bands of a height up to which [m], rising, and their limit."""
+    return next((limit for top, limit in bands if Hs <= top * (1.0 + ROUNDING)), bands[-1][1])
+
+
 def share_used(bands: Sequence[tuple[float, float]], column: ColumnRuns) -> float:
-    """The most that waves added in a run of a column, over what they may by the bands of a limit; inf where a run
-    failed or a calm is beyond, NaN where this says nothing: of a chance, or without runs."""
+    """The most that waves added in a run of a column, over what they may by the limit at its height; inf where a run
+    failed, or a calm or a cell is beyond; NaN where this says nothing: of a chance, or without runs."""
     if column.measure.statistic is Statistic.CHANCE or not column.cells:
         return math.nan
-    room = min(x_limit_of(column.measure, limit) for _, limit in bands) - column.still
-    most = max(float(column.measure.values(runs).max()) for _, runs in column.cells) - column.still
+    return max(_share(column, runs, limit_at(bands, Hs)) for Hs, runs in column.cells)
+
+
+def _share(column: ColumnRuns, runs: Runs, limit: float) -> float:
+    room = x_limit_of(column.measure, limit) - column.still
+    most = float(column.measure.values(runs).max()) - column.still
     return most / room if room > 0.0 else math.inf
 
 
@@ -430,59 +478,7 @@ def may_govern(used: FloatArray, near: FloatArray) -> BoolArray:
     return np.asarray((np.isnan(near) | ((used >= FAR) & ~behind)).any(axis=1))
 
 
-def without(limits: CurveLimits, far: BoolArray, tops: FloatArray, highest: float) -> CurveLimits:
-    """Limits (c,), none of them in columns whose runs stayed far from it: of a number to which waves add hardly
-    anything no curve knows how it grows. tops (c,) highest cells, highest sea to analyse [m]."""
-    at_top = tops >= highest * (1.0 - ROUNDING)
-    Hs = np.where(far, np.where(at_top, np.inf, np.nan), limits.Hs)
-    low, nothing = np.where(far, tops, limits.low), np.where(at_top, np.inf, np.nan)
-    return replace(
-        limits,
-        Hs=Hs,
-        low=low,
-        high=np.where(far, np.nan, limits.high),
-        half=np.where(far, np.nan, limits.half),
-        direct=np.where(far, np.inf, limits.direct),
-        draws=np.where(far, nothing, limits.draws),
-    )
-
-
 def about_tops(columns: Sequence[ColumnRuns], tops: FloatArray, some: BoolArray) -> list[ColumnRuns]:
     """Columns, some of which are looked at about their highest cell."""
     rows = zip(columns, tops, some, strict=True)
     return [replace(column, about=float(top)) if use else column for column, top, use in rows]
-
-
-def surely_inside(columns: Sequence[ColumnRuns], x_limit: FloatArray, limits: FloatArray) -> FloatArray:
-    """Heights (c,) [m] up to which cells well below a limit show that a column is inside, to 95 %: the highest such
-    cell; 0 where there is none. A column without lower cells takes the least of columns of about its period, or of all.
-
-    x_limit (c,); limits (c,): heights of the limits, inf or NaN where there is none [m].
-    """
-    floor, most = np.zeros(len(columns)), WELL_BELOW * np.where(np.isnan(limits), np.inf, limits)
-    below = [[Hs for Hs, _ in reversed(column.cells) if 0.0 < Hs < H] for column, H in zip(columns, most, strict=True)]
-    while any(below):
-        at = {i: heights.pop(0) for i, heights in enumerate(below) if heights}
-        curve = curve_of([replace(column, about=at.get(i, column.about)) for i, column in enumerate(columns)])
-        for i, Hs in at.items():
-            if _highest_level(curve, i, Hs) < x_limit[i]:
-                floor[i], below[i] = Hs, []
-    ln_T = np.log([column.period for column in columns])
-    alike = np.abs(ln_T[:, None] - ln_T) < ALIKE
-    any_ = np.ones_like(alike)
-    least, of_any = (np.where(near & (floor > 0.0), floor, np.inf).min(axis=1) for near in (alike, any_))
-    least = np.where(np.isfinite(least), least, of_any)
-    return np.asarray(np.minimum(np.where((floor == 0.0) & np.isfinite(least), least, floor), most))
-
-
-def _highest_level(curve: Curve, i: int, Hs: float) -> float:
-    """Upper end of the 95 % interval of the level in a cell; of a mean that of its runs."""
-    column = curve.columns[i]
-    runs = next(runs for height, runs in column.cells if height == Hs)
-    x = column.measure.values(runs)
-    if not np.isfinite(x).all():
-        return math.inf
-    if column.measure.statistic is Statistic.MEAN:
-        return float(x.mean() + t_factor(len(x) - 1) * x.std(ddof=1) / math.sqrt(len(x))) if len(x) > 1 else math.inf
-    level, _, high = curve.level(i, Hs)
-    return high if math.isfinite(high) else level

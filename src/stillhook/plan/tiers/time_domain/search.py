@@ -20,11 +20,11 @@ from stillhook.plan.definition.capacities import calm as _calm
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Limited
+from stillhook.plan.failures import NUMERICAL, in_words
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
 from stillhook.plan.tiers.time_domain.curves import (
     BEYOND_CELLS,
-    FAR,
     ColumnRuns,
     Curve,
     CurveLimits,
@@ -35,13 +35,12 @@ from stillhook.plan.tiers.time_domain.curves import (
     may_govern,
     near_limit,
     share_used,
-    surely_inside,
     top_beyond,
     wind_sea,
     wind_sea_limits,
-    without,
     x_limit_of,
 )
+from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, surely_inside, used_of
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.placing import (
@@ -99,11 +98,13 @@ class LimitSearch:
 
 
 class Judged(NamedTuple):
-    """Limits of the rules of a phase under an alternative: columns, curve of every rule, and its limits."""
+    """Limits of the rules of a phase under an alternative: columns, curve of every rule, and its limits; rules that
+    could not be judged, with the reason."""
 
     columns: tuple[Column, ...]
     curves: Mapping[str, Curve]
     limits: Mapping[str, CurveLimits]
+    failed: Mapping[str, str] = {}
 
     def least(self, column: Column) -> tuple[float, float]:
         """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln."""
@@ -357,6 +358,7 @@ class Work:
         columns = tuple(line.column for line in lines)
         curves: dict[str, Curve] = {}
         limits: dict[str, CurveLimits] = {}
+        failed: dict[str, str] = {}
         if not lines:
             return Judged(columns, curves, limits)
         about = [self._about(line, before) for line in lines]
@@ -365,41 +367,50 @@ class Work:
             [self.runs_of(line, each.rule.quantity, a) for line, a in zip(lines, about, strict=True)] for each in rules
         ]
         shares, nearest = (
-            np.array([[share_used(each.bands, f(c)) for c in of] for each, of in zip(rules, runs, strict=True)])
+            np.array([[share_used(self._bands(each), f(c)) for c in of] for each, of in zip(rules, runs, strict=True)])
             for f in (lambda column: column, near_limit)
         )
         guides = may_govern(shares, nearest) if near and rules else np.ones(len(rules), dtype=np.bool_)
-        for each, of, used, guide in zip(rules, runs, shares, guides, strict=True):
+        guides |= [bool(each.by_Hs) for each in rules]  # such a rule has an end whatever was run
+        for each, of, guide in zip(rules, runs, guides, strict=True):
             if not guide:
                 continue
             expected = self.predicted.get((phase, lines[0].alternative, each.rule.key), {})
             guess = np.array([self.height(expected.get(column, math.nan)) for column in columns])
             n_draws = 0 if near else DRAWS
-            curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess, used, n_draws=n_draws)
-        return Judged(columns, curves, limits)
+            try:
+                curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess, n_draws=n_draws)
+            except NUMERICAL as problem:
+                failed[each.rule.key] = in_words(problem)
+        return Judged(columns, curves, limits, failed)
 
     def limits_of(
         self,
         rule: Limited,
         columns: Sequence[ColumnRuns],
         expected: FloatArray | None = None,
-        used: FloatArray | None = None,
         *,
         n_draws: int = 0,
     ) -> tuple[Curve, CurveLimits]:
         """The curve of a rule's quantity in columns, and the rule's limits of the wind sea; expected (c,): limits of a
-        cheaper method, of all waves [m]; used (c,): `share_used`, where it is known; n_draws of all limits together:
-        lower ends go with them."""
+        cheaper method, of all waves [m]; n_draws of all limits together: limits and their lower ends are then held
+        against what the cells say (`stillhook.plan.tiers.time_domain.levels`)."""
         curve, limits = self._taken_at(rule, columns, expected, n_draws)
-        far = (np.array([share_used(rule.bands, column) for column in columns]) if used is None else used) < FAR
-        limits = without(limits, far, self.wind_sea(curve.tops), max(self.plan.environment.Hs))
-        if n_draws == 0:
+        if n_draws == 0 or columns[0].measure.statistic is Statistic.CHANCE:
             return curve, limits
-        x_limit = np.array([min(x_limit_of(column.measure, limit) for _, limit in rule.bands) for column in columns])
-        floor = surely_inside(curve.columns, x_limit, self.all_waves(limits.Hs))
-        floor = self.wind_sea(floor)
-        low = np.where(floor > 0.0, np.fmax(limits.low, floor), limits.low)
-        return curve, replace(limits, low=low, draws=np.maximum(limits.draws, floor))
+        levels, bands = cell_levels(columns), self._bands(rule)
+        used = used_of(rule, columns[0].measure, levels, self.wind_sea(levels.Hs))
+        least, most = self.wind_sea(inside_up_to(levels, used)), self.wind_sea(beyond_from(columns, levels, bands))
+        Hs = np.fmin(np.maximum(limits.Hs, least), most)
+        sure = np.fmin(self.wind_sea(surely_inside(columns, levels, bands, self.all_waves(Hs))), Hs)
+        low = np.fmin(np.where(sure > 0.0, np.fmax(limits.low, sure), limits.low), Hs)
+        high = np.where(limits.high < Hs, Hs, limits.high)
+        draws = np.minimum(np.maximum(limits.draws, np.where(limits.Hs < least, least, sure)), most)
+        return curve, replace(limits, Hs=Hs, low=low, high=high, draws=draws)
+
+    def _bands(self, rule: Limited) -> list[tuple[float, float]]:
+        """Bands of a rule's limit by the height of all waves [m]."""
+        return [(self.height(top), limit) for top, limit in rule.bands]
 
     def _taken_at(
         self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None, n_draws: int
@@ -424,8 +435,8 @@ class Work:
     ) -> tuple[Curve, CurveLimits]:
         curve = curve_of(columns, chance_of(columns, rule.limit))
         bands = [
-            (self.height(top), np.array([x_limit_of(column.measure, limit) for column in columns]))
-            for top, limit in rule.bands
+            (top, np.array([x_limit_of(column.measure, limit) for column in columns]))
+            for top, limit in self._bands(rule)
         ]
         highest = self.height(max(self.plan.environment.Hs))
         limits = limits_in_bands(curve, bands, highest, expected, n_draws=n_draws)

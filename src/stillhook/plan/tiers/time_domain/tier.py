@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +18,12 @@ from stillhook.base.progress import Progress
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.failures import Failures
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
-from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns
+from stillhook.plan.tiers.time_domain.levels import cell_levels
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.placing import Column, Search, prediction_factors, snapped
@@ -147,6 +150,7 @@ class TwinTier:
     reasons: Mapping[str, str]  # phase -> reason why it was run, or not
     notes: tuple[str, ...] = ()  # remarks on the limits
     blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)  # "landing" and "convergence"
+    failures: Failures = field(default_factory=Failures)  # what could not be computed
 
 
 def refine(
@@ -155,9 +159,7 @@ def refine(
     *,
     search: Search | None = None,
     occurrence: Callable[[Column, float], float] | None = None,
-    store: Any = None,
-    client: Any = None,
-    threads: int = 2,
+    execution: Execution | None = None,
     progress: Progress | None = None,
 ) -> TwinTier:
     """Limits of the phases that may govern, by runs of the twin.
@@ -168,11 +170,11 @@ def refine(
     (common random numbers), and what is one run under several of them is run once. Heights are placed by
     `stillhook.plan.tiers.time_domain.search`; a column gets more runs until the interval of its limit is narrow enough.
 
-    occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`); store: folder
-    in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share done, 0..1.
+    occurrence: weather about a limit of a column, over the usual (`stillhook.plan.weather.occurrence`);
+    execution: where runs are kept, so that an interrupted plan goes on, and who runs them; progress: share done, 0..1.
     Errors: StillhookError, one line: a lift beyond any crane, a store that cannot be written.
     """
-    work = Work(plan, search or Search(), Cells(plan, Execution(store, client, threads)), progress, occurrence)
+    work = Work(plan, search or Search(), Cells(plan, execution or Execution()), progress, occurrence)
     work.prepare(predicted)
     for _ in range(MOST_ROUNDS):
         if not work.round():
@@ -183,9 +185,11 @@ def refine(
 def _result(work: Work) -> TwinTier:
     """Demands and limits of everything that was run."""
     pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if line.started}
-    demands = [_demand(work, phase, alternative) for (_, alternative), phase in pairs.items()]
-    limits = [_limits(work, phase, alternative) for (_, alternative), phase in pairs.items()]
-    blocks = {"landing": landing(work), "convergence": convergence(work)}
+    failures = Failures()
+    demands = [_demand(work, phase, alternative, failures) for (_, alternative), phase in pairs.items()]
+    limits = [_limits(work, phase, alternative, failures) for (_, alternative), phase in pairs.items()]
+    makers = {"landing": landing, "convergence": convergence}
+    blocks = {name: failures.attempt(name, partial(make, work), None) for name, make in makers.items()}
     if work.progress is not None:
         work.progress(1.0)
     return TwinTier(
@@ -195,6 +199,7 @@ def _result(work: Work) -> TwinTier:
         {p.name: _reason(work, p) for p in work.plan.phases},
         _notes(work),
         {name: data for name, data in blocks.items() if data is not None},
+        failures,
     )
 
 
@@ -202,8 +207,9 @@ def _started(work: Work, phase: Phase, alternative: Alternative) -> list[LimitSe
     return [line for line in work.phases[phase.name, alternative] if line.started]
 
 
-def _limits(work: Work, phase: Phase, alternative: Alternative) -> Limits:
-    """Limits of every rule in every column that was looked at; in one whose calm is beyond, of the calm."""
+def _limits(work: Work, phase: Phase, alternative: Alternative, failures: Failures) -> Limits:
+    """Limits of every rule in every column that was looked at; in one whose calm is beyond, of the calm. A rule that
+    could not be judged allows no sea."""
     lines, judged = _started(work, phase, alternative), work.judge(phase.name, alternative)
     Tp, beta = (np.array([line.column[i] for line in lines]) for i in (0, 1))
     Hs, low, high = ({each.rule.key: np.full(len(lines), np.nan) for each in work.rules(lines[0])} for _ in range(3))
@@ -216,6 +222,9 @@ def _limits(work: Work, phase: Phase, alternative: Alternative) -> Limits:
         if len(found.draws):
             draws[key] = np.full((len(found.draws), len(lines)), np.nan)
             draws[key][:, place] = found.draws[:, of]
+    for key, reason in judged.failed.items():
+        Hs[key][place] = 0.0
+        failures.reasons[f'limit by "{key}", {phase.name}, {alternative}: 0 m in its place'] = reason
     for i, line in enumerate(lines):
         if line.column in judged.columns:
             continue
@@ -225,36 +234,43 @@ def _limits(work: Work, phase: Phase, alternative: Alternative) -> Limits:
     return Limits(phase.name, alternative, Tier.TIME, Tp, beta, Hs, low, high, draws)
 
 
-def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
-    """All cells of a phase under an alternative as one demand, the calm of every column first: levels of the curves of
-    all columns."""
+def _demand(work: Work, phase: Phase, alternative: Alternative, failures: Failures) -> Demand:
+    """All cells of a phase under an alternative as one demand, the calm of every column first: levels of the cells."""
     lines, judged = _started(work, phase, alternative), work.judge(phase.name, alternative)
     rows = [(line, h) for line in lines for h in (0.0, *work.heights(line))]
     seas = Seas(*(np.array([getattr(line.spot(h), name) for line, h in rows]) for name in ("Hs", "Tp", "beta")))
-    columns = {column: i for i, column in enumerate(judged.columns)}
-    rules = {each.rule.quantity: each.rule.key for each in reversed(work.rules(lines[0]))}
     names = sorted({name for line in lines for name in work.measures(line) if work.has(line, name)})
-    value, low, high = ({q: np.full(len(rows), np.nan) for q in names} for _ in range(3))
-    every = {line.column: line for line in work.phases[phase.name, alternative]}
-    for q in names:
-        curve = judged.curves.get(rules.get(q, ""))
-        if curve is None and columns:
-            middle_of = {column: work.heights(line) for column, line in every.items() if column in columns}
-            curve = curve_of(
-                [work.runs_of(every[c], q, work.height(middle_of[c][len(middle_of[c]) // 2])) for c in judged.columns]
-            )
-        for k, (line, h) in enumerate(rows):
-            measure = work.measures(line)[q]
-            if measure.statistic is Statistic.CHANCE:
-                estimate = chance(measure, work.runs(line, h))
-            elif work.plan.environment.calm(h) or curve is None:
-                x = float(measure.values(work.runs(line, 0.0)).max())
-                estimate = _estimate(measure, x, x, x)
-            else:
-                estimate = _estimate(measure, *curve.level(columns[line.column], work.height(h)))
-            value[q][k], low[q][k], high[q][k] = estimate.value, estimate.low, estimate.high
+    nothing = np.full((3, len(rows)), np.nan)
+    tables = {
+        q: failures.attempt(
+            f"{q}, {phase.name}, {alternative}", partial(_of_cells, work, judged.columns, rows, q), nothing
+        )
+        for q in names
+    }
+    value, low, high = ({q: table[k] for q, table in tables.items()} for k in range(3))
     seeds = np.array([len(work.runs(line, h)["duration"]) for line, h in rows], dtype=np.int64)
     return Demand(phase.name, alternative, Tier.TIME, seas, value, low, high, seeds)
+
+
+def _of_cells(work: Work, columns: Sequence[Column], rows: Sequence[tuple[LimitSearch, float]], q: str) -> FloatArray:
+    """A quantity in cells (3, n) of lines and heights: value and ends of its interval. columns: those that have
+    runs."""
+    every = {line.column: line for line, _ in rows}
+    of = [work.runs_of(every[c], q, work.height(work.heights(every[c])[0])) for c in columns]
+    counted = bool(of) and of[0].measure.statistic is Statistic.CHANCE
+    levels, place = None if counted else cell_levels(of), {column: i for i, column in enumerate(columns)}
+    found = np.full((3, len(rows)), np.nan)
+    for k, (line, h) in enumerate(rows):
+        measure = work.measures(line)[q]
+        if measure.statistic is Statistic.CHANCE:
+            estimate = chance(measure, work.runs(line, h))
+        elif levels is None or work.plan.environment.calm(h) or line.column not in place:
+            x = float(measure.values(work.runs(line, 0.0)).max())
+            estimate = _estimate(measure, x, x, x)
+        else:
+            estimate = _estimate(measure, *levels.at(place[line.column], work.height(h)))
+        found[:, k] = estimate.value, estimate.low, estimate.high
+    return found
 
 
 def _estimate(measure: Measure, *x: float) -> Estimate:
@@ -278,6 +294,7 @@ def _runs(cells: Cells) -> dict[str, Any]:
         "n_failed": cells.n_failed,
         "n_cells": len(sizes),
         "seeds_per_cell": [min(sizes, default=0), max(sizes, default=0)],
+        "seed": cells.execution.seed,
         "simulated": cells.seconds,
     }
 
