@@ -22,9 +22,9 @@ from stillhook.plan.answer.metadata import RunInputs, facts_of, not_computed, re
 from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
 from stillhook.plan.answer.sweep import answer_of, sweep_blocks
+from stillhook.plan.definition.failures import Failures
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
-from stillhook.plan.failures import Failures
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limits_in
 from stillhook.plan.result import CREDITS, PlanResult, not_compared

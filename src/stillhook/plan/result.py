@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from numpy.typing import NDArray
 
+from stillhook.plan.definition.failures import FAILED
 from stillhook.plan.definition.rules import Alternative, Tier
-from stillhook.plan.failures import FAILED
 from stillhook.units import quote
 from stillhook.variables import attributes
 

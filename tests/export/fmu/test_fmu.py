@@ -491,3 +491,15 @@ def test_the_command_says_what_it_wrote(tmp_path, monkeypatch, capsys):
     assert said["t_cycle"] == 0.01
     assert said["files"] == ["nov-250t.fmu", "nov-250t_OspModelDescription.xml"]
     assert {"load", "s_w_start", "e_c"} <= {v["name"] for v in said["variables"]}
+
+
+def test_inputs_that_contradict_each_other_are_told_once(slave: Slave, capfd: pytest.CaptureFixture[str]):
+    """A host that gives the position alone: the winch would follow a tip that stands."""
+    slave.begin({"s_tip": 0.0, "v_tip": 0.0, "a_tip": 0.0}, {"input_time": 0})
+    for k in range(250):
+        slave.set(s_tip=float(np.sin(2.0 * np.pi * 0.1 * (k + 1) / 8.0)))
+        slave.step(0.1 * k, 0.1)
+    (told,) = [line for line in "".join(capfd.readouterr()).splitlines() if "are not one motion" in line]
+    assert "position and speed of the tip" in told
+    assert "Give s_tip, v_tip and a_tip of one motion" in told
+    assert slave.text("contradiction") == "position and speed of the tip are not one motion"

@@ -81,6 +81,7 @@ def units(root: Element, ports: Iterable[Port]) -> None:
 def common(root: Element, export: Export) -> None:
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what was refused, and what is allowed")
+    SubElement(categories, "Category", name="logStatusWarning", description="inputs that contradict each other")
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=number(END), stepSize=number(export.t_cycle))
 
 

@@ -27,12 +27,14 @@ typedef struct {
     const fmi2CallbackFunctions *host;
 } sh_fmi2;
 
-static fmi2Status sh_fmi2_error(sh_fmi2 *c)
+static fmi2Status sh_fmi2_tell(sh_fmi2 *c, fmi2Status status, const char *category)
 {
     if (c->host != NULL && c->host->logger != NULL)
-        c->host->logger(c->host->componentEnvironment, c->own.name, fmi2Error, "logStatusError", "%s", c->own.message);
-    return fmi2Error;
+        c->host->logger(c->host->componentEnvironment, c->own.name, status, category, "%s", c->own.message);
+    return status;
 }
+
+static fmi2Status sh_fmi2_error(sh_fmi2 *c) { return sh_fmi2_tell(c, fmi2Error, "logStatusError"); }
 
 static fmi2Status sh_fmi2_says(fmi2Component c, const char *text)
 {
@@ -58,7 +60,7 @@ SH_EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
 
 SH_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
 {
-    (void)c, (void)on, (void)n, (void)categories; /* errors alone are told, and always */
+    (void)c, (void)on, (void)n, (void)categories; /* errors and warnings are told, and always */
     return fmi2OK;
 }
 
@@ -256,9 +258,12 @@ SH_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real h, fmi2
 {
     sh_fmi2 *s = c;
     (void)no_return;
+    int warns = 0;
     if (s == NULL)
         return fmi2Error;
-    return sh_instance_step(&s->own, time, h) == SH_OK ? fmi2OK : sh_fmi2_error(s);
+    if (sh_instance_step(&s->own, time, h, &warns) != SH_OK)
+        return sh_fmi2_error(s);
+    return warns ? sh_fmi2_tell(s, fmi2Warning, "logStatusWarning") : fmi2OK;
 }
 
 SH_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) { return sh_fmi2_says(c, "A step is over when fmi2DoStep returns."); }

@@ -29,12 +29,14 @@ typedef struct {
     fmi3InstanceEnvironment host;
 } sh_fmi3;
 
-static fmi3Status sh_fmi3_error(sh_fmi3 *c)
+static fmi3Status sh_fmi3_tell(sh_fmi3 *c, fmi3Status status, const char *category)
 {
     if (c->log != NULL)
-        c->log(c->host, fmi3Error, "logStatusError", c->own.message);
-    return fmi3Error;
+        c->log(c->host, status, category, c->own.message);
+    return status;
 }
+
+static fmi3Status sh_fmi3_error(sh_fmi3 *c) { return sh_fmi3_tell(c, fmi3Error, "logStatusError"); }
 
 static fmi3Status sh_fmi3_says(fmi3Instance c, const char *text)
 {
@@ -330,10 +332,12 @@ SH_EXPORT fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 h,
     (void)no_return;
     if (s == NULL || events == NULL || end == NULL || early == NULL || reached == NULL)
         return sh_fmi3_says(c, "fmi3DoStep: no room for what it answers was given.");
-    int answer = sh_instance_step(&s->own, time, h);
+    int warns = 0, answer = sh_instance_step(&s->own, time, h, &warns);
     *events = *end = *early = false;
     *reached = sh_time(&s->own.twin);
-    return answer == SH_OK ? fmi3OK : sh_fmi3_error(s);
+    if (answer != SH_OK)
+        return sh_fmi3_error(s);
+    return warns ? sh_fmi3_tell(s, fmi3Warning, "logStatusWarning") : fmi3OK;
 }
 
 /* Functions of what this FMU does not have: events, clocks, continuous states, derivatives, structural parameters. */

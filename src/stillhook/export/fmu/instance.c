@@ -80,8 +80,10 @@ static int sh_instance_start(sh_instance *s)
     return answer;
 }
 
-static int sh_instance_step(sh_instance *s, double time, double h)
+/* A step; *warns: from this step on the host's inputs contradict each other, which the message says. */
+static int sh_instance_step(sh_instance *s, double time, double h, int *warns)
 {
+    int before = sh_motion_says(&s->twin.motion)[0] != 0;
     int answer = s->phase == SH_RUNNING ? sh_step(&s->twin, time, h) : SH_NOT_NOW;
     if (answer == SH_WRONG_STEP)
         snprintf(s->message, sizeof s->message,
@@ -92,6 +94,12 @@ static int sh_instance_step(sh_instance *s, double time, double h)
                  "The state is no number any more at %.9g s. Restore a saved state, or reset.", sh_time(&s->twin));
     else if (answer != SH_OK)
         snprintf(s->message, sizeof s->message, "A step is made after the initialization and before the end.");
+    *warns = answer == SH_OK && !before && sh_motion_says(&s->twin.motion)[0] != 0;
+    if (*warns)
+        snprintf(s->message, sizeof s->message,
+                 "At %.9g s: %s. Give s_tip, v_tip and a_tip of one motion, in m, m/s and m/s^2, up positive, in steps"
+                 " much shorter than its period: the winch follows what it is given.",
+                 sh_time(&s->twin), sh_motion_says(&s->twin.motion));
     return answer;
 }
 

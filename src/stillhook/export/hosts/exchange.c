@@ -119,7 +119,7 @@ static sh_sample sh_course_ahead(sh_sample s, double time)
 static int sh_cycle_to(sh_exchange *e, sh_twin *t, sh_sample end, double k)
 {
     int answer = sh_put_sample(t, e, end);
-    return answer == SH_OK ? sh_step(t, k * sh_cycle(), sh_cycle()) : answer;
+    return answer == SH_OK ? sh_go(t, k * sh_cycle(), sh_cycle(), 0) : answer;
 }
 
 /* Part of a PLC cycle by which a host's time may be beside one and still be it. */
@@ -178,6 +178,7 @@ static int sh_exchange_at(sh_exchange *e, sh_sample s, int new_step, sh_reply *r
     }
     mark.sample = s;
     mark.part = x;
+    sh_motion_take(&mark.twin.motion, s.time - e->first.time, (double[]){s.s_tip - e->first.s_tip, s.v_tip, s.a_tip});
     now = then = sh_reply_of(&mark.twin);
     if (x > sh_rounding(s.time)) {
         next = mark.twin;

@@ -44,6 +44,11 @@ SH_SHOWN double stillhook_get(void *e, const char *name) /* any output at the la
     return e == NULL || name == NULL ? NAN : sh_get(&((sh_exchange *)e)->trial.twin, sh_find(name));
 }
 
+SH_SHOWN const char *stillhook_text(void *e, const char *name) /* an output in words: causes, outside, contradiction */
+{
+    return e == NULL || name == NULL ? "" : sh_text(&((sh_exchange *)e)->trial.twin, sh_find(name));
+}
+
 /* The state as bytes, stillhook_size() of them, with a checksum; what is no such state is refused and changes nothing. */
 SH_SHOWN int64_t stillhook_size(void) { return (int64_t)sh_exchange_size(); }
 SH_SHOWN void stillhook_save(const void *e, void *bytes) { sh_exchange_save(e, bytes); }

@@ -81,7 +81,9 @@ enum sh_kind {
     SH_OF_STATUS,    /* 0 ok, 1 a limit was passed since the start, 2 no numbers any more */
     SH_OF_CAUSES,    /* which limits, in words */
     SH_OF_VALID,     /* whether a condition is within the envelope of the validation: number `at`, all of them for -1 */
-    SH_OF_OUTSIDE    /* which are not, in words */
+    SH_OF_OUTSIDE,   /* which are not, in words */
+    SH_OF_ONE,       /* whether the tip's position, speed and acceleration are one motion */
+    SH_OF_APART      /* what contradicts what, in words */
 };
 typedef struct {
     enum sh_kind kind;

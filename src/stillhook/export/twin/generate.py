@@ -107,7 +107,8 @@ def export(
             f'"{crane.name}": a winch type or controller of it is outside what is translated to C: {problem}'
         ) from None
     laws = p.laws_of(crane, ready.winch.extra_controllers)
-    parts = [_part("core.h"), made.text, *_tables(crane, made, laws), _part("core.c"), _part("state.c")]
+    parts = [_part("core.h"), made.text, *_tables(crane, made, laws)]
+    parts += [_part(f"{name}.c") for name in ("motion", "core", "reading", "state")]
     body = "\n".join(parts)
     identity = hashlib.sha256(body.encode()).hexdigest()
     return Export(
@@ -292,6 +293,7 @@ def _controller(crane: Crane, ready: Ready) -> Made:
         p.port("input_time", "fixed", ("SH_OF_OPTION", 0), kind="integer", start=1.0, least=1.0, most=1.0),
         *p.settings(type(plc), offset(k.Lane, "plc", 1), record, laws, law_at),
         *p.commands(),
+        *p.motion(),
         *p.guard_outputs(at),
     )
     return Made(

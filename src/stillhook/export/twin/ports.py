@@ -189,6 +189,13 @@ def outputs(driver: Any, passed: list[Limit], taken: set[str], laws: list[Contro
     for i, name in enumerate(("valid", *CONDITIONS)):
         yield port(name, "output", ("SH_OF_VALID", i - 1), kind="boolean")
     yield port("outside", "output", ("SH_OF_OUTSIDE", 0), kind="text")
+    yield from motion()
+
+
+def motion() -> Iterator[Port]:
+    """Whether what the host says of the tip is one motion."""
+    yield port("one_motion", "output", ("SH_OF_ONE", 0), kind="boolean")
+    yield port("contradiction", "output", ("SH_OF_APART", 0), kind="text")
 
 
 def readings(causality: str, kind: str) -> Iterator[Port]:

@@ -163,6 +163,10 @@ static int sh_check_twin(const sh_twin *t, char *why, size_t room)
     for (int i = 0; i < SH_ROW; i++)
         if (sh_check_number(&sh_row_numbers[i], t->row[i], sh_first_row[i], t->cycles, why, room) != SH_OK)
             return SH_NO_STATE;
+    if (!sh_motion_sound(&t->motion, t->cycles * SH_T_CYCLE)) {
+        snprintf(why, room, "a memory of the tip's motion that no motion has");
+        return SH_NO_STATE;
+    }
     return sh_check_lane(t, why, room) == SH_OK ? sh_check_memory(t, why, room) : SH_NO_STATE;
 }
 

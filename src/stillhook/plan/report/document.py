@@ -16,7 +16,7 @@ from typing import Any
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
-from stillhook.plan.failures import FAILED
+from stillhook.plan.definition.failures import FAILED
 from stillhook.plan.report import basis, detail
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.summary_page import tables, verdict

@@ -335,3 +335,12 @@ def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tup
     return {
         (float(T), float(b)): (parts[int(i)].z, float(t)) for T, b, i, t in zip(Tp, beta, worst, about, strict=True)
     }
+
+
+def merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
+    """Each cell once, with the most seeds that any line wants."""
+    most: dict[Any, CellRequest] = {}
+    for ask in wanted:
+        if ask.cell not in most or most[ask.cell].seeds < ask.seeds:
+            most[ask.cell] = ask
+    return list(most.values())

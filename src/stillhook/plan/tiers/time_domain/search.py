@@ -17,11 +17,11 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.capacities import calm as _calm
+from stillhook.plan.definition.failures import NUMERICAL, in_words
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Limited
-from stillhook.plan.failures import NUMERICAL, in_words
 from stillhook.plan.limits import Limits, limited
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, merged
 from stillhook.plan.tiers.time_domain.crossing_search import CrossingSearch
 from stillhook.plan.tiers.time_domain.crossings import binned, crosses
 from stillhook.plan.tiers.time_domain.curves import (
@@ -171,7 +171,7 @@ class Work:
                 wanted = [ask for line in looking for ask in self._next_cells(line, patient=patient)]
         if not wanted:
             return bool(looking)
-        asks = _merged(wanted)
+        asks = merged(wanted)
         self.cells.request(asks, self._progress(asks))
         return True
 
@@ -483,12 +483,3 @@ class Work:
 def _first(of: ColumnRuns, n: int) -> ColumnRuns:
     """The first n runs of every cell of a column."""
     return replace(of, cells=tuple((h, {name: x[:n] for name, x in runs.items()}) for h, runs in of.cells))
-
-
-def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
-    """Each cell once, with the most seeds that any line wants."""
-    most: dict[Any, CellRequest] = {}
-    for ask in wanted:
-        if ask.cell not in most or most[ask.cell].seeds < ask.seeds:
-            most[ask.cell] = ask
-    return list(most.values())
