@@ -80,11 +80,13 @@ class Judged(NamedTuple):
         """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln (inf: where the
         limit by crossings is thought to be, which does not count)."""
         i = self.columns.index(column)
-        rows = [
-            (or_inf(each.direct[i] if key in self.features and np.isnan(each.Hs[i]) else each.Hs[i]), float(each.half[i]))
-            for key, each in self.limits.items()
-        ]
+        rows = [(or_inf(self._thought(key, i)), float(each.half[i])) for key, each in self.limits.items()]
         return min(rows, key=lambda row: row[0], default=(math.inf, math.nan))
+
+    def _thought(self, key: str, i: int) -> float:
+        """Where a rule's limit is thought to be in a column, without two ends too, where crossings look for it."""
+        of = self.limits[key]
+        return float(of.direct[i] if key in self.features and math.isnan(of.Hs[i]) else of.Hs[i])
 
     def direct(self, column: Column) -> float:
         """Lowest limit of a column by its own runs, however far above them [m]."""
