@@ -255,7 +255,8 @@ def _demand(work: Work, phase: Phase, alternative: Alternative, failures: Failur
 def _of_cells(work: Work, columns: Sequence[Column], rows: Sequence[tuple[LimitSearch, float]], q: str) -> FloatArray:
     """A quantity in cells (3, n) of lines and heights: value and ends of its interval. columns: those that have
     runs."""
-    every = {line.column: line for line, _ in rows}
+    first, _ = rows[0]
+    every = {line.column: line for line in work.phases[first.phase.name, first.alternative]}  # runs may be of another's
     of = [work.runs_of(every[c], q, work.height(work.heights(every[c])[0])) for c in columns]
     counted = bool(of) and of[0].measure.statistic is Statistic.CHANCE
     levels, place = None if counted else cell_levels(of), {column: i for i, column in enumerate(columns)}
