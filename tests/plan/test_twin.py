@@ -488,4 +488,4 @@ def test_levels_of_runs_that_another_alternative_asked_for_are_told_too(plan):
     found = demand_of(work, phase, Alternative.SSC, failures)
     assert not failures.reasons
     assert np.isfinite(found.values["F_top_max"]).all()
-    assert set(zip(found.seas.Tp, found.seas.beta, strict=True)) == {lines[0].column}
+    assert set(zip(found.seas.Tp, found.seas.beta, strict=True)) == {lines[0].column, lines[1].column}
