@@ -9,6 +9,7 @@ import pytest
 
 from stillhook.engine.simulate import simulate
 from stillhook.library import load_crane
+from stillhook.plan.definition.failures import Failures
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Tier
 from stillhook.plan.file import load_plan
@@ -29,6 +30,8 @@ from stillhook.plan.tiers.time_domain.lowering import (
 )
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.placing import Search, prediction_factors, usual_runs
+from stillhook.plan.tiers.time_domain.search import Work
+from stillhook.plan.tiers.time_domain.tier import _demand as demand_of
 from stillhook.plan.tiers.time_domain.tier import chance, refine
 from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.scenario import Mode
@@ -466,3 +469,23 @@ def test_the_worst_height_of_a_long_way_is_where_its_load_resonates(plan):
     assert found[12.0, BETA][0] == pytest.approx(-1475.0)
     assert found[4.0, BETA][0] > -1400.0
     assert all(0.0 < time <= phase.duration for _, time in found.values())
+
+
+@pytest.mark.slow
+def test_levels_of_runs_that_another_alternative_asked_for_are_told_too(plan):
+    """Without compensation all alternatives share their runs: in a column that one of them did not start as well."""
+    of_two = replace(plan, alternatives=(Alternative.NONE, Alternative.SSC))
+    work, phase = Work(of_two, FEW, Cells(of_two, Execution()), None), of_kind(of_two, PhaseKind.SPLASH)
+    work.prepare([])
+    lines, rng = work.phases[phase.name, Alternative.SSC], np.random.default_rng(1)
+    for line in lines[:2]:
+        for spot in (line.spot(0.0), line.spot(1.0)):
+            size = rng.uniform(0.5, 1.0, 8) if spot.Hs else np.full(1, 0.4)
+            numbers = {m.x: 1e5 * size for m in work.measures(line).values()} | {"duration": np.ones(len(size))}
+            work.cells.runs[phase.name, line.winch, spot] = numbers
+            work.cells._heights.setdefault((phase.name, line.winch, *line.column), set()).add(spot.Hs)
+    lines[0].started, failures = True, Failures()
+    found = demand_of(work, phase, Alternative.SSC, failures)
+    assert not failures.reasons
+    assert np.isfinite(found.values["F_top_max"]).all()
+    assert set(zip(found.seas.Tp, found.seas.beta, strict=True)) == {lines[0].column, lines[1].column}

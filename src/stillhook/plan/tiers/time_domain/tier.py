@@ -181,7 +181,7 @@ def refine(
 
 def _result(work: Work) -> TwinTier:
     """Demands and limits of everything that was run."""
-    pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if line.started}
+    pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if _was_run(work, line)}
     failures = Failures()
     demands = [_demand(work, phase, alternative, failures) for (_, alternative), phase in pairs.items()]
     limits = [_limits(work, phase, alternative, failures) for (_, alternative), phase in pairs.items()]
@@ -200,8 +200,13 @@ def _result(work: Work) -> TwinTier:
     )
 
 
+def _was_run(work: Work, line: LimitSearch) -> bool:
+    """Whether a line was started, or another alternative's runs are its own."""
+    return line.started or bool(work.heights(line))
+
+
 def _started(work: Work, phase: Phase, alternative: Alternative) -> list[LimitSearch]:
-    return [line for line in work.phases[phase.name, alternative] if line.started]
+    return [line for line in work.phases[phase.name, alternative] if _was_run(work, line)]
 
 
 def _limits(work: Work, phase: Phase, alternative: Alternative, failures: Failures) -> Limits:
