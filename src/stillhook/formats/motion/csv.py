@@ -23,11 +23,10 @@ from stillhook.formats.motion.ship_log import (
     DEFAULT_MAX_GAP,
     HeaveSign,
     RawLog,
+    evened,
     finish,
     head_of,
     sign_of,
-    spread_note,
-    within_seconds,
 )
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.vessel.ship_motion import ShipMotion, sea_worthy
@@ -135,10 +134,7 @@ def _raw(table: CsvTable, height: str) -> RawLog:
                 f'{table.name}: line {table.header_line}: no column "{EXAMPLES[name]}" among {present}. Begin the '
                 f"file with a header such as {EXAMPLE}."
             )
-    spread = within_seconds(columns["time"])
-    cautions: tuple[str, ...] = ()
-    if spread is not None:
-        columns["time"], cautions = spread, (spread_note(columns["time"]),)
+    columns["time"], cautions = evened(columns["time"])
     _increasing(table, columns["time"])
     return RawLog(
         source=table.name,

@@ -33,11 +33,10 @@ from stillhook.formats.motion.ship_log import (
     DEFAULT_MAX_GAP,
     HeaveSign,
     RawLog,
+    evened,
     finish,
     head_of,
     sign_of,
-    spread_note,
-    within_seconds,
 )
 from stillhook.sea.vessel.ship_motion import ShipMotion
 from stillhook.units import quote
@@ -177,10 +176,8 @@ def read_psxn(
     rows = np.frombuffer(scan.rows, dtype=np.float64).reshape(-1, 6)
     if not len(rows):
         raise MotionError(f"{file.name}: {_no_samples_message(scan.counts, time)}")
-    spread = within_seconds(rows[:, 0]) if time == "logger" else None
-    notes = () if spread is None else (spread_note(rows[:, 0]),)
-    if spread is not None:
-        rows = np.column_stack((spread, rows[:, 1:]))
+    times, notes = evened(rows[:, 0]) if time == "logger" else (rows[:, 0], ())
+    rows = np.column_stack((times, rows[:, 1:]))
     if scan.slashed:
         notes = (*notes, f"dates are read as {'day/month' if scan.day_first else 'month/day'}/year")
     raw_log = _in_order(file.name, rows, scan.counts, time, sign)

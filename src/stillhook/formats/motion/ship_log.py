@@ -114,10 +114,13 @@ def within_seconds(t: FloatArray) -> FloatArray | None:
     return np.asarray(t + (place + first) / of)
 
 
-def spread_note(t: FloatArray) -> str:
-    """What to say of times that were spread."""
+def evened(t: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+    """Times (n,), those of full seconds spread (`within_seconds`), and what to say of that."""
+    spread = within_seconds(t)
+    if spread is None:
+        return t, ()
     n = float(np.median(np.unique(t, return_counts=True)[1]))
-    return f"times are full seconds with {n:g} samples in each: spread evenly within their seconds"
+    return spread, (f"times are full seconds with {n:g} samples in each: spread evenly within their seconds",)
 
 
 def finish(raw: RawLog, *, heave: HeaveSign, max_gap: str, start: str | None, duration: str | None) -> ShipMotion:

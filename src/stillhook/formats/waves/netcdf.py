@@ -58,7 +58,8 @@ def form_of(path: Path) -> str | None:
         return None
     try:
         if magic(path) not in MAGIC:
-            head = path.open("rb").read(HEAD)
+            with path.open("rb") as stream:
+                head = stream.read(HEAD)
             return next((form for pattern, form in TEXTS if pattern.match(head)), None)
         data = read_dataset(path)
     except UnreadableError as problem:

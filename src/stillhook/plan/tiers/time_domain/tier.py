@@ -205,14 +205,14 @@ def _was_run(work: Work, line: LimitSearch) -> bool:
     return line.started or bool(work.heights(line))
 
 
-def _started(work: Work, phase: Phase, alternative: Alternative) -> list[LimitSearch]:
+def _lines_run(work: Work, phase: Phase, alternative: Alternative) -> list[LimitSearch]:
     return [line for line in work.phases[phase.name, alternative] if _was_run(work, line)]
 
 
 def _limits(work: Work, phase: Phase, alternative: Alternative, failures: Failures) -> Limits:
     """Limits of every rule in every column that was looked at; in one whose calm is beyond, of the calm. A rule that
     could not be judged allows no sea."""
-    lines, judged = _started(work, phase, alternative), work.judge(phase.name, alternative)
+    lines, judged = _lines_run(work, phase, alternative), work.judge(phase.name, alternative)
     Tp, beta = (np.array([line.column[i] for line in lines]) for i in (0, 1))
     Hs, low, high = ({each.rule.key: np.full(len(lines), np.nan) for each in work.rules(lines[0])} for _ in range(3))
     draws: dict[str, FloatArray] = {}
@@ -238,7 +238,7 @@ def _limits(work: Work, phase: Phase, alternative: Alternative, failures: Failur
 
 def _demand(work: Work, phase: Phase, alternative: Alternative, failures: Failures) -> Demand:
     """All cells of a phase under an alternative as one demand, the calm of every column first: levels of the cells."""
-    lines, judged = _started(work, phase, alternative), work.judge(phase.name, alternative)
+    lines, judged = _lines_run(work, phase, alternative), work.judge(phase.name, alternative)
     rows = [(line, h) for line in lines for h in (0.0, *work.heights(line))]
     seas = Seas(*(np.array([getattr(line.spot(h), name) for line, h in rows]) for name in ("Hs", "Tp", "beta")))
     names = sorted({name for line in lines for name in work.measures(line) if work.has(line, name)})
