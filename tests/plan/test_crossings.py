@@ -181,7 +181,7 @@ def test_features_are_those_of_the_waves_of_a_run():
     size = round(30.0 / 0.02)
     spans = [np.ptp(s[i : i + size]) for i in range(0, len(s) - size, 50)]
     assert found["tip motion"] == pytest.approx(max(spans), rel=0.02)
-    many = place.of_many(spot, 200, 1)
+    many = place.of_many(place.each_metre(spot), 200, 1)
     one = [place.of_seed(spot, k)["tip speed"] for k in range(60)]
     assert np.median(many["tip speed"]) == pytest.approx(np.median(one), rel=0.06)
     assert np.std(np.log(many["tip speed"])) == pytest.approx(np.std(np.log(one)), rel=0.3)

@@ -35,6 +35,8 @@ AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE = (0.05, 0.15, 0.4), (0.03, 0.1, 0.25), (0.
 STEPS, SETTLED = 30, 1e-6
 """Steps of Newton at the most, and the change of an offset below which it goes no further."""
 DRAWS, SEED = 200, 1866
+HALVINGS = 18
+"""Halvings of the span in which a limit is looked for: to 1e-4 of the height at the most."""
 FARTHEST = 8.0
 """Largest distance of a run from its offset, in s: beyond it one run decides nothing more."""
 
@@ -178,7 +180,7 @@ def _shift(ln_f: FloatArray, p: FloatArray, s: float) -> tuple[FloatArray, Float
     """ln of the height over its offset (c,) at which a share p of the seeds is beyond, and its standard deviation for
     the number of seeds."""
     low, high = -ln_f.max(axis=1) - 6.0 * s, -ln_f.min(axis=1) + 6.0 * s
-    for _ in range(50):
+    for _ in range(HALVINGS):
         x = 0.5 * (low + high)
         more = scipy.special.ndtr((x[:, None] + ln_f) / s).mean(axis=1) > p
         low, high = np.where(more, low, x), np.where(more, x, high)

@@ -31,8 +31,9 @@ if TYPE_CHECKING:
 
 FIRST_RUNS, MANY_RUNS = 8, 60
 """Runs of a column from which a limit by crossings may be found; runs of all columns from which its feature is kept."""
-ABOUT = 0.25
-"""Step of the heights about which features of many seeds are drawn [m]: the spectrum's shape changes little with it."""
+ABOUT, LOWEST_ABOUT = 1.3, 0.05
+"""Ratio of the heights about which features of many seeds are drawn, and the lowest of them [m]: the spectrum's shape
+changes little with the height."""
 GOVERNING_MARGIN = 1.1
 """As in `stillhook.plan.tiers.time_domain.search`."""
 
@@ -70,19 +71,22 @@ class CrossingSearch:
         """Features of all runs of a line's column, and of many seeds of its sea about a height [m]."""
         course = self.work.cells.course(line.phase, line.winch, line.spot(0.0))
         place = self._once(("place", line.phase.name, line.winch), lambda: Place.of(self.work.plan, line.phase, course))
-        cells = []
+        cells, seed = [], self.work.cells.execution.seed
         for h in self.work.heights(line):
             spot, n = line.spot(h), len(self.work.runs(line, h)["duration"])
             each = [
-                self._once((line.phase.name, line.winch, spot, k), partial(place.of_seed, spot, seed_of(spot, k)))
+                self._once((place.key, spot, k), partial(place.of_seed, spot, seed_of(spot, k, seed)))
                 for k in range(1, n + 1)
             ]
             cells.append({name: np.array([one[name] for one in each]) for name in each[0]})
-        near = line.spot(max(round(about / ABOUT), 1) * ABOUT)
+        near = line.spot(ABOUT ** round(math.log(max(about, LOWEST_ABOUT)) / math.log(ABOUT)))
+        waves = self._once(("waves", place.key, near), lambda: place.each_metre(near))
+        first = seed_of(line.spot(1.0), 0)
         many = self._once(
-            ("many", line.phase.name, line.winch, near), lambda: place.of_many(near, SEEDS_OF_SEA, seed_of(near, 0))
+            ("many", place.key, line.column, waves.tip.round(6).tobytes()),
+            lambda: place.of_many(waves, SEEDS_OF_SEA, first),
         )
-        return ColumnFeatures(tuple(cells), {name: x / near.Hs for name, x in many.items()})
+        return ColumnFeatures(tuple(cells), many)
 
     def _once(self, key: Any, make: Callable[[], Any]) -> Any:
         if key not in self.known:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
 
-from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.arrays import ComplexArray, FloatArray, IntArray
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.tiers.situations import natural_period
@@ -29,6 +29,16 @@ SAMPLES = 4.0
 DAMPING = 0.1
 """Damping ratio of the load on its wire in the linear motion, some of the drag at limiting motions."""
 NAMES = ("tip speed", "tip speed down", "tip motion", "tip acceleration", "load motion")
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """Harmonics of a sea: omega (h,) [rad/s], their numbers (h,), and the standard deviation of each of the two parts
+    of the tip's height in them for each metre of the sea's (h,) [-]."""
+
+    omega: FloatArray = field(repr=False)
+    harmonic: IntArray = field(repr=False)
+    tip: FloatArray = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -52,18 +62,27 @@ class Place:
         lasts = counts + course.counted - begin
         return cls(plan, plan.tip_of(phase), course.duration, begin, lasts, natural_period(hangs))
 
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What features of one plan follow from: winches that are run alike share them."""
+        return self.at, self.repeat, self.begin, self.counted, self.T_0
+
     def of_seed(self, spot: SeaState, seed: int) -> dict[str, float]:
         """Features of the waves of one run: name -> value [SI]."""
         waves = self._waves(spot, seed, Amplitudes.RAYLEIGH)
         tip = np.sum(self._vertical(waves) * waves.a, axis=0)
         return {name: float(x[0]) for name, x in self._largest(waves, tip[None]).items()}
 
-    def of_many(self, spot: SeaState, count: int, seed: int) -> dict[str, FloatArray]:
-        """Features of `count` seeds of a sea: name -> (count,)."""
+    def each_metre(self, spot: SeaState) -> Waves:
+        """The tip's motion in a sea for each metre of its height; one in all seas of one shape."""
         waves = self._waves(spot, 0, Amplitudes.FIXED)
-        half = np.sqrt(0.5 * np.sum(np.abs(self._vertical(waves) * waves.a) ** 2, axis=0))
-        parts = np.random.default_rng(seed).standard_normal((2, count, len(half)))
-        return self._largest(waves, half * (parts[0] + 1j * parts[1]))
+        tip = np.sqrt(0.5 * np.sum(np.abs(self._vertical(waves) * waves.a) ** 2, axis=0)) / spot.Hs
+        return Waves(waves.omega, waves.harmonic, tip)
+
+    def of_many(self, waves: Waves, count: int, seed: int) -> dict[str, FloatArray]:
+        """Features of `count` seeds for each metre of height: name -> (count,)."""
+        parts = np.random.default_rng(seed).standard_normal((2, count, len(waves.tip)))
+        return self._largest(waves, waves.tip * (parts[0] + 1j * parts[1]))
 
     def _waves(self, spot: SeaState, seed: int, law: Amplitudes) -> Realisation:
         sea = self.plan.environment.sea(*spot)
@@ -72,7 +91,7 @@ class Place:
     def _vertical(self, waves: Realisation) -> ComplexArray:
         return self.plan.vessel.vertical(waves.omega, waves.beta, self.at.x, self.at.y)
 
-    def _largest(self, waves: Realisation, tip: ComplexArray) -> dict[str, FloatArray]:
+    def _largest(self, waves: Realisation | Waves, tip: ComplexArray) -> dict[str, FloatArray]:
         """Features of complex amplitudes of the tip's height (n, harmonics)."""
         omega, last = waves.omega, int(waves.harmonic[-1])
         n = 1 << math.ceil(math.log2(max(SAMPLES * self.repeat, 2 * last + 2)))
