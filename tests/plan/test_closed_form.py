@@ -96,7 +96,9 @@ def test_what_a_reader_should_know_is_told_once_with_the_phases_that_it_is_of(pl
     lines = remarks(plan, SEAS)
     assert len(lines) == len(set(lines))
     assert any(
-        line.startswith("closed form, lower water, deep, landing, held, landing: the closed form cannot represent a twin")
+        line.startswith(
+            "closed form, lower water, deep, landing, held, landing: the closed form cannot represent a twin"
+        )
         for line in lines
     )
     assert not any("knows a twin" in line for line in remarks(replace(plan, alternatives=(Alternative.NONE,)), SEAS))

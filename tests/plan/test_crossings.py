@@ -12,6 +12,7 @@ from stillhook.plan.tiers.time_domain.crossings import (
     EACH,
     FIRST,
     ColumnFeatures,
+    Feature,
     binned,
     crossing_limits,
     next_heights,
@@ -101,12 +102,32 @@ EXACT = math.exp(math.sqrt(SPREAD**2 + 0.1**2) * -0.5187)  # 30.2 % of the seeds
 @pytest.mark.slow
 def test_the_feature_that_says_most_is_found_and_the_limit_with_it():
     found = crossing_limits(*columns(), [(math.inf, 1.0)], 4.0, n_draws=100)
-    assert found.feature == "tip speed"
+    assert found.feature == Feature("tip speed", 1.0)
     assert found.limits.Hs == pytest.approx(EXACT, rel=0.12)
     assert np.all((found.limits.low < EXACT) & (EXACT < found.limits.high))
-    plain = crossing_limits(*columns(), [(math.inf, 1.0)], 4.0, n_draws=100, feature="tip motion")
+    plain = crossing_limits(*columns(), [(math.inf, 1.0)], 4.0, n_draws=100, feature=Feature("tip motion"))
     assert plain.limits.half.mean() > 1.2 * found.limits.half.mean()
     assert plain.limits.Hs == pytest.approx(EXACT, rel=0.2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("follows", [0.0, 0.5])
+def test_runs_that_follow_the_linear_sea_less_have_no_higher_limit_for_it(follows):
+    """Runs below the limit alone: with the feature as it is the limit would come out too high."""
+    rng, off = np.random.default_rng(2), []
+    for seed in range(4):
+        found, features = columns(heights=(0.6, 0.68, 0.76, 0.84, 0.92, 1.0), n=3, seed=seed)
+        less = []
+        for column, each in zip(found, features, strict=True):
+            cells = []
+            for (h, runs), of in zip(column.cells, each.cells, strict=True):
+                x = h * (of["tip speed"] / h) ** follows * np.exp(0.12 * rng.standard_normal(3))
+                cells.append((h, {**runs, "x": x}))
+            less.append(replace(column, cells=tuple(cells)))
+        limits = crossing_limits(less, features, [(math.inf, 1.0)], 4.0, n_draws=100).limits
+        exact = math.exp(-0.5187 * math.hypot(follows * SPREAD, 0.12))
+        off += np.log(limits.Hs / exact).tolist()
+    assert abs(np.mean(off)) < 0.03
 
 
 @pytest.mark.slow
@@ -181,7 +202,7 @@ def test_features_are_those_of_the_waves_of_a_run():
     size = round(30.0 / 0.02)
     spans = [np.ptp(s[i : i + size]) for i in range(0, len(s) - size, 50)]
     assert found["tip motion"] == pytest.approx(max(spans), rel=0.02)
-    many = place.of_many(place.each_metre(spot), 200, 1)
+    many = {name: spot.Hs * x for name, x in place.of_many(place.each_metre(spot), 200, 1).items()}
     one = [place.of_seed(spot, k)["tip speed"] for k in range(60)]
     assert np.median(many["tip speed"]) == pytest.approx(np.median(one), rel=0.06)
     assert np.std(np.log(many["tip speed"])) == pytest.approx(np.std(np.log(one)), rel=0.3)

@@ -12,19 +12,22 @@ from tests.plan.made_up import made_up
 from stillhook.engine.lowering.run import PEAKS
 from stillhook.engine.lowering.summary import run_numbers_of, stage_numbers_of
 from stillhook.plan.answer.sweep import (
-    Ladder,
     Pays,
     answer_of,
     in_words,
     landing_of,
     landing_sweep,
+    lower_of,
+    over_seabed,
     rungs_of,
     variants_of,
+    where_it_governs,
 )
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.report.document import document
 from stillhook.plan.report.figures.limits import figures
+from stillhook.plan.table import Axes, Governed
 from stillhook.plan.tiers.time_domain import cells as twin_cells
 from stillhook.plan.tiers.time_domain.cells import Execution
 from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
@@ -33,12 +36,15 @@ from stillhook.report.document import Bullets, Table
 from stillhook.winches.registry import WINCH_TYPES
 
 TP, BETA = 9.0, math.radians(165.0)
+COLUMNS = ((TP, BETA),)
+TOLERANCES = ("load-motion", "control-error")
 SCATTER = 0.1
 """Scale of the Gumbel distribution of the largest motion in a run, over its most probable value."""
 MOTION = {"ns": (0.20, 1.0), "hs": (0.15, 1.0), "ssc": (0.05, 0.6), "none": (0.7, 1.0)}
 """Most probable motion in a run in a sea of 1 m [m], and the power of the height by which it grows."""
-RIGHT = 0.15
-"""Share by which a limit may be off: 12 seeds leave 3 % of the level, by a power of 0.6 some 10 % of the height."""
+RIGHT, FAR = 0.15, 0.3
+"""Share by which limits are off: neighbours of the ladder are 1.75 apart, and a run tells on which side it is. Share
+beyond which a limit is said to be outside of the ladder."""
 WINCH = WINCH_TYPES["active-passive"]
 THREADS = Execution(None, None, 1)
 
@@ -79,29 +85,31 @@ def runs(monkeypatch, plan):
 
 @pytest.fixture
 def block(plan, runs):
-    return landing_sweep(plan, TP, BETA, THREADS)
+    return landing_sweep(plan, COLUMNS, THREADS)
 
 
 @pytest.mark.slow
 def test_limits_of_known_motions_are_found_at_every_tolerance_payload_and_depth(plan, block):
-    landing = landing_of(plan)
-    inside = 0
+    off, held = [], []
     for name, (swing, power) in MOTION.items():
-        times = course_of(plan, landing, Winch() if name == "none" else Winch(1.0, Alternative(name))).times
+        winch = Winch() if name == "none" else Winch(1.0, Alternative(name))
+        times = max(course_of(plan, phase, winch).times for phase in over_seabed(plan))
         level = swing * (1.0 + SCATTER * math.log(times))
         of = block.sel(alternative=name)
         size = (of["mass"] / plan.payload.mass * of["depth"] / plan.depth).values[:, None]
         exact = (of["landing_tolerance"].values / (level * size)) ** (1.0 / power)
         found, low, high = (of[f"Hs_landing{end}"].values for end in ("", "_low", "_high"))
         rungs = rungs_of(plan)
-        between = (exact > rungs[0] * (1.0 + RIGHT)) & (exact < rungs[-1] * (1.0 - RIGHT))
-        np.testing.assert_allclose(found[between], exact[between], rtol=RIGHT)
+        between = (exact > rungs[0] * (1.0 + FAR)) & (exact < rungs[-1] * (1.0 - FAR))
+        off += np.log(found[between] / exact[between]).tolist()
+        held += ((low <= exact) & (exact <= high))[between].tolist()
         assert np.all(low <= found)
         assert np.all(found <= high)
-        assert np.all(found[exact < rungs[0] * (1.0 - RIGHT)] == 0.0)
-        assert np.all(np.isinf(found[exact > rungs[-1] * (1.0 + RIGHT)]))
-        inside += int(between.sum())
-    assert inside > 40
+        assert np.all(found[exact < rungs[0] * (1.0 - FAR)] == 0.0)
+        assert np.all(np.isinf(found[exact > rungs[-1] * (1.0 + FAR)]))
+    assert len(off) > 40
+    assert np.sqrt(np.mean(np.square(off))) < RIGHT
+    assert np.mean(held) >= 0.9
 
 
 @pytest.mark.slow
@@ -112,14 +120,14 @@ def test_a_controller_that_moves_less_lands_in_higher_seas_at_every_tolerance(bl
     assert {row["new"] for row in planned} == {"ssc"}
     assert [row["better"] for row in planned] == [1] * len(block["landing_tolerance"])
     assert answer["answer"][0].startswith(
-        "120 t, 1500 m (as planned): a new controller lands in higher seas from a tolerance of 0.5 m down to 0.05 m; "
+        "120 t, 1500 m, Tp 9 s (as planned): a new controller lands in higher seas from a tolerance of 0.5 m down to 0.05 m; "
     )
 
 
 @pytest.mark.slow
 def test_controllers_that_move_alike_are_said_to_be_alike(plan, runs, monkeypatch):
     monkeypatch.setitem(MOTION, "ssc", MOTION["hs"])
-    answer = answer_of(landing_sweep(plan, TP, BETA, THREADS))
+    answer = answer_of(landing_sweep(plan, COLUMNS, THREADS))
     assert not any(row["better"] for row in answer["pays"])
     assert all("at no tolerance does a new controller land in higher seas" in line for line in answer["answer"])
 
@@ -127,7 +135,7 @@ def test_controllers_that_move_alike_are_said_to_be_alike(plan, runs, monkeypatc
 @pytest.mark.slow
 def test_without_a_classic_controller_nothing_is_compared(plan, runs):
     one = replace(plan, alternatives=(Alternative.NONE, Alternative("ssc")))
-    answer = answer_of(landing_sweep(one, TP, BETA, THREADS))
+    answer = answer_of(landing_sweep(one, COLUMNS, THREADS))
     assert answer["pays"] == []
     assert answer["answer"] == ["the plan does not have a new and a classic controller side by side"]
 
@@ -136,7 +144,7 @@ def test_without_a_classic_controller_nothing_is_compared(plan, runs):
 def test_runs_stay_within_their_budget(plan, block, runs):
     in_waves = [run for run in runs if run[1] > 0.0]
     assert block.attrs["n_runs"] == len(runs)
-    assert len(in_waves) <= 1200  # four alternatives of six
+    assert len(in_waves) <= 1400  # four alternatives of six, and one period of three
     assert len({run[2:] for run in in_waves}) == block.sizes["variant"]
 
 
@@ -144,25 +152,65 @@ def test_without_a_compensated_landing_there_is_no_sweep(plan):
     landing = landing_of(plan)
     manual = replace(plan, phases=(landing.model_copy(update={"mode": "manual"}),))
     others = replace(plan, phases=tuple(p for p in plan.phases if p is not landing))
-    assert landing_sweep(manual, TP, BETA, THREADS) is None
-    assert landing_sweep(others, TP, BETA, THREADS) is None
+    assert landing_sweep(manual, COLUMNS, THREADS) is None
+    assert landing_sweep(others, COLUMNS, THREADS) is None
 
 
 def test_a_landing_moves_with_the_seabed(plan):
-    landing = landing_of(plan)
-    found, left_out = variants_of(plan, landing)
+    found, left_out = variants_of(plan, COLUMNS)
     assert not left_out
     assert [each.varied for each in found] == ["", "payload", "payload", "depth", "depth"]
     for each in found:
-        (phase,) = each.plan.phases
-        assert phase.end + each.plan.depth == pytest.approx(landing.end + plan.depth)
-        assert phase.start + each.plan.depth == pytest.approx(landing.start + plan.depth)
+        for phase, planned in zip(each.plan.phases, over_seabed(plan), strict=True):
+            assert phase.end + each.plan.depth == pytest.approx(planned.end + plan.depth)
+            assert phase.start + each.plan.depth == pytest.approx(planned.start + plan.depth)
     assert plan.depth < found[-1].plan.depth < 2.0 * plan.depth  # where the drum's wire ends
+
+
+def test_other_periods_are_of_the_plan_as_it_is(plan):
+    found, _ = variants_of(plan, (*COLUMNS, (6.0, BETA), (12.0, BETA)))
+    assert [each.varied for each in found] == ["", "period", "period", "payload", "payload", "depth", "depth"]
+    assert [each.column[0] for each in found] == [9.0, 6.0, 12.0, 9.0, 9.0, 9.0, 9.0]
+    assert len({each.name for each in found}) == len(found)
+
+
+def table_of(plan, phase: str, rule: str, columns: dict[str, list[float]]) -> Governed:
+    """A table in which a rule in a phase governs alternatives at periods, and the splash zone elsewhere."""
+    axes = Axes.of(plan)
+    shape = len(axes.alternatives), *axes.columns
+    phases, rules = np.full(shape, axes.phases.index("splash zone")), np.full(shape, axes.rules.index("slack-sling"))
+    for name, periods in columns.items():
+        for T in periods:
+            at = axes.alternatives.index(Alternative(name)), 1, axes.periods.index(T)
+            phases[at], rules[at] = axes.phases.index(phase), axes.rules.index(rule)
+    return Governed(axes, *(np.ones(shape) for _ in range(3)), phases, rules, np.full(shape, 2))
+
+
+def test_the_landing_is_looked_at_in_the_periods_in_which_it_limits_a_twin(plan):
+    other, heading = (9.0, BETA), sorted(plan.environment.headings)[1]
+    found = where_it_governs(
+        plan, table_of(plan, "landing, held", "load-motion", {"ns": [5.0, 6.0, 8.0, 11.0], "ssc": [6.0]}), other
+    )
+    assert found == ((8.0, heading), (5.0, heading), (11.0, heading))
+    one = where_it_governs(plan, table_of(plan, "landing", "control-error", {"hs": [7.0]}), other)
+    assert one == ((7.0, heading),)
+    for phase, rule, of in (
+        ("landing, held", "load-motion", {"none": [7.0]}),
+        ("landing", "landing-speed", {"ns": [7.0]}),
+        ("deep", "load-motion", {"ns": [7.0]}),
+    ):
+        assert where_it_governs(plan, table_of(plan, phase, rule, of), other) == (other,)
+
+
+def test_where_runs_allow_far_more_the_other_method_counts_and_the_interval_spans_both():
+    runs = np.array([[1.0, 2.0, math.inf, 1.0], [0.8, 1.6, 4.0, 0.8], [1.3, 2.5, math.inf, 1.3]])
+    found = lower_of(runs, np.array([0.9, 1.0, 2.0, math.nan]))
+    assert found.tolist() == [[1.0, 1.0, 2.0, 1.0], [0.8, 1.0, 2.0, 0.8], [1.3, 2.5, math.inf, 1.3]]
 
 
 def test_another_payload_keeps_its_outside(plan):
     """Mass alone changes: volume, added mass and drag area are those of the plan's payload."""
-    base, *others = variants_of(plan, landing_of(plan))[0]
+    base, *others = variants_of(plan, COLUMNS)[0]
     for each in others[:2]:
         payload = each.plan.payload
         assert payload.mass != base.plan.payload.mass
@@ -171,20 +219,18 @@ def test_another_payload_keeps_its_outside(plan):
 
 def test_what_the_crane_cannot_carry_or_reach_is_left_out_with_its_reason(plan):
     heavy = plan.payload.model_copy(update={"mass": 200e3})
-    found, left_out = variants_of(replace(plan, payload=heavy), landing_of(plan))
+    found, left_out = variants_of(replace(plan, payload=heavy), COLUMNS)
     assert "300 t" not in " ".join(each.name for each in found)
     assert "Payload 300 t exceeds the SWL 250 t" in left_out[0]
-    deep = variants_of(plan, landing_of(plan))[0][-1].plan
-    again, reasons = variants_of(deep, landing_of(deep))
+    deep = variants_of(plan, COLUMNS)[0][-1].plan
+    again, reasons = variants_of(deep, COLUMNS)
     assert all(each.plan.depth <= deep.depth for each in again)
     assert any("the drum's wire ends at" in line for line in reasons)
 
 
 def test_a_wire_beyond_the_swl_is_left_out(plan):
     """240 t hang at 500 m, and the wire to the deepest place weighs more than what is left of the SWL."""
-    found, left_out = variants_of(
-        replace(plan, payload=plan.payload.model_copy(update={"mass": 240e3})), landing_of(plan)
-    )
+    found, left_out = variants_of(replace(plan, payload=plan.payload.model_copy(update={"mass": 240e3})), COLUMNS)
     assert "500 m" in " ".join(each.name for each in found)
     assert any("beyond the SWL and hook" in line for line in left_out)
 
@@ -192,31 +238,9 @@ def test_a_wire_beyond_the_swl_is_left_out(plan):
 def test_in_shallow_water_a_landing_that_would_begin_in_the_waves_is_left_out(plan):
     landing = landing_of(plan)
     shallow = landing.model_copy(update={"start": -40.0, "end": -60.0})
-    found, left_out = variants_of(replace(plan, depth=60.0, phases=(shallow,)), shallow)
+    found, left_out = variants_of(replace(plan, depth=60.0, phases=(shallow,)), COLUMNS)
     assert all(each.plan.depth >= 60.0 for each in found)
     assert any("before the payload is covered" in line for line in left_out)
-
-
-H = np.array([0.5, 1.0, 2.0, 4.0])
-
-
-def ladder(level: list[float]) -> Ladder:
-    return Ladder(H, np.maximum.accumulate(np.tile(level, (3, 1)), axis=1), 0.0)
-
-
-def test_a_level_that_falls_again_does_not_open_higher_seas():
-    found = ladder([0.1, 0.3, 0.2, 0.4]).heights_at(np.array([0.25]))
-    assert 0.5 < found[0, 0] < 1.0
-
-
-def test_seas_in_which_runs_fail_are_beyond_every_tolerance():
-    found = ladder([0.1, 0.2, math.inf, math.inf]).heights_at(np.array([0.05, 0.5]))
-    assert found[0].tolist() == [0.0, pytest.approx(1.0)]
-
-
-def test_a_tolerance_below_the_motion_in_still_water_leaves_no_sea():
-    calm = replace(ladder([0.2, 0.3, 0.4, 0.5]), still=0.1)
-    assert calm.heights_at(np.array([0.08, 0.1]))[0].tolist() == [0.0, 0.0]
 
 
 def pays(tolerance: float, new: tuple[float, float, float], classic: tuple[float, float, float]) -> Pays:
@@ -255,20 +279,30 @@ def test_the_twin_lands_more_closely_with_a_new_controller_and_less_so_with_more
     """Its sweep agrees with the search of the plan's own tier where both give a limit."""
     names = (Alternative.CAP, Alternative("ns"), Alternative.STRONG_SSC)
     template = replace(load_plan("template-to-1500m"), alternatives=names)
-    found = landing_sweep(template, TP, BETA, Execution(None, None, 2))
+    found = landing_sweep(template, COLUMNS, Execution(None, None, 2))
     Hs = found["Hs_landing"]
     assert bool((np.diff(np.nan_to_num(Hs.values, posinf=1e3), axis=2) >= 0.0).all())
     planned, deep = Hs.isel(variant=0), Hs.isel(variant=-1)
     assert bool((deep.sel(alternative="cap-80") <= planned.sel(alternative="cap-80")).all())
-    at = found.sel(landing_tolerance=0.1).isel(variant=0)
+    at = found.sel(landing_tolerance=found.attrs["own"]).isel(variant=0)
     assert float(at["Hs_landing_low"].sel(alternative="strong-ssc")) > float(
         at["Hs_landing_high"].sel(alternative="ns")
     )
 
-    landing = landing_of(template)
     environment = template.environment.model_copy(update={"Tp": (TP,), "headings": (BETA,)})
-    one = replace(template, environment=environment, alternatives=(Alternative.CAP,), phases=(landing,))
-    (limits,) = refine(one, []).limits
-    cap = found.isel(variant=0).sel(alternative="cap-80", landing_tolerance=found.attrs["own"])
-    assert float(cap["Hs_landing_low"]) <= float(limits.high["load-motion"][0])
-    assert float(limits.low["load-motion"][0]) <= float(cap["Hs_landing_high"])
+    both = (Alternative.CAP, Alternative("ns"))
+    one = replace(template, environment=environment, alternatives=both, phases=over_seabed(template))
+    limits = refine(one, []).limits
+    for a in both:
+        of = [x for x in limits if x.alternative is a]
+        low, high = (
+            min(
+                float(np.nan_to_num(side[key][0], nan=math.inf))
+                for x in of
+                for side in (getattr(x, end),)
+                for key in TOLERANCES
+            )
+            for end in ("low", "high")
+        )
+        assert float(at["Hs_landing_low"].sel(alternative=a.value)) <= high
+        assert low <= float(at["Hs_landing_high"].sel(alternative=a.value))

@@ -139,7 +139,9 @@ def test_runs_are_added_until_the_interval_is_narrow_enough(plan, asked):
         runs[width] = tier.runs["n"]
         limits = next(x for x in tier.limits if x.phase == landing.name)
         half = 0.5 * (limits.high["load-motion"] - limits.low["load-motion"]) / limits.Hs["load-motion"]
-        assert np.all(half <= max(width, 0.15))  # of the height that 12 % of runs pass, which know nothing of their waves
+        assert np.all(
+            half <= max(width, 0.15)
+        )  # of the height that 12 % of runs pass, which know nothing of their waves
     assert runs[0.01] > 1.5 * runs[0.5]
 
 

@@ -21,7 +21,7 @@ from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, ro
 from stillhook.plan.answer.metadata import RunInputs, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
-from stillhook.plan.answer.sweep import answer_of, sweep_blocks
+from stillhook.plan.answer.sweep import answer_of, sweep_blocks, where_it_governs
 from stillhook.plan.definition.failures import Failures
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
@@ -128,7 +128,8 @@ def plan(
         blocks |= failures.attempt("reference cell", detail, none)
     if twin is not None:
         at = reference_of(lift_plan, of)
-        sweep = partial(sweep_blocks, lift_plan, at.Tp, at.beta, execution, parts("sweep"))
+        columns = where_it_governs(lift_plan, of.governs[CREDITS[0]], (at.Tp, at.beta))
+        sweep = partial(sweep_blocks, lift_plan, columns, execution, demands, parts("sweep"))
         blocks |= {**twin.blocks, **failures.attempt("landing tolerance, payload and depth", sweep, {})}
     facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= result_facts(lift_plan, of, forecast, value, twin)

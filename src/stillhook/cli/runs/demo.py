@@ -128,16 +128,17 @@ def _lift(result: PlanResult, out: Path) -> None:
         padded = zip(cells, widths, strict=False)
         print("  " + " ".join(f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(padded)))
     print("  Limiting Hs [m] by peak period, most unfavourable heading.")
-    of_tolerance = [f"All of it depends on the tolerance, which is assumed: {x}." for x in _other_tolerances(result)]
-    for line in (*of_tolerance, *swinging(result), *(f"{mark}." for mark in marks(result))):
+    for line in (*_other_tolerances(result), *swinging(result), *(f"{mark}." for mark in marks(result))):
         print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
     say_left_out(pdf=True)
     print(f"report: {(out / (PDF if can_set() else PAGE)).resolve()}")
 
 
 def _other_tolerances(result: PlanResult) -> list[str]:
-    """From which tolerance on a better controller pays, of the lift as planned; none where that was not computed."""
-    return [str(line) for line in result.facts.get("sweep", {}).get("answer", [])[:1]]
+    """From which tolerance on a better controller pays, of the lift as planned in each period; none where that was not
+    computed."""
+    lines = [str(line) for line in result.facts.get("sweep", {}).get("answer", []) if "(as planned)" in str(line)]
+    return ["All of it depends on the tolerance, which is assumed:", *(f"{line}." for line in lines)] if lines else []
 
 
 def _motions(out: Path) -> None:

@@ -1,13 +1,12 @@
-"""From which tolerance, payload and depth on a better controller pays: limits of the landing alone, by runs of the
-twin.
+"""From which tolerance, payload and depth on a better controller pays: limits of the landing and of the stop before it
+alone, by runs of the twin.
 
 The tolerance is the limit of the payload's motion over the seabed; where the plan has a rule on the control error of
-the wire in that phase, it is held to the same tolerance. The other rules of the phase are not in these limits.
+the wire in those phases, it is held to the same tolerance. The other rules are not in these limits.
 
-Runs are made on a ladder of heights. Every rung has its own level, from its own runs and the shape of the scatter of
-all rungs (`stillhook.statistics.level_fit`): a power of the height holds within a factor of about 1.5, not over the
-whole ladder. Between neighbouring rungs what waves add is taken as a power of the height, and a level is never below
-that of a lower rung: the limit is the first crossing from below, as everywhere in a plan.
+Runs are made on a ladder of heights and judged one by one, beyond a tolerance or not, as in the plan's own table
+(`stillhook.statistics.share_crossing`). The plan's own landing is looked at in the periods in which it governs, others
+in the middle one of them. There the frequency-domain method counts as it does in the table, where runs allow far more.
 """
 
 from __future__ import annotations
@@ -25,19 +24,23 @@ from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import wire_usable
+from stillhook.plan.answer.apart import APART
 from stillhook.plan.definition.capacities import at_rest, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, check_sinks, check_wire
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.definition.rules import Alternative
-from stillhook.plan.limits import limited
+from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
+from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.result import NEW, labelled
+from stillhook.plan.table import Governed
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
-from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of
+from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns
 from stillhook.plan.tiers.time_domain.lowering import THROUGH, winch_of
 from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, snapped
 from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.spec.lift.assembly import Assembly
 from stillhook.spec.lift.payload import Payload
+from stillhook.statistics.share_crossing import share_crossing
 from stillhook.units import show
 
 if TYPE_CHECKING:
@@ -52,61 +55,27 @@ DEPTHS = (1.0 / 3.0, 2.0)
 """Factors on the depth that are tried with the plan's payload; less where the drum holds less wire."""
 LEAST_CHANGE = 1.05
 """Factor below which a depth that the drum's wire allows is not another one."""
-LOWEST, HIGHEST, RATIO = 0.4, 5.0, 1.9
+LOWEST, HIGHEST, RATIO = 0.4, 5.0, 1.75
 """Ends of the ladder of heights [m], and the largest ratio of neighbours."""
-SEEDS, OF_NO_TWIN = 12, 6
-"""Runs of every rung, and of one of no controller: its motion grows with the height nearly in proportion, so that an
-error of the level makes no larger one of the limit, as it does where friction keeps the level nearly the same."""
+SEEDS, OF_NO_TWIN = 6, 3
+"""Runs of every rung, and of one of no controller, whose motion scatters less over its height."""
 TOLERATED = ("load_pp", "e_c_pp")
 """Quantities that a tolerance limits: the payload's motion, and the control error where a rule asks for it."""
 
 
 class Variant(NamedTuple):
-    """A plan with another payload or depth. varied: "payload", "depth", or "" for the plan as it is."""
+    """A landing to look at. varied: "period", "payload", "depth", or "" for the plan as it is, in its middle period;
+    plan of the phases over the seabed alone; period [s] and direction [rad]."""
 
     varied: str
     plan: LiftPlan
+    column: Column
 
     @property
     def name(self) -> str:
-        """Payload and depth in words."""
-        return f"{show(self.plan.payload.mass, 'mass', 3)}, {show(self.plan.depth, 'length', 4)}"
-
-
-@dataclass(frozen=True, eq=False)
-class Ladder:
-    """Level x of a measure at rising heights H (n,) [m] of all waves: value and ends of its 95 % interval (3, n), none
-    below that of a lower rung, inf where too many runs fail; still: x in still water."""
-
-    H: FloatArray = field(repr=False)
-    level: FloatArray = field(repr=False)
-    still: float
-
-    def heights_at(self, x: FloatArray) -> FloatArray:
-        """Heights at which the level passes x (m,): value and ends of the 95 % interval (3, m) [m]. 0 below the lowest
-        rung, inf above the highest, and the last rung where those above it fail."""
-        added = np.maximum(x - self.still, 0.0)
-        return np.stack([self._first(self.level[i], added) for i in (0, 2, 1)])
-
-    def _first(self, level: FloatArray, added: FloatArray) -> FloatArray:
-        sound = np.isfinite(level)
-        if not sound.any():
-            return np.zeros_like(added)
-        ln_x = np.log(np.maximum(level[sound] - self.still, 1e-12))
-        end = math.inf if sound.all() else math.log(self.H[sound][-1])
-        with np.errstate(divide="ignore"):
-            ln_H = np.interp(np.log(added), ln_x, np.log(self.H[sound]), left=-math.inf, right=end)
-        return np.asarray(np.exp(ln_H))
-
-
-def ladder_of(of: ColumnRuns, lowest: float = 0.0) -> Ladder:
-    """The ladder of one column from its cells above a height [m]."""
-    rungs = [replace(of, about=H, cells=((H, runs),)) for H, runs in of.cells if lowest < H]
-    curve = curve_of(rungs)
-    level = np.array([curve.level(i, rung.about) for i, rung in enumerate(rungs)]).T
-    level = np.where(np.isnan(level), level[0], level)  # waves add nothing that is seen
-    level[:, [math.isfinite(rung.sound_up_to) for rung in rungs]] = math.inf
-    return Ladder(np.array([rung.about for rung in rungs]), np.maximum.accumulate(level, axis=1), of.still)
+        """Payload, depth and period in words."""
+        mass, depth = show(self.plan.payload.mass, "mass", 3), show(self.plan.depth, "length", 4)
+        return f"{mass}, {depth}, Tp {show(self.column[0], 'time', 3)}"
 
 
 def rungs_of(plan: LiftPlan) -> FloatArray:
@@ -117,22 +86,47 @@ def rungs_of(plan: LiftPlan) -> FloatArray:
     return np.unique([snapped(float(h)) for h in np.geomspace(low, top, count)])
 
 
+def over_seabed(plan: LiftPlan) -> tuple[Phase, ...]:
+    """The phases over the seabed in which the winch compensates."""
+    return tuple(p for p in plan.phases if p.kind in OVER_SEABED and p.compensated)
+
+
 def landing_of(plan: LiftPlan) -> Phase | None:
     """The landing in which the winch compensates; None without one."""
-    return next((p for p in plan.phases if p.kind is PhaseKind.LANDING and p.compensated), None)
+    return next((p for p in over_seabed(plan) if p.kind is PhaseKind.LANDING), None)
 
 
-def variants_of(plan: LiftPlan, phase: Phase) -> tuple[list[Variant], list[str]]:
-    """The plan's landing as it is, with other payloads and at other depths; and what was left out, with the reason."""
-    found, left_out = [_varied(plan, phase, "")], []
-    wanted = [_varied(plan, phase, "payload", mass=f * plan.payload.mass) for f in PAYLOADS]
-    deepest = _deepest(plan, phase)
+def where_it_governs(plan: LiftPlan, table: Governed, otherwise: Column) -> tuple[Column, ...]:
+    """Columns in which a tolerance over the seabed limits twins, of each period that in which it limits most of them:
+    the middle one first, then the shortest and the longest period. None: the other column given."""
+    axes, names = table.axes, [p.name for p in over_seabed(plan)]
+    quantity = {rule.key: rule.quantity for rule in plan.rules.rules}
+    phases = [i for i, name in enumerate(axes.phases) if name in names]
+    rules = [i for i, key in enumerate(axes.rules) if quantity[key] in TOLERATED]
+    twins = [i for i, a in enumerate(axes.alternatives) if a.twin]
+    limits = np.isin(table.phase, phases) & np.isin(table.rule, rules)
+    count = limits[twins].sum(axis=0)
+    periods = [i for i in range(len(axes.periods)) if count[:, i].any()]
+    if not periods:
+        return (otherwise,)
+    chosen = dict.fromkeys(periods[i] for i in (len(periods) // 2, 0, -1))
+    return tuple((axes.periods[i], axes.headings[int(count[:, i].argmax())]) for i in chosen)
+
+
+def variants_of(plan: LiftPlan, columns: Sequence[Column]) -> tuple[list[Variant], list[str]]:
+    """The plan's landing as it is in each column, and in the first of them with other payloads and at other depths; and
+    what was left out, with the reason."""
+    first = columns[0]
+    found = [_varied(plan, "" if column is first else "period", column) for column in columns]
+    left_out = []
+    wanted = [_varied(plan, "payload", first, mass=f * plan.payload.mass) for f in PAYLOADS]
+    deepest = _deepest(plan, over_seabed(plan)[-1])
     for depth in (f * plan.depth for f in DEPTHS):
         possible = min(depth, deepest)
         if depth > plan.depth and possible < LEAST_CHANGE * plan.depth:
             left_out.append(f"{show(depth, 'length', 4)}: the drum's wire ends at {show(deepest, 'length', 4)}")
             continue
-        wanted.append(_varied(plan, phase, "depth", depth=possible))
+        wanted.append(_varied(plan, "depth", first, depth=possible))
     for each in wanted:
         reason = _impossible(each.plan)
         if reason:
@@ -143,14 +137,18 @@ def variants_of(plan: LiftPlan, phase: Phase) -> tuple[list[Variant], list[str]]
 
 
 def _varied(
-    plan: LiftPlan, phase: Phase, varied: str, *, mass: float | None = None, depth: float | None = None
+    plan: LiftPlan, varied: str, column: Column, *, mass: float | None = None, depth: float | None = None
 ) -> Variant:
-    """A plan of the landing alone, whose heights move with the seabed."""
+    """A plan of the phases over the seabed alone, whose heights move with it."""
     payload = plan.payload if mass is None else _of_mass(plan.payload, mass)
     down = 0.0 if depth is None else depth - plan.depth
-    ends = {name: z - down for name in ("start", "end") if (z := getattr(phase, name)) is not None}
-    moved = phase.model_copy(update=ends)
-    return Variant(varied, replace(plan, payload=payload, depth=plan.depth + down, phases=(moved,)))
+
+    def moved(phase: Phase) -> Phase:
+        ends = {name: z - down for name in ("start", "end") if (z := getattr(phase, name)) is not None}
+        return phase.model_copy(update=ends)
+
+    phases = tuple(moved(phase) for phase in over_seabed(plan))
+    return Variant(varied, replace(plan, payload=payload, depth=plan.depth + down, phases=phases), column)
 
 
 def _of_mass(payload: Payload, mass: float) -> Payload:
@@ -173,15 +171,14 @@ def _deepest(plan: LiftPlan, phase: Phase) -> float:
 
 def _impossible(plan: LiftPlan) -> str:
     """Why a landing cannot be run, in words; empty where it can."""
-    (phase,) = plan.phases
-    if phase.start is not None and phase.start > -plan.payload.reach(plan.rho):
+    if any(phase.start is not None and phase.start > -plan.payload.reach(plan.rho) for phase in plan.phases):
         return "the landing would begin before the payload is covered"
     try:
         check_sinks(plan.payload, plan.rho)
         check_wire(plan)
     except StillhookError as e:
         return str(e)
-    F, most = static_tension(plan, phase), tip_capacity(plan.crane)
+    F, most = max(static_tension(plan, phase) for phase in plan.phases), tip_capacity(plan.crane)
     if most < F:
         words = (show(F, "force"), show(most, "force"))
         return f"payload, hook and wire pull {words[0]} at the crane tip, beyond the SWL and hook of {words[1]}"
@@ -189,15 +186,22 @@ def _impossible(plan: LiftPlan) -> str:
 
 
 def landing_sweep(
-    plan: LiftPlan, Tp: float, beta: float, execution: Execution, progress: Progress | None = None
+    plan: LiftPlan,
+    columns: Sequence[Column],
+    execution: Execution,
+    demands: Sequence[Demand] = (),
+    progress: Progress | None = None,
 ) -> xarray.Dataset | None:
-    """Limiting heights of the landing over tolerance, payload and depth, by runs at one period [s] and direction [rad].
+    """Limiting heights over the seabed by tolerance, payload and depth, by runs in one period [s] and direction [rad];
+    of the plan as it is in several.
 
+    columns: as of `where_it_governs`; demands of the plan by the frequency-domain method: where its limit of a twin is
+    less than that of runs over 1.5 it counts, as in the table, and the interval spans both.
     Returns Hs_landing, Hs_landing_low, Hs_landing_high [m] over variant, alternative and landing_tolerance [m]: 0 below
-    the lowest height that is run, inf above the highest; load_pp [m] over variant, alternative and height [m]: level of
-    the payload's motion (inf: too many runs fail). Coords mass [kg], depth [m] and varied ("payload", "depth", "" as
-    planned) of every variant. attrs: phase, Tp, beta, own (the plan's tolerance [m], NaN without one), quantities,
-    left_out (a line each), n_seeds (of a controller), n_runs. None where no landing is compensated.
+    the lowest height that is run, inf above the highest. Coords height [m], those that were run; Tp [s], beta [rad],
+    mass [kg], depth [m] and varied ("period", "payload", "depth", "" as planned in the middle period) of every variant.
+    attrs: phase, Tp, beta, own (the plan's tolerance [m], NaN without one), quantities, left_out (a line each), n_seeds
+    (of a controller), n_runs. None where no landing is compensated.
     Errors: as `stillhook.plan.tiers.time_domain.tier.refine`.
     """
     phase = landing_of(plan)
@@ -207,69 +211,112 @@ def landing_sweep(
     quantities = tuple(q for q in TOLERATED if q == TOLERATED[0] or q in rules)
     own = rules.get(TOLERATED[0], math.nan)
     tolerance = np.unique([*TOLERANCES, *([own] if math.isfinite(own) else [])])
-    variants, left_out = variants_of(plan, phase)
+    variants, left_out = variants_of(plan, columns)
     rungs, parts, n_runs = rungs_of(plan), Parts(progress, {v.name: 1.0 for v in variants}), 0
-    limits, motion = [], []
-    for variant in variants:
-        work = Work(variant.plan, Search(), Cells(variant.plan, execution), None)
-        run = _run(work, (Tp, beta), rungs, parts(variant.name))
-        rows = [_of_alternative(lines, quantities, tolerance) for lines in run]
-        limits.append([row[0] for row in rows])
-        motion.append([row[1] for row in rows])
-        n_runs += work.cells.n_runs
+    table = np.empty((len(variants), len(plan.alternatives), 3, len(tolerance)))
+    for v, variant in enumerate(variants):
+        ladder = Ladder.run(variant, rungs, execution, parts(variant.name))
+        known = demands if variant.varied in ("", "period") else ()
+        for a, alternative in enumerate(plan.alternatives):
+            table[v, a] = ladder.limits(alternative, quantities, tolerance, known)
+        n_runs += ladder.work.cells.n_runs
     over = ("variant", "alternative", "landing_tolerance")
-    columns = {f"Hs_landing{end}": (over, np.array(limits)[:, :, k]) for k, end in enumerate(("", "_low", "_high"))}
-    columns["load_pp"] = (*over[:2], "height"), np.array(motion)
+    tables = {f"Hs_landing{end}": (over, table[:, :, k]) for k, end in enumerate(("", "_low", "_high"))}
     coords = {
         "variant": [v.name for v in variants],
         "alternative": [a.value for a in plan.alternatives],
         "landing_tolerance": tolerance,
         "height": rungs,
+        "Tp": ("variant", [v.column[0] for v in variants]),
+        "beta": ("variant", [v.column[1] for v in variants]),
         "mass": ("variant", [v.plan.payload.mass for v in variants]),
         "depth": ("variant", [v.plan.depth for v in variants]),
         "varied": ("variant", [v.varied for v in variants]),
     }
+    Tp, beta = columns[0]
     attrs = {"phase": phase.name, "Tp": Tp, "beta": beta, "own": own, "quantities": ", ".join(quantities)}
     attrs |= {"left_out": "\n".join(left_out), "n_seeds": SEEDS, "n_runs": n_runs}
-    return labelled(columns, coords, attrs)
+    return labelled(tables, coords, attrs)
 
 
-class Lines(NamedTuple):
-    """A landing under one alternative that was run in a column."""
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """A variant that was run at rising heights (n,) [m] under every alternative."""
 
-    work: Work
-    line: LimitSearch
+    variant: Variant
+    rungs: FloatArray = field(repr=False)
+    work: Work = field(repr=False)
+
+    @classmethod
+    def run(cls, variant: Variant, rungs: FloatArray, execution: Execution, progress: Progress) -> Ladder:
+        """All runs requested together, so that blocks of lanes are full."""
+        plan = variant.plan
+        found = cls(variant, rungs, Work(plan, Search(), Cells(plan, execution), None))
+        asks = [
+            CellRequest(
+                line.phase.name, line.winch, line.spot(h), 1 if plan.environment.calm(h) else _seeds(line.alternative)
+            )
+            for line in (found._line(phase, a) for phase in plan.phases for a in plan.alternatives)
+            for h in (0.0, *map(float, rungs))
+        ]
+        found.work.cells.request(list({ask.cell: ask for ask in asks}.values()), progress)
+        return found
+
+    def _line(self, phase: Phase, alternative: Alternative) -> LimitSearch:
+        return LimitSearch(phase, alternative, winch_of(phase, alternative), self.variant.column, math.nan, 0.0)
+
+    def limits(
+        self, alternative: Alternative, quantities: Sequence[str], tolerance: FloatArray, known: Sequence[Demand]
+    ) -> FloatArray:
+        """The least limits over the phases and quantities (3, tolerance): value and ends of the 95 % interval of the
+        wind sea [m]; none above that of a wider tolerance."""
+        found = []
+        for phase in self.variant.plan.phases:
+            line = self._line(phase, alternative)
+            rules = {each.rule.quantity: each for each in limited(self.variant.plan, phase, alternative)}
+            for quantity in (q for q in quantities if self.work.has(line, q)):
+                of = self.work.runs_of(line, quantity, 1.0)
+                H = np.array([self._limit(of, float(t)) for t in tolerance]).T
+                if alternative.twin and quantity in rules:
+                    H = lower_of(H, self._by_frequency(line, rules[quantity], tolerance, known))
+                found.append(np.minimum.accumulate(H[:, ::-1], axis=1)[:, ::-1])
+        return np.asarray(np.min(found, axis=0))
+
+    def _limit(self, of: ColumnRuns, tolerance: float) -> FloatArray:
+        """Limit of one column at a tolerance with its ends (3,) [m]; inf above the highest height that was run, 0 below
+        the lowest."""
+        x, swell = of.measure.to_x(tolerance), self.work.swell
+        if of.still > x:
+            return np.zeros(3)
+        cells = [(h, of.measure.values(runs)) for h, runs in of.cells if h > swell]
+        H, n = np.array([h for h, _ in cells]), np.array([len(values) for _, values in cells])
+        beyond = np.array([(values > x).sum() for _, values in cells])
+        found = self.work.wind_sea(share_crossing(H, n, beyond, 1.0 - of.measure.of_part()))
+        found = np.where(found > self.rungs[-1], math.inf, np.where(found < self.rungs[0], 0.0, found))
+        return np.minimum(found, [math.inf, self.rungs[-1], math.inf])  # nothing is known above
+
+    def _by_frequency(
+        self, line: LimitSearch, rule: Limited, tolerance: FloatArray, known: Sequence[Demand]
+    ) -> FloatArray:
+        """Limits of a line by the frequency-domain method (tolerance,), NaN where there are none."""
+        who = (line.phase.name, line.alternative, Tier.FREQUENCY)
+        demand = next((d for d in known if (d.phase, d.alternative, d.tier) == who), None)
+        if demand is None:
+            return np.full(len(tolerance), np.nan)
+        place = [(T, beta) for T, beta, _ in demand.seas.columns()].index(line.column)
+        at = [limits_of(demand, [replace(rule, limit=float(t), by_Hs=())]) for t in tolerance]
+        return np.array([of.Hs[rule.rule.key][place] for of in at])
 
 
-def _run(work: Work, column: Column, rungs: FloatArray, progress: Progress) -> list[Lines]:
-    """Runs of the ladder under every alternative, all requested together so that blocks of lanes are full."""
-    (phase,), plan = work.plan.phases, work.plan
-    lines = [LimitSearch(phase, a, winch_of(phase, a), column, math.nan, 0.0) for a in plan.alternatives]
-    asks = [
-        CellRequest(phase.name, line.winch, line.spot(h), 1 if plan.environment.calm(h) else _seeds(line.alternative))
-        for line in lines
-        for h in (0.0, *map(float, rungs))
-    ]
-    work.cells.request(list({ask.cell: ask for ask in asks}.values()), progress)
-    return [Lines(work, line) for line in lines]
+def lower_of(H: FloatArray, other: FloatArray) -> FloatArray:
+    """Limits by runs with their ends (3, n), with those of another method (n,) where runs allow `APART` times as much:
+    the interval then spans both."""
+    far = np.isfinite(other) & (H[0] > APART * other)
+    return np.where(far, np.stack([other, np.minimum(H[1], other), H[2]]), H)
 
 
 def _seeds(alternative: Alternative) -> int:
     return SEEDS if alternative.twin else OF_NO_TWIN
-
-
-def _of_alternative(lines: Lines, quantities: Sequence[str], tolerance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Limits (3, tolerance) of the wind sea [m], the least over the quantities, and levels (3, height) of the first
-    one."""
-    work, line = lines
-    found, levels = [], []
-    for quantity in (q for q in quantities if work.has(line, q)):
-        of = work.runs_of(line, quantity, 1.0)
-        ladder = ladder_of(of, work.swell)
-        found.append(ladder.heights_at(np.array([of.measure.to_x(float(x)) for x in tolerance])))
-        levels.append(ladder.level[0])
-    H = np.min(found, axis=0)
-    return work.wind_sea(H), levels[0]
 
 
 class Pays(NamedTuple):
@@ -314,11 +361,12 @@ def answer_of(block: xarray.Dataset) -> dict[str, Any]:
     attrs, rows, lines = block.attrs, [], []
     heights = float(block["height"].values[0]), float(block["height"].values[-1])
     for v, name in enumerate(block["variant"].values):
-        of = pays_at(block, v)
-        place = "as planned" if not str(block["varied"].values[v]) else f"other {block['varied'].values[v]}"
+        of, varied = pays_at(block, v), str(block["varied"].values[v])
+        place = "as planned" if varied in ("", "period") else f"other {varied}"
         lines += [f"{name} ({place}): {in_words(of, heights)}"] if of else []
         rows += [
             {
+                "Tp": float(block["Tp"].values[v]),
                 "mass": float(block["mass"].values[v]),
                 "depth": float(block["depth"].values[v]),
                 "tolerance": each.tolerance,
@@ -393,8 +441,12 @@ def height_in_ladder(Hs: float, heights: tuple[float, float]) -> str:
 
 
 def sweep_blocks(
-    plan: LiftPlan, Tp: float, beta: float, execution: Execution, progress: Progress | None = None
+    plan: LiftPlan,
+    columns: Sequence[Column],
+    execution: Execution,
+    demands: Sequence[Demand],
+    progress: Progress | None = None,
 ) -> dict[str, xarray.Dataset]:
     """The block of a result; none where no landing is compensated."""
-    block = landing_sweep(plan, Tp, beta, execution, progress)
+    block = landing_sweep(plan, columns, execution, demands, progress)
     return {} if block is None else {"sweep": block}

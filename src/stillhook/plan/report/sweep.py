@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 from stillhook.plan.answer.sweep import answer_of, height_in_ladder, pays_at
 from stillhook.plan.report.detail import picture
-from stillhook.plan.report.words import TEXTS, named, names, sea_words
+from stillhook.plan.report.words import TEXTS, named, names
 from stillhook.plan.result import PlanResult
 from stillhook.report.document import Bullets, Part, Table, Text
+from stillhook.report.formatting import direction
 from stillhook.units import number
 
 
@@ -29,7 +30,7 @@ def tolerance_sweep(result: PlanResult, figures: Mapping[str, bytes]) -> list[Pa
         Text(text + (control if "e_c_pp" in answer["quantities"] else "")),
         Bullets([f"{line[0].upper()}{line[1:]}." for line in answer["answer"]]),
         *left_out,
-        *picture(figures, "sweep", sea_words(block.attrs)),
+        *picture(figures, "sweep", f"waves at {direction(block.attrs['beta'])}"),
         *_table(result),
     ]
 
@@ -50,6 +51,6 @@ def _table(result: PlanResult) -> list[Table]:
                 value, low, high = (height_in_ladder(float(x), heights) for x in Hs)
                 cells += [named(name), value, f"{low} to {high}" if len({value, low, high}) > 1 else ""]
             rows.append([variant if k == 0 else "", f"{each.tolerance:.3g}", *cells])
-    head = ("payload, depth", "tolerance [m]", "classic", "Hs [m]", "95 %", "new", "Hs [m]", "95 %")
-    title = "Limiting Hs of the landing with the best classic and the best new controller; bold: the new one is higher"
+    head = ("payload, depth, period", "tolerance [m]", "classic", "Hs [m]", "95 %", "new", "Hs [m]", "95 %")
+    title = "Limiting Hs over the seabed with the best classic and the best new controller; bold: the new one is higher"
     return [Table(head, rows, f"{title} by more than the intervals", bold_rows=strong)] if rows else []

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillhook.plan.report.words import COLOUR, MARKER, canvas, key_below, named, names, sea_words
+from stillhook.plan.report.words import COLOUR, MARKER, canvas, key_below, named, names
+from stillhook.report.formatting import direction
 from stillhook.report.plots.colours import GREY
 
 if TYPE_CHECKING:
@@ -18,20 +19,21 @@ if TYPE_CHECKING:
 
 TICKS = (0.05, 0.1, 0.2, 0.5)
 """Tolerances that are labelled [m]."""
-ROWS = {"payload": "mass", "depth": "depth"}
+ROWS = {"period": "Tp", "payload": "mass", "depth": "depth"}
 """What a row of panels varies, and the coordinate by which its panels are in order."""
 
 
 def sweep(block: xarray.Dataset) -> Figure:
-    """Limit over tolerance: a row of panels for payloads, one for depths, each with the plan as it is; a line with its
-    95 % interval for every alternative."""
+    """Limit over tolerance: a row of panels for periods, one for payloads, one for depths, each with the plan as it is
+    in its middle period; a line with its 95 % interval for every alternative."""
     varied = [str(x) for x in block["varied"].values]
     rows: list[list[int]] = []
     for name, coordinate in ROWS.items():
         places = [i for i, what in enumerate(varied) if what in ("", name)]
-        if name in varied or not rows:
+        if name in varied:
             order = np.argsort(block[coordinate].values[places], kind="stable")
             rows.append([places[i] for i in order])
+    rows = rows or [[0]]
     across = max(map(len, rows))
     figure, axes = canvas(len(rows), across, 0.7 + 2.5 * len(rows), sharex=True, sharey=True)
     for line, places in zip(axes, rows, strict=True):
@@ -48,7 +50,9 @@ def sweep(block: xarray.Dataset) -> Figure:
         ax.set_ylabel("limiting Hs [m]", fontsize="small")
     for ax in axes[-1]:
         ax.set_xlabel("tolerance [m]", fontsize="small")
-    figure.suptitle(f"Landing: limit over tolerance, {sea_words(block.attrs)}", fontsize="medium")
+    figure.suptitle(
+        f"Over the seabed: limit over tolerance, waves at {direction(block.attrs['beta'])}", fontsize="medium"
+    )
     key_below(figure, [first])
     return figure
 
@@ -70,5 +74,5 @@ def _panel(ax: Axes, of: xarray.Dataset) -> None:
     own = float(of.attrs["own"])
     if math.isfinite(own):
         ax.axvline(own, color=GREY, lw=0.9, ls=":")
-    planned = "" if str(of["varied"].values) else " (as planned)"
+    planned = " (as planned)" if str(of["varied"].values) in ("", "period") else ""
     ax.set_title(f"{of['variant'].values}{planned}", fontsize="small")

@@ -18,6 +18,7 @@ from stillhook.plan.tiers.time_domain.crossings import (
     SEEDS_OF_SEA,
     ColumnFeatures,
     CrossingLimits,
+    Feature,
     crossing_limits,
     next_heights,
 )
@@ -124,7 +125,7 @@ class CrossingSearch:
         lines: Sequence[LimitSearch],
         about: Sequence[float],
         rule: Limited,
-        used: Mapping[str, str],
+        used: Mapping[str, Feature],
         n: int,
     ) -> CurveLimits:
         """A rule's limits by the first n runs of every column, in the order in which they were made; used: the feature

@@ -1,6 +1,10 @@
 """Limits of a phase whose runs are judged one by one, beyond a limit or not: no shape of what the winch makes of the
 waves is assumed (`stillhook.statistics.crossing_fit`).
 
+How closely a run follows the linear sea differs: friction makes up its own mind. So the feature of a run counts with a
+power of 1, of a half, or not at all, whichever the runs make likelier: a power too high takes for scatter what is none,
+and puts the limit of runs that lie on one side of it too far to the other.
+
 Runs lie at many heights about the limit, one in each sea. They are put together in bins of height where a level or a
 share of time is asked for.
 """
@@ -10,6 +14,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,6 +43,17 @@ def crosses(phase: Phase, measure_of: ColumnRuns | None = None) -> bool:
     return phase.kind in OVER_SEABED and (measure_of is None or measure_of.measure.statistic is Statistic.LARGEST)
 
 
+class Feature(NamedTuple):
+    """A feature of the linear sea by its name, and the power with which it counts beside the height."""
+
+    name: str
+    power: float = 1.0
+
+
+CANDIDATES = (*(Feature(name, power) for power in (1.0, 0.5) for name in NAMES), Feature(NAMES[0], 0.0))
+"""Features that are tried; the last one is the height alone."""
+
+
 @dataclass(frozen=True, eq=False)
 class ColumnFeatures:
     """Features of a column: of every run, cell by cell in the order of its heights, and of many seeds for each metre of
@@ -51,7 +68,7 @@ class CrossingLimits:
     """Limits of one rule by crossings, the feature that they were read with, and its fit."""
 
     limits: CurveLimits
-    feature: str
+    feature: Feature
     fit: CrossingFit | None = field(repr=False)
 
 
@@ -63,7 +80,7 @@ def crossing_limits(
     expected: FloatArray | None = None,
     *,
     n_draws: int = 0,
-    feature: str | None = None,
+    feature: Feature | None = None,
 ) -> CrossingLimits:
     """Heights at which the share of runs beyond a limit is what the measure allows, in columns that have runs.
 
@@ -74,13 +91,13 @@ def crossing_limits(
     p = np.array([1.0 - column.measure.of_part() for column in columns])
     beyond = [[_beyond(column, Hs, runs, bands) for Hs, runs in column.cells if Hs > 0.0] for column in columns]
     best = feature
-    tried: dict[str, CrossingFit] = {}
+    tried: dict[Feature, CrossingFit] = {}
     if best is None:
-        tried = {name: _fit(columns, features, beyond, name, expected, p, coarse=True) for name in NAMES}
-        best = max(tried, key=lambda name: tried[name].evidence)
+        tried = {each: _fit(columns, features, beyond, each, expected, p, coarse=True) for each in CANDIDATES}
+        best = max(tried, key=lambda each: tried[each].evidence)
     if n_draws or best not in tried:
         tried[best] = _fit(columns, features, beyond, best, expected, p, coarse=n_draws == 0)
-    ln_f = np.log(np.array([each.many[best] for each in features]))
+    ln_f = best.power * np.log(np.array([each.many[best.name] for each in features]))
     found = tried[best].limits(ln_f, p, draws=max(n_draws, 100))
     tops = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in columns])
     x_limit = np.array([x_limit_of(column.measure, bands[0][1]) for column in columns])
@@ -112,21 +129,27 @@ def _fit(
     columns: Sequence[ColumnRuns],
     features: Sequence[ColumnFeatures],
     beyond: Sequence[Sequence[FloatArray]],
-    name: str,
+    feature: Feature,
     expected: FloatArray | None,
     p: FloatArray,
     *,
     coarse: bool,
 ) -> CrossingFit:
     place = [np.full(len(b), i) for i, of in enumerate(beyond) for b in of]
-    ln_F = [np.log(cell[name]) for each in features for cell in each.cells]
+    name, power = feature
+    ln_F = [
+        power * np.log(cell[name]) + (1.0 - power) * math.log(Hs)
+        for column, each in zip(columns, features, strict=True)
+        for (Hs, _), cell in zip(column.cells, each.cells, strict=True)
+        if Hs > 0.0
+    ]
     runs = Crossings(
         np.concatenate(place).astype(np.int64), np.concatenate(ln_F), np.concatenate([b for of in beyond for b in of])
     )
     base = None
     if expected is not None:
         usual = np.array(
-            [float(np.quantile(np.log(each.many[name]), 1.0 - q)) for each, q in zip(features, p, strict=True)]
+            [power * float(np.quantile(np.log(each.many[name]), 1.0 - q)) for each, q in zip(features, p, strict=True)]
         )
         with np.errstate(divide="ignore", invalid="ignore"):
             base = np.where(expected > 0.0, np.log(expected), np.nan) + usual
@@ -162,8 +185,12 @@ LEAST_SPREAD, MOST_SPREAD = 0.08, 0.5
 """Ends of that uncertainty, in ln of the height."""
 CLIMB = 1.5
 """Factor to the next height where no run was beyond."""
-GRID = 0.01
+GRID = 0.0025
 """Heights are whole multiples of it [m]: each is a sea of its own, so that a column has as many seeds as runs."""
+
+
+NEAR = 0.01
+"""Part of the highest sea within which a run is one in it."""
 
 
 def next_heights(Hs: Sequence[float], limit: float, half: float, guess: float, highest: float) -> list[float]:
@@ -176,17 +203,15 @@ def next_heights(Hs: Sequence[float], limit: float, half: float, guess: float, h
     elif limit < math.inf:
         spread = min(max(half, LEAST_SPREAD), MOST_SPREAD)
         wanted = [limit * math.exp(spread * z) for z in EACH]
-    elif max(Hs) >= highest * (1.0 - GRID):
+    elif max(Hs) >= highest * (1.0 - NEAR):
         return []
     else:
         wanted = [max(Hs) * CLIMB ** (0.5 * (k + 1)) for k in range(2)]
     found: list[float] = []
     for h in wanted:
         at = on_grid(min(h, highest))
-        while at in Hs or at in found:
-            at = on_grid(at - GRID)
-        if at > 0.0:
-            found.append(at)
+        free = (on_grid(at + k * GRID) for n in count() for k in (n, -n))
+        found.append(next(z for z in free if 0.0 < z <= highest * (1.0 + ROUNDING) and z not in Hs and z not in found))
     return found
 
 

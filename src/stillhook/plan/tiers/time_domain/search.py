@@ -23,7 +23,7 @@ from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, merged
 from stillhook.plan.tiers.time_domain.crossing_search import CrossingSearch
-from stillhook.plan.tiers.time_domain.crossings import binned, crosses
+from stillhook.plan.tiers.time_domain.crossings import Feature, binned, crosses
 from stillhook.plan.tiers.time_domain.curves import (
     ColumnRuns,
     Curve,
@@ -74,7 +74,7 @@ class Judged(NamedTuple):
     curves: Mapping[str, Curve]
     limits: Mapping[str, CurveLimits]
     failed: Mapping[str, str] = {}
-    features: Mapping[str, str] = {}
+    features: Mapping[str, Feature] = {}
 
     def least(self, column: Column) -> tuple[float, float]:
         """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln (inf: where the
@@ -343,7 +343,7 @@ class Work:
         curves: dict[str, Curve] = {}
         limits: dict[str, CurveLimits] = {}
         failed: dict[str, str] = {}
-        features: dict[str, str] = {}
+        features: dict[str, Feature] = {}
         if not lines:
             return Judged(columns, curves, limits)
         about = [self.about(line, before) for line in lines]
