@@ -31,6 +31,7 @@ CASES = (
     "friction_coverage",
     "hull_convergence",
     "independent_crane_results",
+    "limit_crossings",
     "limit_curves",
     "offshore_100t",
     "offshore_200t",

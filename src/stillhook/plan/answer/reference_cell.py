@@ -13,6 +13,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Parts, Progress
 from stillhook.plan.answer.dataset import Answered
+from stillhook.plan.answer.sweep import LATE
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import IN_AIR, Phase
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
 ADDED_MASS, DRAG, FRICTION = (0.8, 1.2), (0.5, 1.5), (0.7, 1.3)
 """Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a
 third (assumed)."""
-LATE = 0.2
-"""Delay of the motion signal that is tried in addition to that of the plan [s]."""
 Judge = Callable[[Sequence[Demand]], list[Limits]]
 """From demands to limiting heights, by the rules and capacities of a plan."""
 Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")

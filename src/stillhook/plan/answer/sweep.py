@@ -53,6 +53,8 @@ PAYLOADS = (0.5, 1.5)
 """Factors on the payload's mass that are tried at the plan's depth."""
 DEPTHS = (1.0 / 3.0, 2.0)
 """Factors on the depth that are tried with the plan's payload; less where the drum holds less wire."""
+LATE = 0.2
+"""Delay of the motion signal that is tried in addition to that of the plan [s]."""
 LEAST_CHANGE = 1.05
 """Factor below which a depth that the drum's wire allows is not another one."""
 LOWEST, HIGHEST, RATIO = 0.4, 5.0, 1.75
@@ -64,8 +66,8 @@ TOLERATED = ("load_pp", "e_c_pp")
 
 
 class Variant(NamedTuple):
-    """A landing to look at. varied: "period", "payload", "depth", or "" for the plan as it is, in its middle period;
-    plan of the phases over the seabed alone; period [s] and direction [rad]."""
+    """A landing to look at. varied: "period", "payload", "depth", "delay" of the motion signal, or "" for the plan as
+    it is, in its middle period; plan of the phases over the seabed alone; period [s] and direction [rad]."""
 
     varied: str
     plan: LiftPlan
@@ -75,7 +77,8 @@ class Variant(NamedTuple):
     def name(self) -> str:
         """Payload, depth and period in words."""
         mass, depth = show(self.plan.payload.mass, "mass", 3), show(self.plan.depth, "length", 4)
-        return f"{mass}, {depth}, Tp {show(self.column[0], 'time', 3)}"
+        late = f", signal {show(self.plan.sensors.delay, 'time', 3)} late" if self.varied == "delay" else ""
+        return f"{mass}, {depth}, Tp {show(self.column[0], 'time', 3)}{late}"
 
 
 def rungs_of(plan: LiftPlan) -> FloatArray:
@@ -114,8 +117,8 @@ def where_it_governs(plan: LiftPlan, table: Governed, otherwise: Column) -> tupl
 
 
 def variants_of(plan: LiftPlan, columns: Sequence[Column]) -> tuple[list[Variant], list[str]]:
-    """The plan's landing as it is in each column, and in the first of them with other payloads and at other depths; and
-    what was left out, with the reason."""
+    """The plan's landing as it is in each column, and in the first of them with other payloads, at other depths and
+    with a motion signal that comes late (in time, where the plan's is late); what was left out, with the reason."""
     first = columns[0]
     found = [_varied(plan, "" if column is first else "period", column) for column in columns]
     left_out = []
@@ -127,6 +130,7 @@ def variants_of(plan: LiftPlan, columns: Sequence[Column]) -> tuple[list[Variant
             left_out.append(f"{show(depth, 'length', 4)}: the drum's wire ends at {show(deepest, 'length', 4)}")
             continue
         wanted.append(_varied(plan, "depth", first, depth=possible))
+    wanted.append(_varied(plan, "delay", first, delay=0.0 if plan.sensors.delay else LATE))
     for each in wanted:
         reason = _impossible(each.plan)
         if reason:
@@ -137,7 +141,13 @@ def variants_of(plan: LiftPlan, columns: Sequence[Column]) -> tuple[list[Variant
 
 
 def _varied(
-    plan: LiftPlan, varied: str, column: Column, *, mass: float | None = None, depth: float | None = None
+    plan: LiftPlan,
+    varied: str,
+    column: Column,
+    *,
+    mass: float | None = None,
+    depth: float | None = None,
+    delay: float | None = None,
 ) -> Variant:
     """A plan of the phases over the seabed alone, whose heights move with it."""
     payload = plan.payload if mass is None else _of_mass(plan.payload, mass)
@@ -148,7 +158,9 @@ def _varied(
         return phase.model_copy(update=ends)
 
     phases = tuple(moved(phase) for phase in over_seabed(plan))
-    return Variant(varied, replace(plan, payload=payload, depth=plan.depth + down, phases=phases), column)
+    sensors = plan.sensors if delay is None else plan.sensors.model_copy(update={"delay": delay})
+    changed = replace(plan, payload=payload, depth=plan.depth + down, phases=phases, sensors=sensors)
+    return Variant(varied, changed, column)
 
 
 def _of_mass(payload: Payload, mass: float) -> Payload:
@@ -192,14 +204,15 @@ def landing_sweep(
     demands: Sequence[Demand] = (),
     progress: Progress | None = None,
 ) -> xarray.Dataset | None:
-    """Limiting heights over the seabed by tolerance, payload and depth, by runs in one period [s] and direction [rad];
-    of the plan as it is in several.
+    """Limiting heights over the seabed by tolerance, payload, depth and delay, by runs in one period [s] and direction
+    [rad]; of the plan as it is in several.
 
     columns: as of `where_it_governs`; demands of the plan by the frequency-domain method: where its limit of a twin is
     less than that of runs over 1.5 it counts, as in the table, and the interval spans both.
     Returns Hs_landing, Hs_landing_low, Hs_landing_high [m] over variant, alternative and landing_tolerance [m]: 0 below
     the lowest height that is run, inf above the highest. Coords height [m], those that were run; Tp [s], beta [rad],
-    mass [kg], depth [m] and varied ("period", "payload", "depth", "" as planned in the middle period) of every variant.
+    mass [kg], depth [m], delay [s] and varied ("period", "payload", "depth", "delay", "" as planned in the middle
+    period) of every variant.
     attrs: phase, Tp, beta, own (the plan's tolerance [m], NaN without one), quantities, left_out (a line each), n_seeds
     (of a controller), n_runs. None where no landing is compensated.
     Errors: as `stillhook.plan.tiers.time_domain.tier.refine`.
@@ -231,6 +244,7 @@ def landing_sweep(
         "beta": ("variant", [v.column[1] for v in variants]),
         "mass": ("variant", [v.plan.payload.mass for v in variants]),
         "depth": ("variant", [v.plan.depth for v in variants]),
+        "delay": ("variant", [v.plan.sensors.delay for v in variants]),
         "varied": ("variant", [v.varied for v in variants]),
     }
     Tp, beta = columns[0]
@@ -355,6 +369,16 @@ def pays_at(block: xarray.Dataset, variant: int) -> list[Pays]:
     return rows
 
 
+PLACES = {
+    "": "as planned",
+    "period": "as planned",
+    "payload": "other payload",
+    "depth": "other depth",
+    "delay": "other sensors",
+}
+"""What a variant is, in words."""
+
+
 def answer_of(block: xarray.Dataset) -> dict[str, Any]:
     """The sweep in short, for JSON: where it was made, the answer in a sentence for each variant, and the comparison
     at every tolerance (rows of pays: better 1, 0 where intervals overlap, -1)."""
@@ -362,13 +386,14 @@ def answer_of(block: xarray.Dataset) -> dict[str, Any]:
     heights = float(block["height"].values[0]), float(block["height"].values[-1])
     for v, name in enumerate(block["variant"].values):
         of, varied = pays_at(block, v), str(block["varied"].values[v])
-        place = "as planned" if varied in ("", "period") else f"other {varied}"
+        place = PLACES[varied]
         lines += [f"{name} ({place}): {in_words(of, heights)}"] if of else []
         rows += [
             {
                 "Tp": float(block["Tp"].values[v]),
                 "mass": float(block["mass"].values[v]),
                 "depth": float(block["depth"].values[v]),
+                "delay": float(block["delay"].values[v]),
                 "tolerance": each.tolerance,
                 "new": each.new,
                 "classic": each.classic,

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 TICKS = (0.05, 0.1, 0.2, 0.5)
 """Tolerances that are labelled [m]."""
-ROWS = {"period": "Tp", "payload": "mass", "depth": "depth"}
+ROWS = {"period": "Tp", "payload": "mass", "depth": "depth", "delay": "delay"}
 """What a row of panels varies, and the coordinate by which its panels are in order."""
 
 
 def sweep(block: xarray.Dataset) -> Figure:
-    """Limit over tolerance: a row of panels for periods, one for payloads, one for depths, each with the plan as it is
-    in its middle period; a line with its 95 % interval for every alternative."""
+    """Limit over tolerance: rows of panels for periods, payloads, depths and delays, each with the plan as it is in its
+    middle period; a line with its 95 % interval for every alternative."""
     varied = [str(x) for x in block["varied"].values]
     rows: list[list[int]] = []
     for name, coordinate in ROWS.items():

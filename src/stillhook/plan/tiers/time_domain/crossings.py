@@ -34,7 +34,7 @@ WIDEST = 0.4
 column is inside, and no more."""
 OVER_SEABED = (PhaseKind.STAND_OFF, PhaseKind.LANDING)
 """Phases whose limits are tolerances of the payload's motion."""
-SEEDS_OF_SEA = 1000
+SEEDS_OF_SEA = 500
 """Linear seeds of a column that a limit is read from."""
 
 

@@ -94,7 +94,7 @@ class Place:
     def _largest(self, waves: Realisation | Waves, tip: ComplexArray) -> dict[str, FloatArray]:
         """Features of complex amplitudes of the tip's height (n, harmonics)."""
         omega, last = waves.omega, int(waves.harmonic[-1])
-        n = 1 << math.ceil(math.log2(max(SAMPLES * self.repeat, 2 * last + 2)))
+        n = scipy.fft.next_fast_len(math.ceil(max(SAMPLES * self.repeat, 2 * last + 2)), real=True)
         dt = self.repeat / n
         counts = slice(math.floor(self.begin / dt), min(math.ceil((self.begin + self.counted) / dt) + 1, n))
 
