@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.export.fmu import CaseArgument, CraneArgument, case_for, listed
+from stillhook.cli.export.fmu import CaseArgument, CraneArgument, case_for, listed, say_if_first
 from stillhook.cli.parser import Json
 from stillhook.units import show
 
@@ -35,6 +35,7 @@ def external(
     crane = load_crane(name)
     case = case_for(crane, case_file)
     chosen = [each for each in listed(platform, "--platform") if each != "source"]
+    say_if_first(chosen)
     files = write_host(host, crane, case, out or Path(f"{crane.name}-{host}"), platforms=chosen)
     if json:
         print_json({"crane": crane.name, "host": host, "platforms": chosen, "files": [str(f) for f in files]})

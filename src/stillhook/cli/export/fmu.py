@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -49,6 +50,15 @@ def listed(text: str, option: str) -> list[str]:
     return names
 
 
+def say_if_first(platforms: Sequence[str]) -> None:
+    """Message that the first library for a platform takes longer."""
+    from stillhook.export.twin import first_of
+    from stillhook.report.terminal import say
+
+    if names := first_of([name for name in platforms if name != "source"]):
+        say(f"compiling for {', '.join(names)}: the first time takes a minute or two, then seconds ...")
+
+
 def fmu(
     name: CraneArgument,
     case_file: CaseArgument = None,
@@ -92,6 +102,7 @@ def fmu(
     own = own_platform()
     chosen = listed(platforms, "--platforms") if platforms is not None else [own or "source", "source"]
     check_choice(fmi, chosen)
+    say_if_first(chosen)
     if ssp:
         if contents != "plant+controller":
             raise CommandError("--ssp: holds plant and controller. Leave --contents out.")

@@ -16,6 +16,7 @@ from typing import NamedTuple
 from stillhook import units
 from stillhook.base.atomic import atomic_file
 from stillhook.errors import ExportError
+from stillhook.kernels.cache import cache_root
 
 
 class Platform(NamedTuple):
@@ -68,6 +69,21 @@ def _compiler(platform: str) -> list[str]:
     )
 
 
+def first_of(platforms: Sequence[str]) -> list[str]:
+    """Those of the platforms for which no library was compiled with Zig yet: it then builds the platform's C runtime,
+    which takes a minute or two of a core, and keeps it."""
+    return [name for name in platforms if _compiler(name)[0] == sys.executable and not _mark(name).is_file()]
+
+
+def _kept() -> Path:
+    """Folder in which Zig keeps what it built, for one user."""
+    return cache_root() / "zig"
+
+
+def _mark(platform: str) -> Path:
+    return _kept() / f"{platform}.ready"
+
+
 def compile_library(source: str, platform: str, file: Path, flags: Sequence[str] = ()) -> None:
     """Compile C99 text to a shared library, which appears under its name when it is complete.
 
@@ -79,10 +95,7 @@ def compile_library(source: str, platform: str, file: Path, flags: Sequence[str]
     with tempfile.TemporaryDirectory() as folder, atomic_file(file) as part:
         code, made = Path(folder) / "model.c", Path(folder) / f"model{PLATFORMS[platform].suffix}"
         code.write_text(source, encoding="utf-8")
-        caches = {
-            f"ZIG_{which}_CACHE_DIR": str(Path(tempfile.gettempdir()) / "stillhook-zig")
-            for which in ("LOCAL", "GLOBAL")
-        }
+        caches = {f"ZIG_{which}_CACHE_DIR": str(_kept()) for which in ("LOCAL", "GLOBAL")}
         done = subprocess.run(
             [*command, *FLAGS, *hidden, *flags, "-o", str(made), str(code), *libraries],
             capture_output=True,
@@ -94,3 +107,5 @@ def compile_library(source: str, platform: str, file: Path, flags: Sequence[str]
             lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines() or ["?"]
             raise ExportError(f"platform {platform}: {Path(command[0]).name} failed: {lines[0].strip()[:300]}")
         part.write_bytes(made.read_bytes())
+        if command[0] == sys.executable:
+            _mark(platform).touch()
