@@ -38,13 +38,13 @@ def told(rows: Rows) -> list[Mapping[str, Any]]:
 
 def of_fresh(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
     """A row of the table for each lift, phase, controller and rule with limits."""
-    rows, keys = found["fresh"], ("lift", "phase", "alternative", "rule")
+    rows, keys = found["fresh"]["rows"], ("lift", "phase", "alternative", "rule")
     lines = []
     for key in dict.fromkeys(tuple(row[k] for k in keys) for row in rows):
         every = [row for row in rows if tuple(row[k] for k in keys) == key]
         if not (of := told(every)):
             continue
-        n, beyond, error, allowed = shares(of, found["fresh_runs"])
+        n, beyond, error, allowed = shares(of, found["fresh"]["runs"])
         half = np.mean([0.5 * math.log(row["high"] / row["low"]) for row in of])
         lift, phase, alternative, rule = key
         lines.append(
@@ -99,7 +99,7 @@ def known(rows: Rows) -> list[Mapping[str, Any]]:
 
 def compute() -> tuple[dict[str, str], dict[str, Any]]:
     found: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8"))
-    fresh, runs = told(found["fresh"]), found["fresh_runs"]
+    fresh, runs = told(found["fresh"]["rows"]), found["fresh"]["runs"]
     lifts = {lift: [row for row in fresh if row["lift"] == lift] for lift in dict.fromkeys(r["lift"] for r in fresh)}
     off = {lift: shares(rows, runs) for lift, rows in lifts.items()}
     worst = max(beyond - allowed for _, beyond, _, allowed in off.values())
@@ -161,7 +161,7 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
 def draw(found: Mapping[str, Any]) -> None:
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
     fresh, errors = figure.subplots(1, 2)
-    rows = told(found["fresh"])
+    rows = told(found["fresh"]["rows"])
     for k, lift in enumerate(dict.fromkeys(row["lift"] for row in rows)):
         of = [row for row in rows if row["lift"] == lift]
         x, y = ([100.0 * row[name] for row in of] for name in ("allowed", "beyond"))
@@ -173,7 +173,9 @@ def draw(found: Mapping[str, Any]) -> None:
         of = known([row for row in found["coverage"]["rows"] if row["alternative"] == name])
         if of:
             off = 100.0 * np.concatenate([row["off"] for row in of])
-            errors.hist(off, bins=np.arange(-60.0, 62.0, 4.0), color=COLOURS[k], alpha=0.5, label=Alternative(name).label)
+            errors.hist(
+                off, bins=np.arange(-60.0, 62.0, 4.0), color=COLOURS[k], alpha=0.5, label=Alternative(name).label
+            )
     errors.axvline(0.0, color=GREY, lw=1.0)
     errors.set(xlabel="error of a limit [%]", ylabel="limits of repeated plans")
     for ax in (fresh, errors):

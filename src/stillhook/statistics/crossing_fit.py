@@ -32,7 +32,7 @@ SCALES = (0.03, 0.05, 0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 1.0, 2.0)
 numbers that hardly grow with the height, as friction makes them."""
 AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE = (0.05, 0.15, 0.4), (0.03, 0.1, 0.25), (0.15, 0.5), (0.2, 1.0)
 """As in `stillhook.statistics.smooth_field`, a coarser grid: each combination is fitted for every scale."""
-STEPS, SETTLED = 30, 1e-6
+STEPS, SETTLED = 30, 1e-4
 """Steps of Newton at the most, and the change of an offset below which it goes no further."""
 DRAWS, SEED = 200, 1866
 HALVINGS = 18
@@ -48,6 +48,10 @@ class Crossings:
     column: IntArray = field(repr=False)
     ln_F: FloatArray = field(repr=False)
     beyond: BoolArray = field(repr=False)
+
+    def of_column(self, columns: int) -> FloatArray:
+        """1 where a run is of a column, else 0 (n, columns)."""
+        return np.asarray(self.column[:, None] == np.arange(columns), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +100,7 @@ class CrossingFit:
         return Limit(value, low, high, out)
 
 
-COARSE = ((0.08, 0.15, 0.3, 0.8), (0.15, 0.4), (0.05, 0.2), (0.3,), (0.5,))
+COARSE = ((0.08, 0.15, 0.3, 0.8), (0.15, 0.4), (0.1,), (0.3,), (0.5,))
 """Scales and grid of a coarse fit, for placing runs."""
 
 
@@ -169,11 +173,8 @@ def _likelihood(
     ln_P = scipy.special.log_ndtr(z)
     ratio = np.exp(-0.5 * z**2 - ln_P) / math.sqrt(2.0 * math.pi)
     first, second = -sign * ratio / s, (ratio * (z + ratio)) / s**2
-    gradient, W = np.zeros_like(offset), np.zeros_like(offset)
-    for i in range(len(offset)):
-        gradient[i] = np.bincount(runs.column, first[i], minlength=offset.shape[1])
-        W[i] = np.bincount(runs.column, second[i], minlength=offset.shape[1])
-    return gradient, np.maximum(W, 1e-12), ln_P.sum(axis=1)
+    of_column = runs.of_column(offset.shape[1])
+    return first @ of_column, np.maximum(second @ of_column, 1e-12), ln_P.sum(axis=1)
 
 
 def _shift(ln_f: FloatArray, p: FloatArray, s: float) -> tuple[FloatArray, FloatArray]:
