@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import ndtri
 
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
@@ -23,6 +24,7 @@ from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_se
 from stillhook.plan.tiers.time_domain.measures import Measure
 from stillhook.sea.vessel.realisation import realise, tip_motion
 from stillhook.statistics.crossing_fit import Crossings, fit_crossings
+from stillhook.statistics.share_crossing import share_crossing
 from stillhook.variables import WINDOW
 
 PERIOD = np.repeat(np.arange(5.0, 15.0, 2.0), 2)
@@ -206,3 +208,35 @@ def test_features_are_those_of_the_waves_of_a_run():
     one = [place.of_seed(spot, k)["tip speed"] for k in range(60)]
     assert np.median(many["tip speed"]) == pytest.approx(np.median(one), rel=0.06)
     assert np.std(np.log(many["tip speed"])) == pytest.approx(np.std(np.log(one)), rel=0.3)
+
+
+LADDER = np.array([0.4, 0.7, 1.2, 2.1, 3.6])
+
+
+@pytest.mark.parametrize(("scale", "share"), [(0.1, 0.55), (0.25, 0.3), (0.4, 0.11)])
+def test_a_share_is_found_on_a_ladder_of_heights_and_its_interval_holds_it(scale, share):
+    rng, held, off = np.random.default_rng(5), [], []
+    for _ in range(200):
+        mu = rng.uniform(math.log(0.6), math.log(2.4))
+        exact = math.exp(mu + scale * float(ndtri(share)))
+        beyond = np.array([np.sum(rng.normal(mu, scale, 8) < math.log(h)) for h in LADDER])
+        value, low, high = share_crossing(LADDER, np.full(5, 8), beyond, share)
+        assert low <= value <= high
+        held.append(low <= exact <= high)
+        off.append(math.log(value / exact))
+    assert 0.9 <= np.mean(held)
+    assert abs(np.mean(off)) < 0.06
+    assert np.std(off) < 0.1 + 0.5 * scale
+
+
+def test_where_no_run_or_every_run_was_beyond_the_limit_is_off_the_ladder():
+    none, every = (share_crossing(LADDER, np.full(5, 8), np.full(5, k), 0.3) for k in (0, 8))
+    assert none[0] > LADDER[-1]
+    assert none[1] > LADDER[-2]
+    assert every[0] < LADDER[0]
+    assert every[2] < LADDER[1]
+
+
+def test_a_share_that_does_not_grow_has_an_interval_as_wide_as_the_ladder():
+    _, low, high = share_crossing(LADDER, np.full(5, 8), np.full(5, 3), 0.4)
+    assert high / low > LADDER[-1] / LADDER[0]
