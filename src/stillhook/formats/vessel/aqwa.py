@@ -1,6 +1,7 @@
 """Motion transfer functions from the output of AQWA-LINE (`.lis`).
 
-Read are the tables "R.A.O.S-VARIATION WITH WAVE PERIOD/FREQUENCY" of one structure: per direction and frequency [rad/s]
+Read are the tables "R.A.O.S-VARIATION WITH WAVE PERIOD/FREQUENCY" of one structure, or those "WITH WAVE DIRECTION"
+where a file has only these: per direction and frequency [rad/s]
 amplitude and phase [deg] of X, Y, Z [m/m] and RX, RY, RZ [deg/m] "with respect to structure COG"; the depth of the
 water, the acceleration of gravity (by which lengths are metres) and the centre of gravity stand above them. Where a
 direction and frequency come again, as after another pass with linearised damping, the last counts, and a note says so.
@@ -28,9 +29,11 @@ from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import INSIDE, SAME_HEADING, to_rao
 from stillhook.units import quote
 
-TITLE = "R.A.O.S-VARIATION WITH WAVE PERIOD/FREQUENCY"
+TITLES = ("R.A.O.S-VARIATION WITH WAVE PERIOD/FREQUENCY", "R.A.O.S-VARIATION WITH WAVE DIRECTION")
+"""Of tables whose lines after the first leave the direction out, and of those that leave period and frequency out."""
 NUMBER = r"[+-]?\d*\.\d+(?:[EeDd][+-]?\d+)?|\*+|NaN|[+-]?Inf\w*"
 _NUMBER = re.compile(NUMBER)
+_JOB = re.compile(r"^\s*JOB\s+AQWA\b|\bAqwa-Line\b|\bAQWA-LINE\b", re.MULTILINE)
 _STRUCTURE = re.compile(r"P A R A M E T E R S\s+F O R\s+S T R U C T U R E\s+(\d+)")
 _CENTRE = re.compile(r"STRUCTURE C\.O\.G\.\s+GX=\s*(\S+)\s+GY=\s*(\S+)\s+GZ=\s*(\S+)")
 _VALUE = r"[ .]*=\s*([-+.\dEe]+)"
@@ -54,8 +57,8 @@ class _Line(NamedTuple):
 
 
 def is_aqwa(text: str) -> bool:
-    """Whether a text is output of AQWA."""
-    return "AQWA" in text[:20_000].upper() and ("R.A.O.S-VARIATION" in text or "D E C K" in text or "DECK " in text)
+    """Whether a text is output of AQWA, by its first lines."""
+    return _JOB.search(text[:20_000]) is not None
 
 
 def read_aqwa(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
@@ -105,35 +108,37 @@ def _refuse_units(file: str, text: str) -> None:
 
 
 def _tables(file: str, lines: Sequence[str]) -> dict[int, list[_Line]]:
-    """Lines of motions of each structure, by its number."""
-    tables: dict[int, list[_Line]] = {}
+    """Lines of motions of each structure, by its number: by frequency where the file has these tables, else by
+    direction."""
+    tables: tuple[dict[int, list[_Line]], ...] = ({}, {})
     structure = 1
     for i, line in enumerate(lines):
         if match := _STRUCTURE.search(line):
             structure = int(match[1])
-        elif line.strip() == TITLE:
-            tables.setdefault(structure, []).extend(_table(file, lines, i + 1))
-    if not tables:
+        elif line.strip() in TITLES:
+            order = TITLES.index(line.strip())
+            tables[order].setdefault(structure, []).extend(_table(file, lines, i + 1, left_out=2 - order))
+    found = next((by_structure for by_structure in tables if any(by_structure.values())), None)
+    if found is None:
         raise SeaError(
-            f"{file}: holds no table of motions ({TITLE}). Run AQWA-LINE to the end of its stage 5, and give its .lis."
+            f"{file}: holds no table of motions ({TITLES[0]}). Run AQWA-LINE to its stage 5, and give its .lis."
         )
-    return tables
+    return {body: table for body, table in found.items() if table}
 
 
-def _table(file: str, lines: Sequence[str], start: int) -> Iterator[_Line]:
-    """Lines of a table, from the one below its title to the next title."""
-    degrees: float | None = None
+def _table(file: str, lines: Sequence[str], start: int, left_out: int) -> Iterator[_Line]:
+    """Lines of a table, from the one below its title to the next page; left_out: numbers that stand before the motions
+    of every line but the first of a block (2: period and frequency, 1: direction)."""
+    first: FloatArray | None = None
     for number in range(start, len(lines)):
-        line = lines[number]
-        head = line.strip()
+        head = lines[number].strip()
         if not head or set(head) <= {"-", " "} or head.startswith(("PERIOD", "(SECS)")):
             continue
-        numbers = _NUMBER.findall(line)
-        if head.startswith(("1", "*")) and len(numbers) < NUMBERS and "." not in head:
+        numbers = _NUMBER.findall(head)
+        if not numbers:
             return  # the next page
-        if len(numbers) not in (NUMBERS + 2, NUMBERS + 3) or _NUMBER.sub("", line).strip():
-            if degrees is not None and not numbers:
-                return
+        before = len(numbers) - NUMBERS
+        if before not in (3, left_out) or _NUMBER.sub("", head).strip() or (before < 3 and first is None):
             raise SeaError(
                 f"{file}: line {number + 1}: {quote(head)} is not period, frequency, direction, and amplitude and"
                 " phase of six motions. Export the file again."
@@ -144,13 +149,14 @@ def _table(file: str, lines: Sequence[str], start: int) -> Iterator[_Line]:
             values = np.array([np.nan])
         if not np.isfinite(values).all():
             raise SeaError(f"{file}: line {number + 1}: {quote(head)}: not finite numbers. Correct the run.")
-        if len(values) == NUMBERS + 3:
-            degrees = float(values[2])
-        if degrees is None:
-            raise SeaError(
-                f"{file}: line {number + 1}: {quote(head)} comes before any direction. Export the file again."
-            )
-        yield _Line(degrees, _omega(file, number + 1, values[0], values[1]), values[-NUMBERS:])
+        if before == 3 or first is None:
+            first = values[:3]
+        period, omega, degrees = first
+        if before == 2:
+            period, omega = values[:2]
+        elif before == 1:
+            degrees = values[0]
+        yield _Line(float(degrees), _omega(file, number + 1, float(period), float(omega)), values[-NUMBERS:])
 
 
 def _omega(file: str, number: int, period: float, omega: float) -> float:

@@ -146,6 +146,10 @@ def _with_inertia(file: str, data: xarray.Dataset, stated: Supplement) -> tuple[
         f"inertia from the stated mass {stated.mass / 1e3:.6g} t, radii of gyration {kxx:g} m, {kyy:g} m, {kzz:g} m and"
         f" centre of gravity {', '.join(f'{v:g} m' for v in gravity)} of the mesh"
     )
+    if 2.0 * max(kxx, kyy, kzz) ** 2 > kxx**2 + kyy**2 + kzz**2:
+        note += (
+            "; no rigid body has these radii: the square of the largest is more than those of the two others together"
+        )
     return data.assign(inertia_matrix=(SQUARE, matrix), center_of_mass=("space", gravity)), note
 
 

@@ -92,13 +92,13 @@ TEXT_FORMS = (
         lambda file, text, _: read_re1(file, text),
     ),
     TextForm("OrcaFlex models", ("vessel_type", "draught"), lambda _, text: "VesselTypes:" in text, read_orcaflex),
-    TextForm("AQWA .lis files", ("body",), lambda _, text: is_aqwa(text), read_aqwa),
     TextForm(
         "CSV files with declared conventions",
         (),
         lambda _, text: text.startswith("#") or "omega [rad/s]" in text[:1000],
         lambda file, text, _: read_rao_csv(file, text),
     ),
+    TextForm("AQWA .lis files", ("body",), lambda _, text: is_aqwa(text), read_aqwa),
     TextForm("WAMIT .4 files", ("body", "length_scale", "depth"), lambda _, text: is_wamit(text), read_wamit),
 )
 """The first that recognises a file reads it."""

@@ -51,7 +51,7 @@ class Supplement(Spec):
         """Refuse what a form of file has no use for. Errors: SeaError of one line."""
         for name in self.stated:
             if name not in names:
-                allowed = f"For {form} may be stated: {', '.join(names)}" if names else f"{form} states everything"
+                allowed = f"For {form} may be stated: {', '.join(names)}" if names else f"{form} state everything"
                 raise SeaError(f"{file}: {name} is stated, and is not read with {form}. {allowed}. Leave it out.")
 
 
