@@ -73,11 +73,14 @@ def test_what_is_not_read_ends_in_one_line(tmp_path: Path) -> None:
     row = next(i for i, content in enumerate(lines) if content.startswith("   62.83"))
     cut = "\n".join([*lines[:row], lines[row][:70], *lines[row + 1 :]])
     assert f"line {row + 1}: " in line(cut)
-    assert "not finite numbers" in line("\n".join([*lines[:row], lines[row][:-7] + "    NaN", *lines[row + 1 :]]))
-    assert "not finite numbers" in line("\n".join([*lines[:row], lines[row][:-8] + "********", *lines[row + 1 :]]))
+    assert "all finite" in line("\n".join([*lines[:row], lines[row][:-7] + "    NaN", *lines[row + 1 :]]))
+    assert "all finite" in line("\n".join([*lines[:row], lines[row][:-8] + "********", *lines[row + 1 :]]))
     assert "is missing: every direction has the same frequencies" in line(
         "\n".join([*lines[: row + 1], *lines[row + 2 :]])
     )
+    assert "ends in a table of motions: the file is cut off" in line("\n".join(lines[: row + 3]))
+    block = next(i for i, content in enumerate(lines) if content.startswith("   62.83") and "-150.00" in content)
+    assert "the line that begins its block is lost" in line("\n".join([*lines[:block], *lines[block + 1 :]]))
     assert "period 62.83 s is not that of 0.3 rad/s" in line(whole.replace("   62.83   0.100", "   62.83   0.300"))
     assert "It would fit with time the other way" in line(
         aqwa_text(OMEGA, ROUND, np.conj(plank_motions(OMEGA, np.radians(ROUND))))

@@ -266,5 +266,7 @@ def test_short_rows_and_lost_tables_are_refused(tmp_path: Path) -> None:
     assert "RAODirection 30.0: has other periods or frequencies" in refused(written(tmp_path, data))
     raos["RAOs"][1] = {"RAODirection": 30.0}
     assert "without RAODirection or without a table" in refused(written(tmp_path, data))
+    raos["RAOs"][1] = {**raos["RAOs"][0], "RAODirection": "abeam"}
+    assert "RAODirection abeam: is not a number of degrees" in refused(written(tmp_path, data))
     del data["VesselTypes"][0]["Draughts"][0]["DisplacementRAOs"]
     assert "has no DisplacementRAOs" in refused(written(tmp_path, data))

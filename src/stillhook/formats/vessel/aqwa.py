@@ -31,8 +31,6 @@ from stillhook.units import quote
 
 TITLES = ("R.A.O.S-VARIATION WITH WAVE PERIOD/FREQUENCY", "R.A.O.S-VARIATION WITH WAVE DIRECTION")
 """Of tables whose lines after the first leave the direction out, and of those that leave period and frequency out."""
-NUMBER = r"[+-]?\d*\.\d+(?:[EeDd][+-]?\d+)?|\*+|NaN|[+-]?Inf\w*"
-_NUMBER = re.compile(NUMBER)
 _JOB = re.compile(r"^\s*JOB\s+AQWA\b|\bAqwa-Line\b|\bAQWA-LINE\b", re.MULTILINE)
 _STRUCTURE = re.compile(r"P A R A M E T E R S\s+F O R\s+S T R U C T U R E\s+(\d+)")
 _CENTRE = re.compile(r"STRUCTURE C\.O\.G\.\s+GX=\s*(\S+)\s+GY=\s*(\S+)\s+GZ=\s*(\S+)")
@@ -130,25 +128,21 @@ def _table(file: str, lines: Sequence[str], start: int, left_out: int) -> Iterat
     """Lines of a table, from the one below its title to the next page; left_out: numbers that stand before the motions
     of every line but the first of a block (2: period and frequency, 1: direction)."""
     first: FloatArray | None = None
+    seen: set[tuple[float, float]] = set()
     for number in range(start, len(lines)):
         head = lines[number].strip()
         if not head or set(head) <= {"-", " "} or head.startswith(("PERIOD", "(SECS)")):
             continue
-        numbers = _NUMBER.findall(head)
-        if not numbers:
+        if head == "1" or head.startswith("* *"):
             return  # the next page
-        before = len(numbers) - NUMBERS
-        if before not in (3, left_out) or _NUMBER.sub("", head).strip() or (before < 3 and first is None):
+        fields = head.split()
+        before = len(fields) - NUMBERS
+        values = _finite(fields)
+        if values is None or before not in (3, left_out) or (before < 3 and first is None):
             raise SeaError(
                 f"{file}: line {number + 1}: {quote(head)} is not period, frequency, direction, and amplitude and"
-                " phase of six motions. Export the file again."
+                " phase of six motions, all finite. Correct the run, or export the file again."
             )
-        try:
-            values = np.array([float(v.replace("D", "E").replace("d", "e")) for v in numbers])
-        except ValueError:
-            values = np.array([np.nan])
-        if not np.isfinite(values).all():
-            raise SeaError(f"{file}: line {number + 1}: {quote(head)}: not finite numbers. Correct the run.")
         if before == 3 or first is None:
             first = values[:3]
         period, omega, degrees = first
@@ -156,7 +150,24 @@ def _table(file: str, lines: Sequence[str], start: int, left_out: int) -> Iterat
             period, omega = values[:2]
         elif before == 1:
             degrees = values[0]
-        yield _Line(float(degrees), _omega(file, number + 1, float(period), float(omega)), values[-NUMBERS:])
+        line = _Line(float(degrees), _omega(file, number + 1, float(period), float(omega)), values[-NUMBERS:])
+        if line[:2] in seen:
+            raise SeaError(
+                f"{file}: line {number + 1}: {quote(head)} comes again in its table, or the line that begins its block"
+                " is lost. Export the file again."
+            )
+        seen.add(line[:2])
+        yield line
+    raise SeaError(f"{file}: ends in a table of motions: the file is cut off. Export it again.")
+
+
+def _finite(fields: Sequence[str]) -> FloatArray | None:
+    """Numbers of a line; None where one is none, or not finite."""
+    try:
+        values = np.array([float(v.replace("D", "E").replace("d", "e")) for v in fields])
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None
 
 
 def _omega(file: str, number: int, period: float, omega: float) -> float:

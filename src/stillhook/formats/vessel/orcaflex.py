@@ -232,11 +232,18 @@ def _tables(place: str, raos: Sequence[Any], phase: float) -> tuple[FloatArray, 
             raise SeaError(
                 f"{where}: has other periods or frequencies than the first direction. Give every direction the same."
             )
-        degrees.append(float(entry["RAODirection"]))
+        degrees.append(_direction(where, entry["RAODirection"]))
         grids.append((rows[:, 1::2] * np.exp(1j * phase * rows[:, 2::2])).T)
     first = np.asarray(first)
     usable = np.isfinite(first) & (first > 0.0)
     return np.array(degrees), first[usable], np.stack(grids, axis=1)[:, :, usable]
+
+
+def _direction(where: str, value: Any) -> float:
+    """A direction [deg]."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        raise SeaError(f"{where}: is not a number of degrees. Correct it.")
+    return float(value)
 
 
 def _rows(where: str, table: Any) -> FloatArray:
