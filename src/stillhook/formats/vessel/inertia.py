@@ -6,7 +6,7 @@ rigid body are those of the mass matrix
 .. math:: M = \begin{pmatrix} m I & -m S(r) \\ m S(r) & m K^2 - m S(r) S(r) \end{pmatrix}
 
 with K = diag(k_xx, k_yy, k_zz), the radii of gyration about axes through the centre of gravity: products of inertia
-about them are 0 (Newman, Marine Hydrodynamics, 1977, eqs. 6.141 to 6.143).
+about them are 0 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, chapter 3).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Motion transfer functions from WAMIT's numeric output of body motions (`.4`).
 
 Lines of seven numbers: period [s], heading [deg], mode, amplitude, phase [deg], real and imaginary part (WAMIT user
-manual 7.4, sections 3.4 and 5.6). Modes 1 to 6 are surge to yaw of the first body, 7 to 12 of the second. Motions are
+manual 7.4, sections 3.4 and 5.2). Modes 1 to 6 are surge to yaw of the first body, 7 to 12 of the second. Motions are
 per wave amplitude: translations as they are, rotations [rad] times the length scale L (ULEN of the .gdf), so that a
 rotation per metre is the number over L.
 
@@ -160,7 +160,7 @@ def _grid(
     if (count == 0).any():
         d, b, t = np.argwhere(count == 0)[0]
         gap = f"period {period[t]:g} s, heading {degrees[b]:g} deg, mode {d + 1} ({DOFS[d]})"
-        raise SeaError(f"{file}: {gap} is missing. Free all six modes (IPOTEN, IRAD), and export the file again.")
+        raise SeaError(f"{file}: {gap} is missing. Run WAMIT with all six modes free, and export the file again.")
     H = np.empty(count.shape, dtype=np.complex128)
     H[mode, j, k] = rows[:, 5] + 1j * rows[:, 6]
     return period, degrees, H
