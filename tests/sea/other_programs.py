@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from stillhook.sea.vessel.rao import Rao
+from stillhook.errors import StillhookError
+from stillhook.formats.vessel.open import read_vessel
 
 AQWA_HEAD = """ *********1*********2*********3*********4
  * Hydrodynamic Solver Unit System : Metric: kg, m [N]
@@ -102,7 +104,9 @@ def written(path: Path, text: str) -> Path:
     return path
 
 
-def largest_gap(ship: Rao, other: Rao, arm: float = 50.0) -> float:
-    """Largest difference of two vessels at the headings of the first [m/m], rotations 50 m from the axis."""
-    H = np.array([other.at(other.omega, beta) for beta in ship.beta]).transpose(1, 0, 2)
-    return float((np.abs(ship.H - H) * np.array([1.0] * 3 + [arm] * 3)[:, None, None]).max())
+def refused(path: Path) -> str:
+    """The one line in which a vessel file is refused."""
+    with pytest.raises(StillhookError) as caught:
+        read_vessel(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sea.other_programs import aqwa_text, written
+from tests.sea.other_programs import aqwa_text, refused, written
 from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
@@ -51,13 +51,6 @@ def test_a_later_pass_counts_and_is_said(tmp_path: Path) -> None:
     ship = read_vessel(written(tmp_path / "plank.lis", first + text()))
     assert np.abs(ship.H - plank_motions(OMEGA, ship.beta)).max() < FOUR_DECIMALS
     assert any("motions come twice: the last count" in note for note in ship.notes)
-
-
-def refused(path: Path) -> str:
-    with pytest.raises(SeaError) as caught:
-        read_vessel(path)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 def test_what_is_not_read_ends_in_one_line(tmp_path: Path) -> None:

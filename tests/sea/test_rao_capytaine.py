@@ -198,7 +198,7 @@ def test_what_is_missing_or_stated_twice_is_told(tmp_path: Path) -> None:
     assert "holds inertia_matrix, and mass, radii, centre_of_gravity would be a second answer" in refused(
         described(tmp_path, data_set())
     )
-    assert "vessel_type is stated, and is not read with Capytaine data sets" in refused(
+    assert "vessel_type is stated, and Capytaine data sets have no use for it" in refused(
         described(tmp_path, bare, vessel_type='"Barge"')
     )
     ship = read_vessel(

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sea.other_programs import hydrostar_texts, written
+from tests.sea.other_programs import hydrostar_texts, refused, written
 from tests.sea.plank import plank_motions
 
-from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.rao_convention import one_side
@@ -55,13 +54,6 @@ def test_components_11_to_66_and_the_ends_of_the_scale_are_read(tmp_path: Path) 
         ends = ["  0.0000" + " 0.0" * 24, " -1.0000" + " NaN" * 24]
         written(path, "\n".join([*lines[:at], *ends, *lines[at:]]) + "\n")
     assert len(read_vessel(tmp_path / "Motion_1.rao").omega) == 8
-
-
-def refused(path: Path) -> str:
-    with pytest.raises(SeaError) as caught:
-        read_vessel(path)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 def test_what_is_not_read_ends_in_one_line(tmp_path: Path) -> None:

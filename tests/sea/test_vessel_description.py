@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sea.other_programs import wamit_text, written
+from tests.sea.other_programs import refused, wamit_text, written
 from tests.sea.plank import plank_motions
 
 from stillhook.cli import run
-from stillhook.errors import SeaError, StillhookError
+from stillhook.errors import SeaError
 from stillhook.formats.lift_file import load_lift
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.toml.kinds import LIBRARY
@@ -22,13 +22,6 @@ def plank(tmp_path: Path) -> Path:
     """A description of a file whose rotations are times 60 m."""
     written(tmp_path / "plank.4", wamit_text(OMEGA, SIDE, plank_motions(OMEGA, np.radians(SIDE)), L=60.0))
     return written(tmp_path / "mine.toml", 'motions = "plank.4"\nlength_scale = "60 m"\n')
-
-
-def refused(path: Path) -> str:
-    with pytest.raises(StillhookError) as caught:
-        read_vessel(path)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 def test_the_command_line_reads_a_description(plank: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -61,8 +54,8 @@ def test_a_description_that_is_wrong_ends_in_one_line(plank: Path) -> None:
     assert "length_scale" in line('motions = "plank.4"\nlength_scale = "-1 m"\n')
     assert "body" in line('motions = "plank.4"\nbody = 0\n')
     assert (
-        "plank.4: mass is stated, and is not read with WAMIT .4 files. For WAMIT .4 files may be stated: body,"
-        " length_scale, depth. Leave it out." in line('motions = "plank.4"\nmass = "9 t"\n')
+        "plank.4: mass is stated, and WAMIT .4 files have no use for it. They take body, length_scale, depth. Leave it"
+        " out." in line('motions = "plank.4"\nmass = "9 t"\n')
     )
     assert "not valid TOML" in line("motions = plank")
     assert "is empty" in line("")
@@ -74,8 +67,9 @@ def test_forms_that_state_everything_take_nothing(plank: Path) -> None:
     from stillhook.formats.vessel.csv import write_rao_csv
 
     write_rao_csv(read_vessel(plank), plank.parent / "plank.csv", source="plank")
-    assert "CSV files with declared conventions state everything. Leave it out." in refused(
-        written(plank, 'motions = "plank.csv"\ndepth = "90 m"\n')
+    assert (
+        "CSV files with declared conventions have no use for it. They state everything themselves. Leave it out."
+        in refused(written(plank, 'motions = "plank.csv"\ndepth = "90 m"\n'))
     )
     with pytest.raises(SeaError, match="is not a known vessel file"):
         read_vessel(written(plank.parent / "none.txt", "nothing\n"))

@@ -8,8 +8,9 @@ direction and frequency come again, as after another pass with linearised dampin
 
 Conventions: a positive phase is a motion that comes after the wave's crest at the centre of gravity (Aqwa Reference
 Manual, section on phase angles: the crest at the structure's centre of gravity is phase 0, positive phases lag);
-directions are where waves go, from X to Y (0 along +X). Taken for granted: X forward, Y to port, Z up; directions of
-one side are of a ship the same on the other. Amplitudes have four decimals: rotations are within 0.00005 deg/m.
+directions are where waves go, from X to Y (0 along +X). Taken for granted: X forward, Y to port, Z up, the structure
+not turned in the model; directions of one side are of a ship the same on the other. Amplitudes have four decimals:
+rotations are within 0.00005 deg/m.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.formats.vessel.supplement import NOTHING, Supplement, description
+from stillhook.formats.vessel.supplement import NOTHING, Supplement
 from stillhook.sea.vessel.rao import DOFS, Rao
-from stillhook.sea.vessel.rao_convention import INSIDE, SAME_HEADING, to_rao
+from stillhook.sea.vessel.rao_convention import INSIDE, to_rao, within_one_side
 from stillhook.units import quote
 
 TITLES = ("R.A.O.S-VARIATION WITH WAVE PERIOD/FREQUENCY", "R.A.O.S-VARIATION WITH WAVE DIRECTION")
@@ -67,11 +68,10 @@ def read_aqwa(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     """
     _refuse_units(path.name, text)
     tables = _tables(path.name, text.splitlines())
-    body = _body(path.name, sorted(tables), stated.body)
+    body = stated.body_of(path.name, "structures", sorted(tables))
     lines = tables[body]
     omega, degrees, H, again = _grid(path.name, lines)
-    one_side = float(np.ptp(degrees)) <= 180.0 + np.degrees(SAME_HEADING)
-    convention = replace(INSIDE, time=-1, mirror=one_side)
+    convention = replace(INSIDE, time=-1, mirror=within_one_side(np.radians(degrees)))
     centres = _CENTRE.findall(text)
     where = "centre of gravity of the structure"
     if body <= len(centres):
@@ -180,16 +180,6 @@ def _omega(file: str, number: int, period: float, omega: float) -> float:
             f"{file}: line {number}: period {period:g} s is not that of {omega:g} rad/s. Export the file again."
         )
     return omega if omega > SHORT_WAVE else 2.0 * np.pi / period
-
-
-def _body(file: str, bodies: Sequence[int], stated: int | None) -> int:
-    if stated is None and len(bodies) > 1:
-        names = ", ".join(map(str, bodies))
-        raise SeaError(f"{file}: holds structures {names}. {description(file, f'body = {bodies[0]}')}")
-    if stated is not None and stated not in bodies:
-        names = ", ".join(map(str, bodies))
-        raise SeaError(f"{file}: holds motions of structure {names}, and body = {stated} is stated. Correct it.")
-    return bodies[0] if stated is None else stated
 
 
 def _grid(file: str, lines: Sequence[_Line]) -> tuple[FloatArray, FloatArray, ComplexArray, int]:

@@ -23,7 +23,7 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.rao import DOFS, Rao
-from stillhook.sea.vessel.rao_convention import INSIDE, SAME_HEADING, to_rao
+from stillhook.sea.vessel.rao_convention import INSIDE, to_rao, within_one_side
 from stillhook.units import quote
 
 _MOTION = re.compile(r"^#\s*RAOTYPE\s*:\s*Motion\s*$", re.MULTILINE | re.IGNORECASE)
@@ -92,8 +92,7 @@ def _vessel(path: Path, six: Sequence[_Motion]) -> Rao:
             f"{path.name}: is for {speed:g} m/s forward. Run HydroStar at zero speed: vessels at work stand."
         )
     degrees = six[0].degrees
-    one_side = float(np.ptp(degrees)) <= 180.0 + np.degrees(SAME_HEADING)
-    convention = replace(INSIDE, mirror=one_side)
+    convention = replace(INSIDE, mirror=within_one_side(np.radians(degrees)))
     x, y, z = point
     return to_rao(
         convention,

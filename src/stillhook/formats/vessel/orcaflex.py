@@ -27,7 +27,7 @@ from stillhook.errors import SeaError
 from stillhook.formats.vessel.supplement import NOTHING, Supplement, description
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.rao import DOFS, Rao
-from stillhook.sea.vessel.rao_convention import INSIDE, SAME_HEADING, mirrored_fore_and_aft, to_rao
+from stillhook.sea.vessel.rao_convention import INSIDE, mirrored_fore_and_aft, to_rao, within_one_side
 from stillhook.units import quote
 
 POSITIVE = (
@@ -100,7 +100,7 @@ def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     heading = np.radians(degrees)
     if quarter:
         heading, H = mirrored_fore_and_aft(heading, H, path.name)
-    mirror = planes > 0 and float(np.ptp(heading)) <= np.pi + SAME_HEADING
+    mirror = planes > 0 and within_one_side(heading)
     convention = replace(INSIDE, time=1 if sign > 0 else -1, mirror=mirror)
     return to_rao(
         convention,

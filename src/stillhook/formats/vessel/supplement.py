@@ -15,15 +15,13 @@ The description stands wherever a vessel file is named: on the command line, in 
 
 from __future__ import annotations
 
-from typing import TypeVar
+from collections.abc import Sequence
 
 from pydantic import Field
 
 from stillhook import units as u
 from stillhook.errors import SeaError
 from stillhook.tables.table import Count, Spec, Text
-
-Value = TypeVar("Value")
 
 
 class Supplement(Spec):
@@ -51,8 +49,18 @@ class Supplement(Spec):
         """Refuse what a form of file has no use for. Errors: SeaError of one line."""
         for name in self.stated:
             if name not in names:
-                allowed = f"For {form} may be stated: {', '.join(names)}" if names else f"{form} state everything"
-                raise SeaError(f"{file}: {name} is stated, and is not read with {form}. {allowed}. Leave it out.")
+                allowed = f"They take {', '.join(names)}" if names else "They state everything themselves"
+                raise SeaError(f"{file}: {name} is stated, and {form} have no use for it. {allowed}. Leave it out.")
+
+    def body_of(self, file: str, noun: str, bodies: Sequence[int]) -> int:
+        """The body to read of those that a file holds; noun: what the file calls them, in the plural. Errors: SeaError
+        of one line."""
+        names = ", ".join(map(str, bodies))
+        if self.body is None and len(bodies) > 1:
+            raise SeaError(f"{file}: holds {noun} {names}. {description(file, f'body = {bodies[0]}')}")
+        if self.body is not None and self.body not in bodies:
+            raise SeaError(f"{file}: holds {noun} {names}, and body = {self.body} is stated. Correct it.")
+        return bodies[0] if self.body is None else self.body
 
 
 NOTHING = Supplement()

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.formats.vessel.supplement import NOTHING, Supplement, description
+from stillhook.formats.vessel.supplement import NOTHING, Supplement
 from stillhook.sea.vessel.rao import DOFS, Rao
-from stillhook.sea.vessel.rao_convention import INSIDE, SAME_HEADING, to_rao
+from stillhook.sea.vessel.rao_convention import INSIDE, to_rao, within_one_side
 from stillhook.units import quote
 
 COLUMNS = 7
@@ -64,7 +64,7 @@ def read_wamit(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     if path.suffix.lower() in FORCES:
         raise SeaError(f"{path.name}: holds exciting forces. Give the motions, {path.stem}.4.")
     rows, lines = _rows(path.name, text)
-    body = _body(path.name, rows, stated.body)
+    body = stated.body_of(path.name, "bodies", sorted({int(mode - 1) // 6 + 1 for mode in rows[:, 2]}))
     mode = rows[:, 2] - 6 * (body - 1)
     mine = (mode >= 1) & (mode <= 6) & (rows[:, 0] > 0.0)
     period, degrees, H = _grid(
@@ -72,8 +72,7 @@ def read_wamit(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     )
     length = 1.0 if stated.length_scale is None else stated.length_scale
     H[3:] /= length
-    one_side = float(np.ptp(degrees)) <= 180.0 + np.degrees(SAME_HEADING)
-    convention = replace(INSIDE, mirror=one_side)
+    convention = replace(INSIDE, mirror=within_one_side(np.radians(degrees)))
     depth = math.inf if stated.depth is None else stated.depth
     water = "deep water" if stated.depth is None else f"water of {depth:g} m"
     assumed = "" if stated.length_scale is not None and stated.depth is not None else " (not in the file)"
@@ -131,19 +130,6 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _body(file: str, rows: FloatArray, stated: int | None) -> int:
-    """Number of the body that is read."""
-    bodies = sorted({int(mode - 1) // 6 + 1 for mode in rows[:, 2]})
-    if stated is None and len(bodies) > 1:
-        raise SeaError(
-            f"{file}: holds modes of bodies {', '.join(map(str, bodies))}. {description(file, f'body = {bodies[0]}')}"
-        )
-    if stated is not None and stated not in bodies:
-        have = f"bodies {', '.join(map(str, bodies))}" if len(bodies) > 1 else f"body {bodies[0]}"
-        raise SeaError(f"{file}: holds {have}, and body = {stated} is stated. Correct it.")
-    return bodies[0] if stated is None else stated
 
 
 def _grid(

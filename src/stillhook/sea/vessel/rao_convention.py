@@ -170,6 +170,11 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
     return complete_beta[order], both[:, order]
 
 
+def within_one_side(heading: FloatArray) -> bool:
+    """Whether headings [rad] cover no more than one side of a ship."""
+    return float(np.ptp(heading)) <= np.pi + SAME_HEADING
+
+
 def mirrored_fore_and_aft(heading: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArray, ComplexArray]:
     """Headings of one side from those of a quarter, of a ship that is the same fore and aft.
 
