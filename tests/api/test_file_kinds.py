@@ -40,7 +40,6 @@ READERS = {
     FileKind.CASE: ("run",),
     FileKind.CRANE: ("crane",),
     FileKind.PAYLOAD: ("payload", "show"),
-    FileKind.VESSEL: ("vessel", "check"),
     FileKind.CAMPAIGN: ("validate",),
     FileKind.FRICTION_CAMPAIGN: ("identify", "friction"),
     FileKind.FRICTION: ("friction", "compare"),
