@@ -29,6 +29,7 @@ TEXTS = {
     FileKind.FRICTION_CAMPAIGN: 'title = "x"\ncrane = "nov-150t"\n[[test]]\nname = "1"\nlog = "1.csv"\nload = "30 t"\n',
     FileKind.CAMPAIGN: 'crane = "nov-250t"\n[[test]]\nname = "1"\nlog = "1.csv"\nkind = "ahc"\nmode = "ssc"\n',
     FileKind.CONTROLLER: 'mode = "ssc"\n[control]\nK_p = "0.2 1/m"\n',
+    FileKind.VESSEL: 'motions = "hull.nc"\nmass = "9000 t"\n',
     FileKind.FACTORS: "[factors]\nfriction = { lognormal = [1, 1.3] }\n",
     FileKind.MAPPING: MAPPING,
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',

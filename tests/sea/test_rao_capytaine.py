@@ -111,6 +111,104 @@ def all_round(centre: tuple[float, float, float]) -> xarray.Dataset:
     return half.drop_vars(["Froude_Krylov_force", "diffraction_force", "wave_direction"]).merge(forces)
 
 
+RIGID = {"mass": 6e6, "radii": np.array([6.0, 22.0, 22.5])}  # kg, m
+GRAVITY = np.array([-1.5, 0.0, 2.0])  # m: in the mesh
+
+
+def rigid(centre: tuple[float, float, float]) -> xarray.Dataset:
+    """The data set of a rigid body with known mass, radii of gyration and centre of gravity: products of inertia by
+    summing up masses at six points that have them."""
+    data = data_set(centre)
+    m, k = RIGID["mass"], RIGID["radii"]
+    sizes = np.sqrt(3.0 * (np.sum(k**2) / 2.0 - k**2))  # of pairs of masses m/6 along x, y and z
+    M = np.zeros((6, 6))
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            x, y, z = GRAVITY + side * sizes[axis] * np.eye(3)[axis] - np.array(centre)
+            J = np.hstack([np.eye(3), np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])])
+            M += m / 6.0 * J.T @ J
+    change = M - data["inertia_matrix"].values
+    w = OMEGA[:, None, None]
+    x, y, z = centre
+    to_middle = np.eye(6)
+    to_middle[:3, 3:] = -np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+    X = np.linalg.solve(to_middle, np.conj(plank_motions(OMEGA, SIDE)).transpose(2, 0, 1))
+    more = -(w**2) * change @ X
+    dims = ("complex", "omega", "influenced_dof", "wave_direction")
+    data["diffraction_force"] = data["diffraction_force"] + xarray.DataArray(
+        np.stack([more.real, more.imag]), dims=dims
+    )
+    data["inertia_matrix"] = (SQUARE, M)
+    return data
+
+
+def described(folder: Path, data: xarray.Dataset, **changes: str) -> Path:
+    written(folder, data)
+    lines = {
+        "mass": '"6000 t"',
+        "radii": '["6 m", "22 m", "22.5 m"]',
+        "centre_of_gravity": '["-1.5 m", "0 m", "2 m"]',
+    } | changes
+    path = folder / "plank.toml"
+    path.write_text('motions = "plank.nc"\n' + "".join(f"{k} = {v}\n" for k, v in lines.items() if v))
+    return path
+
+
+@pytest.mark.parametrize("centre", [(0.0, 0.0, 0.0), (-1.5, 0.0, 2.0), (7.0, 0.0, -1.0)])
+def test_mass_and_radii_that_are_stated_are_the_inertia_matrix(
+    tmp_path: Path, centre: tuple[float, float, float]
+) -> None:
+    """Masses at points with the same moments of inertia, moved to the rotation centre one by one."""
+    data = rigid(centre)
+    wanted = read_vessel(written(tmp_path, data))
+    ship = read_vessel(described(tmp_path, data.drop_vars("inertia_matrix")))
+    assert np.abs(ship.H - wanted.H).max() < SOLVED
+    assert "centre of gravity" in ship.origin
+    assert any(
+        "inertia from the stated mass 6000 t, radii of gyration 6 m, 22 m, 22.5 m" in note for note in ship.notes
+    )
+    order = [4, 0, 2, 5, 1, 3]
+    turned = data.drop_vars("inertia_matrix").isel(influenced_dof=order, radiating_dof=order[::-1])
+    assert np.abs(read_vessel(described(tmp_path, turned)).H - wanted.H).max() < SOLVED
+
+
+def test_the_centre_of_gravity_of_the_file_counts(tmp_path: Path) -> None:
+    data = rigid((0.0, 0.0, 0.0))
+    wanted = read_vessel(written(tmp_path, data))
+    bare = data.drop_vars("inertia_matrix").assign(center_of_mass=("space", GRAVITY))
+    assert np.abs(read_vessel(described(tmp_path, bare, centre_of_gravity="")).H - wanted.H).max() < SOLVED
+    assert "centre_of_gravity states another. Correct it" in refused(
+        described(tmp_path, bare, centre_of_gravity='["0 m", "0 m", "2 m"]')
+    )
+
+
+def test_what_is_missing_or_stated_twice_is_told(tmp_path: Path) -> None:
+    bare = data_set().drop_vars("inertia_matrix")
+    assert refused(written(tmp_path, bare)) == (
+        'plank.nc: has no inertia_matrix, which motions need. Write a vessel description (TOML) with motions = "plank.nc",'
+        ' mass = "9000 t", radii = ["8 m", "30 m", "30 m"] (of gyration: roll, pitch, yaw), centre_of_gravity = ["0 m",'
+        ' "0 m", "2.5 m"], and give it instead.'
+    )
+    assert "radii is missing. Inertia is stated by mass, radii, centre_of_gravity" in refused(
+        described(tmp_path, bare, radii="")
+    )
+    assert "holds no center_of_mass. State centre_of_gravity as well" in refused(
+        described(tmp_path, bare, centre_of_gravity="")
+    )
+    assert "holds inertia_matrix, and mass, radii, centre_of_gravity would be a second answer" in refused(
+        described(tmp_path, data_set())
+    )
+    assert "vessel_type is stated, and Capytaine data sets have no use for it" in refused(
+        described(tmp_path, bare, vessel_type='"Barge"')
+    )
+    ship = read_vessel(
+        described(tmp_path, rigid((0.0, 0.0, 0.0)).drop_vars("inertia_matrix"), radii='["6 m", "22 m", "23 m"]')
+    )
+    assert any("no rigid body has these radii" in note for note in ship.notes)
+    assert "radii of gyration are above 0 m" in refused(described(tmp_path, bare, radii='["0 m", "22 m", "23 m"]'))
+    assert "has no hydrostatic_stiffness" in refused(described(tmp_path, bare.drop_vars("hydrostatic_stiffness")))
+
+
 def test_ready_motions_are_taken_as_they_are(tmp_path: Path) -> None:
     X = np.conj(plank_motions(OMEGA, SIDE)).transpose(2, 1, 0)
     ready = (

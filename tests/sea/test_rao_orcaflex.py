@@ -83,6 +83,18 @@ def model(directions: np.ndarray = DIRECTIONS, phase_origin: list[Any] | None = 
     return {"General": {"UnitsSystem": "SI"}, "VesselTypes": [kind]}
 
 
+def in_units(general: dict[str, Any], length: float) -> dict[str, Any]:
+    """The model with lengths in a unit [m]: points, and rotations per length of wave amplitude."""
+    data = model(phase_origin=[12.0, -5.0, 0.0]) | {"General": general}
+    raos = data["VesselTypes"][0]["Draughts"][0]["DisplacementRAOs"]
+    raos["PhaseOrigin"] = [v / length for v in raos["PhaseOrigin"]]
+    for table in raos["RAOs"]:
+        table[KEY] = [
+            [*row[:7], *(v * (length if i % 2 == 0 else 1.0) for i, v in enumerate(row[7:]))] for row in table[KEY]
+        ]
+    return data
+
+
 def written(folder: Path, data: dict[str, Any]) -> Path:
     path = folder / "plank.yml"
     path.write_text(
@@ -168,15 +180,85 @@ def test_half_a_ship_without_symmetry_is_refused(tmp_path: Path) -> None:
     assert "no heading within" in refused(written(tmp_path, model(DIRECTIONS[:7])))
 
 
-def test_several_vessel_types_are_refused_by_name(tmp_path: Path) -> None:
+def described(folder: Path, *lines: str) -> Path:
+    path = folder / "plank.toml"
+    path.write_text("\n".join(('motions = "plank.yml"', *lines)))
+    return path
+
+
+def test_one_of_several_vessel_types_and_draughts_is_stated(tmp_path: Path) -> None:
     data = model()
-    data["VesselTypes"].append({**data["VesselTypes"][0], "Name": "Barge"})
-    assert "holds 2 VesselTypes (Plank, Barge). Keep one" in refused(written(tmp_path, data))
+    (kind,) = data["VesselTypes"]
+    draught = {**kind["Draughts"][0], "Name": "Light"}
+    data["VesselTypes"] = [{"Name": "Empty"}, {**kind, "Draughts": [{"Name": "Deep"}, draught]}]
+    line = refused(written(tmp_path, data))
+    assert line == (
+        "plank.yml: holds 2 VesselTypes (Empty, Plank). Write a vessel description (TOML) with motions ="
+        ' "plank.yml", vessel_type = "Empty", and give it instead.'
+    )
+    assert "Plank: holds 2 Draughts (Deep, Light). Write a vessel description" in refused(
+        described(tmp_path, 'vessel_type = "Plank"')
+    )
+    path = described(tmp_path, 'vessel_type = "Plank"', 'draught = "Light"')
+    assert_plank(path)
+    assert "(OrcaFlex, draught Light)" in read_vessel(path).source
+    assert 'and vessel_type = "Plonk": none is this' in refused(described(tmp_path, 'vessel_type = "Plonk"'))
+
+
+@pytest.mark.parametrize(
+    ("general", "length"),
+    [
+        ({"UnitsSystem": "User", "LengthUnits": "km", "MassUnits": "kg", "ForceUnits": "N", "g": 0.00980665}, 1000.0),
+        ({"UnitsSystem": "User", "LengthUnits": "m", "MassUnits": "kg", "ForceUnits": "N", "g": 9.80665}, 1.0),
+        ({"UnitsSystem": "User", "LengthUnits": "ft", "MassUnits": "lbm", "ForceUnits": "lbf"}, 0.3048),
+        ({"UnitsSystem": "US"}, 0.3048),
+    ],
+)
+def test_lengths_and_rotations_are_in_the_units_of_the_model(
+    tmp_path: Path, general: dict[str, Any], length: float
+) -> None:
+    assert_plank(written(tmp_path, in_units(general, length)))
+
+
+@pytest.mark.parametrize(
+    ("general", "text"),
+    [
+        ({"UnitsSystem": "User"}, "UnitsSystem User without LengthUnits. Allowed: m, km, cm, mm, ft, in"),
+        ({"UnitsSystem": "User", "LengthUnits": "fathom"}, 'LengthUnits "fathom" is not read. Allowed: m, km'),
+        ({"UnitsSystem": "User", "LengthUnits": "km", "g": 9.80665}, "g 9.80665 is not that of the earth in km/s^2"),
+        ({"UnitsSystem": "User", "LengthUnits": "m", "g": "much"}, 'g "much" is not that of the earth'),
+        ({"UnitsSystem": "User", "LengthUnits": "m", "TimeUnits": "min"}, 'TimeUnits "min", s is read'),
+        ({"UnitsSystem": "Imperial"}, 'UnitsSystem "Imperial" is not read. Allowed: SI, US, User'),
+    ],
+)
+def test_units_that_are_not_read_are_refused(tmp_path: Path, general: dict[str, Any], text: str) -> None:
+    assert text in refused(written(tmp_path, model() | {"General": general}))
+
+
+BOTH = "xz and yz planes"
+
+
+@pytest.mark.parametrize("directions", [DIRECTIONS[:4], DIRECTIONS[3:7], DIRECTIONS[:7], DIRECTIONS])
+def test_a_quarter_and_two_planes_of_symmetry_give_the_whole_ship(tmp_path: Path, directions: np.ndarray) -> None:
+    path = written(tmp_path, model(directions, Symmetry=BOTH))
+    assert_plank(path)
+    quarter = len(directions) == 4
+    assert any("fore and aft mirrored" in note for note in read_vessel(path).notes) is quarter
+
+
+def test_a_quarter_that_is_none_is_refused(tmp_path: Path) -> None:
+    assert "goes from 0 to 90 deg, both included" in refused(written(tmp_path, model(DIRECTIONS[:3], Symmetry=BOTH)))
+    assert "PhaseOrigin is not at the x of RAOOrigin" in refused(
+        written(tmp_path, model(DIRECTIONS[:4], phase_origin=[12.0, 0.0, 0.0], Symmetry=BOTH))
+    )
+    data = model(DIRECTIONS[:4], Symmetry=BOTH)
+    for row in data["VesselTypes"][0]["Draughts"][0]["DisplacementRAOs"]["RAOs"][3][KEY]:
+        row[1] = 0.2
+    assert "surge in beam sea reaches 0.2 per metre of wave" in refused(written(tmp_path, data))
 
 
 @pytest.mark.slow
-def test_other_units_short_rows_and_lost_tables_are_refused(tmp_path: Path) -> None:
-    assert 'UnitsSystem "US", SI is read' in refused(written(tmp_path, model() | {"General": {"UnitsSystem": "US"}}))
+def test_short_rows_and_lost_tables_are_refused(tmp_path: Path) -> None:
     raos = (data := model())["VesselTypes"][0]["Draughts"][0]["DisplacementRAOs"]
     raos["RAOs"][1][KEY][2] = raos["RAOs"][1][KEY][2][:-2]
     assert "RAODirection 30.0: row 3 has 11 numbers, 13 are needed" in refused(written(tmp_path, data))
@@ -184,5 +266,7 @@ def test_other_units_short_rows_and_lost_tables_are_refused(tmp_path: Path) -> N
     assert "RAODirection 30.0: has other periods or frequencies" in refused(written(tmp_path, data))
     raos["RAOs"][1] = {"RAODirection": 30.0}
     assert "without RAODirection or without a table" in refused(written(tmp_path, data))
+    raos["RAOs"][1] = {**raos["RAOs"][0], "RAODirection": "abeam"}
+    assert "RAODirection abeam: is not a number of degrees" in refused(written(tmp_path, data))
     del data["VesselTypes"][0]["Draughts"][0]["DisplacementRAOs"]
     assert "has no DisplacementRAOs" in refused(written(tmp_path, data))

@@ -55,7 +55,7 @@ SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (G
 
 def tip(
     vessel: Annotated[
-        str | None, typer.Option(help="Vessel: a name of the library, or a file (.re1, CSV, NetCDF, YAML).")
+        str | None, typer.Option(help="Vessel: a name of the library, or a file, as stillhook vessel reads it.")
     ] = None,
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,

@@ -24,7 +24,7 @@ SIDES = (0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)  # deg: its columns
 OUT_FILES = ("vessel.png", "vessel.json")
 VESSEL_HELP = (
     "Name of the library, or a file: ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text"
-    " (.yml)."
+    " (.yml), AQWA .lis, WAMIT .4, HydroStar .rao, or a description (.toml) that states what such a file leaves open."
 )
 AT_HELP = 'A point from the reference point, forward and to port, whose vertical motion is shown: "x=-20 m, y=-18 m".'
 Vessel = Annotated[str, typer.Argument(help=VESSEL_HELP, metavar="VESSEL|FILE")]

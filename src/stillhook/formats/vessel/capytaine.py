@@ -6,12 +6,13 @@ X are found from
 
     (-omega^2 (M + A) - i omega (B + B_more) + C + C_more) X = F_diffraction + F_Froude-Krylov
 
-with inertia_matrix M, added_mass A, radiation_damping B, hydrostatic_stiffness C, and, where the file holds them,
-`dissipation` B_more and `stiffness` C_more (influenced_dof, radiating_dof), such as viscous roll damping and mooring. M
-and C are taken as they are: about the rotation centre, which is the caller's to see to. Capytaine's own convention:
-exp(-i omega t); x, y, z of the mesh, which must be forward, port, up here; wave_direction [rad] is where waves go,
-counter-clockwise from +x; phases are of a crest at x = y = 0, and are moved to the rotation centre of the degrees of
-freedom, the reference point. Capytaine need not be installed.
+with inertia_matrix M (or mass, radii of gyration and centre of gravity that the user states), added_mass A,
+radiation_damping B, hydrostatic_stiffness C, and, where the file holds them, `dissipation` B_more and `stiffness`
+C_more (influenced_dof, radiating_dof), such as viscous roll damping and mooring. M and C are taken as they are: about
+the rotation centre, which is the caller's to see to. Capytaine's own convention: exp(-i omega t); x, y, z of the
+mesh, which must be forward, port, up here; wave_direction [rad] is where waves go, counter-clockwise from +x; phases
+are of a crest at x = y = 0, and are moved to the rotation centre of the degrees of freedom, the reference point.
+Capytaine need not be installed.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError, UnreadableError
 from stillhook.formats.binary.reader import read_dataset
+from stillhook.formats.vessel.inertia import inertia_matrix
+from stillhook.formats.vessel.supplement import NOTHING, Supplement, description
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import CAPYTAINE, SAME_HEADING, to_rao
 
@@ -36,12 +39,20 @@ MATRICES = ("added_mass", "radiation_damping", "inertia_matrix", "hydrostatic_st
 FORCES = ("diffraction_force", "Froude_Krylov_force")
 DIMS = ("omega", "wave_direction", "influenced_dof", "radiating_dof")
 AXES = ("omega", "wave_direction")
+SQUARE = ("influenced_dof", "radiating_dof")
+OF_MASS = ("mass", "radii", "centre_of_gravity")
+"""What may be stated of a file without inertia_matrix."""
+SAME_POINT = 1e-3  # m: centres of gravity nearer than this are one
 
 
-def read_capytaine(path: Path) -> Rao:
-    """The vessel in a Capytaine data set. Errors: SeaError of one line for a file of another kind, that lacks a
-    variable or a degree of freedom, holds several bodies, speeds or depths, or numbers that are not finite."""
-    data = _opened(path)
+def read_capytaine(path: Path, stated: Supplement = NOTHING) -> Rao:
+    """The vessel in a Capytaine data set; stated: mass, radii and centre of gravity of a file without inertia_matrix.
+
+    Errors: SeaError of one line for a file of another kind, that lacks a variable or a degree of freedom, holds several
+    bodies, speeds or depths, or numbers that are not finite.
+    """
+    stated.allow(path.name, "Capytaine data sets", *OF_MASS)
+    data, inertia = _with_inertia(path.name, _opened(path), stated)
     variable = next((name for name in READY if name in data), None)
     H = _ready(path.name, data, variable) if variable else _solved(path.name, data)
     contradiction = ""
@@ -59,7 +70,7 @@ def read_capytaine(path: Path) -> Rao:
     centre = _point(data, "rotation_center")
     origin, crest = _origin(data, centre)
     convention = replace(CAPYTAINE, mirror=bool(np.abs(np.sort(heading)[[0, -1]] - (0.0, np.pi)).max() < SAME_HEADING))
-    notes = (contradiction, _damping(data, variable), f"read as Capytaine: {convention.describe()}")
+    notes = (inertia, contradiction, _damping(data, variable), f"read as Capytaine: {convention.describe()}")
     depth = _scalar(data, "water_depth", np.inf)
     source = f"{path.name} (Capytaine {data.attrs.get('capytaine_version', 'data set')})"
     name = str(data["body"].values) if "body" in data.coords and data["body"].ndim == 0 else path.stem
@@ -100,8 +111,55 @@ def _opened(path: Path) -> xarray.Dataset:
     return data
 
 
+def _with_inertia(file: str, data: xarray.Dataset, stated: Supplement) -> tuple[xarray.Dataset, str]:
+    """The data set with the inertia of what is stated, and a note; as it is where nothing is."""
+    if not stated.stated:
+        return data, ""
+    if "inertia_matrix" in data:
+        raise SeaError(
+            f"{file}: holds inertia_matrix, and {', '.join(stated.stated)} would be a second answer. Leave one of them"
+            " out."
+        )
+    if missing := [name for name in OF_MASS[:2] if name not in stated.stated]:
+        raise SeaError(f"{file}: {missing[0]} is missing. Inertia is stated by {', '.join(OF_MASS)}. Add it.")
+    inside, G = _point(data, "center_of_mass"), stated.centre_of_gravity
+    if G is not None and inside is not None and np.abs(inside - G).max() > SAME_POINT:
+        x, y, z = inside
+        raise SeaError(
+            f"{file}: holds the centre of gravity x {x:g} m, y {y:g} m, z {z:g} m, and centre_of_gravity states"
+            " another. Correct it, or leave it out."
+        )
+    centre = _point(data, "rotation_center")
+    gravity = inside if G is None else np.array(G)
+    if gravity is None:
+        raise SeaError(
+            f"{file}: holds no center_of_mass. State centre_of_gravity as well, x, y, z of the mesh, such as"
+            ' ["0 m", "0 m", "2.5 m"].'
+        )
+    assert stated.mass is not None
+    assert stated.radii is not None
+    M = inertia_matrix(stated.mass, np.array(stated.radii), gravity - (0.0 if centre is None else centre))
+    matrix = np.empty((6, 6))
+    matrix[np.ix_(*(_order(file, data[dof].values) for dof in SQUARE))] = M
+    kxx, kyy, kzz = stated.radii
+    note = (
+        f"inertia from the stated mass {stated.mass / 1e3:.6g} t, radii of gyration {kxx:g} m, {kyy:g} m, {kzz:g} m and"
+        f" centre of gravity {', '.join(f'{v:g} m' for v in gravity)} of the mesh"
+    )
+    if 2.0 * max(kxx, kyy, kzz) ** 2 > kxx**2 + kyy**2 + kzz**2:
+        note += (
+            "; no rigid body has these radii: the square of the largest is more than those of the two others together"
+        )
+    return data.assign(inertia_matrix=(SQUARE, matrix), center_of_mass=("space", gravity)), note
+
+
 def _of(file: str, data: xarray.Dataset, name: str, dims: tuple[str, ...]) -> Any:
     """A variable as an array with these dimensions, degrees of freedom in order."""
+    if name == "inertia_matrix" and name not in data:
+        radii = 'radii = ["8 m", "30 m", "30 m"]'
+        lines = ('mass = "9000 t"', f"{radii} (of gyration: roll, pitch, yaw)")
+        point = () if _point(data, "center_of_mass") is not None else ('centre_of_gravity = ["0 m", "0 m", "2.5 m"]',)
+        raise SeaError(f"{file}: has no inertia_matrix, which motions need. {description(file, *lines, *point)}")
     if name not in data:
         others = ", ".join(n for n in (*MATRICES, *FORCES) if n != name)
         raise SeaError(f"{file}: has no {name}, which motions need in addition to {others}. Add it.")
@@ -109,7 +167,7 @@ def _of(file: str, data: xarray.Dataset, name: str, dims: tuple[str, ...]) -> An
     over = [str(d) for d in variable.dims if d not in dims]
     if over:
         raise SeaError(f"{file}: {name} has {', '.join(f'{data.sizes[d]} values of {d}' for d in over)}. Select one.")
-    for dim in ("influenced_dof", "radiating_dof"):
+    for dim in SQUARE:
         if dim in variable.dims:
             variable = variable.isel({dim: _order(file, variable[dim].values)})
     missing = [d for d in dims if d not in variable.dims]
@@ -134,10 +192,9 @@ def _ready(file: str, data: xarray.Dataset, name: str) -> ComplexArray:
 
 def _solved(file: str, data: xarray.Dataset) -> ComplexArray:
     """Transfer functions (6, headings, frequencies) from the equation of motion."""
-    square = ("influenced_dof", "radiating_dof")
-    A, B = (_of(file, data, n, ("omega", *square)) for n in MATRICES[:2])
-    M, C = (_of(file, data, n, square) for n in MATRICES[2:])
-    more = [_of(file, data, n, square) if n in data else np.zeros((6, 6)) for n in ("dissipation", "stiffness")]
+    A, B = (_of(file, data, n, ("omega", *SQUARE)) for n in MATRICES[:2])
+    M, C = (_of(file, data, n, SQUARE) for n in MATRICES[2:])
+    more = [_of(file, data, n, SQUARE) if n in data else np.zeros((6, 6)) for n in ("dissipation", "stiffness")]
     force = sum(_of(file, data, n, ("omega", "influenced_dof", "wave_direction")) for n in FORCES)
     omega = _axis(file, data, "omega")[:, None, None]
     H = np.full(force.shape, np.nan, dtype=np.complex128)

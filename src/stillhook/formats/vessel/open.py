@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
+from stillhook.formats.vessel.aqwa import is_aqwa, read_aqwa
 from stillhook.formats.vessel.capytaine import read_capytaine
 from stillhook.formats.vessel.csv import read_rao_csv
+from stillhook.formats.vessel.described import read_description
+from stillhook.formats.vessel.hydrostar import is_hydrostar, read_hydrostar
 from stillhook.formats.vessel.orcaflex import read_orcaflex
 from stillhook.formats.vessel.re1 import read_re1
+from stillhook.formats.vessel.supplement import NOTHING, Supplement
+from stillhook.formats.vessel.wamit import is_wamit, read_wamit
 from stillhook.library.catalogue import vessel_file, vessels
-from stillhook.library.toml.kinds import kind_of_toml
+from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.sea.vessel.floating_body import long_wave_test, remarks, wrong_line
 from stillhook.sea.vessel.rao import Rao
 from stillhook.units import quote
 
-FORMS = "ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF and OrcaFlex text files (.yml)"
+FORMS = (
+    "ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text files (.yml), AQWA .lis, WAMIT"
+    " .4, HydroStar .rao and vessel descriptions (TOML)"
+)
 LARGEST_FILE = 200_000_000  # bytes
 
 
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
-    """The vessel in a file, or one of the library by its name, tested against what every floating body does in long
-    waves (`stillhook.sea.vessel.rao`); what deserves a look is in its notes.
+    """The vessel in a file of motions or a vessel description, or one of the library by its name, tested against what
+    every floating body does in long waves (`stillhook.sea.vessel.rao`); what deserves a look is in its notes.
 
     Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the
     convention it declares.
@@ -41,23 +51,57 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
 
 
 def read_untested(path: str | os.PathLike[str]) -> Rao:
-    """The same without the test: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text
-    file."""
+    """The same without the test: a file of motions, or the one that a vessel description names."""
     file = _existing_file(path)
+    stated = NOTHING
+    if file.suffix.lower() == ".toml" and kind_of_toml(_text(file)) in (FileKind.VESSEL, None):
+        file, stated = read_description(file)
+        file = _existing_file(file)
     with file.open("rb") as stream:
         binary = stream.read(8).startswith((b"\x89HDF", b"CDF"))
     if binary:
-        return read_capytaine(file)
+        return read_capytaine(file, stated)
     text = _text(file)
-    if file.suffix.lower() == ".re1" or "TRANSFER FUNCTION" in text[:1000].upper():
-        return read_re1(file, text)
-    if "VesselTypes:" in text:
-        return read_orcaflex(file, text)
     if kind := kind_of_toml(text):
         raise SeaError(f"{file.name} is {kind.noun}, not a vessel file: {kind.read_by}. Read as vessels are {FORMS}.")
-    if text.startswith("#") or "omega [rad/s]" in text[:1000]:
-        return read_rao_csv(file, text)
-    raise SeaError(f"{file.name}: is not a known vessel file. Supported: {FORMS}.")
+    form = next((form for form in TEXT_FORMS if form.recognises(file, text)), None)
+    if form is None:
+        raise SeaError(f"{file.name}: is not a known vessel file. Supported: {FORMS}.")
+    stated.allow(file.name, form.noun, *form.open)
+    return form.read(file, text, stated)
+
+
+class TextForm(NamedTuple):
+    """A form of text file: what it is called, what may be stated of it beside it, how it is recognised by its content
+    (or by the ending of its name) and how it is read."""
+
+    noun: str
+    open: tuple[str, ...]
+    recognises: Callable[[Path, str], bool]
+    read: Callable[[Path, str, Supplement], Rao]
+
+
+TEXT_FORMS = (
+    TextForm(
+        "HydroStar .rao files", (), lambda _, text: is_hydrostar(text), lambda f, text, _: read_hydrostar(f, text)
+    ),
+    TextForm(
+        "ShipX/VERES .re1 files",
+        (),
+        lambda file, text: file.suffix.lower() == ".re1" or "TRANSFER FUNCTION" in text[:1000].upper(),
+        lambda file, text, _: read_re1(file, text),
+    ),
+    TextForm("OrcaFlex models", ("vessel_type", "draught"), lambda _, text: "VesselTypes:" in text, read_orcaflex),
+    TextForm(
+        "CSV files with declared conventions",
+        (),
+        lambda _, text: text.startswith("#") or "omega [rad/s]" in text[:1000],
+        lambda file, text, _: read_rao_csv(file, text),
+    ),
+    TextForm("AQWA .lis files", ("body",), lambda _, text: is_aqwa(text), read_aqwa),
+    TextForm("WAMIT .4 files", ("body", "length_scale", "depth"), lambda _, text: is_wamit(text), read_wamit),
+)
+"""The first that recognises a file reads it."""
 
 
 def _existing_file(path: str | os.PathLike[str]) -> Path:

@@ -3,10 +3,13 @@ conventions it states.
 
 Read are the vessel type's RAOResponseUnits, RAOWaveUnit, WavesReferredToBy, RAOPhaseConvention,
 RAOPhaseUnitsConvention, RAOPhaseRelativeToConvention, the six words on what is positive, Symmetry, and of its draught
-DisplacementRAOs: RAOOrigin, PhaseOrigin and a table per RAODirection. Directions are where waves go, counter-clockwise
-from the bow (0 following, 180 head sea); coordinates are those of OrcaFlex's vessel axes, x forward, y to port, z up
-[m]. Conventions recalled from OrcaFlex's help on vessel types: check one case against your version. What a file leaves
-out is OrcaFlex's default, as it is there, and the vessel's notes say so.
+DisplacementRAOs: RAOOrigin, PhaseOrigin and a table per RAODirection. Directions are where waves go, counter-
+clockwise from the bow (0 following, 180 head sea); coordinates are those of OrcaFlex's vessel axes, x forward, y to
+port, z up in the model's unit of length, which rotations per length are in as well (UnitsSystem SI, US, or User with
+LengthUnits and g). Of several vessel types or draughts the user states one. A table of one quarter (0 to 90 deg) of a
+vessel with Symmetry "xz and yz planes" is mirrored ahead and astern about its RAO origin, then to the other side.
+Conventions recalled from OrcaFlex's help on vessel types: check one case against your version. What a file leaves out
+is OrcaFlex's default, as it is there, and the vessel's notes say so.
 """
 
 from __future__ import annotations
@@ -19,9 +22,12 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
+from stillhook.formats.vessel.supplement import NOTHING, Supplement, description
+from stillhook.physics.scalar import G
 from stillhook.sea.vessel.rao import DOFS, Rao
-from stillhook.sea.vessel.rao_convention import INSIDE, to_rao
+from stillhook.sea.vessel.rao_convention import INSIDE, mirrored_fore_and_aft, to_rao, within_one_side
 from stillhook.units import quote
 
 POSITIVE = (
@@ -38,7 +44,10 @@ ANGLES = {"degrees": np.pi / 180.0, "radians": 1.0}
 PHASES = {"lags": -1, "leads": 1}
 AFTER_CREST = {"crest": 0.0, "zero down-crossing": 0.5 * np.pi, "trough": np.pi, "zero up-crossing": 1.5 * np.pi}
 """What phases are relative to: by how much of the wave's cycle it comes after the crest [rad]."""
-MIRRORS = {"None": False, "xz plane": True}
+MIRRORS = {"None": 0, "xz plane": 1, "xz and yz planes": 2}
+"""Planes of symmetry."""
+LENGTHS = {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
+"""Units of length [m]."""
 DEFAULTS = {
     "RAOWaveUnit": "amplitude",
     "RAOResponseUnits": "degrees",
@@ -53,12 +62,14 @@ DEFAULTS = {
 FIRST, LAST = "RAOPeriodOrFreq", 13  # name of a table begins so; numbers in a row of it
 
 
-def read_orcaflex(path: Path, text: str) -> Rao:
-    """The vessel in an OrcaFlex text file, given its path and text. Errors: SeaError of one line."""
+def read_orcaflex(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
+    """The vessel in an OrcaFlex text file, given its path and text; stated: vessel type and draught where there are
+    several. Errors: SeaError of one line."""
     model = _model(path.name, text)
-    kind = _only(path.name, model, "VesselTypes")
+    length, unit = _length(path.name, model)
+    kind = _chosen(path.name, path.name, model, "VesselTypes", "vessel_type", stated.vessel_type)
     place = f"{path.name}: {quote(kind.get('Name', 'vessel type'))[1:-1]}"
-    draught = _only(place, kind, "Draughts")
+    draught = _chosen(path.name, place, kind, "Draughts", "draught", stated.draught)
     raos = draught.get("DisplacementRAOs")
     if not isinstance(raos, Mapping) or not isinstance(raos.get("RAOs"), list) or not raos["RAOs"]:
         raise SeaError(f"{place}: has no DisplacementRAOs. Give the draught a table of them.")
@@ -71,26 +82,48 @@ def read_orcaflex(path: Path, text: str) -> Rao:
     after = _choice(place, kind, "RAOPhaseRelativeToConvention", AFTER_CREST)
     signs = np.array([_choice(place, kind, key, words) for key, words in POSITIVE])
     degrees, columns, H = _tables(place, raos["RAOs"], phase)
-    H = (signs * np.array([1.0] * 3 + [rotation] * 3))[:, None, None] * H * np.exp(1j * after * (1 if sign < 0 else -1))
+    H = (
+        (signs * np.array([1.0] * 3 + [rotation / length] * 3))[:, None, None]
+        * H
+        * np.exp(1j * after * (1 if sign < 0 else -1))
+    )
     omega = factor * columns if factor > 0.0 else -factor / columns
-    mirror = bool(_choice(place, kind, "Symmetry", MIRRORS)) and float(np.ptp(degrees)) <= 180.0
-    origin = _point(place, raos, "RAOOrigin", None)
-    crest = _point(place, raos, "PhaseOrigin", origin)
+    planes = _choice(place, kind, "Symmetry", MIRRORS)
+    origin = _point(place, raos, "RAOOrigin", None, length)
+    crest = _point(place, raos, "PhaseOrigin", origin, length)
+    quarter = planes == 2 and float(np.ptp(degrees)) <= 90.0
+    if quarter and crest[0] != origin[0]:
+        raise SeaError(
+            f"{place}: Symmetry xz and yz planes, and PhaseOrigin is not at the x of RAOOrigin: the motions are not"
+            " mirrored about one plane. Give directions from 0 to 180 deg, or one x."
+        )
+    heading = np.radians(degrees)
+    if quarter:
+        heading, H = mirrored_fore_and_aft(heading, H, path.name)
+    mirror = planes > 0 and within_one_side(heading)
     convention = replace(INSIDE, time=1 if sign > 0 else -1, mirror=mirror)
     return to_rao(
         convention,
         name=str(kind.get("Name", path.stem)),
         omega=omega,
-        heading=np.radians(degrees),
+        heading=heading,
         H=H,
         source=f"{path.name} (OrcaFlex, draught {draught.get('Name', '1')})",
         origin=f"x = {origin[0]:g} m, y = {origin[1]:g} m, z = {origin[2]:g} m of OrcaFlex's vessel axes (RAO origin)",
         notes=(
             *_unused_fields(kind),
+            *((MIRRORED_QUARTER,) if quarter else ()),
+            *((f"lengths in {unit}, rotations per {unit} of wave amplitude",) if unit != "m" else ()),
             f"read as OrcaFlex: phases {'lag' if sign < 0 else 'lead'}; {replace(convention, time=1).describe()}",
         ),
         crest=(crest[0] - origin[0], crest[1] - origin[1]),
     )
+
+
+MIRRORED_QUARTER = (
+    "fore and aft mirrored about the RAO origin: the table holds one quarter, and surge, pitch and yaw change sign in"
+    " waves from the other end"
+)
 
 
 def _model(file: str, text: str) -> Mapping[str, Any]:
@@ -109,25 +142,58 @@ def _model(file: str, text: str) -> Mapping[str, Any]:
     model = next((d for d in documents if isinstance(d, Mapping) and "VesselTypes" in d), None)
     if model is None:
         raise SeaError(f"{file}: has no VesselTypes. Save a model with a vessel type as a text data file.")
-    general = model.get("General", {})
-    units = general.get("UnitsSystem", "SI") if isinstance(general, Mapping) else "SI"
-    if units != "SI":
-        raise SeaError(
-            f"{file}: UnitsSystem {quote(units)}, SI is read. Change the units of the model and save it again."
-        )
     return model
 
 
-def _only(place: str, table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """The one entry of a list of tables."""
+def _length(file: str, model: Mapping[str, Any]) -> tuple[float, str]:
+    """The model's unit of length [m] and its name."""
+    general = model.get("General")
+    general = general if isinstance(general, Mapping) else {}
+    system = str(general.get("UnitsSystem", "SI"))
+    if system.lower() not in ("si", "us", "user"):
+        raise SeaError(f"{file}: UnitsSystem {quote(system)} is not read. Allowed: SI, US, User. Save the model again.")
+    if system.lower() != "user":
+        return (1.0, "m") if system.lower() == "si" else (LENGTHS["ft"], "ft")
+    time = str(general.get("TimeUnits", "s"))
+    if time != "s":
+        raise SeaError(f"{file}: TimeUnits {quote(time)}, s is read. Change it in OrcaFlex and save the model again.")
+    unit = str(general.get("LengthUnits", ""))
+    if unit not in LENGTHS:
+        came = f"LengthUnits {quote(unit)} is not read" if unit else "UnitsSystem User without LengthUnits"
+        raise SeaError(
+            f"{file}: {came}. Allowed: {', '.join(LENGTHS)}. Change it in OrcaFlex and save the model again."
+        )
+    g = general.get("g", G / LENGTHS[unit])
+    if isinstance(g, bool) or not isinstance(g, int | float) or not abs(g * LENGTHS[unit] - G) < SAME_G:
+        raise SeaError(
+            f"{file}: g {quote(g)} is not that of the earth in {unit}/s^2, {G / LENGTHS[unit]:.6g}. Correct"
+            " LengthUnits or g."
+        )
+    return LENGTHS[unit], unit
+
+
+def _chosen(
+    file: str, place: str, table: Mapping[str, Any], key: str, field: str, name: str | None
+) -> Mapping[str, Any]:
+    """The entry of a list of tables that has a name, or the only one; field: what states it in a vessel
+    description."""
     entries = table.get(key)
     if not isinstance(entries, list) or not entries or not all(isinstance(e, Mapping) for e in entries):
         raise SeaError(f"{place}: {key} is not a list of tables. Save the model again.")
-    if len(entries) > 1:
-        names = ", ".join(str(e.get("Name", "?")) for e in entries)
-        raise SeaError(f"{place}: holds {len(entries)} {key} ({names}). Keep one, so that it is clear which is meant.")
-    entry: Mapping[str, Any] = entries[0]
+    names = [str(e.get("Name", "?")) for e in entries]
+    have = f"{place}: holds {len(names)} {key} ({', '.join(names[:MOST_NAMED])}{', ...' * (len(names) > MOST_NAMED)})"
+    if name is None and len(names) > 1:
+        raise SeaError(f"{have}. {description(file, f'{field} = {quote(names[0])}')}")
+    if name is not None and names.count(name) != 1:
+        problem = "several have this name" if name in names else f"none is this{nearest(name, names)}"
+        raise SeaError(f"{have}, and {field} = {quote(name)}: {problem.rstrip('.')}. Name one of them.")
+    entry: Mapping[str, Any] = entries[0 if name is None else names.index(name)]
     return entry
+
+
+MOST_NAMED = 20
+"""Names that a line lists."""
+SAME_G = 0.05  # m/s^2: how far g may be from 9.81 m/s^2 on earth
 
 
 def _choice(place: str, table: Mapping[str, Any], key: str, choices: Mapping[str, float]) -> float:
@@ -166,11 +232,18 @@ def _tables(place: str, raos: Sequence[Any], phase: float) -> tuple[FloatArray, 
             raise SeaError(
                 f"{where}: has other periods or frequencies than the first direction. Give every direction the same."
             )
-        degrees.append(float(entry["RAODirection"]))
+        degrees.append(_direction(where, entry["RAODirection"]))
         grids.append((rows[:, 1::2] * np.exp(1j * phase * rows[:, 2::2])).T)
     first = np.asarray(first)
     usable = np.isfinite(first) & (first > 0.0)
     return np.array(degrees), first[usable], np.stack(grids, axis=1)[:, :, usable]
+
+
+def _direction(where: str, value: Any) -> float:
+    """A direction [deg]."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        raise SeaError(f"{where}: is not a number of degrees. Correct it.")
+    return float(value)
 
 
 def _rows(where: str, table: Any) -> FloatArray:
@@ -194,9 +267,10 @@ def _rows(where: str, table: Any) -> FloatArray:
 
 
 def _point(
-    place: str, raos: Mapping[str, Any], key: str, otherwise: tuple[float, float, float] | None
+    place: str, raos: Mapping[str, Any], key: str, otherwise: tuple[float, float, float] | None, length: float
 ) -> tuple[float, float, float]:
-    """A point [x, y, z] [m]; `otherwise` where it is [~, ~, ~], OrcaFlex's word for the same as the RAO origin."""
+    """A point [x, y, z] [m], of one in units of a length [m]; `otherwise` where it is [~, ~, ~], OrcaFlex's word for
+    the same as the RAO origin."""
     point = raos.get(key)
     if otherwise is not None and (point is None or (isinstance(point, list) and all(v is None for v in point))):
         return otherwise
@@ -205,6 +279,6 @@ def _point(
         or len(point) != 3
         or not all(isinstance(v, int | float) and np.isfinite(v) for v in point)
     ):
-        raise SeaError(f"{place}: {key} {quote(point)} is not a point. Give it as [x, y, z] in m.")
-    x, y, z = (float(v) for v in point)
+        raise SeaError(f"{place}: {key} {quote(point)} is not a point. Give it as [x, y, z].")
+    x, y, z = (length * float(v) for v in point)
     return x, y, z

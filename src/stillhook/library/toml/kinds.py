@@ -28,6 +28,7 @@ class FileKind(Enum):
     CRANE = auto()
     PAYLOAD = auto()
     COMPENSATOR = auto()
+    VESSEL = auto()
     CONTROLLER = auto()
     FRICTION = auto()
     MOTOR = auto()

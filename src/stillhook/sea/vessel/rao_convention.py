@@ -19,6 +19,8 @@ from stillhook.sea.vessel.rao import DOFS, TURN, Rao, wavenumber
 
 PORT_STARBOARD = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of the motions seen in a mirror along the centreline: sway, roll and yaw turn over."""
+FORE_AND_AFT = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+"""Signs of the motions seen in a mirror across the middle of the ship: surge, pitch and yaw turn over."""
 SAME_HEADING = 1e-6  # rad: headings nearer than this are one
 SYMMETRIC = 0.02
 """Sway [m/m] and roll and yaw [rad/m times 50 m] in head and following sea above which a half table is no half of a
@@ -166,6 +168,37 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
     both = np.concatenate([H, PORT_STARBOARD[:, None, None] * H[:, other]], axis=1)
     order = np.argsort(complete_beta)
     return complete_beta[order], both[:, order]
+
+
+def within_one_side(heading: FloatArray) -> bool:
+    """Whether headings [rad] cover no more than one side of a ship."""
+    return float(np.ptp(heading)) <= np.pi + SAME_HEADING
+
+
+def mirrored_fore_and_aft(heading: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArray, ComplexArray]:
+    """Headings of one side from those of a quarter, of a ship that is the same fore and aft.
+
+    heading (m,) [rad], from the bow or the stern, within one quarter that ends along the ship and in beam sea; H (6, m,
+    n) in any sign of time, phases of a crest in the plane of symmetry. Errors: SeaError for headings on both ends,
+    without beam sea, and where surge, pitch or yaw in beam sea are not nothing.
+    """
+    beam: NDArray[np.bool_] = np.abs(np.cos(heading)) < SAME_HEADING
+    ahead = np.cos(heading[~beam])
+    if beam.sum() != 1 or (ahead.min(initial=0.0) < 0.0 < ahead.max(initial=0.0)):
+        raise SeaError(
+            f"{source}: one quarter of a ship with two planes of symmetry goes from 0 to 90 deg, both included. Give"
+            " these headings, or those of one side, 0 to 180 deg."
+        )
+    turned = [0, 4, 5]
+    along = np.abs(H[turned][:, beam]) * np.array([1.0, ARM, ARM])[:, None, None]
+    if along.max() > SYMMETRIC:
+        worst = DOFS[turned[int(np.argmax(along.max(axis=(1, 2))))]]
+        raise SeaError(
+            f"{source}: {worst} in beam sea reaches {np.abs(H[DOFS.index(worst)][beam]).max():.3g} per metre of wave,"
+            " where that of a ship the same fore and aft is 0. Give headings of one side, 0 to 180 deg."
+        )
+    other = np.pi - heading[~beam]
+    return np.concatenate([heading, other]), np.concatenate([H, FORE_AND_AFT[:, None, None] * H[:, ~beam]], axis=1)
 
 
 def one_side(rao: Rao) -> tuple[FloatArray, ComplexArray]:

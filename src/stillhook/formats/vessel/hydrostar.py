@@ -1,0 +1,194 @@
+"""Motion transfer functions as HydroStar writes them: a `.rao` file for each motion.
+
+Lines with # declare constants (depth of the water, point of the incident wave, forward speed, reference point of the
+body), RAOTYPE, COMPONENT, UNIT, NBHEADING and HEADING [deg]; then rows of frequency [rad/s], an amplitude for each
+heading, and a phase [deg] for each heading. The six motions (RAOTYPE Motion, COMPONENT 1 to 6, or 11 to 66) are six
+files of one folder: any of them stands for all, and files of other types are left alone.
+
+The form is that which Bureau Veritas's own library Snoopy writes and reads, and HAMS writes. Taken for granted:
+x forward, y to port, z up; headings are where waves go, counter-clockwise from the bow (180 head sea); phases lead the
+crest at the point of the incident wave, exp(+i omega t), as in the files of HAMS. Headings of one side are of a ship
+the same on the other.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.errors import SeaError
+from stillhook.sea.vessel.rao import DOFS, Rao
+from stillhook.sea.vessel.rao_convention import INSIDE, to_rao, within_one_side
+from stillhook.units import quote
+
+_MOTION = re.compile(r"^#\s*RAOTYPE\s*:\s*Motion\s*$", re.MULTILINE | re.IGNORECASE)
+_TYPE = re.compile(r"^#\s*RAOTYPE\s*:\s*(\S*)", re.MULTILINE)
+_KEYS = {
+    "COMPONENT": re.compile(r"^#\s*COMPONENT\s*:\s*(\d+)", re.MULTILINE),
+    "UNIT": re.compile(r"^#\s*UNIT\s*:\s*(\S+)", re.MULTILINE),
+    "HEADING": re.compile(r"^#\s*HEADING\s+(.*)$", re.MULTILINE),
+}
+_NUMBER = r"([-+.\dEe]+)"
+_SPEED = re.compile(rf"Forward speed\s*:\s*{_NUMBER}")
+_DEPTH = re.compile(rf"Waterdepth\s*:\s*{_NUMBER}")
+_WAVE = re.compile(rf"Ref\.pt incident wave\s*:\s*\(\s*{_NUMBER}\s+{_NUMBER}\s*\)")
+_POINT = re.compile(rf"Reference point of body\s*\d*\s*:\s*\(\s*{_NUMBER}\s+{_NUMBER}\s+{_NUMBER}\s*\)")
+UNITS = {"m/m": 1.0, "rad/m": 1.0, "deg/m": np.pi / 180.0}
+"""Units of motions: what makes m/m and rad/m of them."""
+LARGEST_FILE = 20_000_000  # bytes
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """One motion: degrees of freedom from 0, frequencies [rad/s], headings [deg], H (headings, frequencies), and the
+    text above the rows."""
+
+    file: str
+    dof: int
+    omega: FloatArray
+    degrees: FloatArray
+    H: ComplexArray
+    head: str
+
+
+def is_hydrostar(text: str) -> bool:
+    """Whether a text is a file of HydroStar."""
+    return "#NBHEADING" in text[:4000].replace(" ", "") and _TYPE.search(text[:4000]) is not None
+
+
+def read_hydrostar(path: Path, text: str) -> Rao:
+    """The vessel in six `.rao` files of a folder, given one of them. Errors: SeaError of one line for a file that is no
+    motion, motions that are missing or there twice, at speed, or not of the same headings and frequencies."""
+    _motion(path.name, text)  # first what is wrong with the file that was given
+    motions = [_motion(name, content) for name, content in _beside(path, text)]
+    by_dof = {d: [m for m in motions if m.dof == d] for d in range(len(DOFS))}
+    for d, found in by_dof.items():
+        if len(found) > 1:
+            twice = " and ".join(m.file for m in found[:2])
+            raise SeaError(f"{path.name}: {DOFS[d]} is in {twice} of its folder. Keep the six files of one run there.")
+    if missing := [DOFS[d] for d, found in by_dof.items() if not found]:
+        raise SeaError(
+            f"{path.name}: {', '.join(missing)} is missing: no other .rao file of its folder holds it. Put the files of"
+            " all six motions in one folder."
+        )
+    six = [found[0] for found in by_dof.values()]
+    for m in six[1:]:
+        if not (np.array_equal(m.omega, six[0].omega) and np.array_equal(m.degrees, six[0].degrees)):
+            raise SeaError(f"{m.file}: has other frequencies or headings than {six[0].file}. Export all six together.")
+        if _constants(m) != _constants(six[0]):
+            raise SeaError(f"{m.file}: has another depth, speed or point than {six[0].file}. Export all six together.")
+    return _vessel(path, six)
+
+
+def _vessel(path: Path, six: Sequence[_Motion]) -> Rao:
+    speed, depth, wave, point = _constants(six[0])
+    if speed:
+        raise SeaError(
+            f"{path.name}: is for {speed:g} m/s forward. Run HydroStar at zero speed: vessels at work stand."
+        )
+    degrees = six[0].degrees
+    convention = replace(INSIDE, mirror=within_one_side(np.radians(degrees)))
+    x, y, z = point
+    return to_rao(
+        convention,
+        name=path.parent.resolve().name or path.stem,
+        omega=six[0].omega,
+        heading=np.radians(degrees),
+        H=np.array([m.H for m in six]),
+        source=f"{path.name} and five more (HydroStar)",
+        origin=f"x = {x:g} m, y = {y:g} m, z = {z:g} m of HydroStar's axes (reference point of the body)",
+        notes=(f"read as HydroStar: phases lead; {convention.describe()}",),
+        depth=depth,
+        crest=(wave[0] - x, wave[1] - y),
+    )
+
+
+def _beside(path: Path, text: str) -> list[tuple[str, str]]:
+    """Names and texts of the motions in the folder of a file, itself first."""
+    found = [(path.name, text)]
+    for other in sorted(path.parent.glob("*")):
+        if other.suffix.lower() != ".rao" or other.name == path.name or not other.is_file():
+            continue
+        if other.stat().st_size > LARGEST_FILE:
+            continue
+        content = other.read_bytes().decode("utf-8-sig", errors="replace")
+        if _MOTION.search(content[:4000]):
+            found.append((other.name, content))
+    return found
+
+
+def _constants(m: _Motion) -> tuple[float, float, tuple[float, float], tuple[float, float, float]]:
+    """Forward speed [m/s], depth [m], point of the incident wave (x, y) and of the body (x, y, z) [m]."""
+    speed, depth, wave, point = (key.search(m.head) for key in (_SPEED, _DEPTH, _WAVE, _POINT))
+    if point is None or wave is None:
+        what = "Reference point of body" if point is None else "Ref.pt incident wave"
+        raise SeaError(f'{m.file}: does not state "{what}", about which the motions are. Export it again.')
+    try:
+        numbers = [float(v) for v in (*wave.groups(), *point.groups())]
+        h = np.inf if depth is None else float(depth[1])
+        v = 0.0 if speed is None else float(speed[1])
+    except ValueError:
+        raise SeaError(f"{m.file}: a depth, speed or point is not a number. Export it again.") from None
+    return v, h if h > 0.0 else np.inf, (numbers[0], numbers[1]), (numbers[2], numbers[3], numbers[4])
+
+
+def _motion(file: str, text: str) -> _Motion:
+    """One file. Errors: SeaError of one line."""
+    lines = text.splitlines()
+    head = "\n".join(line for line in lines if line.lstrip().startswith("#"))
+    kind = _TYPE.search(head)
+    if not _MOTION.search(head):
+        came = quote(kind[1]) if kind else "none"
+        raise SeaError(f"{file}: RAOTYPE {came}. Give a file of the motions (RAOTYPE Motion).")
+    found = {key: pattern.search(head) for key, pattern in _KEYS.items()}
+    if missing := [key for key, match in found.items() if match is None]:
+        raise SeaError(f"{file}: does not state {', '.join(missing)}. Export it again.")
+    component, unit, heading = (match[1].strip() for match in found.values() if match is not None)
+    if len(set(component)) != 1 or len(component) > 2 or component[0] not in "123456":
+        raise SeaError(f"{file}: COMPONENT {component} is not a motion. Allowed: 1 to 6. Export it again.")
+    if unit not in UNITS or (unit == "m/m") != (int(component[0]) <= 3):
+        allowed = "m/m" if int(component[0]) <= 3 else "deg/m or rad/m"
+        raise SeaError(
+            f"{file}: UNIT {quote(unit)} of {DOFS[int(component[0]) - 1]}, {allowed} is read. Export it again."
+        )
+    try:
+        degrees = np.array([float(v) for v in heading.split()])
+    except ValueError:
+        raise SeaError(f"{file}: HEADING {quote(heading[:60])} is not a list of numbers. Export it again.") from None
+    rows = _rows(file, lines, len(degrees))
+    count = len(degrees)
+    H = UNITS[unit] * rows[:, 1 : 1 + count] * np.exp(1j * np.radians(rows[:, 1 + count :]))
+    return _Motion(file, int(component[0]) - 1, rows[:, 0], degrees, np.asarray(H.T, dtype=np.complex128), head)
+
+
+def _rows(file: str, lines: Sequence[str], count: int) -> FloatArray:
+    """Rows of frequencies above 0, (n, 1 + 2 headings)."""
+    rows = []
+    for number, line in enumerate(lines, start=1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        fields = line.split()
+        if len(fields) != 1 + 2 * count:
+            raise SeaError(
+                f"{file}: line {number}: {len(fields)} numbers, {1 + 2 * count} are needed: frequency, {count}"
+                f" amplitudes and {count} phases. Export it again."
+            )
+        try:
+            values = [float(v) for v in fields]
+        except ValueError:
+            raise SeaError(
+                f"{file}: line {number}: {quote(line.strip()[:60])} is not numbers. Export it again."
+            ) from None
+        if values[0] <= 0.0:
+            continue  # the ends of the scale: zero and infinite frequency
+        if not np.isfinite(values).all():
+            raise SeaError(f"{file}: line {number}: not finite numbers at {values[0]:g} rad/s. Correct the run.")
+        rows.append(values)
+    if len(rows) < 2:
+        raise SeaError(f"{file}: holds {len(rows)} frequencies, two and more are needed. Export it again.")
+    return np.array(rows)

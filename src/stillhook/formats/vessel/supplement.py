@@ -1,0 +1,72 @@
+"""What a file of motions leaves open, stated by the user in a vessel description: a TOML beside the file.
+
+    motions = "hull.nc"                                # the file, seen from the description
+    mass = "9000 t"                                    # Capytaine without inertia_matrix
+    radii = ["8 m", "30 m", "31 m"]                    # of gyration about the centre of gravity: roll, pitch, yaw
+    centre_of_gravity = ["-1 m", "0 m", "2.5 m"]       # x, y, z of the mesh
+    vessel_type = "Barge"                              # OrcaFlex
+    draught = "Transit"                                # OrcaFlex
+    body = 2                                           # AQWA, WAMIT
+    length_scale = "1 m"                               # WAMIT (ULEN)
+    depth = "80 m"                                     # WAMIT
+
+The description stands wherever a vessel file is named: on the command line, in lift files and in plans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import Field
+
+from stillhook import units as u
+from stillhook.errors import SeaError
+from stillhook.tables.table import Count, Spec, Text
+
+
+class Supplement(Spec):
+    """What the user states of a file of motions; None: not stated."""
+
+    vessel_type: Text | None = Field(default=None, description="vessel type of an OrcaFlex model")
+    draught: Text | None = Field(default=None, description="draught of that vessel type")
+    body: Count | None = Field(default=None, description="number of the body or structure, from 1")
+    mass: u.Mass | None = Field(default=None, gt=0, description="mass of the vessel")
+    radii: tuple[u.Length, u.Length, u.Length] | None = Field(
+        default=None, description="radii of gyration of roll, pitch and yaw about the centre of gravity"
+    )
+    centre_of_gravity: tuple[u.Length, u.Length, u.Length] | None = Field(
+        default=None, description="x, y, z of the centre of gravity in the file's axes"
+    )
+    length_scale: u.Length | None = Field(default=None, gt=0, description="length scale (ULEN)")
+    depth: u.Length | None = Field(default=None, gt=0, description="depth of the water")
+
+    @property
+    def stated(self) -> tuple[str, ...]:
+        """Names of what is stated here."""
+        return tuple(name for name in Supplement.model_fields if getattr(self, name) is not None)
+
+    def allow(self, file: str, form: str, *names: str) -> None:
+        """Refuse what a form of file has no use for. Errors: SeaError of one line."""
+        for name in self.stated:
+            if name not in names:
+                allowed = f"They take {', '.join(names)}" if names else "They state everything themselves"
+                raise SeaError(f"{file}: {name} is stated, and {form} have no use for it. {allowed}. Leave it out.")
+
+    def body_of(self, file: str, noun: str, bodies: Sequence[int]) -> int:
+        """The body to read of those that a file holds; noun: what the file calls them, in the plural. Errors: SeaError
+        of one line."""
+        names = ", ".join(map(str, bodies))
+        if self.body is None and len(bodies) > 1:
+            raise SeaError(f"{file}: holds {noun} {names}. {description(file, f'body = {bodies[0]}')}")
+        if self.body is not None and self.body not in bodies:
+            raise SeaError(f"{file}: holds {noun} {names}, and body = {self.body} is stated. Correct it.")
+        return bodies[0] if self.body is None else self.body
+
+
+NOTHING = Supplement()
+"""Nothing is stated beside the file."""
+
+
+def description(file: str, *lines: str) -> str:
+    """What to write where a file leaves something open: the lines of a vessel description."""
+    return f'Write a vessel description (TOML) with motions = "{file}", {", ".join(lines)}, and give it instead.'
