@@ -15,7 +15,7 @@ import scipy
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.statistics.crossing_fit import FARTHEST
 
-SCALES = np.geomspace(0.03, 2.0, 20)
+SCALES = np.geomspace(0.03, 8.0, 26)
 """Standard deviations s of ln of the height at which a run crosses."""
 BESIDE, STEP = 1.5, 0.02
 """How far below the lowest and above the highest height mu may lie, and its step, in ln of the height."""
