@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from blocks import HERE
 from scipy.optimize import minimize
+from scipy.special import log_ndtr, ndtri
 
 from stillhook.library import load_crane
 from stillhook.library.catalogue import read_payload
@@ -212,13 +213,22 @@ def _guesses(plan: LiftPlan) -> list[Limits]:
     return _KNOWN[""]
 
 
+NEAR = 1.5
+"""Runs within this factor of a limit tell it: a share need not follow one normal law over all heights."""
+
+
 def reference(said: Sequence[tuple[float, bool]], p: float) -> tuple[float, float]:
     """Height that a share p of runs passes, and the standard deviation of its ln, by all runs together: a probit of
-    the height alone, which knows nothing of their waves. NaN where fewer than ten runs said yes, or no."""
-    from scipy.special import log_ndtr
-    from scipy.stats import norm
+    the height alone, which knows nothing of their waves, through all of them and then through those near it. NaN where
+    fewer than ten runs said yes, or no."""
+    H, sd = _probit(said, p)
+    for _ in range(3):
+        H, sd = _probit([(h, b) for h, b in said if H / NEAR <= h <= H * NEAR], p)
+    return H, sd
 
-    h, b = np.log([x for x, _ in said]), np.array([x for _, x in said])
+
+def _probit(said: Sequence[tuple[float, bool]], p: float) -> tuple[float, float]:
+    h, b = np.log([x for x, _ in said]), np.array([x for _, x in said], dtype=bool)
     if min(b.sum(), (~b).sum()) < 10:
         return math.nan, math.nan
     sign = np.where(b, 1.0, -1.0)
@@ -227,8 +237,7 @@ def reference(said: Sequence[tuple[float, bool]], p: float) -> tuple[float, floa
         return -float(log_ndtr(sign * (h - c[0]) * math.exp(-c[1])).sum())
 
     fit = minimize(loss, np.array([float(np.mean(h)), math.log(0.2)]), method="BFGS")
-    z = float(norm.ppf(p))
-    s = math.exp(fit.x[1])
+    z, s = float(ndtri(p)), math.exp(fit.x[1])
     slope = np.array([1.0, z * s])
     return math.exp(fit.x[0] + z * s), float(np.sqrt(slope @ fit.hess_inv @ slope))
 

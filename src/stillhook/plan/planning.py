@@ -48,7 +48,7 @@ UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i
 """Tiers that are run up to the highest one requested."""
 
 
-EXPECTED = {"preparation": 2.0, "frequency": 5.0, "time": 100.0, "weather": 17.0, "reference cell": 2.0, "sweep": 20.0}
+EXPECTED = {"preparation": 2.0, "frequency": 5.0, "time": 100.0, "weather": 17.0, "reference cell": 2.0, "sweep": 30.0}
 """Parts of a plan and what each took of the embedded plan, its residuals known [s]: for progress, in ratio to
 each other."""
 PARTS = {

@@ -19,11 +19,13 @@ from stillhook.plan.tiers.time_domain.crossings import (
     ColumnFeatures,
     CrossingLimits,
     Feature,
+    binned,
     crossing_limits,
     next_heights,
 )
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, CurveLimits
 from stillhook.plan.tiers.time_domain.features import Place
+from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, used_of
 from stillhook.plan.tiers.time_domain.placing import HOPELESS
 
 if TYPE_CHECKING:
@@ -118,7 +120,20 @@ class CrossingSearch:
         )
         if sum(len(runs["duration"]) for column in columns for _, runs in column.cells) >= MANY_RUNS:
             self.known[key] = found.feature
-        return found
+        if n_draws == 0:
+            return found
+        limits = self._held_to_cells(rule, [binned(column) for column in columns], found.limits)
+        return replace(found, limits=limits)
+
+    def _held_to_cells(self, rule: Limited, columns: Sequence[ColumnRuns], limits: CurveLimits) -> CurveLimits:
+        """Limits none of which is below a bin of runs that is well inside, nor above one that is beyond to 95 %."""
+        levels = cell_levels(columns)
+        least = inside_up_to(levels, used_of(rule, columns[0].measure, levels, levels.Hs))
+        most = beyond_from(columns, levels, self.work.bands(rule))
+        Hs = np.minimum(np.maximum(limits.Hs, least), most)
+        low = np.where(np.isnan(Hs), np.fmax(limits.low, least), np.fmin(limits.low, Hs))
+        draws = np.minimum(np.maximum(limits.draws, np.where(limits.Hs < least, least, 0.0)), most)
+        return replace(limits, Hs=Hs, low=low, high=np.fmax(limits.high, Hs), draws=draws)
 
     def by_first(
         self,

@@ -90,7 +90,7 @@ LEAST_PART = 0.5
 """Least part of the lowest height at which a limit below it is looked for next."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
 """Heights are whole multiples of 2.5 cm below 1 m and of 5 cm above, so that alternatives meet in the same seas [m]."""
-USUAL_RUNS = 26
+USUAL_RUNS = 36
 """Runs that the limits of an alternative take in a column, in the example: for progress."""
 UPWARDS = 1.6
 """Where a cell is placed well above a limit, over it."""
