@@ -12,13 +12,16 @@ p of the seeds may pass is read from the features of very many seeds, which are 
 .. math:: \frac{1}{J} \sum_j \Phi\big((\ln H + \ln f_j - \mu_c)/s\big) = p
 
 Nothing is assumed on how the number grows with the height, or how it is distributed: it may have two peaks. A feature
-that says little makes s large and the interval wide, and the limit no worse. Validity: a seed crosses once; s of one
-size in all columns. Expectation propagation was not needed: the posterior of an offset is near normal (Laplace).
+that says little makes s large and the interval wide, and the limit no worse. Validity: a seed crosses once. Where
+friction makes a number level off, seeds of a column scatter more than those of others: s is the column's own part of a
+common one, as far as its runs show (`widths`). Expectation propagation was not needed: the posterior of an offset is
+near normal (Laplace).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -67,12 +70,14 @@ class Limit:
 @dataclass(frozen=True, eq=False)
 class CrossingFit:
     """Offsets of all columns as a mixture: weight (k,) of a combination, its offsets (k, c) and their covariance (k, c,
-    c), and its scale (k,); evidence: ln of the marginal likelihood, to compare features."""
+    c), and its scale (k,); parts (c, q): chance that a column's own scale is so many times that (`PARTS`);
+    evidence: ln of the marginal likelihood, to compare features."""
 
     weight: FloatArray = field(repr=False)
     offset: FloatArray = field(repr=False)
     cov: FloatArray = field(repr=False)
     scale: FloatArray = field(repr=False)
+    parts: FloatArray = field(repr=False)
     evidence: float
 
     @property
@@ -85,23 +90,45 @@ class CrossingFit:
         height."""
         rng = np.random.default_rng(seed)
         chosen = rng.choice(len(self.weight), size=draws, p=self.weight)
-        out = np.empty((draws, self.offset.shape[1]))
-        for s in np.unique(self.scale):
-            shift, error = _shift(ln_f, p, float(s))
-            for k in np.flatnonzero(self.scale == s):
-                rows = np.flatnonzero(chosen == k)
-                if not len(rows):
-                    continue
-                values, vectors = np.linalg.eigh(0.5 * (self.cov[k] + self.cov[k].T))
-                root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-                z = rng.standard_normal((2, len(rows), len(shift)))
-                out[rows] = self.offset[k] + z[0] @ root.T + shift + error * z[1]
+        c = self.offset.shape[1]
+        part = np.array([rng.choice(PARTS, size=draws, p=each) for each in self.parts]).T
+        scale = self.scale[chosen][:, None] * part
+        ln_s = np.log(
+            np.geomspace(scale.min(), scale.max(), STEPS_OF_SCALE) if scale.min() < scale.max() else scale[0, :1]
+        )
+        table = np.array([_shift(ln_f, p, float(np.exp(each))) for each in ln_s])
+        shift, error = (
+            np.array([np.interp(np.log(scale[:, i]), ln_s, table[:, k, i]) for i in range(c)]).T for k in (0, 1)
+        )
+        z = rng.standard_normal((2, draws, c))
+        out = self.offset[chosen] + shift + error * z[1]
+        wider = part / self.width
+        for k in np.unique(chosen):
+            rows = chosen == k
+            values, vectors = np.linalg.eigh(0.5 * (self.cov[k] + self.cov[k].T))
+            root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+            out[rows] += wider[rows] * (z[0, rows] @ root.T)
         low, value, high = np.quantile(out, (0.025, 0.5, 0.975), axis=0)
         return Limit(value, low, high, out)
 
+    @property
+    def width(self) -> FloatArray:
+        """Scale of each column over the common one (c,), the mean of its ln."""
+        return np.asarray(np.exp(self.parts @ np.log(PARTS)))
 
+
+STEPS_OF_SCALE = 10
+"""Scales between which a limit is interpolated."""
+PARTS = np.geomspace(0.3, 6.0, 11)
+"""Parts of the common scale that a column may have."""
+SPREAD_OF_PARTS, BESIDE, PLACES, ROUNDS = 0.5, 0.25, 25, 2
+"""Standard deviation of ln of them between columns (assumed); that of a column's offset about the common fit in ln of
+the height, in addition to half of its scale; number of places at which it is tried, and of rounds."""
+ALIKE = np.where(np.arange(len(PARTS)) == np.abs(np.log(PARTS)).argmin(), 1.0, 0.0)
+"""Chances of parts of a column like all."""
+FINE = (SCALES, AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE)
 COARSE = ((0.08, 0.15, 0.3, 0.8), (0.15, 0.4), (0.1,), (0.3,), (0.5,))
-"""Scales and grid of a coarse fit, for placing runs."""
+"""Scales and grid of a fit, and of a coarse one for placing runs."""
 
 
 def fit_crossings(
@@ -111,10 +138,11 @@ def fit_crossings(
     expected: FloatArray | None = None,
     *,
     coarse: bool = False,
+    alike: bool = False,
 ) -> CrossingFit:
     """Offsets of columns of a period [s] and an angle [rad] (c,), with runs or without; expected (c,): offsets that a
     cheaper method predicts, about which the field is smooth but for a factor (None: none); coarse: by few combinations,
-    which is enough to place runs.
+    which is enough to place runs; alike: with one scale in all columns, which is enough to compare features.
 
     Errors: ValueError without any run.
     """
@@ -122,25 +150,63 @@ def fit_crossings(
         raise ValueError("no run: a field of offsets needs one.")
     flat = np.zeros(len(period))
     bases = [flat] if expected is None or not np.isfinite(expected).all() else [np.asarray(expected, float), flat]
-    scales, *grid = COARSE if coarse else (SCALES, AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE)
-    bases = bases[:1] if coarse else bases
-    K = covariances(period, angle, np.ones(len(period)), *grid)
+    found = _mixture(runs, period, angle, bases[:1], np.tile(ALIKE, (len(period), 1)), *COARSE)
+    if alike:
+        return found
+    for _ in range(ROUNDS):
+        parts = own_parts(runs, found)
+        found = _mixture(runs, period, angle, bases[:1], parts, *COARSE)
+    return found if coarse else _mixture(runs, period, angle, bases, parts, *FINE)
+
+
+def _mixture(
+    runs: Crossings,
+    period: FloatArray,
+    angle: FloatArray,
+    bases: Sequence[FloatArray],
+    parts: FloatArray,
+    scales: Sequence[float],
+    *grid: Sequence[float],
+) -> CrossingFit:
+    """Every combination of a scale, a grid of the field and a base about which it is smooth."""
+    K, width = covariances(period, angle, np.ones(len(period)), *grid), np.exp(parts @ np.log(PARTS))
     starts = [base + float(np.mean(runs.ln_F - base[runs.column])) for base in bases]
-    parts = [_laplace(runs, start, K, s) for s in scales for start in starts]
-    ln_weight = np.concatenate([part[2] for part in parts])
+    each = [_laplace(runs, start, K, s * width) for s in scales for start in starts]
+    ln_weight = np.concatenate([part[2] for part in each])
     weight = np.exp(ln_weight - ln_weight.max())
     return CrossingFit(
         weight / weight.sum(),
-        np.concatenate([part[0] for part in parts]),
-        np.concatenate([part[1] for part in parts]),
+        np.concatenate([part[0] for part in each]),
+        np.concatenate([part[1] for part in each]),
         np.repeat(scales, len(K) * len(bases)),
+        parts,
         float(ln_weight.max() + math.log(weight.mean())),
     )
 
 
-def _laplace(runs: Crossings, base: FloatArray, K: FloatArray, s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def own_parts(runs: Crossings, fit: CrossingFit) -> FloatArray:
+    """Chances (c, q) of the parts of the common scale that each column may have, by its own runs."""
+    s = float(np.exp(fit.weight @ np.log(fit.scale)))
+    z = np.linspace(-2.5, 2.5, PLACES)
+    ln_prior = -0.5 * (np.log(PARTS) / SPREAD_OF_PARTS) ** 2
+    found = np.tile(ALIKE, (len(fit.parts), 1))
+    for i in np.unique(runs.column):
+        own = runs.column == i
+        sign = np.where(runs.beyond[own], 1.0, -1.0)
+        mu = fit.offsets[i] + z[:, None] * (BESIDE + 0.5 * PARTS * s)
+        at = (runs.ln_F[own, None, None] - mu) / (PARTS * s)
+        ln_L = scipy.special.log_ndtr(np.clip(sign[:, None, None] * at, -FARTHEST, FARTHEST)).sum(axis=0)
+        ln_L += -0.5 * z[:, None] ** 2 + ln_prior
+        weight = np.exp(ln_L - ln_L.max()).sum(axis=0)
+        found[i] = weight / weight.sum()
+    return found
+
+
+def _laplace(
+    runs: Crossings, base: FloatArray, K: FloatArray, s: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mode of the offsets (g, c), their covariance (g, c, c) and ln of the marginal likelihood (g,) under every prior
-    covariance K (g, c, c) and one scale, by Newton's method (Rasmussen and Williams 2006, algorithm 3.1)."""
+    covariance K (g, c, c) and scales s (c,), by Newton's method (Rasmussen and Williams 2006, algorithm 3.1)."""
     g, c = K.shape[:2]
     sign = np.where(runs.beyond, 1.0, -1.0)
     f = np.zeros((g, c))
@@ -166,9 +232,10 @@ def _laplace(runs: Crossings, base: FloatArray, K: FloatArray, s: float) -> tupl
 
 
 def _likelihood(
-    runs: Crossings, offset: FloatArray, sign: FloatArray, s: float
+    runs: Crossings, offset: FloatArray, sign: FloatArray, scale: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Gradient and negative second derivative in the offsets (g, c), and ln of the likelihood (g,)."""
+    s = scale[runs.column]
     z = np.clip(sign * (runs.ln_F - offset[:, runs.column]) / s, -FARTHEST, FARTHEST)
     ln_P = scipy.special.log_ndtr(z)
     ratio = np.exp(-0.5 * z**2 - ln_P) / math.sqrt(2.0 * math.pi)
@@ -183,8 +250,8 @@ def _shift(ln_f: FloatArray, p: FloatArray, s: float) -> tuple[FloatArray, Float
     low, high = -ln_f.max(axis=1) - 6.0 * s, -ln_f.min(axis=1) + 6.0 * s
     for _ in range(HALVINGS):
         x = 0.5 * (low + high)
-        more = scipy.special.ndtr((x[:, None] + ln_f) / s).mean(axis=1) > p
+        more = scipy.special.ndtr((x + ln_f.T) / s).mean(axis=0) > p
         low, high = np.where(more, low, x), np.where(more, x, high)
     x = 0.5 * (low + high)
-    density = np.exp(-0.5 * ((x[:, None] + ln_f) / s) ** 2).mean(axis=1) / (s * math.sqrt(2.0 * math.pi))
+    density = np.exp(-0.5 * ((x + ln_f.T) / s) ** 2).mean(axis=0) / (s * math.sqrt(2.0 * math.pi))
     return x, np.sqrt(p * (1.0 - p) / ln_f.shape[1]) / np.maximum(density, 1e-6)

@@ -93,12 +93,11 @@ def crossing_limits(
     best = feature
     tried: dict[Feature, CrossingFit] = {}
     if best is None:
-        tried = {each: _fit(columns, features, beyond, each, expected, p, coarse=True) for each in CANDIDATES}
+        tried = {each: _fit(columns, features, beyond, each, expected, p, alike=True) for each in CANDIDATES}
         best = max(tried, key=lambda each: tried[each].evidence)
-    if n_draws or best not in tried:
-        tried[best] = _fit(columns, features, beyond, best, expected, p, coarse=n_draws == 0)
+    fit = _fit(columns, features, beyond, best, expected, p, coarse=n_draws == 0)
     ln_f = best.power * np.log(np.array([each.many[best.name] for each in features]))
-    found = tried[best].limits(ln_f, p, draws=max(n_draws, 100))
+    found = fit.limits(ln_f, p, draws=max(n_draws, 100))
     tops = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in columns])
     x_limit = np.array([x_limit_of(column.measure, bands[0][1]) for column in columns])
     calm = np.array([column.still for column in columns]) > x_limit * (1.0 + ROUNDING)
@@ -116,7 +115,7 @@ def crossing_limits(
     half = np.where(open_, np.inf, half)
     for table in (Hs, low, high):
         table[calm] = 0.0
-    return CrossingLimits(CurveLimits(Hs, low, high, half, direct, draws), best, tried[best])
+    return CrossingLimits(CurveLimits(Hs, low, high, half, direct, draws), best, fit)
 
 
 def _beyond(column: ColumnRuns, Hs: float, runs: Runs, bands: Sequence[tuple[float, float]]) -> FloatArray:
@@ -133,7 +132,8 @@ def _fit(
     expected: FloatArray | None,
     p: FloatArray,
     *,
-    coarse: bool,
+    coarse: bool = False,
+    alike: bool = False,
 ) -> CrossingFit:
     place = [np.full(len(b), i) for i, of in enumerate(beyond) for b in of]
     name, power = feature
@@ -154,7 +154,7 @@ def _fit(
         with np.errstate(divide="ignore", invalid="ignore"):
             base = np.where(expected > 0.0, np.log(expected), np.nan) + usual
     period, angle = (np.array([getattr(column, of) for column in columns]) for of in ("period", "angle"))
-    return fit_crossings(runs, period, angle, base, coarse=coarse)
+    return fit_crossings(runs, period, angle, base, coarse=coarse, alike=alike)
 
 
 def binned(column: ColumnRuns) -> ColumnRuns:
