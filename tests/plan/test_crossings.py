@@ -79,7 +79,9 @@ def test_intervals_hold_the_limit_whatever_the_shape(kind, scale):
     assert 0.88 <= held <= 1.0  # 120 limits, those of a plan together
     assert -0.06 < error.mean() < 0.03  # two peaks about the feature: 4 % too low, the safe side
     assert np.sqrt(np.mean(error**2)) < 0.03 + 0.35 * scale
-    assert np.mean([plan[2] for plan in plans]) < 0.3
+    assert (
+        np.mean([plan[2] for plan in plans]) < 0.35
+    )  # a column may scatter in its own way: 0.3 with one scale for all
 
 
 def columns(limit=1.0, still=0.0, scatter=0.1, heights=(0.7, 0.9, 1.1, 1.4), n=3, seed=4):
@@ -145,7 +147,7 @@ def test_a_column_in_which_no_run_was_beyond_has_no_two_ends():
     found = crossing_limits(*columns(limit=30.0), [(math.inf, 1.0)], 4.0, n_draws=100)
     assert np.isnan(found.limits.Hs).all()
     assert np.isinf(found.limits.half).all()
-    assert np.all(found.limits.low > 0.7)
+    assert np.all(found.limits.low > 0.6)  # runs up to 1.4 are inside, and a column may scatter by more than others
 
 
 @pytest.mark.slow
@@ -240,3 +242,25 @@ def test_where_no_run_or_every_run_was_beyond_the_limit_is_off_the_ladder():
 def test_a_share_that_does_not_grow_has_an_interval_as_wide_as_the_ladder():
     _, low, high = share_crossing(LADDER, np.full(5, 8), np.full(5, 3), 0.4)
     assert high / low > LADDER[-1] / LADDER[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "seed"), [(0.55, 1), (0.3, 2)])
+def test_columns_in_which_friction_levels_a_number_off_scatter_more_and_have_wider_intervals(share, seed):
+    """A column of four crosses within a span that is nearly four times that of the others."""
+    rng, held, width = np.random.default_rng(seed), [], []
+    scale = np.where(PERIOD > 12.0, 0.45, 0.12)
+    mu = 0.3 * np.log(PERIOD / 9.0)
+    exact = mu + scale * ndtri(share)
+    column = np.repeat(np.arange(len(PERIOD)), 20)
+    for _ in range(8):
+        ln_H = exact[column] + rng.normal(0.0, 0.2, len(column))
+        beyond = mu[column] + scale[column] * rng.standard_normal(len(column)) < ln_H
+        found = fit_crossings(Crossings(column, ln_H, beyond), PERIOD, ANGLE)
+        limits = found.limits(np.zeros((len(PERIOD), 500)), np.full(len(PERIOD), share))
+        held.append((limits.low <= exact) & (exact <= limits.high))
+        width.append(0.5 * (limits.high - limits.low))
+    wide = PERIOD > 12.0
+    assert np.mean(held) >= 0.9
+    assert np.mean(np.array(held)[:, wide]) >= 0.85
+    assert np.mean(np.array(width)[:, wide]) > 1.25 * np.mean(np.array(width)[:, ~wide])
