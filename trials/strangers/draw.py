@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,8 @@ LOWERED = 120.0
 """Depth to which `lower` runs at most [m]: it runs in time."""
 PLAN, LIFT, CRANE = "plan.toml", "lift.toml", "crane.toml"
 LOOSE = "plan-loose.toml"
-"""The plan with the limits of its landing doubled."""
+"""The plan with limits that are `FACTOR` times as lenient."""
+FACTOR = 2.0
 
 
 @dataclass(frozen=True)
@@ -73,17 +74,12 @@ def draw(seed: int, folder: Path) -> Draw:
     depth = _depth(rng, deepest(machine, mass, h_tip))
     where = _where(rng, seed, h_tip, depth)
     tables = _tables(parts[4], machine, mass, folder)
-    phases = list(_phases(parts[5], depth))
-    (folder / PLAN).write_text(_file([*where, *_alternatives(parts[6], machine)], [*tables, *phases]), encoding="utf-8")
-    loose = [[*phase, *_doubled(phase)] for phase in phases]
-    (folder / LOOSE).write_text(_file([*where, *_alternatives(_again(seed), machine)], [*tables, *loose]))
+    phases, top = list(_phases(parts[5], depth)), [*where, *_alternatives(parts[6], machine)]
+    for name, factor in ((PLAN, None), (LOOSE, FACTOR)):
+        plan = _file(top, [*tables, *(phase.table(factor) for phase in phases)])
+        (folder / name).write_text(plan, encoding="utf-8")
     (folder / LIFT).write_text(_lift(parts[7], machine, mass, where), encoding="utf-8")
     return Draw(seed, folder, str(machine.plant), f"{mass / 1e3:g} t", *_case(parts[7], machine, mass, depth))
-
-
-def _again(seed: int) -> Random:
-    """The generator of a plan's alternatives once more."""
-    return np.random.default_rng([seed, 6])
 
 
 def _depth(rng: Random, most: float) -> float:
@@ -151,7 +147,42 @@ def _tables(rng: Random, machine: Crane, mass: float, folder: Path) -> list[list
     return tables
 
 
-def _phases(rng: Random, depth: float) -> Iterator[list[str]]:
+class Phase(NamedTuple):
+    """A phase of a plan: its lines, its kind, and limits of its own: rule -> number and unit."""
+
+    lines: tuple[str, ...]
+    kind: str
+    limits: Mapping[str, tuple[float, str]]
+
+    def table(self, factor: float | None = None) -> list[str]:
+        """Its table [[phase]]. factor: on limits of its own and on `USUAL` ones, for a plan that is more lenient."""
+        limits = {**(USUAL[self.kind] if factor else {}), **self.limits}
+        if not limits:
+            return list(self.lines)
+        texts = [f'{key} = "{_looser(key, x, factor or 1.0):.4g}{unit}"' for key, (x, unit) in limits.items()]
+        return [*self.lines, f"limits = {{ {', '.join(texts)} }}"]
+
+
+AT_LEAST = ("slack-sling",)
+"""Rules whose limit is a least value."""
+_DAF: Mapping[str, tuple[float, str]] = {"rigging-daf-subsea": (2.0, "")}
+_LANDING = {"control-error": (0.5, " m"), "load-motion": (0.5, " m"), "landing-speed": (0.5, " m/s")}
+USUAL: Mapping[str, Mapping[str, tuple[float, str]]] = {
+    "in-air": {"rigging-daf-air": (1.25, ""), "slack-sling": (0.1, "")},
+    "splash-zone": {**_DAF, "slack-sling": (0.1, "")},
+    "lowering": {**_DAF, "slack-sling": (0.1, "")},
+    "deep": {**_DAF, "slack-sling": (0.1, "")},
+    "seabed-lift-off": {**_DAF, "control-error": (0.5, " m")},
+    "landing": {**_DAF, **_LANDING},
+}
+"""Limits of the library's rules that a plan may change, by kind of phase."""
+
+
+def _looser(key: str, value: float, factor: float) -> float:
+    return value / factor if key in AT_LEAST else value * factor
+
+
+def _phases(rng: Random, depth: float) -> Iterator[Phase]:
     """Phases of a plan: one of five usual sequences, short."""
     kind = int(rng.integers(5))
     speed = f'speed = "{rng.uniform(10.0, 30.0):.0f} m/min"'
@@ -164,41 +195,31 @@ def _phases(rng: Random, depth: float) -> Iterator[list[str]]:
         yield _phase("way down", "lowering", 'mode = "ahc"', 'start = "-25 m"', f'end = "{bottom:.0f} m"', speed)
         yield _phase("deep", "deep", f'duration = "{rng.uniform(5.0, 30.0):.0f} min"')
         return
+    own = _limits(rng)
     if kind == 2:
-        yield _phase("off the seabed", "seabed-lift-off", f'start = "{-depth:g} m"', 'mode = "ahc"')
+        of_start = {key: limit for key, limit in own.items() if key == "control-error"}
+        yield _phase("off the seabed", "seabed-lift-off", f'start = "{-depth:g} m"', 'mode = "ahc"', limits=of_start)
         return
+    landing = list(hold) if hold == ['hold = "off"'] else [*hold, f'stand_off = "{rng.uniform(2.0, 5.0):.1f} m"']
     if kind == 3:
         yield _phase("over the side", "in-air", 'start = "5 m"', 'duration = "5 min"')
-    stand_off = float(f"{rng.uniform(2.0, 5.0):.1f}")
-    landing = [*hold, f'stand_off = "{stand_off:g} m"'] if hold != ['hold = "off"'] else hold
-    if kind == 3:
         yield _phase("splash zone", "splash-zone", 'hold = "off"', speed)
         yield _phase("way down", "lowering", 'mode = "manual"', speed)
-        yield _phase("landing", "landing", *landing, *_limits(rng))
+        yield _phase("landing", "landing", *landing, limits=own)
         return
-    yield _phase("landing", "landing", f'start = "{20.0 - depth:g} m"', *landing, *_limits(rng))
+    yield _phase("landing", "landing", f'start = "{20.0 - depth:g} m"', *landing, limits=own)
 
 
-def _phase(name: str, kind: str, *lines: str) -> list[str]:
-    return ["[[phase]]", f'name = "{name}"', f'kind = "{kind}"', *lines]
+def _phase(name: str, kind: str, *lines: str, limits: Mapping[str, tuple[float, str]] | None = None) -> Phase:
+    return Phase(("[[phase]]", f'name = "{name}"', f'kind = "{kind}"', *lines), kind, limits or {})
 
 
-OWN = "# limits of this lift"
-
-
-def _limits(rng: Random) -> list[str]:
+def _limits(rng: Random) -> dict[str, tuple[float, str]]:
     """Tolerances of one's own, or none."""
     if rng.random() < 0.4:
-        return []
-    error, motion = rng.uniform(0.15, 0.5), rng.uniform(0.2, 0.6)
-    return [f'limits = {{ control-error = "{error:.2f} m", load-motion = "{motion:.2f} m" }}']
-
-
-def _doubled(phase: Sequence[str]) -> list[str]:
-    """The line that doubles the limits of a landing; empty where the phase is none or has limits of its own."""
-    if 'kind = "landing"' not in phase or any(line.startswith("limits") for line in phase):
-        return []
-    return ['limits = { control-error = "1 m", load-motion = "1 m" }']
+        return {}
+    error, motion = round(rng.uniform(0.15, 0.5), 2), round(rng.uniform(0.2, 0.6), 2)
+    return {"control-error": (error, " m"), "load-motion": (motion, " m")}
 
 
 def _file(top: Sequence[Sequence[str]], tables: Sequence[Sequence[str]]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook import Crane, cranes, load_crane
 from stillhook.library.crane_file import changed
-from stillhook.library.write import toml_value
+from stillhook.library.write import file_value, leaves, toml_value
 from stillhook.spec.crane import effective_inertia, wire_capacity
 
 Random = np.random.Generator
@@ -132,8 +132,6 @@ def _with(spec: Any, tree: Mapping[str, Any]) -> Any:
 
 def _texts(spec: Any, tree: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers of a tree as texts with SI units, as a file has them."""
-    from stillhook.library.write import file_value, leaves
-
     kinds = {item.path: item.quantity for item in leaves(spec, {})}
 
     def text(branch: Mapping[str, Any], above: str) -> dict[str, Any]:
@@ -181,7 +179,12 @@ def payload(rng: Random, name: str, SWL: float) -> tuple[str, float]:
         if rng.random() < 0.3:
             lines += [f"C_D = {rng.uniform(1.2, 4.0):.2f}"]
     if rng.random() < 0.5:
-        lines += ["", "[seabed]", f'settlement = "{rng.uniform(0.05, 1.0):.2f} m"', f"zeta = {rng.uniform(0.2, 0.8):.2f}"]
+        lines += [
+            "",
+            "[seabed]",
+            f'settlement = "{rng.uniform(0.05, 1.0):.2f} m"',
+            f"zeta = {rng.uniform(0.2, 0.8):.2f}",
+        ]
     return "\n".join(lines) + "\n", m
 
 
