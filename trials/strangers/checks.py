@@ -6,7 +6,7 @@ A check yields a text for each thing that it looked at: empty where it holds, a 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from stillhook.plan.definition.failures import FAILED
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Limited, Tier
+from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited, utilisation
 from stillhook.plan.result import PlanResult
 
@@ -120,39 +120,37 @@ def least_of_rules(result: PlanResult) -> Iterator[str]:
         yield HOLDS if fits else f"{at}: {Hs[i]:.3f} m, least rule {rules[i]:.3f} m, forecast {op_wf[i]:.3f} m"
 
 
-def agrees_with_runs(result: PlanResult, plan: LiftPlan) -> Iterator[str]:
-    """No limit by runs is below a sea whose runs used less than `INSIDE` of it, all lower seas being within it, and none
-    is above a sea whose runs used more than `BEYOND`."""
-    if "demand" not in result:
-        return
-    demand = result["demand"].sel(tier=Tier.TIME.value)
-    heights = demand["height"].values
+def agrees_with_runs(result: PlanResult, plan: LiftPlan, demands: Sequence[Demand]) -> Iterator[str]:
+    """No limit by runs is below a sea whose runs used less than `INSIDE` of it, all lower ones being within it, and
+    none is above a sea whose runs used more than `BEYOND`. demands: of all seas that were run, on the table or not."""
     limits = result.data["Hs_rule"].sel(credit=TWIN, tier=Tier.TIME.value)
-    for alternative, name in itertools.product(result.alternatives, (str(p) for p in limits["phase"].values)):
-        of = plan.under(alternative)
-        for each in limited(of, of.phase(name), alternative):
-            if each.rule.quantity not in demand:
+    headings = result.data["heading"].values
+    for demand in (each for each in demands if each.tier is Tier.TIME):
+        of = plan.under(demand.alternative)
+        for rule in limited(of, of.phase(demand.phase), demand.alternative):
+            if rule.rule.quantity not in demand.values:
                 continue
-            at = {"alternative": alternative.value, "phase": name}
-            values = demand[each.rule.quantity].sel(at).transpose("heading", "period", "height").values
-            Hs = limits.sel(**at, rule=each.rule.key).transpose("heading", "period").values
-            for i in np.ndindex(Hs.shape):
-                where = f"{alternative.value}, {name}, {each.rule.key}, {_column(result, i)}"
-                yield from _of_column(where, each, heights, values[i].astype(float), float(Hs[i]))
+            at = {"alternative": demand.alternative.value, "phase": demand.phase, "rule": rule.rule.key}
+            for T, beta, rows in demand.seas.columns():
+                heading = headings[np.abs(np.exp(1j * headings) - np.exp(1j * beta)).argmin()]
+                Hs = float(limits.sel(**at, heading=heading).sel(period=T, method="nearest"))
+                where = f"{', '.join(at.values())}, {np.degrees(beta):.0f} deg, {T:g} s"
+                values = demand.values[rule.rule.quantity][rows].astype(float)
+                yield from _of_column(where, rule, demand.seas.Hs[rows], values, Hs)
 
 
 def _of_column(where: str, each: Limited, heights: Any, values: Any, Hs: float) -> Iterator[str]:
     ran = ~np.isnan(values)
     if np.isnan(Hs) or not ran.any():
         return
+    heights, used = heights[ran], utilisation(each, values, heights)[ran]
     inside = 0.0
-    used = utilisation(each, values, heights)
-    for h, u in zip(heights[ran], used[ran], strict=True):
+    for h, u in zip(heights, used, strict=True):
         if u > 1.0:
             break
         inside = h if u < INSIDE else inside
-    beyond = min(heights[ran][used[ran] > BEYOND], default=np.inf)
-    of = ", ".join(f"{h:g} m: {u:.2f}" for h, u in zip(heights[ran], used[ran], strict=True))
+    beyond = min(heights[(used > BEYOND) & (heights > 0.0)], default=np.inf)
+    of = ", ".join(f"{h:g} m: {u:.2f}" for h, u in zip(heights, used, strict=True))
     if Hs < inside - CLOSE:
         yield f"{where}: limit {Hs:.3f} m is below a sea well inside; used of the limit: {of}"
     elif Hs > beyond + CLOSE:

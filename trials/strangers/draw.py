@@ -18,6 +18,8 @@ from trials.strangers.seas import vessel, weather
 
 DEEPEST, SHALLOWEST = 2000.0, 80.0
 """Depths of water [m]."""
+SEVERAL = 0.3
+"""Part of the plans with two controllers, and of those with weather that have two periods."""
 LOWERED = 120.0
 """Depth to which `lower` runs at most [m]: it runs in time."""
 PLAN, LIFT, CRANE = "plan.toml", "lift.toml", "crane.toml"
@@ -110,24 +112,26 @@ def _alternatives(rng: Random, machine: Crane) -> list[list[str]]:
     """The line of a plan with its alternatives, as one more part of the top."""
     closed = "active" in machine.circuits and "ssc" in machine.plant.type.modes
     twins = ["ns", "hs", "ssc", "strong-ssc"] if closed else ["position"]
-    chosen = [str(a) for a in rng.choice(twins, min(2, len(twins)), replace=False)]
+    n = 2 if closed and rng.random() < SEVERAL else 1
+    chosen = [str(a) for a in rng.choice(twins, n, replace=False)]
     return [["", f"alternatives = {toml_value(['none', 'cap-80', *chosen])}"]]
 
 
 def _tables(rng: Random, machine: Crane, mass: float, folder: Path) -> list[list[str]]:
     """Seas, weather, load chart, certificate and operation of a plan."""
-    periods = sorted(float(T) for T in rng.choice(np.arange(5.0, 15.0), 2, replace=False))
+    weathered, several = rng.random() < 0.6, rng.random() < SEVERAL
+    n_periods = 2 if several or not weathered else 1
+    periods = sorted(float(T) for T in rng.choice(np.arange(5.0, 15.0), n_periods, replace=False))
     away, gap = float(rng.choice([180.0, 180.0, 165.0, 90.0, 30.0])), float(rng.choice([15.0, 30.0]))
-    highest = float(rng.choice([3.0, 4.0, 5.0]))
-    seas = ["[environment]", f'Hs = "{float(rng.choice([0.5, 1.0])):g} m to {highest:g} m by 1 m"']
-    if seas[1].startswith('Hs = "0.5'):
-        seas[1] = f'Hs = "0.5 m to {highest:g} m by 0.5 m"'
+    headings = [away, away - gap] if weathered else [away]
+    step, highest = float(rng.choice([0.5, 1.0])), float(rng.choice([3.0, 4.0, 5.0]))
+    seas = ["[environment]", f'Hs = "{step:g} m to {highest:g} m by {step:g} m"']
     seas += [f"Tp = {toml_value([f'{T:g} s' for T in periods])}"]
-    seas += [f"headings = {toml_value([f'{away:g} deg', f'{away - gap:g} deg'])}", f'heading_tolerance = "{gap:g} deg"']
+    seas += [f"headings = {toml_value([f'{h:g} deg' for h in headings])}", f'heading_tolerance = "{gap:g} deg"']
     seas += ["spread = 4"] * bool(rng.random() < 0.4)
     seas += ['wave = "pm"'] * bool(rng.random() < 0.2)
     tables = [seas]
-    if rng.random() < 0.7:
+    if weathered:
         text, says = weather(rng)
         (folder / "weather.csv").write_text(text, encoding="utf-8")
         tables.append(["[weather]", 'file = "weather.csv"', f'ship = "{rng.integers(0, 360)} deg"'])

@@ -1,4 +1,6 @@
-"""Runs the commands on draws and checks what must hold: `python -m trials.strangers --draws 200 --first 1 --out FOLDER`.
+"""Runs the commands on draws and checks what must hold.
+
+python -m trials.strangers --draws 200 --first 1 --out FOLDER
 
 A line of JSON a draw is appended to FOLDER/draws.jsonl; draws that are there are not run again. Files of a draw stay in
 FOLDER/files, so that what is found can be looked into by hand.
@@ -65,15 +67,25 @@ def _place(problem: Exception) -> str:
 @contextlib.contextmanager
 def captured(module: Any, name: str) -> Iterator[list[Any]]:
     """What a function of a module gives while a command runs; the command gets it as well."""
-    given: list[Any] = []
+    with listened(module, name) as calls:
+        given: list[Any] = []
+        yield given
+        given += [result for _, result in calls]
+
+
+@contextlib.contextmanager
+def listened(module: Any, name: str) -> Iterator[list[tuple[tuple[Any, ...], Any]]]:
+    """Positional arguments and results of the calls of a function of a module, in their order."""
+    calls: list[tuple[tuple[Any, ...], Any]] = []
     function = getattr(module, name)
 
     def listening(*arguments: Any, **options: Any) -> Any:
-        given.append(function(*arguments, **options))
-        return given[-1]
+        result = function(*arguments, **options)
+        calls.append((arguments, result))
+        return result
 
     with mock.patch.object(module, name, listening):
-        yield given
+        yield calls
 
 
 def run_command(words: Sequence[str], outcome: Outcome) -> tuple[int, str]:
@@ -117,17 +129,19 @@ def run_draw(drawn: Draw, *, threads: int = 1) -> Outcome:
 
 def _plan(drawn: Draw, outcome: Outcome, threads: int) -> None:
     file = str(drawn.folder / PLAN)
-    with captured(stillhook.plan.planning, "plan") as given:
+    module = stillhook.plan.planning
+    with captured(module, "plan") as given, listened(module, "demand_block") as tables:
         code, _ = run_command(["plan", file, "--json", "--threads", str(threads)], outcome)
     if not given:
         return
     (result,) = given
+    demands = tables[-1][0][2] if tables else ()
     outcome.check("plan: exit code says whether it is workable", checks.answered(result, code))
     outcome.check("plan: everything is computed", checks.computed(result))
     outcome.check("plan: limits within their intervals", checks.ordered(result))
     outcome.check("plan: credited between twin and cap", checks.credited(result))
     outcome.check("plan: credited limit is the least of its rules", checks.least_of_rules(result))
-    outcome.check("plan: limits agree with their runs", checks.agrees_with_runs(result, load_plan(file)))
+    outcome.check("plan: limits agree with their runs", checks.agrees_with_runs(result, load_plan(file), demands))
     outcome.check("plan: higher limits, more hours", checks.more_is_more(result))
     try:
         loose = stillhook.plan.planning.plan(str(drawn.folder / LOOSE), tier=Tier.FREQUENCY)
