@@ -21,9 +21,9 @@ from stillhook.plan.result import PlanResult
 HOLDS = ""
 CLOSE = 1e-6
 """Height by which limits may differ by rounding [m]; tables of runs are in single precision."""
-INSIDE, BEYOND = 0.85, 1.4
-"""Measured part of a limit that a run's sea may use and count as inside, and from which it is beyond: levels of few
-runs scatter by less [-]."""
+INSIDE, BEYOND = 0.85, 1.05
+"""Measured part of a limit that a sea may use and count as inside; part of it from which the better end of what was
+measured, to 95 %, is beyond [-]."""
 TWIN, CREDITED = "twin", "credited"
 NO_ERROR, NO, REFUSED = 0, 1, 2
 """Exit codes that a user may get."""
@@ -122,7 +122,8 @@ def least_of_rules(result: PlanResult) -> Iterator[str]:
 
 def agrees_with_runs(result: PlanResult, plan: LiftPlan, demands: Sequence[Demand]) -> Iterator[str]:
     """No limit by runs is below a sea whose runs used less than `INSIDE` of it, all lower ones being within it, and
-    none is above a sea whose runs used more than `BEYOND`. demands: of all seas that were run, on the table or not."""
+    none is above a sea whose runs use more than `BEYOND` to 95 %. demands: of all seas that were run, on the table or
+    not."""
     limits = result.data["Hs_rule"].sel(credit=TWIN, tier=Tier.TIME.value)
     headings = result.data["heading"].values
     for demand in (each for each in demands if each.tier is Tier.TIME):
@@ -135,26 +136,29 @@ def agrees_with_runs(result: PlanResult, plan: LiftPlan, demands: Sequence[Deman
                 heading = headings[np.abs(np.exp(1j * headings) - np.exp(1j * beta)).argmin()]
                 Hs = float(limits.sel(**at, heading=heading).sel(period=T, method="nearest"))
                 where = f"{', '.join(at.values())}, {np.degrees(beta):.0f} deg, {T:g} s"
-                values = demand.values[rule.rule.quantity][rows].astype(float)
-                yield from _of_column(where, rule, demand.seas.Hs[rows], values, Hs)
+                yield from _of_column(where, rule, demand, rows, Hs)
 
 
-def _of_column(where: str, each: Limited, heights: Any, values: Any, Hs: float) -> Iterator[str]:
-    ran = ~np.isnan(values)
-    if np.isnan(Hs) or not ran.any():
+def _of_column(where: str, each: Limited, demand: Demand, rows: Any, Hs: float) -> Iterator[str]:
+    values, low, high = (table.get(each.rule.quantity) for table in (demand.values, demand.low, demand.high))
+    if values is None or np.isnan(Hs):
         return
-    heights, used = heights[ran], utilisation(each, values, heights)[ran]
+    rows = rows[~np.isnan(values[rows])]
+    heights = demand.seas.Hs[rows]
+    used = utilisation(each, values[rows], heights)
+    ends = [utilisation(each, end[rows], heights) for end in (low, high) if end is not None]
+    surely = np.fmin.reduce([used, *ends])
     inside = 0.0
     for h, u in zip(heights, used, strict=True):
         if u > 1.0:
             break
         inside = h if u < INSIDE else inside
-    beyond = min(heights[(used > BEYOND) & (heights > 0.0)], default=np.inf)
-    of = ", ".join(f"{h:g} m: {u:.2f}" for h, u in zip(heights, used, strict=True))
+    beyond = min(heights[(surely > BEYOND) & (heights > 0.0)], default=np.inf)
+    of = ", ".join(f"{h:g} m: {u:.2f} ({s:.2f})" for h, u, s in zip(heights, used, surely, strict=True))
     if Hs < inside - CLOSE:
-        yield f"{where}: limit {Hs:.3f} m is below a sea well inside; used of the limit: {of}"
+        yield f"{where}: limit {Hs:.3f} m is below a sea well inside; used of the limit (better end): {of}"
     elif Hs > beyond + CLOSE:
-        yield f"{where}: limit {Hs:.3f} m is above a sea far beyond; used of the limit: {of}"
+        yield f"{where}: limit {Hs:.3f} m is above a sea beyond; used of the limit (better end): {of}"
     else:
         yield HOLDS
 
