@@ -134,7 +134,7 @@ def agrees_with_runs(result: PlanResult, plan: LiftPlan, demands: Sequence[Deman
             at = {"alternative": demand.alternative.value, "phase": demand.phase, "rule": rule.rule.key}
             for T, beta, rows in demand.seas.columns():
                 heading = headings[np.abs(np.exp(1j * headings) - np.exp(1j * beta)).argmin()]
-                Hs = float(limits.sel(**at, heading=heading).sel(period=T, method="nearest"))
+                Hs = float(limits.sel({**at, "heading": heading}).sel(period=T, method="nearest"))
                 where = f"{', '.join(at.values())}, {np.degrees(beta):.0f} deg, {T:g} s"
                 yield from _of_column(where, rule, demand, rows, Hs)
 

@@ -30,7 +30,7 @@ import stillhook.analysis.controllers
 import stillhook.engine.simulate
 import stillhook.plan.planning
 from stillhook import load_crane, load_lift, load_plan
-from stillhook.__main__ import main as command_line
+from stillhook.cli import main as command_line
 from stillhook.errors import StillhookError
 from stillhook.plan.definition.rules import Tier
 from trials.strangers import checks, run_checks
