@@ -167,6 +167,9 @@ class Phase(NamedTuple):
         return [*self.lines, f"limits = {{ {', '.join(texts)} }}"]
 
 
+SEQUENCES = (0.22, 0.22, 0.16, 0.15, 0.25)
+"""How often each of the sequences of phases is drawn: through the surface; way down and deep; off the seabed; all of a
+lowering; landing alone."""
 AT_LEAST = ("slack-sling",)
 """Rules whose limit is a least value."""
 _DAF: Mapping[str, tuple[float, str]] = {"rigging-daf-subsea": (2.0, "")}
@@ -188,16 +191,16 @@ def _looser(key: str, value: float, factor: float) -> float:
 
 def _phases(rng: Random, depth: float) -> Iterator[Phase]:
     """Phases of a plan: one of five usual sequences, short."""
-    kind = int(rng.integers(5))
+    kind = int(rng.choice(5, p=SEQUENCES))
     speed = f'speed = "{rng.uniform(10.0, 30.0):.0f} m/min"'
-    hold = ['hold = "off"'] if rng.random() < 0.5 else [f'hold = "{rng.uniform(2.0, 15.0):.0f} min"']
+    hold = ['hold = "off"'] if rng.random() < 0.5 else [f'hold = "{rng.uniform(2.0, 8.0):.0f} min"']
     if kind == 0:
         yield _phase("splash zone", "splash-zone", 'start = "4 m"', speed, *hold)
         return
     if kind == 1:
         bottom = max(-0.8 * depth, 30.0 - depth)
         yield _phase("way down", "lowering", 'mode = "ahc"', 'start = "-25 m"', f'end = "{bottom:.0f} m"', speed)
-        yield _phase("deep", "deep", f'duration = "{rng.uniform(5.0, 30.0):.0f} min"')
+        yield _phase("deep", "deep", f'duration = "{rng.uniform(5.0, 20.0):.0f} min"')
         return
     own = _limits(rng)
     if kind == 2:
