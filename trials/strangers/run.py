@@ -38,6 +38,8 @@ from trials.strangers.checks import REFUSED, Tally
 from trials.strangers.draw import CRANE, LIFT, LOOSE, PLAN, Draw, as_json, draw
 
 LINES = "draws.jsonl"
+COMMANDS = ("plan", "lower", "compare", "stability")
+"""Commands that are run, in their order."""
 
 
 @dataclass
@@ -116,14 +118,17 @@ def run_command(words: Sequence[str], outcome: Outcome) -> tuple[int, str]:
     return code, out.getvalue()
 
 
-def run_draw(drawn: Draw, *, threads: int = 1) -> Outcome:
-    """All commands on a draw, with all checks."""
+def run_draw(drawn: Draw, *, threads: int = 1, commands: Sequence[str] = ()) -> Outcome:
+    """All commands on a draw, or some of them, with all checks."""
     outcome = Outcome(dict(as_json(drawn)))
-    for each in (_plan, _lower, _compare, _stability):
-        if each is _plan:
-            _plan(drawn, outcome, threads)
-        else:
-            each(drawn, outcome)  # type: ignore[call-arg]
+    run_each = {
+        "plan": lambda: _plan(drawn, outcome, threads),
+        "lower": lambda: _lower(drawn, outcome),
+        "compare": lambda: _compare(drawn, outcome),
+        "stability": lambda: _stability(drawn, outcome),
+    }
+    for name in commands or COMMANDS:
+        run_each[name]()
     return outcome
 
 
@@ -253,12 +258,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--out", type=Path, required=True, help="folder of results and of the files drawn")
     parser.add_argument("--threads", type=int, default=1, help="threads of a plan")
+    parser.add_argument("--commands", nargs="+", choices=COMMANDS, default=COMMANDS, help="which to run")
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
     file, console = options.out / LINES, Console(stderr=True)
     done = {row["drawn"]["seed"] for row in known(file)}
     seeds = range(options.first, options.first + options.draws)
     for seed in track([s for s in seeds if s not in done], "strangers", console=console):
-        outcome = run_draw(draw(seed, options.out / "files" / str(seed)), threads=options.threads)
+        drawn = draw(seed, options.out / "files" / str(seed))
+        outcome = run_draw(drawn, threads=options.threads, commands=options.commands)
         append(file, as_line(outcome))
     return 0 if report([row for row in known(file) if row["drawn"]["seed"] in seeds], Console(width=118)) else 1

@@ -54,6 +54,9 @@ CLEAR = 1.1
 """Gain margin from which a disturbance must die out in the twin: a limit in the linear plant is good to a tenth [-]."""
 STEP, SETTLED, KICK = 10.0, 4.0, 0.05
 """Time of a disturbance and after which others have died out [s]; wire speed that it gives over that of the tip [-]."""
+SHORTEST, IN_STROKE = 25.0, 0.4
+"""Shortest run that shows whether a disturbance dies out [s]; part of a cylinder's stroke that a run may use to one
+side of its middle [-]."""
 SWINGS = 0.02
 """Amplitude of the wire's speed over the tip's below which it does not swing [-]."""
 
@@ -186,7 +189,9 @@ def dies_out(crane: Crane, answer: Mapping[str, Any], place: Place) -> Iterator[
     margin, omega = answer["gain_margin_plc"], answer["omega_c_plc"]
     if not answer["stable"] or margin is None or not margin >= CLEAR or not omega:
         return
-    v, time = place.v_tip, min(90.0, max(40.0, 25.0 / abs(place.v_tip)))
+    v, time = place.v_tip, run_time(crane, place)
+    if time < SHORTEST:
+        return
     try:
         run = disturbed(crane, place, float(omega), time)
     except Exception as problem:  # a place that the winch cannot be run at is none of this check
@@ -206,6 +211,14 @@ def dies_out(crane: Crane, answer: Mapping[str, Any], place: Place) -> Iterator[
     swings = "oscillates" in words_of(status) and float(last.mean()) > SWINGS
     text = f"{place}: stable with a margin of {margin:.3g}, the twin at {omega:.3g} rad/s goes from {first.mean():.4f}"
     yield f"{text} to {last.mean():.4f} of the tip's speed ({status})" if grows or swings else HOLDS
+
+
+def run_time(crane: Crane, place: Place) -> float:
+    """Length of a run at a place [s]: until growth shows, and with a cylinder within the middle of its stroke."""
+    usual = min(90.0, max(40.0, 25.0 / abs(place.v_tip)))
+    stroke = crane.plant.type.stroke(crane, (place.load + crane.hook_mass) * G)
+    within = math.inf if stroke is None else IN_STROKE * float(stroke.length) / abs(place.v_tip)
+    return min(usual, within) if "cylinder" in crane.plant.type.tables else usual
 
 
 def disturbed(crane: Crane, place: Place, omega: float, time: float) -> Any:
