@@ -241,6 +241,9 @@ def test_a_place_that_is_called_stable_and_swings_is_found():
     assert found(run_checks.dies_out(hot, answer, place))
     assert not found(run_checks.dies_out(NOV, answer, place))
     assert not list(run_checks.dies_out(hot, {**answer, "stable": False}, place))
+    limit = {**answer, "least_at": {"K_p_low": 0.0}}
+    assert found(run_checks.near_the_limit(NOV, {**limit, "K_p_ms_plc": 8.0}, place))
+    assert not found(run_checks.near_the_limit(NOV, {**limit, "K_p_ms_plc": 0.2}, place))
 
 
 def test_lines_of_draws_are_kept_and_a_cut_one_is_run_again(tmp_path):

@@ -199,7 +199,9 @@ def _stability(drawn: Draw, outcome: Outcome) -> None:
         answer = json.loads(out)
         right = 0 if answer["stable"] else 1
         outcome.check("stability: exit code", iter(["" if code == right else f"{code}, stable {answer['stable']}"]))
-        outcome.check("stability: stable dies out in the twin", run_checks.dies_out(load_crane(file), answer, place))
+        crane = load_crane(file)
+        outcome.check("stability: stable dies out in the twin", run_checks.dies_out(crane, answer, place))
+        outcome.check("stability: near the limit it still does", run_checks.near_the_limit(crane, answer, place))
 
 
 def as_line(outcome: Outcome) -> str:

@@ -52,6 +52,8 @@ LEAST_EFFICIENCY, STANDS = 0.05, 0.05
 """Part of the tip's motion and height [m] within which a winch counts as compensating."""
 CLEAR = 1.1
 """Gain margin from which a disturbance must die out in the twin: a limit in the linear plant is good to a tenth [-]."""
+NEAR = 0.8
+"""Part of the limit of the gain at which the twin is run as well [-]."""
 STEP, SETTLED, KICK = 10.0, 4.0, 0.05
 """Time of a disturbance and after which others have died out [s]; wire speed that it gives over that of the tip [-]."""
 SHORTEST, IN_STROKE = 25.0, 0.4
@@ -211,6 +213,16 @@ def dies_out(crane: Crane, answer: Mapping[str, Any], place: Place) -> Iterator[
     swings = "oscillates" in words_of(status) and float(last.mean()) > SWINGS
     text = f"{place}: stable with a margin of {margin:.3g}, the twin at {omega:.3g} rad/s goes from {first.mean():.4f}"
     yield f"{text} to {last.mean():.4f} of the tip's speed ({status})" if grows or swings else HOLDS
+
+
+def near_the_limit(crane: Crane, answer: Mapping[str, Any], place: Place) -> Iterator[str]:
+    """With `NEAR` of the gain that `stability` gives as the limit of a place, a disturbance dies out in the twin."""
+    least, limit = answer["least_at"], answer["K_p_ms_plc"]
+    if least is None or not limit or least["K_p_low"] > 0.0:
+        return
+    control = crane.control.model_copy(update={"K_p": NEAR * float(limit)})
+    of_limit = {**answer, "stable": True, "gain_margin_plc": 1.0 / NEAR}
+    yield from dies_out(crane.model_copy(update={"control": control}), of_limit, place)
 
 
 def run_time(crane: Crane, place: Place) -> float:
