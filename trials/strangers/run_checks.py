@@ -52,8 +52,9 @@ LEAST_EFFICIENCY, STANDS = 0.05, 0.05
 """Part of the tip's motion and height [m] within which a winch counts as compensating."""
 CLEAR = 1.1
 """Gain margin from which a disturbance must die out in the twin: a limit in the linear plant is good to a tenth [-]."""
-NEAR = 0.8
-"""Part of the limit of the gain at which the twin is run as well [-]."""
+NEAR, LARGEST_GAIN = 0.8, 10.0
+"""Part of the limit of the gain at which the twin is run as well [-]; largest gain of machines that were built [1/m]:
+beyond it a cycle may stay that a small disturbance does not start."""
 STEP, SETTLED, KICK = 10.0, 4.0, 0.05
 """Time of a disturbance and after which others have died out [s]; wire speed that it gives over that of the tip [-]."""
 SHORTEST, IN_STROKE = 25.0, 0.4
@@ -216,12 +217,14 @@ def dies_out(crane: Crane, answer: Mapping[str, Any], place: Place) -> Iterator[
 
 
 def near_the_limit(crane: Crane, answer: Mapping[str, Any], place: Place) -> Iterator[str]:
-    """With `NEAR` of the gain that `stability` gives as the limit of a place, a disturbance dies out in the twin."""
+    """With `NEAR` of the gain that `stability` gives as the limit of a place, or the largest that is plausible, a
+    disturbance dies out in the twin."""
     least, limit = answer["least_at"], answer["K_p_ms_plc"]
     if least is None or not limit or least["K_p_low"] > 0.0:
         return
-    control = crane.control.model_copy(update={"K_p": NEAR * float(limit)})
-    of_limit = {**answer, "stable": True, "gain_margin_plc": 1.0 / NEAR}
+    gain = min(NEAR * float(limit), LARGEST_GAIN)
+    control = crane.control.model_copy(update={"K_p": gain})
+    of_limit = {**answer, "stable": True, "gain_margin_plc": float(limit) / gain}
     yield from dies_out(crane.model_copy(update={"control": control}), of_limit, place)
 
 
