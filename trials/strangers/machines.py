@@ -234,9 +234,10 @@ def load_chart(rng: Random, SWL: float, mass: float) -> tuple[str, float]:
     rows = [sep.join(["radius [m]", *([] if heights == [None] else ["Hs [m]"]), "SWL [t]"])]
     rows[0] += f"{sep}DAF [1]" * daf + f"{sep}side_lead [deg]{sep}off_lead [deg]" * leads
     at_radius = max(rng.uniform(0.8, 1.0) * SWL, min(1.15 * mass, SWL))
+    lost = rng.uniform(0.05, 0.1)
     for i, Hs in enumerate(heights):
         for r, part in ((0.5 * radius, 1.0), (radius, 1.0), (1.5 * radius, 0.6), (2.0 * radius, 0.4)):
-            value = min(at_radius * part, SWL) * (1.0 - rng.uniform(0.05, 0.1) * i) / 1e3
+            value = min(at_radius * part, SWL) * (1.0 - lost * i) / 1e3
             cells = [f"{r:.2f}", *([] if Hs is None else [f"{Hs:g}"]), f"{math.floor(10.0 * value) / 10.0:.1f}"]
             cells += [f"{1.25 + 0.08 * i:.2f}"] * daf + ["3", "6"] * leads
             rows.append(sep.join(cells))
