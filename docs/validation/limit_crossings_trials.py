@@ -239,7 +239,17 @@ def _probit(said: Sequence[tuple[float, bool]], p: float) -> tuple[float, float]
     fit = minimize(loss, np.array([float(np.mean(h)), math.log(0.2)]), method="BFGS")
     z, s = float(ndtri(p)), math.exp(fit.x[1])
     slope = np.array([1.0, z * s])
-    return math.exp(fit.x[0] + z * s), float(np.sqrt(slope @ fit.hess_inv @ slope))
+    step = 1e-3 * np.eye(2)
+    bend = np.array(
+        [
+            [
+                sum(i * j * loss(fit.x + i * step[a] + j * step[c]) for i in (1.0, -1.0) for j in (1.0, -1.0)) / 4e-6
+                for a in (0, 1)
+            ]
+            for c in (0, 1)
+        ]
+    )
+    return math.exp(fit.x[0] + z * s), float(np.sqrt(slope @ np.linalg.solve(bend, slope)))
 
 
 def coverage(keep: Callable[[dict[str, Any]], None]) -> None:
