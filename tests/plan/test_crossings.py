@@ -179,6 +179,12 @@ def test_heights_of_the_next_runs_differ_and_end_where_nothing_is_beyond():
     assert next_heights([1.0, 4.0], math.inf, math.nan, 1.0, 4.0) == []
 
 
+def test_where_no_height_is_left_no_run_is_wanted():
+    assert next_heights([], math.inf, math.nan, 1.0, 0.0) == []
+    assert next_heights([0.0025, 0.005], 0.004, 0.1, 1.0, 0.006) == []
+    assert next_heights([0.0025], 0.004, 0.1, 1.0, 0.006) == [0.005]
+
+
 def test_cells_of_about_one_height_are_one_bin():
     (first, *_), _ = columns(heights=(0.7, 0.72, 1.1, 1.13, 2.0))
     together = binned(first)

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -210,8 +209,9 @@ def next_heights(Hs: Sequence[float], limit: float, half: float, guess: float, h
     found: list[float] = []
     for h in wanted:
         at = on_grid(min(h, highest))
-        free = (on_grid(at + k * GRID) for n in count() for k in (n, -n))
-        found.append(next(z for z in free if 0.0 < z <= highest * (1.0 + ROUNDING) and z not in Hs and z not in found))
+        free = (on_grid(at + k * GRID) for n in range(math.ceil(highest / GRID) + 1) for k in (n, -n))
+        inside = (z for z in free if 0.0 < z <= highest * (1.0 + ROUNDING) and z not in Hs and z not in found)
+        found += [z for z in (next(inside, None),) if z is not None]
     return found
 
 
