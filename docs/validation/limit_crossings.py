@@ -118,7 +118,7 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
             "holds" if worst <= NEAR else "does not hold",
         ),
         "95 % intervals over the seabed hold the limit by all runs": (
-            f"90 to 98 of {found['coverage']['plans']} plans",
+            f"90 to 98 % ({found['coverage']['plans']} plans)",
             part(held),
             within([held]),
         ),
