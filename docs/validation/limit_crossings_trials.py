@@ -1,8 +1,8 @@
 """Limits over the seabed on the twin's own distributions: repeated plans against all their runs together, and fresh
 runs at the limits of three lifts.
 
-`python docs/validation/limit_crossings_trials.py` (three quarters of an hour of two cores) writes limit-crossings.json, which the page is
-made from; with names of parts (fresh, coverage) these alone.
+`python docs/validation/limit_crossings_trials.py` (three quarters of an hour of two cores) writes limit-crossings.json,
+which the page is made from; with names of parts (fresh, coverage) these alone.
 """
 
 from __future__ import annotations
