@@ -28,7 +28,7 @@ from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited, limits_in
 from stillhook.plan.tiers.frequency import frequency
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.placing import Search
@@ -169,7 +169,7 @@ def fresh(lift: Lift) -> list[dict[str, Any]]:
         CellRequest(row.phase, winch_of(plan.phase(row.phase), Alternative(row.alternative)), _sea(row), FRESH)
         for row in told
     ]
-    cells.request(list({ask.cell: ask for ask in asks}.values()))
+    cells.request(merged(asks))
     found = []
     for row in rows:
         beyond = beyond_of(work, cells, row, _sea(row).Hs) if row in told else None

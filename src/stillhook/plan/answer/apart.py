@@ -14,8 +14,9 @@ from stillhook.report.formatting import fixed
 
 APART = 1.5
 """A limit by runs that is more than so many times that of the frequency-domain method does not count."""
-QUANTITIES = ("load_pp", "e_c_pp")
-"""Quantities that both methods determine from the same friction: motion of the payload, control error of the wire."""
+TOLERATED = ("load_pp", "e_c_pp")
+"""Quantities that a tolerance over the seabed limits, and that both methods determine from the same friction: motion of
+the payload, control error of the wire."""
 BY_RUNS, BY_FREQUENCY = TIERS.index(Tier.TIME), TIERS.index(Tier.FREQUENCY)
 
 
@@ -61,7 +62,7 @@ def _apart(plan: LiftPlan, limits: Gathered) -> BoolArray:
 def _where(plan: LiftPlan, axes: Axes) -> BoolArray:
     quantity = {rule.key: rule.quantity for rule in plan.rules.rules}
     twin, follows = np.array([a.twin for a in axes.alternatives]), np.array([p.compensated for p in plan.phases])
-    asks = np.array([quantity[key] in QUANTITIES for key in axes.rules])
+    asks = np.array([quantity[key] in TOLERATED for key in axes.rules])
     return np.asarray(twin[:, None, None] & follows[:, None] & asks)
 
 

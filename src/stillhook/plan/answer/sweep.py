@@ -24,7 +24,7 @@ from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import wire_usable
-from stillhook.plan.answer.apart import APART
+from stillhook.plan.answer.apart import APART, TOLERATED
 from stillhook.plan.definition.capacities import at_rest, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, check_sinks, check_wire
 from stillhook.plan.definition.phases import Phase, PhaseKind
@@ -32,7 +32,7 @@ from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.result import NEW, labelled
 from stillhook.plan.table import Governed
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
 from stillhook.plan.tiers.time_domain.lowering import THROUGH, winch_of
@@ -61,8 +61,6 @@ LOWEST, HIGHEST, RATIO = 0.4, 5.0, 1.75
 """Ends of the ladder of heights [m], and the largest ratio of neighbours."""
 SEEDS, OF_NO_TWIN = 6, 3
 """Runs of every rung, and of one of no controller, whose motion scatters less over its height."""
-TOLERATED = ("load_pp", "e_c_pp")
-"""Quantities that a tolerance limits: the payload's motion, and the control error where a rule asks for it."""
 
 
 class Variant(NamedTuple):
@@ -273,7 +271,7 @@ class Ladder:
             for line in (found._line(phase, a) for phase in plan.phases for a in plan.alternatives)
             for h in (0.0, *map(float, rungs))
         ]
-        found.work.cells.request(list({ask.cell: ask for ask in asks}.values()), progress)
+        found.work.cells.request(merged(asks), progress)
         return found
 
     def _line(self, phase: Phase, alternative: Alternative) -> LimitSearch:

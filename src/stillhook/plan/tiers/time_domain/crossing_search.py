@@ -27,15 +27,13 @@ from stillhook.plan.tiers.time_domain.crossings import (
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, CurveLimits
 from stillhook.plan.tiers.time_domain.features import Place
 from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, used_of
-from stillhook.plan.tiers.time_domain.placing import HOPELESS, Column, LimitSearch, Search
+from stillhook.plan.tiers.time_domain.placing import GOVERNING_MARGIN, HOPELESS, Column, LimitSearch, Search
 
 FIRST_RUNS, MANY_RUNS = 8, 60
 """Runs of a column from which a limit by crossings may be found; runs of all columns from which its feature is kept."""
 ABOUT, LOWEST_ABOUT = 1.3, 0.05
 """Ratio of the heights about which features of many seeds are drawn, and the lowest of them [m]: the spectrum's shape
 changes little with the height."""
-GOVERNING_MARGIN = 1.1
-"""As in `stillhook.plan.tiers.time_domain.search`."""
 
 
 class Searched(Protocol):

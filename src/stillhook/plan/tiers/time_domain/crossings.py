@@ -23,7 +23,6 @@ from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
 from stillhook.plan.tiers.time_domain.curves import ROUNDING, ColumnRuns, CurveLimits, limit_at, x_limit_of
 from stillhook.plan.tiers.time_domain.features import NAMES, Features
-from stillhook.plan.tiers.time_domain.measures import Statistic
 from stillhook.statistics.crossing_fit import CrossingFit, Crossings, fit_crossings
 
 BIN = 0.1
@@ -37,9 +36,9 @@ SEEDS_OF_SEA = 500
 """Linear seeds of a column that a limit is read from."""
 
 
-def crosses(phase: Phase, measure_of: ColumnRuns | None = None) -> bool:
-    """Whether the limits of a phase are looked for by crossings: those over the seabed, of largest values."""
-    return phase.kind in OVER_SEABED and (measure_of is None or measure_of.measure.statistic is Statistic.LARGEST)
+def crosses(phase: Phase) -> bool:
+    """Whether the limits of a phase are looked for by crossings: those over the seabed."""
+    return phase.kind in OVER_SEABED
 
 
 class Feature(NamedTuple):
@@ -64,11 +63,10 @@ class ColumnFeatures:
 
 @dataclass(frozen=True, eq=False)
 class CrossingLimits:
-    """Limits of one rule by crossings, the feature that they were read with, and its fit."""
+    """Limits of one rule by crossings, and the feature that they were read with."""
 
     limits: CurveLimits
     feature: Feature
-    fit: CrossingFit | None = field(repr=False)
 
 
 def crossing_limits(
@@ -90,7 +88,6 @@ def crossing_limits(
     p = np.array([1.0 - column.measure.of_part() for column in columns])
     beyond = [[_beyond(column, Hs, runs, bands) for Hs, runs in column.cells if Hs > 0.0] for column in columns]
     best = feature
-    tried: dict[Feature, CrossingFit] = {}
     if best is None:
         tried = {each: _fit(columns, features, beyond, each, expected, p, alike=True) for each in CANDIDATES}
         best = max(tried, key=lambda each: tried[each].evidence)
@@ -114,7 +111,7 @@ def crossing_limits(
     half = np.where(open_, np.inf, half)
     for table in (Hs, low, high):
         table[calm] = 0.0
-    return CrossingLimits(CurveLimits(Hs, low, high, half, direct, draws), best, fit)
+    return CrossingLimits(CurveLimits(Hs, low, high, half, direct, draws), best)
 
 
 def _beyond(column: ColumnRuns, Hs: float, runs: Runs, bands: Sequence[tuple[float, float]]) -> FloatArray:

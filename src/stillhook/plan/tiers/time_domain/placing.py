@@ -94,6 +94,9 @@ USUAL_RUNS = 36
 """Runs that the limits of an alternative take in a column, in the example: for progress."""
 UPWARDS = 1.6
 """Where a cell is placed well above a limit, over it."""
+GOVERNING_MARGIN = 1.1
+"""A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
+searched any higher."""
 HOPELESS = 40
 """Runs that a column may have where the interval of its limit has no end: more of them would hardly give it one."""
 WIDTHS = (0.7, 2.0)

@@ -45,6 +45,7 @@ from stillhook.plan.tiers.time_domain.placing import (
     BEHIND,
     FEW_CELLS,
     FEW_OF,
+    GOVERNING_MARGIN,
     LEAST_PART,
     WIDTHS,
     Column,
@@ -60,10 +61,6 @@ from stillhook.plan.tiers.time_domain.placing import (
     usual_runs,
 )
 from stillhook.statistics.smooth_field import DRAWS
-
-GOVERNING_MARGIN = 1.1
-"""A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
-searched any higher."""
 
 
 class Judged(NamedTuple):

@@ -21,7 +21,7 @@ from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import binned
 from stillhook.plan.tiers.time_domain.levels import cell_levels
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
@@ -57,7 +57,7 @@ def landing(work: Work) -> xarray.Dataset | None:
         return None
     spot, seeds = SeaState(Hs, *column), LANDINGS
     asks = {a: CellRequest(phase.name, winch_of(phase, a), spot, seeds) for a in work.plan.alternatives}
-    work.cells.request(list({ask.cell: ask for ask in asks.values()}.values()))
+    work.cells.request(merged(list(asks.values())))
     rows = np.array([work.cells.runs[ask.cell]["v_landed"][:seeds] for ask in asks.values()])
     rules = limited(work.plan, phase, work.plan.alternatives[0])
     limit = next((r.limit for r in rules if r.rule.quantity == "v_landed"), math.nan)
