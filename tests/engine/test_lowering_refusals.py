@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.lowering.run import prepare
+from stillhook.engine.lowering.run import longest_step, prepare
 from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, ScenarioError, SimulationError, SpecError
 from stillhook.sea.motion.motion import Profile, Sine
@@ -97,6 +97,15 @@ def test_steps_that_do_not_fit_are_refused() -> None:
     on_rock = case.model_copy(update={"payload": case.payload.model_copy(update={"seabed": rock})})
     with pytest.raises(SpecError, match="seabed"):
         prepare(crane(), [on_rock], 2)
+
+
+def test_a_stiff_winch_is_run_with_a_shorter_step_unasked() -> None:
+    stiff = crane().model_copy(update={"friction": crane().friction.model_copy(update={"sigma_0": 4e5})})
+    longest = longest_step(stiff, lift())
+    assert 1e-3 < longest < 5e-3
+    for given in (lift(), [lift()]):
+        assert simulate(stiff, given).attrs["step"] == 2.5e-3
+    assert simulate(crane(), lift()).attrs["step"] == 5e-3
 
 
 @pytest.mark.slow

@@ -187,9 +187,9 @@ def test_where_no_height_is_left_no_run_is_wanted():
 
 def test_cells_of_about_one_height_are_one_bin():
     (first, *_), _ = columns(heights=(0.7, 0.72, 1.1, 1.13, 2.0))
-    together = binned(first)
-    assert [len(runs["x"]) for _, runs in together.cells] == [6, 6, 3]
-    assert [h for h, _ in together.cells] == pytest.approx([0.71, 1.115, 2.0], abs=0.005)
+    together = binned(first.cells)
+    assert [len(runs["x"]) for _, runs in together] == [6, 6, 3]
+    assert [h for h, _ in together] == pytest.approx([0.71, 1.115, 2.0], abs=0.005)
 
 
 @pytest.mark.slow

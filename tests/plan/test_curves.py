@@ -14,15 +14,8 @@ from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.table import Axes
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
-from stillhook.plan.tiers.time_domain.curves import (
-    ColumnRuns,
-    curve_of,
-    limits_of_curve,
-    may_govern,
-    near_limit,
-    share_used,
-)
-from stillhook.plan.tiers.time_domain.levels import cell_levels, surely_inside
+from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
+from stillhook.plan.tiers.time_domain.levels import cell_levels, may_govern, near_limit, share_used, surely_inside
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work

@@ -187,11 +187,12 @@ class Problem(Protocol):
     """A kind of case: how it is checked, grouped, run and summarised. Stateless; a worker imports it by its name."""
 
     kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
-    series_step: float  # default step with series [s]
-    statistics_step: float  # default step for statistics alone [s]
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Any]) -> None:
         """Refuse what cannot be run, before anything runs. Errors: those of the first such case, with its place."""
+
+    def default_step(self, cranes: Sequence[Crane], cases: Sequence[Any], *, series: bool) -> float:
+        """Step that is taken unasked [s], with series or for statistics alone. Errors: as `check`."""
 
     def group(self, crane: Crane, case: Any) -> Hashable:
         """Cases of one group can share a block of lanes."""

@@ -66,17 +66,18 @@ def simulate(
     crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case"; so does a list
     of cranes of one winch type, which all run the one case, or each its own of equally many (draws of uncertain
     parameters: `stillhook.identify.system_friction.fitting.uncertainty`). step: integration step, at most the PLC cycle
-    and a whole part of it; default 2 ms with series, 5 ms for statistics alone, or the next shorter step that the PLC
-    cycle allows. every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer
-    spacing that there is. series: store time series; default True for one case, False for a list (statistics alone,
-    sixteen cases side by side). sampling: spacing at which extremes, sums and energies of a lowering are taken where no
-    series is stored, a whole number of PLC cycles; default every cycle. 20 ms saves a quarter of the time
-    (docs/validation/step-size.md). end: "programme" ends a lowering soon after its programme, where
-    no series is stored; default after its duration. on_failure: "raise" stops with SimulationError if a case fails,
-    "mark" keeps the rest (`status` says which failed). threads: threads that share a batch. store, client: statistics
-    alone may be kept in a folder as they finish, so that a run that was killed goes on, and made on a cluster (a
-    dask.distributed Client), with the same numbers; see `stillhook.engine.scenario.problem.summaries`. progress: called
-    with the share done, 0..1; first with 0, when everything that was given has been found good.
+    and a whole part of it; default 2 ms with series, 5 ms for statistics alone (a lowering 5 ms, and down to 1 ms where
+    a stiff winch asks for it), or the next shorter step that the PLC cycle allows. every: spacing of the stored
+    series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there is. series: store time
+    series; default True for one case, False for a list (statistics alone, sixteen cases side by side). sampling:
+    spacing at which extremes, sums and energies of a lowering are taken where no series is stored, a whole number of
+    PLC cycles; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md). end: "programme"
+    ends a lowering soon after its programme, where no series is stored; default after its duration. on_failure: "raise"
+    stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which failed). threads: threads
+    that share a batch. store, client: statistics alone may be kept in a folder as they finish, so that a run that was
+    killed goes on, and made on a cluster (a dask.distributed Client), with the same numbers; see
+    `stillhook.engine.scenario.problem.summaries`. progress: called with the share done, 0..1; first with 0, when
+    everything that was given has been found good.
 
     Returns
     -------
@@ -110,7 +111,8 @@ def simulate(
     if sampling is not None or end != End.DURATION:
         sampled = 1 if sampling is None else cycles(cranes[0], sampling, "sampling")
         problem = _shorter(problem, sampled, end, stored=stored)
-    n_sub = steps_per_cycle(cranes[0], step, problem.series_step if stored else problem.statistics_step)
+    usual = problem.default_step(cranes, cases, series=stored) if step is None else 0.0
+    n_sub = steps_per_cycle(cranes[0], step, usual)
     traces = None
     if stored:
         problem.check(cranes, cases)

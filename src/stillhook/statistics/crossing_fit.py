@@ -36,10 +36,8 @@ numbers that hardly grow with the height, as friction makes them."""
 AMPLITUDES, OWN, OF_PERIOD, OF_ANGLE = (0.05, 0.15, 0.4), (0.03, 0.1, 0.25), (0.15, 0.5), (0.2, 1.0)
 """As in `stillhook.statistics.smooth_field`, a coarser grid: each combination is fitted for every scale."""
 STEPS, SETTLED = 30, 1e-4
-"""Steps of Newton at the most, and the change of an offset below which it goes no further."""
+"""Steps of Newton at the most, and the change of an offset or a limit below which it goes no further."""
 DRAWS, SEED = 200, 1866
-HALVINGS = 18
-"""Halvings of the span in which a limit is looked for: to 1e-4 of the height at the most."""
 FARTHEST = 8.0
 """Largest distance of a run from its offset, in s: beyond it one run decides nothing more."""
 
@@ -93,13 +91,8 @@ class CrossingFit:
         c = self.offset.shape[1]
         part = np.array([rng.choice(PARTS, size=draws, p=each) for each in self.parts]).T
         scale = self.scale[chosen][:, None] * part
-        ln_s = np.log(
-            np.geomspace(scale.min(), scale.max(), STEPS_OF_SCALE) if scale.min() < scale.max() else scale[0, :1]
-        )
-        table = np.array([_shift(ln_f, p, float(np.exp(each))) for each in ln_s])
-        shift, error = (
-            np.array([np.interp(np.log(scale[:, i]), ln_s, table[:, k, i]) for i in range(c)]).T for k in (0, 1)
-        )
+        at, table = _shifts(ln_f, p, float(scale.min()), float(scale.max()))
+        shift, error = (np.array([np.interp(scale[:, i], at, each[:, i]) for i in range(c)]).T for each in table)
         z = rng.standard_normal((2, draws, c))
         out = self.offset[chosen] + shift + error * z[1]
         wider = part / self.width
@@ -117,11 +110,11 @@ class CrossingFit:
         return np.asarray(np.exp(self.parts @ np.log(PARTS)))
 
 
-STEPS_OF_SCALE = 10
+STEPS_OF_SCALE = 12
 """Scales between which a limit is interpolated."""
 PARTS = np.geomspace(0.3, 6.0, 11)
 """Parts of the common scale that a column may have."""
-SPREAD_OF_PARTS, BESIDE, PLACES, ROUNDS = 0.5, 0.25, 25, 2
+SPREAD_OF_PARTS, BESIDE, PLACES, ROUNDS = 0.5, 0.25, 15, 2
 """Standard deviation of ln of them between columns (assumed); that of a column's offset about the common fit in ln of
 the height, in addition to half of its scale; number of places at which it is tried, and of rounds."""
 ALIKE = np.where(np.arange(len(PARTS)) == np.abs(np.log(PARTS)).argmin(), 1.0, 0.0)
@@ -170,18 +163,16 @@ def _mixture(
 ) -> CrossingFit:
     """Every combination of a scale, a grid of the field and a base about which it is smooth."""
     K, width = covariances(period, angle, np.ones(len(period)), *grid), np.exp(parts @ np.log(PARTS))
-    starts = [base + float(np.mean(runs.ln_F - base[runs.column])) for base in bases]
-    each = [_laplace(runs, start, K, s * width) for s in scales for start in starts]
-    ln_weight = np.concatenate([part[2] for part in each])
-    weight = np.exp(ln_weight - ln_weight.max())
-    return CrossingFit(
-        weight / weight.sum(),
-        np.concatenate([part[0] for part in each]),
-        np.concatenate([part[1] for part in each]),
-        np.repeat(scales, len(K) * len(bases)),
-        parts,
-        float(ln_weight.max() + math.log(weight.mean())),
+    starts = np.array([base + float(np.mean(runs.ln_F - base[runs.column])) for base in bases])
+    scale = np.repeat(scales, len(bases) * len(K))
+    base, cov = (
+        np.tile(np.repeat(starts, len(K), axis=0), (len(scales), 1)),
+        np.tile(K, (len(scales) * len(bases), 1, 1)),
     )
+    offset, left, ln_weight = _laplace(runs, base, cov, scale[:, None] * width)
+    weight = np.exp(ln_weight - ln_weight.max())
+    evidence = float(ln_weight.max() + math.log(weight.mean()))
+    return CrossingFit(weight / weight.sum(), offset, left, scale, parts, evidence)
 
 
 def own_parts(runs: Crossings, fit: CrossingFit) -> FloatArray:
@@ -195,7 +186,7 @@ def own_parts(runs: Crossings, fit: CrossingFit) -> FloatArray:
         sign = np.where(runs.beyond[own], 1.0, -1.0)
         mu = fit.offsets[i] + z[:, None] * (BESIDE + 0.5 * PARTS * s)
         at = (runs.ln_F[own, None, None] - mu) / (PARTS * s)
-        ln_L = scipy.special.log_ndtr(np.clip(sign[:, None, None] * at, -FARTHEST, FARTHEST)).sum(axis=0)
+        ln_L = _ln_ndtr(np.clip(sign[:, None, None] * at, -FARTHEST, FARTHEST)).sum(axis=0)
         ln_L += -0.5 * z[:, None] ** 2 + ln_prior
         weight = np.exp(ln_L - ln_L.max()).sum(axis=0)
         found[i] = weight / weight.sum()
@@ -205,53 +196,77 @@ def own_parts(runs: Crossings, fit: CrossingFit) -> FloatArray:
 def _laplace(
     runs: Crossings, base: FloatArray, K: FloatArray, s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mode of the offsets (g, c), their covariance (g, c, c) and ln of the marginal likelihood (g,) under every prior
-    covariance K (g, c, c) and scales s (c,), by Newton's method (Rasmussen and Williams 2006, algorithm 3.1)."""
-    g, c = K.shape[:2]
-    sign = np.where(runs.beyond, 1.0, -1.0)
-    f = np.zeros((g, c))
-    eye = np.eye(c)
+    """Mode of the offsets (g, c), their covariance (g, c, c) and ln of the marginal likelihood (g,) about every base
+    (g, c) under its prior covariance K (g, c, c) and scales s (g, c), by Newton's method (Rasmussen and Williams 2006,
+    algorithm 3.1)."""
+    of_column, sign = runs.of_column(base.shape[1]), np.where(runs.beyond, 1.0, -1.0)
+    sign_ln_F = sign * runs.ln_F
+
+    def likelihood(offset: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Gradient and negative second derivative in the offsets (g, c), and ln of the likelihood (g,)."""
+        z = np.clip((sign_ln_F - sign * offset[:, runs.column]) / s[:, runs.column], -FARTHEST, FARTHEST)
+        ln_P = _ln_ndtr(z)
+        ratio = np.exp(-0.5 * z**2 - ln_P) / math.sqrt(2.0 * math.pi)
+        gradient = -((sign * ratio) @ of_column) / s
+        return gradient, np.maximum(((ratio * (z + ratio)) @ of_column) / s**2, 1e-12), ln_P.sum(axis=1)
+
+    f, a = np.zeros(base.shape), np.zeros(base.shape)
+    eye, live = np.eye(base.shape[1]), np.arange(len(base))
     for _ in range(STEPS):
-        gradient, W, _ = _likelihood(runs, base + f, sign, s)
+        of, before = K[live], f[live]
+        gradient, W, _ = likelihood(base[live] + before, s[live])
         root = np.sqrt(W)
-        B = eye + root[:, :, None] * K * root[:, None, :]
-        b = W * f + gradient
-        inner = np.linalg.solve(B, (root * np.einsum("gij,gj->gi", K, b))[..., None])[..., 0]
-        a = b - root * inner
-        new = np.einsum("gij,gj->gi", K, a)
-        change, f = float(np.abs(new - f).max()), new
-        if change < SETTLED:
+        b = W * before + gradient
+        B = eye + root[:, :, None] * of * root[:, None, :]
+        a[live] = b - root * np.linalg.solve(B, root[..., None] * (of @ b[..., None]))[..., 0]
+        f[live] = (of @ a[live][..., None])[..., 0]
+        live = live[np.abs(f[live] - before).max(axis=1) >= SETTLED]
+        if not len(live):
             break
-    _, W, ln_lik = _likelihood(runs, base + f, sign, s)
+    _, W, ln_lik = likelihood(base + f, s)
     root = np.sqrt(W)
     B = eye + root[:, :, None] * K * root[:, None, :]
     inside = root[:, :, None] * K
     cov = K - np.swapaxes(inside, 1, 2) @ np.linalg.solve(B, inside)
     ln_det = np.linalg.slogdet(B)[1]
-    return base + f, cov, ln_lik - 0.5 * np.einsum("gi,gi->g", a, f) - 0.5 * ln_det
+    return base + f, cov, ln_lik - 0.5 * np.sum(a * f, axis=1) - 0.5 * ln_det
 
 
-def _likelihood(
-    runs: Crossings, offset: FloatArray, sign: FloatArray, scale: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Gradient and negative second derivative in the offsets (g, c), and ln of the likelihood (g,)."""
-    s = scale[runs.column]
-    z = np.clip(sign * (runs.ln_F - offset[:, runs.column]) / s, -FARTHEST, FARTHEST)
-    ln_P = scipy.special.log_ndtr(z)
-    ratio = np.exp(-0.5 * z**2 - ln_P) / math.sqrt(2.0 * math.pi)
-    first, second = -sign * ratio / s, (ratio * (z + ratio)) / s**2
-    of_column = runs.of_column(offset.shape[1])
-    return first @ of_column, np.maximum(second @ of_column, 1e-12), ln_P.sum(axis=1)
+def _ln_ndtr(z: FloatArray) -> FloatArray:
+    """ln of the normal distribution function within `FARTHEST`."""
+    return np.asarray(np.log(scipy.special.ndtr(z)))
 
 
-def _shift(ln_f: FloatArray, p: FloatArray, s: float) -> tuple[FloatArray, FloatArray]:
-    """ln of the height over its offset (c,) at which a share p of the seeds is beyond, and its standard deviation for
-    the number of seeds."""
+def _shifts(
+    ln_f: FloatArray, p: FloatArray, least: float, most: float
+) -> tuple[FloatArray, tuple[FloatArray, FloatArray]]:
+    """Scales (k,) from the least to the most; and for each of them ln of the height over its offset (k, c) at which a
+    share p of the seeds is beyond, and its standard deviation for the number of seeds."""
+    scales = np.geomspace(least, most, STEPS_OF_SCALE) if least < most else np.array([least])
+    x, found = -np.quantile(ln_f, 0.5, axis=1), []
+    for s in scales[::-1]:  # from the largest on, where the share is near to normal
+        x, density = _shift(ln_f, p, float(s), x)
+        found.append((x, np.sqrt(p * (1.0 - p) / ln_f.shape[1]) / np.maximum(density, 1e-6)))
+    shift, error = (np.array(rows[::-1]) for rows in zip(*found, strict=True))
+    return scales, (shift, error)
+
+
+def _shift(ln_f: FloatArray, p: FloatArray, s: float, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """ln of the height over its offset (c,) at which a share p of the seeds of ln_f (c, J) is beyond, and how the share
+    grows there; sought from x (c,) on by Newton's method on the normal scale, and halving where that would leave the
+    span."""
     low, high = -ln_f.max(axis=1) - 6.0 * s, -ln_f.min(axis=1) + 6.0 * s
-    for _ in range(HALVINGS):
-        x = 0.5 * (low + high)
-        more = scipy.special.ndtr((x + ln_f.T) / s).mean(axis=0) > p
-        low, high = np.where(more, low, x), np.where(more, x, high)
-    x = 0.5 * (low + high)
-    density = np.exp(-0.5 * ((x + ln_f.T) / s) ** 2).mean(axis=0) / (s * math.sqrt(2.0 * math.pi))
-    return x, np.sqrt(p * (1.0 - p) / ln_f.shape[1]) / np.maximum(density, 1e-6)
+    x, wanted = np.clip(x, low, high), scipy.special.ndtri(p)
+    for _ in range(STEPS):
+        z = (x[:, None] + ln_f) / s
+        share = scipy.special.ndtr(z).mean(axis=1)
+        density = np.exp(-0.5 * z**2).mean(axis=1) / (s * math.sqrt(2.0 * math.pi))
+        low, high = np.where(share > p, low, x), np.where(share > p, x, high)
+        at = scipy.special.ndtri(np.clip(share, 1e-15, 1.0 - 1e-15))
+        rise = density * math.sqrt(2.0 * math.pi) * np.exp(0.5 * at**2)
+        new = x + np.divide(wanted - at, rise, out=np.full(x.shape, np.inf), where=rise > 0.0)
+        new = np.where((new > low) & (new < high), new, 0.5 * (low + high))
+        change, x = float(np.abs(new - x).max()), new
+        if change < SETTLED:
+            break
+    return x, density

@@ -15,7 +15,15 @@ import numpy as np
 from stillhook.engine.arguments import Series, labelled, summary_columns
 from stillhook.engine.batch import Row, bare
 from stillhook.engine.lowering.checks import check_lift, check_sea
-from stillhook.engine.lowering.run import PEAKS, LiftBlock, LiftResult, peak_interval, run_lowerings, waves_step
+from stillhook.engine.lowering.run import (
+    PEAKS,
+    LiftBlock,
+    LiftResult,
+    longest_step,
+    peak_interval,
+    run_lowerings,
+    waves_step,
+)
 from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
 from stillhook.engine.runner import Ending, RunOptions, each_case
 from stillhook.library import crane_toml
@@ -46,6 +54,13 @@ Case = Lowering | InSea
 LIFT_STEP = 5e-3
 """Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire
 (docs/validation/step-size.md)."""
+SHORTEST_STEP = 1e-3
+"""Shortest step that is taken unasked [s]: where a winch asks for less, one of its numbers is rather wrong."""
+
+
+def lift_step(longest: float) -> float:
+    """The default step of lifts that ask for `longest` at the most [s]."""
+    return min(LIFT_STEP, max(longest, SHORTEST_STEP))
 
 
 class LoweringProblem:
@@ -53,7 +68,6 @@ class LoweringProblem:
     every so many PLC cycles; short: runs end with their programme."""
 
     kind = LiftBlock.kind
-    series_step = statistics_step = LIFT_STEP
 
     def __init__(self, sampled: int = 1, *, short: bool = False) -> None:
         self.sampled, self.short = sampled, short
@@ -70,6 +84,18 @@ class LoweringProblem:
                 seen.add((id(crane), id(lift)))
 
         each_case(cranes, cases, check)
+
+    def default_step(self, cranes: Sequence[Crane], cases: Sequence[Case], *, series: bool) -> float:
+        """A shorter one where a stiff winch asks for it. Lifts that many seas share are looked at once."""
+        longest: dict[tuple[int, int], float] = {}
+
+        def look(crane: Crane, case: Case) -> None:
+            lift = _lift(case)
+            if (key := (id(crane), id(lift))) not in longest:
+                longest[key] = longest_step(crane, lift)
+
+        each_case(cranes, cases, look)
+        return lift_step(min(longest.values()))
 
     def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int, bool]:
         lift = _lift(case)

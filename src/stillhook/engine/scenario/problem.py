@@ -443,10 +443,12 @@ class ScenarioProblem:
     """Scenarios as a batch runs them."""
 
     kind = ScenarioBlock.kind
-    series_step, statistics_step = SERIES_STEP, STATISTICS_STEP
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
         each_case(cranes, cases, check)
+
+    def default_step(self, cranes: Sequence[Crane], cases: Sequence[Scenario], *, series: bool) -> float:
+        return SERIES_STEP if series else STATISTICS_STEP
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -20,13 +19,13 @@ from stillhook.plan.tiers.time_domain.crossings import (
     ColumnFeatures,
     CrossingLimits,
     Feature,
-    binned,
     crossing_limits,
     next_heights,
 )
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, CurveLimits
-from stillhook.plan.tiers.time_domain.features import Place
+from stillhook.plan.tiers.time_domain.features import Features, Place
 from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, used_of
+from stillhook.plan.tiers.time_domain.lowering import SeaState
 from stillhook.plan.tiers.time_domain.placing import GOVERNING_MARGIN, HOPELESS, Column, LimitSearch, Search
 
 FIRST_RUNS, MANY_RUNS = 8, 60
@@ -45,7 +44,8 @@ class Searched(Protocol):
 
     def heights(self, line: LimitSearch) -> list[float]: ...
     def runs(self, line: LimitSearch, Hs: float) -> Runs: ...
-    def runs_of(self, line: LimitSearch, quantity: str, about: float) -> ColumnRuns: ...
+    def cells_of(self, line: LimitSearch) -> tuple[tuple[float, Runs], ...]: ...
+    def runs_of(self, line: LimitSearch, quantity: str, about: float, *, bins: bool = False) -> ColumnRuns: ...
     def bands(self, rule: Limited) -> list[tuple[float, float]]: ...
     def least(self, alternative: Alternative, column: Column) -> float: ...
     def width(self, column: Column, limit: float) -> float: ...
@@ -57,6 +57,7 @@ class CrossingSearch:
     def __init__(self, work: Searched) -> None:
         self.work = work
         self.known: dict[Any, Any] = {}
+        self.of_column: dict[Any, tuple[Any, ColumnFeatures]] = {}
 
     def next_runs(
         self, line: LimitSearch, Hs: Sequence[float], limit: float, half: float, provisional: float
@@ -82,17 +83,16 @@ class CrossingSearch:
 
     def features(self, line: LimitSearch, about: float) -> ColumnFeatures:
         """Features of all runs of a line's column, and of many seeds of its sea about a height [m]."""
+        near = line.spot(ABOUT ** round(math.log(max(about, LOWEST_ABOUT)) / math.log(ABOUT)))
+        key, state = (line.phase.name, line.winch, line.column), (self.work.cells.requests, near)
+        if key not in self.of_column or self.of_column[key][0] != state:
+            self.of_column[key] = state, self._features(line, near)
+        return self.of_column[key][1]
+
+    def _features(self, line: LimitSearch, near: SeaState) -> ColumnFeatures:
         course = self.work.cells.course(line.phase, line.winch, line.spot(0.0))
         place = self._once(("place", line.phase.name, line.winch), lambda: Place.of(self.work.plan, line.phase, course))
-        cells, seed = [], self.work.cells.execution.seed
-        for h in self.work.heights(line):
-            spot, n = line.spot(h), len(self.work.runs(line, h)["duration"])
-            each = [
-                self._once((place.key, spot, k), partial(place.of_seed, spot, seed_of(spot, k, seed)))
-                for k in range(1, n + 1)
-            ]
-            cells.append({name: np.array([one[name] for one in each]) for name in each[0]})
-        near = line.spot(ABOUT ** round(math.log(max(about, LOWEST_ABOUT)) / math.log(ABOUT)))
+        cells = [self._of_cell(place, line.spot(h), len(runs["duration"])) for h, runs in self.work.cells_of(line)]
         waves = self._once(("waves", place.key, near), lambda: place.each_metre(near))
         first = seed_of(line.spot(1.0), 0)
         many = self._once(
@@ -100,6 +100,14 @@ class CrossingSearch:
             lambda: place.of_many(waves, SEEDS_OF_SEA, first),
         )
         return ColumnFeatures(tuple(cells), many)
+
+    def _of_cell(self, place: Place, spot: SeaState, n: int) -> Features:
+        """Features of the first n runs of a cell."""
+        key = ("cell", place.key, spot)
+        rows = self.known.setdefault(key, [])
+        seed = self.work.cells.execution.seed
+        rows += [place.of_seed(spot, seed_of(spot, k, seed)) for k in range(len(rows) + 1, n + 1)]
+        return {name: np.array([one[name] for one in rows[:n]]) for name in rows[0]}
 
     def _once(self, key: Any, make: Callable[[], Any]) -> Any:
         if key not in self.known:
@@ -132,7 +140,9 @@ class CrossingSearch:
             self.known[key] = found.feature
         if n_draws == 0:
             return found
-        limits = self._held_to_cells(rule, [binned(column) for column in columns], found.limits)
+        quantity = rule.rule.quantity
+        bins = [self.work.runs_of(line, quantity, a, bins=True) for line, a in zip(lines, about, strict=True)]
+        limits = self._held_to_cells(rule, bins, found.limits)
         return replace(found, limits=limits)
 
     def _held_to_cells(self, rule: Limited, columns: Sequence[ColumnRuns], limits: CurveLimits) -> CurveLimits:

@@ -13,15 +13,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
-from stillhook.plan.tiers.time_domain.curves import ROUNDING, ColumnRuns, CurveLimits, limit_at, x_limit_of
+from stillhook.plan.tiers.time_domain.curves import ROUNDING, ColumnRuns, CurveLimits, bands_at, x_limit_of
 from stillhook.plan.tiers.time_domain.features import NAMES, Features
 from stillhook.statistics.crossing_fit import CrossingFit, Crossings, fit_crossings
 
@@ -86,12 +86,12 @@ def crossing_limits(
     beyond the limit is 0. An interval without two ends leaves no limit (NaN), and its lower end.
     """
     p = np.array([1.0 - column.measure.of_part() for column in columns])
-    beyond = [[_beyond(column, Hs, runs, bands) for Hs, runs in column.cells if Hs > 0.0] for column in columns]
+    runs = _Stacked.of(columns, features, bands)
     best = feature
     if best is None:
-        tried = {each: _fit(columns, features, beyond, each, expected, p, alike=True) for each in CANDIDATES}
+        tried = {each: _fit(columns, features, runs, each, expected, p, alike=True) for each in CANDIDATES}
         best = max(tried, key=lambda each: tried[each].evidence)
-    fit = _fit(columns, features, beyond, best, expected, p, coarse=n_draws == 0)
+    fit = _fit(columns, features, runs, best, expected, p, coarse=n_draws == 0)
     ln_f = best.power * np.log(np.array([each.many[best.name] for each in features]))
     found = fit.limits(ln_f, p, draws=max(n_draws, 100))
     tops = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in columns])
@@ -102,7 +102,7 @@ def crossing_limits(
     draws = np.exp(np.minimum(found.draws, 10.0)) if n_draws else np.full((0, len(columns)), np.nan)
     ends = bands[-2][0] if len(bands) > 1 else math.inf  # where the limit itself ends
     Hs, low, high, draws = (np.minimum(x, ends) for x in (Hs, low, high, draws))
-    inside = np.array([not any(b.any() for b in of) for of in beyond])
+    inside = np.bincount(runs.column, runs.beyond, minlength=len(columns)) == 0
     direct = np.where(inside, np.inf, Hs)
     open_ = (half > WIDEST) & (low <= highest)
     run = np.where(tops >= highest * (1.0 - ROUNDING), np.inf, np.nan)
@@ -114,16 +114,46 @@ def crossing_limits(
     return CrossingLimits(CurveLimits(Hs, low, high, half, direct, draws), best)
 
 
-def _beyond(column: ColumnRuns, Hs: float, runs: Runs, bands: Sequence[tuple[float, float]]) -> FloatArray:
-    """Whether each run of a cell is beyond the limit at its height; one that failed is."""
-    x = column.measure.values(runs)
-    return np.asarray(x > x_limit_of(column.measure, limit_at(bands, Hs)) * (1.0 + ROUNDING))
+@dataclass(frozen=True, eq=False)
+class _Stacked:
+    """Runs of all columns, without those of a calm: number of the column, ln of the height, whether a run is beyond the
+    limit there (one that failed is), each (n,); and ln of its features by name."""
+
+    column: IntArray
+    ln_H: FloatArray
+    beyond: BoolArray
+    ln_f: Mapping[str, FloatArray]
+
+    @classmethod
+    def of(
+        cls, columns: Sequence[ColumnRuns], features: Sequence[ColumnFeatures], bands: Sequence[tuple[float, float]]
+    ) -> _Stacked:
+        rows = [column.by_run for column in columns]
+        Hs, x = (np.concatenate(of) for of in zip(*rows, strict=True))
+        place = np.repeat(np.arange(len(columns)), [len(of) for of, _ in rows])
+        limits = np.array([[x_limit_of(column.measure, limit) for _, limit in bands] for column in columns])
+        x_limit = limits[place, bands_at(bands, Hs)]
+        ln_f = {
+            name: np.log(
+                np.concatenate(
+                    [
+                        cell[name]
+                        for column, each in zip(columns, features, strict=True)
+                        for (H, _), cell in zip(column.cells, each.cells, strict=True)
+                        if H > 0.0
+                    ]
+                )
+            )
+            for name in NAMES
+        }
+        waves = Hs > 0.0
+        return cls(place[waves], np.log(Hs[waves]), (x > x_limit * (1.0 + ROUNDING))[waves], ln_f)
 
 
 def _fit(
     columns: Sequence[ColumnRuns],
     features: Sequence[ColumnFeatures],
-    beyond: Sequence[Sequence[FloatArray]],
+    runs: _Stacked,
     feature: Feature,
     expected: FloatArray | None,
     p: FloatArray,
@@ -131,17 +161,8 @@ def _fit(
     coarse: bool = False,
     alike: bool = False,
 ) -> CrossingFit:
-    place = [np.full(len(b), i) for i, of in enumerate(beyond) for b in of]
     name, power = feature
-    ln_F = [
-        power * np.log(cell[name]) + (1.0 - power) * math.log(Hs)
-        for column, each in zip(columns, features, strict=True)
-        for (Hs, _), cell in zip(column.cells, each.cells, strict=True)
-        if Hs > 0.0
-    ]
-    runs = Crossings(
-        np.concatenate(place).astype(np.int64), np.concatenate(ln_F), np.concatenate([b for of in beyond for b in of])
-    )
+    crossings = Crossings(runs.column, power * runs.ln_f[name] + (1.0 - power) * runs.ln_H, runs.beyond)
     base = None
     if expected is not None:
         usual = np.array(
@@ -150,18 +171,18 @@ def _fit(
         with np.errstate(divide="ignore", invalid="ignore"):
             base = np.where(expected > 0.0, np.log(expected), np.nan) + usual
     period, angle = (np.array([getattr(column, of) for column in columns]) for of in ("period", "angle"))
-    return fit_crossings(runs, period, angle, base, coarse=coarse, alike=alike)
+    return fit_crossings(crossings, period, angle, base, coarse=coarse, alike=alike)
 
 
-def binned(column: ColumnRuns) -> ColumnRuns:
-    """A column whose cells of about one height are one, at their middle height by runs."""
+def binned(cells: Sequence[tuple[float, Runs]]) -> tuple[tuple[float, Runs], ...]:
+    """Cells of rising heights, those of about one height as one, at their middle height by runs."""
     groups: list[list[tuple[float, Runs]]] = []
-    for Hs, runs in column.cells:
+    for Hs, runs in cells:
         if groups and Hs > 0.0 and groups[-1][0][0] > 0.0 and math.log(Hs / groups[-1][0][0]) < BIN:
             groups[-1].append((Hs, runs))
         else:
             groups.append([(Hs, runs)])
-    return replace(column, cells=tuple(_together(group) for group in groups))
+    return tuple(_together(group) for group in groups)
 
 
 def _together(group: Sequence[tuple[float, Runs]]) -> tuple[float, Runs]:

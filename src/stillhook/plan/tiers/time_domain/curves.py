@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
 from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
@@ -54,9 +55,6 @@ LOWEST = -50.0
 FAR = 0.4
 """Part of what waves may add below which no run was near to a limit: such a rule guides no search, and has no limit in
 the seas that were run."""
-BEHIND_OTHERS = 0.5
-"""Part of what runs used of another rule's limit below which a rule guides no search: where the other is reached this
-one is far away."""
 MIDDLE = 250
 STEPS = np.linspace(-2.5, 2.5, 2 * MIDDLE + 1)
 """Distances from a limit, in ln of the height, at which the ends of its interval are looked for."""
@@ -74,6 +72,13 @@ class ColumnRuns:
     about: float
     still: float
     cells: tuple[tuple[float, Runs], ...] = field(repr=False)
+
+    @cached_property
+    def by_run(self) -> tuple[FloatArray, FloatArray]:
+        """Height [m] and x of every run (n,), cell by cell."""
+        x, duration = (np.concatenate([runs[of] for _, runs in self.cells]) for of in (self.measure.x, "duration"))
+        Hs = np.repeat([Hs for Hs, _ in self.cells], [len(runs["duration"]) for _, runs in self.cells])
+        return Hs, self.measure.values({self.measure.x: x, "duration": duration})
 
     @property
     def sound_up_to(self) -> float:
@@ -123,38 +128,67 @@ def _exp(x: float) -> float:
 def curve_of(columns: Sequence[ColumnRuns], chance: float | None = None) -> Curve:
     """The curve of one measure in several columns; chance: that of a phase which the level stands for, in place of the
     measure's own."""
+    return curves_about(columns, [[column.about for column in columns]], chance)[0]
+
+
+def curves_about(
+    columns: Sequence[ColumnRuns], heights: Sequence[Sequence[float]], chance: float | None = None
+) -> list[Curve]:
+    """Curves of the same runs, looked at about other heights [m]: of every column one for each curve."""
     still = np.array([column.still for column in columns])
-    if columns[0].measure.statistic is Statistic.MEAN:
-        return Curve(tuple(columns), still, _of_means(columns))
     if chance is not None:
         q = 1.0 - min(max(chance, 0.0), 1.0 - ROUNDING)
         columns = [replace(column, measure=replace(column.measure, q=q)) for column in columns]
-    return Curve(tuple(columns), still, _of_largest(columns, still))
+    mean = columns[0].measure.statistic is Statistic.MEAN
+    fit = _of_means(columns) if mean else _of_largest(columns, still)
+    return [
+        Curve(
+            tuple(replace(column, about=H) for column, H in zip(columns, about, strict=True)),
+            still,
+            fit(np.array(about, dtype=np.float64)),
+        )
+        for about in heights
+    ]
 
 
-def _of_largest(columns: Sequence[ColumnRuns], still: FloatArray) -> LevelFit | None:
+Fit = Callable[[FloatArray], LevelFit | None]
+"""From heights about which columns are looked at (c,) [m] to the fit there."""
+
+
+def _nothing(about: FloatArray) -> None:
+    return None
+
+
+def _of_largest(columns: Sequence[ColumnRuns], still: FloatArray) -> Fit:
     cells = [(i, Hs, runs) for i, column in enumerate(columns) for Hs, runs in column.cells]
     if not cells:
-        return None
+        return _nothing
     rows, length = _parts([(columns[i].measure, runs) for i, _, runs in cells])
-    place, h, y, over = [], [], [], []
-    for (i, Hs, _), x in zip(cells, rows, strict=True):
-        added, known = x - still[i], np.isfinite(x)
-        added = np.where(known, added, added.max(initial=0.0, where=known))  # a run that failed is beyond the others
-        place.append(np.full(len(x), i))
-        h.append(np.full(len(x), math.log(Hs / columns[i].about)))
-        some = added > ROUNDING * max(abs(still[i]), ROUNDING)
-        y.append(np.log(added, out=np.full(x.shape, -np.inf), where=some))
-        over.append(~known | (x >= columns[i].measure.end * (1.0 - ROUNDING)))
-    all_y, all_h = np.concatenate(y), np.concatenate(h)
-    if int(np.isfinite(all_y).sum()) < min(FEWEST, len(all_y)):
-        return None
-    weight = np.maximum(np.exp(-0.5 * (all_h / NEAR) ** 2), 1e-6)
-    samples = Samples(np.concatenate(place), all_h, all_y, np.concatenate(over), weight)
+    sizes = [len(x) for x in rows]
+    place = np.repeat([i for i, _, _ in cells], sizes)
+    ln_H, x = np.repeat([math.log(Hs) for _, Hs, _ in cells], sizes), np.concatenate(rows)
+    added, known = x - still[place, None], np.isfinite(x)
+    if not known.all():  # a run that failed is beyond the others of its cell
+        cell = np.repeat(np.arange(len(cells)), sizes)
+        most = np.zeros(len(cells))
+        np.maximum.at(most, cell, np.where(known, added, 0.0).max(axis=1))
+        added = np.where(known, added, most[cell, None])
+    some = added > ROUNDING * np.maximum(np.abs(still), ROUNDING)[place, None]
+    y = np.log(added, out=np.full(x.shape, -np.inf), where=some)
+    if int(np.isfinite(y).sum()) < min(FEWEST, len(y)):
+        return _nothing
+    end = np.array([column.measure.end for column in columns])
+    over = ~known | (x >= end[place, None] * (1.0 - ROUNDING))
     ln_T = np.log([column.period for column in columns])
     likeness = np.exp(-0.5 * ((ln_T[:, None] - ln_T) / ALIKE) ** 2)
     q = np.array([column.measure.of_part(length) for column in columns])
-    return fit_levels(samples, q, likeness)
+
+    def fit(about: FloatArray) -> LevelFit:
+        h = ln_H - np.log(about[place])
+        weight = np.maximum(np.exp(-0.5 * (h / NEAR) ** 2), 1e-6)
+        return fit_levels(Samples(place, h, y, over, weight), q, likeness)
+
+    return fit
 
 
 def _parts(cells: Sequence[tuple[Measure, Runs]]) -> tuple[list[FloatArray], float]:
@@ -170,22 +204,23 @@ def _parts(cells: Sequence[tuple[Measure, Runs]]) -> tuple[list[FloatArray], flo
     return rows, together * INTERVAL
 
 
-def _of_means(columns: Sequence[ColumnRuns]) -> LevelFit | None:
-    place, h, mean, var = [], [], [], []
+def _of_means(columns: Sequence[ColumnRuns]) -> Fit:
+    rows = []
     for i, column in enumerate(columns):
         for Hs, runs in column.cells:
             x = column.measure.values(runs)
             x = x[np.isfinite(x)]
-            if (x > 0.0).sum() < 2:
-                continue
-            off = math.log(Hs / column.about)
-            place.append(i)
-            h.append(off)
-            mean.append(float(x.mean()))
-            var.append(float(x.var(ddof=1)) / len(x) * math.exp((off / NEAR) ** 2))
-    if not place:
-        return None
-    return fit_means(np.array(place), np.array(h), np.array(mean), np.array(var), len(columns))
+            if (x > 0.0).sum() >= 2:
+                rows.append((i, math.log(Hs), float(x.mean()), float(x.var(ddof=1)) / len(x)))
+    if not rows:
+        return _nothing
+    place, ln_H, mean, var = (np.array(of) for of in zip(*rows, strict=True))
+
+    def fit(about: FloatArray) -> LevelFit:
+        h = ln_H - np.log(about[place])
+        return fit_means(place, h, mean, var * np.exp((h / NEAR) ** 2), len(columns))
+
+    return fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -436,33 +471,10 @@ def x_limit_of(measure: Measure, limit: float) -> float:
 
 def limit_at(bands: Sequence[tuple[float, float]], Hs: float) -> float:
     """The limit of a rule in a sea of a height [m], of bands of a height up to which [m], rising, and their limit."""
-    return next((limit for top, limit in bands if Hs <= top * (1.0 + ROUNDING)), bands[-1][1])
+    return bands[int(bands_at(bands, np.array(Hs)))][1]
 
 
-def share_used(bands: Sequence[tuple[float, float]], column: ColumnRuns) -> float:
-    """The most that waves added in a run of a column, over what they may by the limit at its height; inf where a run
-    failed, or a calm or a cell is beyond; NaN where this says nothing: of a chance, or without runs."""
-    if column.measure.statistic is Statistic.CHANCE or not column.cells:
-        return math.nan
-    return max(_share(column, runs, limit_at(bands, Hs)) for Hs, runs in column.cells)
-
-
-def _share(column: ColumnRuns, runs: Runs, limit: float) -> float:
-    room = x_limit_of(column.measure, limit) - column.still
-    most = float(column.measure.values(runs).max()) - column.still
-    return most / room if room > 0.0 else math.inf
-
-
-def near_limit(column: ColumnRuns) -> ColumnRuns:
-    """A column with the one cell that is next to the height about which it is looked at."""
-    nearest = min(column.cells, key=lambda cell: abs(cell[0] - column.about), default=None)
-    return replace(column, cells=() if nearest is None else (nearest,))
-
-
-def may_govern(used: FloatArray, near: FloatArray) -> BoolArray:
-    """Rules whose limit may be the lowest of a column, of shares (rules, columns) of `share_used`, of all cells and of
-    those near to the lowest limit: not where all runs stayed below `FAR`, or those near to it far below what they used
-    of another rule's."""
-    seen = np.where(np.isnan(near), -np.inf, near)
-    behind = seen < BEHIND_OTHERS * seen.max(axis=0, initial=0.0)
-    return np.asarray((np.isnan(near) | ((used >= FAR) & ~behind)).any(axis=1))
+def bands_at(bands: Sequence[tuple[float, float]], Hs: FloatArray) -> IntArray:
+    """Numbers of the bands that heights [m] lie in; of the last one above all."""
+    tops = np.array([top for top, _ in bands[:-1]])
+    return np.searchsorted(tops * (1.0 + ROUNDING), Hs)

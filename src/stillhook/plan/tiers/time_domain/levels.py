@@ -9,16 +9,30 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.rules import Limited
 from stillhook.plan.limits import utilisation
-from stillhook.plan.tiers.time_domain.curves import ALIKE, ROUNDING, ColumnRuns, curve_of, limit_at, x_limit_of
+from stillhook.plan.tiers.time_domain.curves import (
+    ALIKE,
+    FAR,
+    ROUNDING,
+    ColumnRuns,
+    bands_at,
+    curves_about,
+    limit_at,
+    x_limit_of,
+)
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.statistics.estimate import t_factor
 
 WELL_BELOW = 0.85
 """Heights below a limit, over it, at which cells show how far down its interval may reach; and the part of a limit that
 a cell may use for a limit to be no lower than it."""
+
+
+BEHIND_OTHERS = 0.5
+"""Part of what runs used of another rule's limit below which a rule guides no search: where the other is reached this
+one is far away."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +57,11 @@ def cell_levels(columns: Sequence[ColumnRuns]) -> CellLevels:
     heights = [[Hs for Hs, _ in column.cells if Hs > 0.0] for column in columns]
     most = max((len(each) for each in heights), default=0)
     Hs, x, low, high = (np.full((len(columns), most), np.nan) for _ in range(4))
-    for k in range(most):
-        about = [
-            each[min(k, len(each) - 1)] if each else column.about for each, column in zip(heights, columns, strict=True)
-        ]
-        curve = curve_of([replace(column, about=a) for column, a in zip(columns, about, strict=True)])
+    about = [
+        [each[min(k, len(each) - 1)] if each else column.about for each, column in zip(heights, columns, strict=True)]
+        for k in range(most)
+    ]
+    for k, curve in enumerate(curves_about(columns, about)):
         for i, column in enumerate(columns):
             if k < len(heights[i]):
                 Hs[i, k] = heights[i][k]
@@ -118,3 +132,29 @@ def _x_limits(columns: Sequence[ColumnRuns], levels: CellLevels, bands: Sequence
         for column, row in zip(columns, levels.Hs, strict=True)
     ]
     return np.reshape(np.array(rows), levels.Hs.shape)
+
+
+def share_used(bands: Sequence[tuple[float, float]], column: ColumnRuns) -> float:
+    """The most that waves added in a run of a column, over what they may by the limit at its height; inf where a run
+    failed, or a calm or a cell is beyond; NaN where this says nothing: of a chance, or without runs."""
+    if column.measure.statistic is Statistic.CHANCE or not column.cells:
+        return math.nan
+    Hs, x = column.by_run
+    x_limits = np.array([x_limit_of(column.measure, limit) for _, limit in bands])
+    room = x_limits[bands_at(bands, Hs)] - column.still
+    return float(((x - column.still) / room).max()) if (room > 0.0).all() else math.inf
+
+
+def near_limit(column: ColumnRuns) -> ColumnRuns:
+    """A column with the one cell that is next to the height about which it is looked at."""
+    nearest = min(column.cells, key=lambda cell: abs(cell[0] - column.about), default=None)
+    return replace(column, cells=() if nearest is None else (nearest,))
+
+
+def may_govern(used: FloatArray, near: FloatArray) -> BoolArray:
+    """Rules whose limit may be the lowest of a column, of shares (rules, columns) of `share_used`, of all cells and of
+    those near to the lowest limit: not where all runs stayed below `FAR`, or those near to it far below what they used
+    of another rule's."""
+    seen = np.where(np.isnan(near), -np.inf, near)
+    behind = seen < BEHIND_OTHERS * seen.max(axis=0, initial=0.0)
+    return np.asarray((np.isnan(near) | ((used >= FAR) & ~behind)).any(axis=1))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.engine.arguments import substeps
-from stillhook.engine.lowering.problem import LIFT_STEP
+from stillhook.engine.lowering.problem import lift_step
 from stillhook.engine.lowering.run import longest_step
 from stillhook.engine.pack.programme import payload_weight
 from stillhook.errors import PlanError
@@ -252,7 +252,7 @@ def _speed(phase: Phase) -> float:
 
 def step_of(plan: LiftPlan) -> float:
     """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end or the seabed ask for a shorter
-    one at an end of any phase."""
+    one at an end of any phase, or what they ask for where that is shorter still."""
     phases = [phase for phase in plan.phases if phase.kind in KINDS]
     out = {(plan.tip_of(p).z or 0.0) - z: (p, z) for p in phases for z in (p.start, p.end) if z is not None}
     cranes = [plan.crane, *(machine_of(plan, Winch(controller=a))[0] for a in plan.alternatives if a.twin)]
@@ -265,7 +265,7 @@ def step_of(plan: LiftPlan) -> float:
             longest = min(longest, longest_step(plan.crane, linked))
     t_cycle = plan.crane.control.t_cycle
     step = t_cycle / substeps(t_cycle, STEP)
-    return step if step <= longest else t_cycle / substeps(t_cycle, LIFT_STEP)
+    return step if step <= longest else t_cycle / substeps(t_cycle, lift_step(longest))
 
 
 def lowering_of(plan: LiftPlan, phase: Phase, course: Course, mode: Mode) -> Lowering:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.limits import Limits
-from stillhook.plan.tiers.time_domain.curves import BEYOND_CELLS
+from stillhook.plan.tiers.time_domain.crossings import Feature
+from stillhook.plan.tiers.time_domain.curves import BEYOND_CELLS, Curve, CurveLimits
 from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch
 
 Column = tuple[float, float]
@@ -204,3 +206,36 @@ def least_predicted(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative,
             for T, beta, Hs in zip(limits.Tp, limits.beta, least, strict=True):
                 result[limits.phase, limits.alternative, (float(T), float(beta))] = float(Hs), tier
     return result
+
+
+class Judged(NamedTuple):
+    """Limits of the rules of a phase under an alternative: columns, curve of every rule, and its limits; rules that
+    could not be judged, with the reason; features of the rules that crossings judge."""
+
+    columns: tuple[Column, ...]
+    curves: Mapping[str, Curve]
+    limits: Mapping[str, CurveLimits]
+    failed: Mapping[str, str] = {}
+    features: Mapping[str, Feature] = {}
+
+    def least(self, column: Column) -> tuple[float, float]:
+        """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln (inf: where the
+        limit by crossings is thought to be, which does not count)."""
+        i = self.columns.index(column)
+        rows = [(or_inf(self._thought(key, i)), float(each.half[i])) for key, each in self.limits.items()]
+        return min(rows, key=lambda row: row[0], default=(math.inf, math.nan))
+
+    def _thought(self, key: str, i: int) -> float:
+        """Where a rule's limit is thought to be in a column, without two ends too, where crossings look for it."""
+        of = self.limits[key]
+        return float(of.direct[i] if key in self.features and math.isnan(of.Hs[i]) else of.Hs[i])
+
+    def direct(self, column: Column) -> float:
+        """Lowest limit of a column by its own runs, however far above them [m]."""
+        i = self.columns.index(column)
+        return min((float(each.direct[i]) for each in self.limits.values()), default=math.inf)
+
+
+def or_inf(Hs: float) -> float:
+    """A limit, inf where none is known [m]."""
+    return math.inf if math.isnan(Hs) else float(Hs)

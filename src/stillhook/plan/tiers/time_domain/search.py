@@ -8,9 +8,9 @@ much weather is about it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from stillhook.plan.definition.failures import NUMERICAL, in_words
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.limits import Limits, limited
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, merged
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Runs, merged
 from stillhook.plan.tiers.time_domain.crossing_search import CrossingSearch
 from stillhook.plan.tiers.time_domain.crossings import Feature, binned, crosses
 from stillhook.plan.tiers.time_domain.curves import (
@@ -31,14 +31,20 @@ from stillhook.plan.tiers.time_domain.curves import (
     chance_of,
     curve_of,
     limits_in_bands,
-    may_govern,
-    near_limit,
-    share_used,
     wind_sea,
     wind_sea_limits,
     x_limit_of,
 )
-from stillhook.plan.tiers.time_domain.levels import beyond_from, cell_levels, inside_up_to, surely_inside, used_of
+from stillhook.plan.tiers.time_domain.levels import (
+    beyond_from,
+    cell_levels,
+    inside_up_to,
+    may_govern,
+    near_limit,
+    share_used,
+    surely_inside,
+    used_of,
+)
 from stillhook.plan.tiers.time_domain.lowering import KINDS, Winch, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic, measures
 from stillhook.plan.tiers.time_domain.placing import (
@@ -49,6 +55,7 @@ from stillhook.plan.tiers.time_domain.placing import (
     LEAST_PART,
     WIDTHS,
     Column,
+    Judged,
     LimitSearch,
     Search,
     cell_above,
@@ -61,39 +68,6 @@ from stillhook.plan.tiers.time_domain.placing import (
     usual_runs,
 )
 from stillhook.statistics.smooth_field import DRAWS
-
-
-class Judged(NamedTuple):
-    """Limits of the rules of a phase under an alternative: columns, curve of every rule, and its limits; rules that
-    could not be judged, with the reason; features of the rules that crossings judge."""
-
-    columns: tuple[Column, ...]
-    curves: Mapping[str, Curve]
-    limits: Mapping[str, CurveLimits]
-    failed: Mapping[str, str] = {}
-    features: Mapping[str, Feature] = {}
-
-    def least(self, column: Column) -> tuple[float, float]:
-        """Lowest limit of a column [m], inf where no rule has one, and half of its 95 % interval in ln (inf: where the
-        limit by crossings is thought to be, which does not count)."""
-        i = self.columns.index(column)
-        rows = [(or_inf(self._thought(key, i)), float(each.half[i])) for key, each in self.limits.items()]
-        return min(rows, key=lambda row: row[0], default=(math.inf, math.nan))
-
-    def _thought(self, key: str, i: int) -> float:
-        """Where a rule's limit is thought to be in a column, without two ends too, where crossings look for it."""
-        of = self.limits[key]
-        return float(of.direct[i] if key in self.features and math.isnan(of.Hs[i]) else of.Hs[i])
-
-    def direct(self, column: Column) -> float:
-        """Lowest limit of a column by its own runs, however far above them [m]."""
-        i = self.columns.index(column)
-        return min((float(each.direct[i]) for each in self.limits.values()), default=math.inf)
-
-
-def or_inf(Hs: float) -> float:
-    """A limit, inf where none is known [m]."""
-    return math.inf if math.isnan(Hs) else float(Hs)
 
 
 class Work:
@@ -117,6 +91,7 @@ class Work:
         self.predicted: dict[tuple[str, Alternative, str], dict[Column, float]] = {}
         self.judged: dict[tuple[str, Winch, tuple[Limited, ...], bool], tuple[Any, Judged]] = {}
         self.judged_at: dict[tuple[str, Winch, tuple[Limited, ...], bool], int] = {}
+        self.kept: dict[tuple[Any, ...], tuple[int, tuple[tuple[float, Runs], ...]]] = {}
         self.swell = float(plan.environment.H_m0(np.zeros(1))[0])
         self.crossings = CrossingSearch(self)
         self.share = 0.0
@@ -367,7 +342,8 @@ class Work:
                     limits[each.rule.key], features[each.rule.key] = found.limits, found.feature
                     continue
                 if self.crosses(lines[0]):
-                    of = [binned(column) for column in of]
+                    quantity = each.rule.quantity
+                    of = [self.runs_of(line, quantity, a, bins=True) for line, a in zip(lines, about, strict=True)]
                 curves[each.rule.key], limits[each.rule.key] = self.limits_of(each, of, guess, n_draws=n_draws)
             except NUMERICAL as problem:
                 failed[each.rule.key] = in_words(problem)
@@ -444,17 +420,33 @@ class Work:
         limit = before.least(line.column)[0] if before is not None and line.column in before.columns else math.inf
         return self.height(min(max(limit, Hs[0]), Hs[-1]))
 
-    def runs_of(self, line: LimitSearch, quantity: str, about: float) -> ColumnRuns:
-        """What was run in a line's column of a quantity; about [m] as in `ColumnRuns`."""
+    def cells_of(self, line: LimitSearch) -> tuple[tuple[float, Runs], ...]:
+        """Heights of the cells of a line's column that were run in waves [m], rising, and their runs."""
+        return tuple((h, self.runs(line, h)) for h in self.heights(line))
+
+    def runs_of(self, line: LimitSearch, quantity: str, about: float, *, bins: bool = False) -> ColumnRuns:
+        """What was run in a line's column of a quantity; about [m] as in `ColumnRuns`; bins: runs of about one height
+        as one cell."""
         measure, calm = self.measures(line)[quantity], self.runs(line, 0.0)
-        seas = self.heights(line) if self.swell == 0.0 else [0.0, *self.heights(line)]
-        cells = tuple((self.height(h), self.runs(line, h)) for h in seas)
+        cells = self._kept(line, bins=bins)
         if self.swell == 0.0:
             still = float(measure.values(calm)[0])
         else:
             known = self.plan.once(_calm, line.phase).get(quantity, math.nan)
             still = measure.to_x(known) if math.isfinite(known) else LEAST_PART * float(measure.values(calm).min())
         return ColumnRuns(*line.column, measure, about, still, cells)
+
+    def _kept(self, line: LimitSearch, *, bins: bool) -> tuple[tuple[float, Runs], ...]:
+        """Cells of a line's column by the height of all waves [m], that of a swell alone too; made once until more is
+        run."""
+        key, state = (line.phase.name, line.winch, line.column, bins), self.cells.requests
+        known = self.kept.get(key)
+        if known is None or known[0] != state:
+            cells = tuple((self.height(h), runs) for h, runs in self.cells_of(line))
+            if self.swell > 0.0:
+                cells = ((self.swell, self.runs(line, 0.0)), *cells)
+            self.kept[key] = known = state, binned(cells) if bins else cells
+        return known[1]
 
     def least(self, alternative: Alternative, column: Column) -> float:
         """Lowest limit that is known of an alternative in a column, by runs or of a phase that is not run [m]."""

@@ -22,12 +22,11 @@ from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
-from stillhook.plan.tiers.time_domain.crossings import binned
 from stillhook.plan.tiers.time_domain.levels import cell_levels
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
-from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, prediction_factors, snapped
-from stillhook.plan.tiers.time_domain.search import Work, or_inf
+from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, or_inf, prediction_factors, snapped
+from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
 
@@ -262,9 +261,8 @@ def _of_cells(work: Work, columns: Sequence[Column], rows: Sequence[tuple[LimitS
     runs."""
     first, _ = rows[0]
     every = {line.column: line for line in work.phases[first.phase.name, first.alternative]}  # runs may be of another's
-    of = [work.runs_of(every[c], q, work.height(work.heights(every[c])[0])) for c in columns]
-    if rows and work.crosses(rows[0][0]):
-        of = [binned(column) for column in of]
+    bins = work.crosses(first)
+    of = [work.runs_of(every[c], q, work.height(work.heights(every[c])[0]), bins=bins) for c in columns]
     counted = bool(of) and of[0].measure.statistic is Statistic.CHANCE
     levels, place = None if counted else cell_levels(of), {column: i for i, column in enumerate(columns)}
     found = np.full((3, len(rows)), np.nan)
