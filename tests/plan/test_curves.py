@@ -73,6 +73,18 @@ def test_a_number_to_which_waves_add_hardly_anything_has_no_limit_in_the_seas_th
     assert found.low == pytest.approx(2.0)
 
 
+def test_a_run_a_hair_above_still_water_does_not_make_the_others_scatter():
+    """Eight runs of a sling's dynamic amplification as a stranger's lift had them: the level was 9.2 (1.4 to 176)."""
+    x = np.array([1.19157483, 1.08994051, 1.04523713, 1.2324655, 1.1976033, 1.07602649, 1.08340647, 1.06906726])
+    calm = np.full(8, 1.04472456)
+    columns = [
+        ColumnRuns(13.0, angle, MEASURE, 3.0, 1.04472456, ((3.0, {"duration": np.ones(8), "x": runs}),))
+        for angle, runs in ((2.618, x), (2.880, calm))
+    ]
+    _, low, high = cell_levels(columns).at(0, 3.0)
+    assert 1.0447 <= low < x.max() < high < 2.5
+
+
 def test_a_lower_end_reaches_no_further_down_than_a_cell_that_is_surely_inside():
     """At a plateau an error of the level moves a limit far; runs in lower seas know better."""
     columns = [replace(column, about=3.0) for column in table(plateau(0.97), (0.5, 0.7, 2.0, 3.0, 4.0))]

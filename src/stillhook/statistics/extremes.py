@@ -239,3 +239,34 @@ def speed_at_crossing(drift: float, sigma: ArrayLike, quantile: float) -> FloatA
         more = passed(middle) < quantile * total
         low, high = np.where(more, middle, low), np.where(more, high, middle)
     return np.where(np.isnan(s), np.nan, np.where(s > 0.0, 0.5 * (low + high) * moving, drift))
+
+
+INDEX, INDEX_SD = 0.6, 0.4
+"""Extremal index of parts of a run before any is known, and the standard deviation of its ln."""
+
+
+def extremal_index(z: FloatArray, w: FloatArray) -> tuple[float, float]:
+    """How many independent parts one part counts for in a largest value, 0 to 1, for large ones come in groups; and the
+    standard deviation of its ln.
+
+    By how often a run, of weight w (n,), stays below a level that half of the runs pass, against how often its parts
+    z (n, k) do; with what is usual where there are few runs.
+    """
+    n, k = z.shape
+    if k == 1:
+        return 1.0, 0.0
+    most = z.max(axis=1)
+    order = np.argsort(most)
+    total = float(w.sum())
+    share = np.cumsum(w[order]) / total
+    level = most[order][min(int(np.searchsorted(share, 0.5)), n - 1)]
+    runs = float((most <= level) @ w) / total
+    parts = float((z <= level).mean(axis=1) @ w) / total
+    certainty = INDEX_SD**-2
+    about = certainty * math.log(INDEX)
+    if 0.0 < runs < 1.0 and 0.0 < parts < 1.0:
+        effective = total**2 / float(np.sum(w**2))
+        of_runs = effective * runs * math.log(runs) ** 2 / (1.0 - runs)
+        about += of_runs * math.log(math.log(runs) / (k * math.log(parts)))
+        certainty += of_runs
+    return min(math.exp(about / certainty), 1.0), 1.0 / math.sqrt(certainty)

@@ -28,6 +28,7 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.statistics.estimate import NORMAL_95, t_factor
+from stillhook.statistics.extremes import extremal_index
 
 STEPS, SETTLED = 25, 1e-4
 """Steps of the iteration between expected values of censored numbers and the parameters, at the most; and the change of
@@ -55,8 +56,6 @@ FEWEST_IN_TAIL = 40
 """Numbers about a quantile that its value is read from."""
 WINDOW = 0.35
 """Half width of the part of the distribution that a quantile is read from, in ln(-ln S), S the share above."""
-INDEX, INDEX_SD = 0.6, 0.4
-"""Extremal index of parts of a run before any is known, and the standard deviation of its ln."""
 CLIP = 4.0
 """Standard deviations at which numbers are clipped for skewness, kurtosis and likeness of the parts of a run."""
 
@@ -124,6 +123,10 @@ class LevelFit:
         level, slope = self._at_center
         return self.around(self.center + climbed(slope, self.bend, y - level))
 
+    def among(self, places: IntArray, columns: int) -> LevelFit:
+        """The same where its columns are those at some places of more: NaN in the others."""
+        return LevelFit(*(_spread(x, places, columns) for x in vars(self).values()))
+
     @property
     def _at_center(self) -> tuple[FloatArray, FloatArray]:
         """ln of the level at the center, and its slope there."""
@@ -158,6 +161,14 @@ def _of_columns(record: Columns, columns: BoolArray | IntArray) -> Columns:
     return type(record)(*parts)
 
 
+def _spread(x: Any, places: IntArray, columns: int) -> Any:
+    if not isinstance(x, np.ndarray):
+        return x
+    wide = np.full(columns, np.nan)
+    wide[places] = x
+    return wide
+
+
 def risen(slope: FloatArray, bend: FloatArray, off: FloatArray) -> FloatArray:
     """How much a level of this slope and bend rises over a distance off, all of one shape. It never falls: where growth
     would end it goes on with the least of `SLOPES`."""
@@ -186,7 +197,8 @@ def _bends_within(slope: FloatArray, bend: FloatArray) -> tuple[FloatArray, Floa
 
 def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = None) -> LevelFit:
     """Level that a part of a run would stay below with probability q (c,) if parts were independent, for every column,
-    which has a run. How far they are not is seen in the runs, and taken into account (extremal index).
+    which has a run in which waves add something. How far they are not is seen in the runs, and taken into account
+    (extremal index).
 
     likeness (c, c): weight of each column's runs in the shape and the usual scale of another's scatter (None: all
     alike).
@@ -197,7 +209,9 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
     c = np.repeat(samples.column, k)
     y, over = samples.y.ravel(), samples.censored.ravel()
     under = ~np.isfinite(y)
-    y = np.where(under, float(y[~under].min()) if (~under).any() else 0.0, y)
+    least = np.full(columns, np.inf)
+    np.minimum.at(least, c, np.where(under, np.inf, y))
+    y = np.where(under, least[c], y)
     a, p, bend, s, center, lean, width = _location_scale(c, h, y, under, over, w, near)
     off = h - center[c]
     line = a[c] + p.value[c] * off + 0.5 * bend.value[c] * (off**2 - lean[c] * off - width[c])
@@ -210,7 +224,7 @@ def fit_levels(samples: Samples, q: FloatArray, likeness: FloatArray | None = No
         key = near[i].tobytes()
         if key not in shapes:
             weight = w * near[i][c]
-            index = _extremal_index(z.reshape(-1, k), weight.reshape(-1, k)[:, 0])
+            index = extremal_index(z.reshape(-1, k), weight.reshape(-1, k)[:, 0])
             shapes[key] = (_Shape.of(z[order], over[order], weight[order]), *index)
         shape, theta, error = shapes[key]
         level = float(q[i] ** (1.0 / theta))
@@ -462,32 +476,6 @@ class _Shape:
         density = -math.log(S) * S / rise
         of_share = (rise * error / math.log(S)) ** 2
         return float(m_z + rise * (wanted - m_t)), S * (1.0 - S) / (max(self.n, 4.0 / S) * density**2) + of_share
-
-
-def _extremal_index(z: FloatArray, w: FloatArray) -> tuple[float, float]:
-    """How many independent parts one part counts for in a largest value, 0 to 1, for large ones come in groups; and the
-    standard deviation of its ln.
-
-    By how often a run, of weight w (n,), stays below a level that half of the runs pass, against how often its parts
-    z (n, k) do; with what is usual where there are few runs.
-    """
-    n, k = z.shape
-    if k == 1:
-        return 1.0, 0.0
-    most = z.max(axis=1)
-    order = np.argsort(most)
-    share = np.cumsum(w[order]) / float(w.sum())
-    level = most[order][min(int(np.searchsorted(share, 0.5)), n - 1)]
-    runs = _mean((most <= level).astype(np.float64), w)
-    parts = _mean((z <= level).mean(axis=1), w)
-    certainty = INDEX_SD**-2
-    about = certainty * math.log(INDEX)
-    if 0.0 < runs < 1.0 and 0.0 < parts < 1.0:
-        effective = float(w.sum()) ** 2 / float(np.sum(w**2))
-        of_runs = effective * runs * math.log(runs) ** 2 / (1.0 - runs)
-        about += of_runs * math.log(math.log(runs) / (k * math.log(parts)))
-        certainty += of_runs
-    return min(math.exp(about / certainty), 1.0), 1.0 / math.sqrt(certainty)
 
 
 def _alike(z: FloatArray, k: int) -> float:

@@ -44,6 +44,9 @@ FEWEST = 8
 BEYOND_CELLS = 1.15
 """A limit is read up to this factor above the highest cell, where a search does not go on: it asks for a cell beyond,
 for growth may end there, as that of an error which friction makes."""
+NOTHING = 0.02
+"""Part of the most that waves added in a cell below which they count as adding nothing: a run that reaches hardly
+beyond still water says by chance how little, and its ln far below the others' would be taken for scatter."""
 FAILED_MOST = 0.1
 """Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
 leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
@@ -168,25 +171,27 @@ def _of_largest(columns: Sequence[ColumnRuns], still: FloatArray) -> Fit:
     place = np.repeat([i for i, _, _ in cells], sizes)
     ln_H, x = np.repeat([math.log(Hs) for _, Hs, _ in cells], sizes), np.concatenate(rows)
     added, known = x - still[place, None], np.isfinite(x)
-    if not known.all():  # a run that failed is beyond the others of its cell
-        cell = np.repeat(np.arange(len(cells)), sizes)
-        most = np.zeros(len(cells))
-        np.maximum.at(most, cell, np.where(known, added, 0.0).max(axis=1))
-        added = np.where(known, added, most[cell, None])
+    most, cell = np.zeros(len(cells)), np.repeat(np.arange(len(cells)), sizes)
+    np.maximum.at(most, cell, np.where(known, added, 0.0).max(axis=1))
+    added = np.where(known, added, most[cell, None])  # a run that failed is beyond the others of its cell
     some = added > ROUNDING * np.maximum(np.abs(still), ROUNDING)[place, None]
-    y = np.log(added, out=np.full(x.shape, -np.inf), where=some)
-    if int(np.isfinite(y).sum()) < min(FEWEST, len(y)):
+    if int(some.sum()) < min(FEWEST, len(some)):
         return _nothing
+    y = np.log(added, out=np.full(x.shape, -np.inf), where=some & (added > NOTHING * most[cell, None]))
     end = np.array([column.measure.end for column in columns])
     over = ~known | (x >= end[place, None] * (1.0 - ROUNDING))
-    ln_T = np.log([column.period for column in columns])
+    seen = np.bincount(place, some.any(axis=1), minlength=len(columns)) > 0  # a column without says nothing of scatter
+    of = np.flatnonzero(seen)
+    rows_seen, number = seen[place], np.cumsum(seen) - 1
+    ln_T = np.log([column.period for column in columns])[of]
     likeness = np.exp(-0.5 * ((ln_T[:, None] - ln_T) / ALIKE) ** 2)
-    q = np.array([column.measure.of_part(length) for column in columns])
+    q = np.array([column.measure.of_part(length) for column in columns])[of]
 
     def fit(about: FloatArray) -> LevelFit:
-        h = ln_H - np.log(about[place])
+        h = (ln_H - np.log(about[place]))[rows_seen]
         weight = np.maximum(np.exp(-0.5 * (h / NEAR) ** 2), 1e-6)
-        return fit_levels(Samples(place, h, y, over, weight), q, likeness)
+        samples = Samples(number[place[rows_seen]], h, y[rows_seen], over[rows_seen], weight)
+        return fit_levels(samples, q, likeness).among(of, len(columns))
 
     return fit
 

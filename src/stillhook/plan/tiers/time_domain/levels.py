@@ -70,7 +70,8 @@ def cell_levels(columns: Sequence[ColumnRuns]) -> CellLevels:
 
 
 def _level(column: ColumnRuns, Hs: float, value: float, low: float, high: float) -> tuple[float, float, float]:
-    """The level of a cell: of a mean that of its own runs, inf where runs fail."""
+    """The level of a cell: of a mean that of its own runs, their largest where too few are above still water for a
+    curve, inf where runs fail."""
     x = column.measure.values(next(runs for height, runs in column.cells if height == Hs))
     failed = not np.isfinite(x).all()
     if failed and not column.sound_up_to >= Hs:
@@ -78,6 +79,8 @@ def _level(column: ColumnRuns, Hs: float, value: float, low: float, high: float)
     if column.measure.statistic is Statistic.MEAN and not failed:
         half = t_factor(len(x) - 1) * x.std(ddof=1) / math.sqrt(len(x)) if len(x) > 1 else math.inf
         return float(x.mean()), float(x.mean() - half), float(x.mean() + half)
+    if math.isnan(low) and not failed:
+        value = max(value, float(x.max()))
     return value, value if math.isnan(low) else low, math.inf if failed else value if math.isnan(high) else high
 
 
