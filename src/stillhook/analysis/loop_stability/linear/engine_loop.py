@@ -115,10 +115,13 @@ def _settled(
 
 
 def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float, at: float) -> Scenario:
-    """A run that ends with s_w of wire out [m], or as near as the drum allows, and a stroke at its part `at` [-]."""
-    speed, time = f"{v_tip!r} m/s", _time(crane, load, v_tip, at)
-    moved = v_tip * (time - 0.5 * RISE)
+    """A run that ends with s_w of wire out [m], or as near as the drum allows, and a stroke at its part `at` [-]. It is
+    whole PLC cycles long, so that the tip is where the state of its end belongs to."""
     stroke, shift = _stroke(crane, load), 0.0
+    before, t_cycle = 0.0 if stroke is None else SHIFT, crane.control.t_cycle
+    duration = math.floor((before + _time(crane, load, v_tip, at)) / t_cycle + 1e-6) * t_cycle
+    speed, time = f"{v_tip!r} m/s", duration - before
+    moved = v_tip * (time - 0.5 * RISE)
     course = [(0.0, "0 m/s"), (RISE, speed), (time + RISE, speed), (time + 2.0 * RISE, "0 m/s")]
     if stroke is not None:
         shift = at * stroke - moved
@@ -126,7 +129,6 @@ def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float, at: f
         course = [(0.0, "0 m/s"), (RISE, to_shift), (SHIFT - RISE, to_shift), (SHIFT, "0 m/s")] + [
             (SHIFT + t, v) for t, v in course[1:]
         ]
-        time += SHIFT
     start = min(max(s_w - moved - shift, 0.0), wire_usable(drum_record(crane)))
     tip = Profile([(f"{t!r} s", v) for t, v in course])
     return Scenario(
@@ -134,7 +136,7 @@ def _case(crane: Crane, mode: Mode, load: float, s_w: float, v_tip: float, at: f
         s_w=f"{float(start)!r} m",
         tip=tip,
         mode=mode,
-        duration=f"{time!r} s",
+        duration=f"{duration!r} s",
         warm_up="0 s",
         ramp="0 s",
     )
