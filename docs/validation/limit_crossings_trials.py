@@ -1,8 +1,8 @@
 """Limits over the seabed on the twin's own distributions: repeated plans against all their runs together, and fresh
-runs at the limits of three lifts.
+runs at the limits of three lifts; fresh runs at the limits of the passage through the surface, which are of curves.
 
 `python docs/validation/limit_crossings_trials.py` (three quarters of an hour of two cores) writes limit-crossings.json,
-which the page is made from; with names of parts (fresh, coverage) these alone.
+which the page is made from; with names of parts (fresh, coverage, passage) these alone.
 """
 
 from __future__ import annotations
@@ -24,9 +24,11 @@ from scipy.special import log_ndtr, ndtri
 from stillhook.library import load_crane
 from stillhook.library.catalogue import read_payload
 from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited, limits_in
+from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
@@ -127,14 +129,14 @@ class Row(NamedTuple):
         return self[:5]
 
 
-def rows_of(work: Work) -> list[Row]:
-    """Limits of the tolerances in all columns that were run."""
+def rows_of(work: Work, rules: Sequence[str] = RULES) -> list[Row]:
+    """Limits of some rules in all columns that were run."""
     rows = []
     for phase in work.plan.phases:
         for a in work.plan.alternatives:
             judged = work.judge(phase.name, a)
             for rule, of in judged.limits.items():
-                if rule not in RULES:
+                if rule not in rules:
                     continue
                 quantity = next(x.rule.quantity for x in limited(work.plan, phase, a) if x.rule.key == rule)
                 p = 1.0 - _measure(work, phase.name, a, quantity).of_part()
@@ -184,6 +186,28 @@ def _sea(row: Row) -> SeaState:
 
 def _finite(row: Row) -> dict[str, Any]:
     return {k: (x if isinstance(x, str) or math.isfinite(x) else None) for k, x in row._asdict().items()}
+
+
+PASSAGES, PASSAGE_RULES = 128, ("slack-sling", "snap-load")
+"""Fresh runs in each sea at a limit of the passage, and its rules that bind."""
+
+
+def passage() -> list[dict[str, Any]]:
+    """Share of fresh passages beyond each limit of the example's splash zone, of plans in two other sets of waves."""
+    whole = load_plan("template-to-1500m")
+    (phase,) = (phase for phase in whole.phases if phase.kind is PhaseKind.SPLASH)
+    plan = replace(whole, alternatives=(Alternative.NONE,), phases=(phase,))
+    guesses = [limits_in(plan, closed_form(plan, phase, plan.environment.table(), Alternative.NONE))]
+    found = []
+    for seed in (0, 7):
+        work, cells = searched(plan, guesses, seed), Cells(plan, Execution(seed=FRESH_SEED + seed))
+        told = [row for row in rows_of(work, PASSAGE_RULES) if 0.0 < row.Hs <= max(plan.environment.Hs)]
+        cells.request([CellRequest(phase.name, winch_of(phase, Alternative.NONE), _sea(row), PASSAGES) for row in told])
+        for row in told:
+            beyond = float(beyond_of(work, cells, row, _sea(row).Hs).mean())
+            found.append({"seed": seed, **_finite(row), "beyond": beyond})
+        print(f"{phase.name}, seed {seed}: {work.cells.n_runs} runs, {cells.n_runs} fresh ones", flush=True)
+    return found
 
 
 COVERED = (Alternative.NS, Alternative.SSC)
@@ -291,7 +315,7 @@ def covered(plans: Sequence[tuple[list[Row], dict[Any, list[tuple[float, bool]]]
     return {"plans": len(plans), "rows": rows, "runs": sum(len(x) for x in said.values())}
 
 
-PARTS = ("fresh", "coverage")
+PARTS = ("fresh", "coverage", "passage")
 
 
 def main(parts: Sequence[str] = PARTS) -> None:
@@ -303,6 +327,8 @@ def main(parts: Sequence[str] = PARTS) -> None:
 
     if "fresh" in parts:
         keep("fresh", {"runs": FRESH, "rows": [row for lift in LIFTS for row in fresh(lift)]})
+    if "passage" in parts:
+        keep("passage", {"runs": PASSAGES, "rows": passage()})
     if "coverage" in parts:
         coverage(partial(keep, "coverage"))
 

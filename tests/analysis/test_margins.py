@@ -15,6 +15,7 @@ from stillhook.analysis.loop_stability.margins import (
     gain_limit_of,
     is_stable,
     margins,
+    root_between,
     strongest,
     strongest_gain,
     strongest_up_to,
@@ -121,6 +122,13 @@ def test_sampled_loop_is_what_a_simulation_of_held_commands_gives():
         sent = [now, sent[0]]
         y = M @ y
     assert y[:5] == pytest.approx(x, rel=1e-7, abs=1e-9)
+
+
+def test_a_crossing_at_the_end_of_the_grid_is_found_whatever_the_sign_of_its_rounding():
+    """At the Nyquist frequency the imaginary part is rounding, of another sign on the grid than alone."""
+    assert root_between(lambda w: 3.0 - w if w < 3.0 else 5e-19, 2.0, 3.0) == 3.0
+    assert root_between(lambda w: -1e-19 if w == 2.0 else 2.0 - w, 2.0, 3.0) == 2.0
+    assert root_between(lambda w: 2.5 - w, 2.0, 3.0) == pytest.approx(2.5)
 
 
 def test_integrator_with_delay_has_the_margins_of_its_definition():

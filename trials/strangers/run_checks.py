@@ -54,7 +54,8 @@ CLEAR = 1.1
 """Gain margin from which a disturbance must die out in the twin: a limit in the linear plant is good to a tenth [-]."""
 NEAR, LARGEST_GAIN = 0.8, 10.0
 """Part of the limit of the gain at which the twin is run as well [-]; largest gain of machines that were built [1/m]:
-beyond it a cycle may stay that a small disturbance does not start."""
+limits beyond it may fall fast as the tip slows down, and a run comes to its place through slower ones, where it takes
+up a cycle that stays."""
 STEP, SETTLED, KICK = 10.0, 4.0, 0.05
 """Time of a disturbance and after which others have died out [s]; wire speed that it gives over that of the tip [-]."""
 SHORTEST, IN_STROKE = 25.0, 0.4

@@ -281,11 +281,16 @@ def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[compl
     def g(w: float) -> float:
         return float(f(at_frequency(loop, w)))
 
-    return [
-        float(scipy.optimize.brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
-        for i in at
-        if math.isfinite(values[i] + values[i + 1])
-    ]
+    return [root_between(g, omega[i], omega[i + 1]) for i in at if math.isfinite(values[i] + values[i + 1])]
+
+
+def root_between(f: Callable[[float], float], low: float, high: float) -> float:
+    """Frequency at which f passes zero between two of the grid; where it is 0 at one of them but for rounding, which
+    may have another sign there than on the grid (at the Nyquist frequency), that one."""
+    ends = f(low), f(high)
+    if math.copysign(1.0, ends[0]) == math.copysign(1.0, ends[1]):
+        return float(low if abs(ends[0]) < abs(ends[1]) else high)
+    return float(scipy.optimize.brentq(f, low, high, xtol=1e-13, rtol=1e-14))
 
 
 def gain_and_frequency(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
@@ -318,7 +323,7 @@ def _farthest(loop: Loop, omega: FloatArray, L: ComplexArray, turn: complex) -> 
         def across(w: float) -> float:
             return float((at_frequency(loop, w) * turn).imag)
 
-        w = float(scipy.optimize.brentq(across, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
+        w = root_between(across, omega[i], omega[i + 1])
         size = (at_frequency(loop, w) * turn).real
         if size > best:
             best, at = size, w

@@ -11,7 +11,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from stillhook.analysis.loop_stability.margins import (
     at_frequency,
@@ -19,6 +18,7 @@ from stillhook.analysis.loop_stability.margins import (
     grid_response,
     grows_alone,
     is_stable,
+    root_between,
 )
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 
@@ -72,7 +72,7 @@ def _crossings(loop: SampledLoop, omega: np.ndarray, L: np.ndarray) -> list[tupl
     )
     found = []
     for i in brackets[0]:
-        w = float(scipy.optimize.brentq(lambda w: at_frequency(loop, w).imag, omega[i], omega[i + 1]))
+        w = root_between(lambda w: at_frequency(loop, w).imag, omega[i], omega[i + 1])
         found.append((at_frequency(loop, w).real, w))
     found.append((float(L.real[-1]), float(omega[-1])))
     return sorted((-1.0 / x, w) for x, w in found if x < 0.0)

@@ -420,33 +420,28 @@ class Work:
         limit = before.least(line.column)[0] if before is not None and line.column in before.columns else math.inf
         return self.height(min(max(limit, Hs[0]), Hs[-1]))
 
-    def cells_of(self, line: LimitSearch) -> tuple[tuple[float, Runs], ...]:
-        """Heights of the cells of a line's column that were run in waves [m], rising, and their runs."""
-        return tuple((h, self.runs(line, h)) for h in self.heights(line))
+    def cells_of(self, line: LimitSearch, *, bins: bool = False) -> tuple[tuple[float, Runs], ...]:
+        """Heights of the cells of a line's column that were run in waves [m], rising, and their runs; bins: runs of
+        about one height as one cell. Made once until more is run."""
+        key, state = (line.phase.name, line.winch, line.column, bins), self.cells.requests
+        known = self.kept.get(key)
+        if known is None or known[0] != state:
+            cells = tuple((h, self.runs(line, h)) for h in self.heights(line))
+            self.kept[key] = known = state, binned(cells) if bins else cells
+        return known[1]
 
     def runs_of(self, line: LimitSearch, quantity: str, about: float, *, bins: bool = False) -> ColumnRuns:
-        """What was run in a line's column of a quantity; about [m] as in `ColumnRuns`; bins: runs of about one height
-        as one cell."""
+        """What was run in a line's column of a quantity, by heights of all waves; about [m] as in `ColumnRuns`; bins as
+        in `cells_of`."""
         measure, calm = self.measures(line)[quantity], self.runs(line, 0.0)
-        cells = self._kept(line, bins=bins)
+        cells = self.cells_of(line, bins=bins)
         if self.swell == 0.0:
             still = float(measure.values(calm)[0])
         else:
             known = self.plan.once(_calm, line.phase).get(quantity, math.nan)
             still = measure.to_x(known) if math.isfinite(known) else LEAST_PART * float(measure.values(calm).min())
+            cells = ((self.swell, calm), *((self.height(h), runs) for h, runs in cells))
         return ColumnRuns(*line.column, measure, about, still, cells)
-
-    def _kept(self, line: LimitSearch, *, bins: bool) -> tuple[tuple[float, Runs], ...]:
-        """Cells of a line's column by the height of all waves [m], that of a swell alone too; made once until more is
-        run."""
-        key, state = (line.phase.name, line.winch, line.column, bins), self.cells.requests
-        known = self.kept.get(key)
-        if known is None or known[0] != state:
-            cells = tuple((self.height(h), runs) for h, runs in self.cells_of(line))
-            if self.swell > 0.0:
-                cells = ((self.swell, self.runs(line, 0.0)), *cells)
-            self.kept[key] = known = state, binned(cells) if bins else cells
-        return known[1]
 
     def least(self, alternative: Alternative, column: Column) -> float:
         """Lowest limit that is known of an alternative in a column, by runs or of a phase that is not run [m]."""

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, Runs, merged
 from stillhook.plan.tiers.time_domain.levels import cell_levels
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
@@ -235,11 +235,22 @@ def _limits(work: Work, phase: Phase, alternative: Alternative, failures: Failur
     return Limits(phase.name, alternative, Tier.TIME, Tp, beta, Hs, low, high, draws)
 
 
+class _Cell(NamedTuple):
+    """A row of a demand: line, height of its sea [m], runs there."""
+
+    line: LimitSearch
+    Hs: float
+    runs: Runs
+
+
 def _demand(work: Work, phase: Phase, alternative: Alternative, failures: Failures) -> Demand:
-    """All cells of a phase under an alternative as one demand, the calm of every column first: levels of the cells."""
+    """All cells of a phase under an alternative as one demand, the calm of every column first: levels of the cells, and
+    of bins of runs where each run has a height of its own."""
     lines, judged = _lines_run(work, phase, alternative), work.judge(phase.name, alternative)
-    rows = [(line, h) for line in lines for h in (0.0, *work.heights(line))]
-    seas = Seas(*(np.array([getattr(line.spot(h), name) for line, h in rows]) for name in ("Hs", "Tp", "beta")))
+    bins = work.crosses(lines[0])
+    each = [(line, [(0.0, work.runs(line, 0.0)), *work.cells_of(line, bins=bins)]) for line in lines]
+    rows = [_Cell(line, h, runs) for line, cells in each for h, runs in cells]
+    seas = Seas(*(np.array([getattr(row.line.spot(row.Hs), name) for row in rows]) for name in ("Hs", "Tp", "beta")))
     names = sorted({name for line in lines for name in work.measures(line) if work.has(line, name)})
     nothing = np.full((3, len(rows)), np.nan)
     tables = {
@@ -249,27 +260,27 @@ def _demand(work: Work, phase: Phase, alternative: Alternative, failures: Failur
         for q in names
     }
     value, low, high = ({q: table[k] for q, table in tables.items()} for k in range(3))
-    sizes = {(line.column, h): len(work.runs(line, h)["duration"]) for line, h in rows}
-    if work.crosses(lines[0]):  # every run is one of the column's
-        sizes = {(column, h): sum(n for (c, z), n in sizes.items() if c == column and z > 0.0) for column, h in sizes}
-    seeds = np.array([sizes[line.column, h] for line, h in rows], dtype=np.int64)
-    return Demand(phase.name, alternative, Tier.TIME, seas, value, low, high, seeds)
+    seeds = [
+        sum(len(runs["duration"]) for h, runs in cells if h > 0.0) if bins else len(own["duration"])
+        for _, cells in each
+        for _, own in cells
+    ]  # of bins every run is one of the column's
+    return Demand(phase.name, alternative, Tier.TIME, seas, value, low, high, np.array(seeds, dtype=np.int64))
 
 
-def _of_cells(work: Work, columns: Sequence[Column], rows: Sequence[tuple[LimitSearch, float]], q: str) -> FloatArray:
-    """A quantity in cells (3, n) of lines and heights: value and ends of its interval. columns: those that have
-    runs."""
-    first, _ = rows[0]
+def _of_cells(work: Work, columns: Sequence[Column], rows: Sequence[_Cell], q: str) -> FloatArray:
+    """A quantity in cells (3, n): value and ends of its interval. columns: those that have runs."""
+    first = rows[0].line
     every = {line.column: line for line in work.phases[first.phase.name, first.alternative]}  # runs may be of another's
     bins = work.crosses(first)
     of = [work.runs_of(every[c], q, work.height(work.heights(every[c])[0]), bins=bins) for c in columns]
     counted = bool(of) and of[0].measure.statistic is Statistic.CHANCE
     levels, place = None if counted else cell_levels(of), {column: i for i, column in enumerate(columns)}
     found = np.full((3, len(rows)), np.nan)
-    for k, (line, h) in enumerate(rows):
+    for k, (line, h, runs) in enumerate(rows):
         measure = work.measures(line)[q]
         if measure.statistic is Statistic.CHANCE:
-            estimate = chance(measure, work.runs(line, h))
+            estimate = chance(measure, runs)
         elif levels is None or work.plan.environment.calm(h) or line.column not in place:
             x = float(measure.values(work.runs(line, 0.0)).max())
             estimate = _estimate(measure, x, x, x)
