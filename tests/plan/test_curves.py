@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import ndtr, ndtri
 
 from stillhook.plan.answer.spread import drawn_limits, ends_of
 from stillhook.plan.definition.rules import Alternative, Tier
@@ -15,7 +16,14 @@ from stillhook.plan.limits import Limits, limited
 from stillhook.plan.table import Axes
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
-from stillhook.plan.tiers.time_domain.levels import cell_levels, may_govern, near_limit, share_used, surely_inside
+from stillhook.plan.tiers.time_domain.levels import (
+    cell_levels,
+    may_govern,
+    near_limit,
+    seldom,
+    share_used,
+    surely_inside,
+)
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work
@@ -83,6 +91,28 @@ def test_a_run_a_hair_above_still_water_does_not_make_the_others_scatter():
     ]
     _, low, high = cell_levels(columns).at(0, 3.0)
     assert 1.0447 <= low < x.max() < high < 2.5
+
+
+def test_a_number_that_is_seldom_has_the_limit_at_which_it_is_so_often_enough():
+    """Snap loads: none in most runs, far above the limit in the others. A curve of their logarithms had limits of 0.4
+    of what the share of runs says."""
+    plan = load_plan("template-to-1500m")
+    passage = next(phase for phase in plan.phases if phase.name == "splash zone")
+    snap = next(r for r in limited(plan, passage, Alternative.NONE) if r.rule.quantity == "snap_load")
+    rng = np.random.default_rng(5)
+    columns = []
+    for T in PERIODS:
+        middle, cells = 2.6 + 0.1 * (T - 9.0), []
+        for h in (1.2, 1.6, 2.0, 2.4):
+            beyond = rng.uniform(size=24) < ndtr((math.log(h) - math.log(middle)) / 0.2)
+            x = np.where(beyond, snap.limit * rng.lognormal(0.5, 0.2, 24), 0.0)
+            cells.append((h, {"duration": np.ones(24), "x": x}))
+        columns.append(ColumnRuns(float(T), math.pi, MEASURE, 2.0, 0.0, tuple(cells)))
+    assert seldom(columns)
+    _, found = Work(plan, Search(), Cells(plan, Execution()), None).limits_of(snap, columns, n_draws=24)
+    truth = np.exp(np.log(2.6 + 0.1 * (PERIODS - 9.0)) + 0.2 * ndtri(0.1))
+    assert np.abs(np.log(found.Hs / truth)).max() < 0.15
+    assert ((found.low <= truth) & (truth <= found.high)).sum() >= len(truth) - 1
 
 
 def test_a_lower_end_reaches_no_further_down_than_a_cell_that_is_surely_inside():

@@ -12,6 +12,7 @@ import numpy as np
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.rules import Limited
 from stillhook.plan.limits import utilisation
+from stillhook.plan.tiers.time_domain.cells import Runs
 from stillhook.plan.tiers.time_domain.curves import (
     ALIKE,
     FAR,
@@ -23,13 +24,15 @@ from stillhook.plan.tiers.time_domain.curves import (
     x_limit_of,
 )
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
-from stillhook.statistics.estimate import t_factor
+from stillhook.statistics.estimate import NORMAL_95, t_factor
 
 WELL_BELOW = 0.85
 """Heights below a limit, over it, at which cells show how far down its interval may reach; and the part of a limit that
 a cell may use for a limit to be no lower than it."""
 
 
+SELDOM = 1.0 / 3.0
+"""Share of runs in which waves add something below which they do so seldom."""
 BEHIND_OTHERS = 0.5
 """Part of what runs used of another rule's limit below which a rule guides no search: where the other is reached this
 one is far away."""
@@ -61,12 +64,40 @@ def cell_levels(columns: Sequence[ColumnRuns]) -> CellLevels:
         [each[min(k, len(each) - 1)] if each else column.about for each, column in zip(heights, columns, strict=True)]
         for k in range(most)
     ]
+    if seldom(columns):
+        for i, column in enumerate(columns):
+            for k, (height, runs) in enumerate(cell for cell in column.cells if cell[0] > 0.0):
+                Hs[i, k], (x[i, k], low[i, k], high[i, k]) = height, _by_order(column, height, runs)
+        return CellLevels(Hs, x, low, high)
     for k, curve in enumerate(curves_about(columns, about)):
         for i, column in enumerate(columns):
             if k < len(heights[i]):
                 Hs[i, k] = heights[i][k]
                 x[i, k], low[i, k], high[i, k] = _level(column, heights[i][k], *curve.level(i, heights[i][k]))
     return CellLevels(Hs, x, low, high)
+
+
+def seldom(columns: Sequence[ColumnRuns]) -> bool:
+    """Whether waves add something in few runs alone, such as a snap load in slings that hardly ever fall slack: no
+    distribution of what they add says at which height they do so often enough."""
+    first = next((runs for column in columns for _, runs in column.cells), None)
+    measure = columns[0].measure
+    if measure.statistic is not Statistic.LARGEST or first is None or measure.peaks(first) is not None:
+        return False
+    rows = [(column.by_run[1], column.still) for column in columns if column.cells]
+    added = [x > still + ROUNDING * max(abs(still), ROUNDING) for x, still in rows]
+    return float(np.concatenate(added).mean()) < SELDOM
+
+
+def _by_order(column: ColumnRuns, Hs: float, runs: Runs) -> tuple[float, float, float]:
+    """The level of a cell by the order of its own runs; without an upper end where too few are below it."""
+    x, q = np.sort(column.measure.values(runs)), column.measure.of_part()
+    if not np.isfinite(x).all() and not column.sound_up_to >= Hs:
+        return math.inf, math.inf, math.inf
+    n, half = len(x), NORMAL_95 * math.sqrt(q * (1.0 - q) / len(x))
+    at = [math.ceil(n * share - 1e-9) - 1 for share in (q, max(q - half, 0.0), q + half)]
+    value, low = (float(x[max(k, 0)]) for k in at[:2])
+    return value, low, float(x[at[2]]) if at[2] < n else math.inf
 
 
 def _level(column: ColumnRuns, Hs: float, value: float, low: float, high: float) -> tuple[float, float, float]:

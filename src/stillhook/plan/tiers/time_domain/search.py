@@ -23,7 +23,7 @@ from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Runs, merged
 from stillhook.plan.tiers.time_domain.crossing_search import CrossingSearch
-from stillhook.plan.tiers.time_domain.crossings import Feature, binned, crosses
+from stillhook.plan.tiers.time_domain.crossings import Feature, binned, crosses, crossing_limits
 from stillhook.plan.tiers.time_domain.curves import (
     ColumnRuns,
     Curve,
@@ -41,6 +41,7 @@ from stillhook.plan.tiers.time_domain.levels import (
     inside_up_to,
     may_govern,
     near_limit,
+    seldom,
     share_used,
     surely_inside,
     used_of,
@@ -388,13 +389,17 @@ class Work:
     def _limits_of(
         self, rule: Limited, columns: Sequence[ColumnRuns], expected: FloatArray | None, n_draws: int
     ) -> tuple[Curve, CurveLimits]:
-        curve = curve_of(columns, chance_of(columns, rule.limit))
-        bands = [
-            (top, np.array([x_limit_of(column.measure, limit) for column in columns]))
-            for top, limit in self.bands(rule)
-        ]
         highest = self.height(max(self.plan.environment.Hs))
-        limits = limits_in_bands(curve, bands, highest, expected, n_draws=n_draws)
+        if seldom(columns):  # by whether each run is beyond, and its height alone
+            curve = Curve(tuple(columns), np.array([column.still for column in columns]), None)
+            limits = crossing_limits(columns, None, self.bands(rule), highest, expected, n_draws=n_draws).limits
+        else:
+            curve = curve_of(columns, chance_of(columns, rule.limit))
+            bands = [
+                (top, np.array([x_limit_of(column.measure, limit) for column in columns]))
+                for top, limit in self.bands(rule)
+            ]
+            limits = limits_in_bands(curve, bands, highest, expected, n_draws=n_draws)
         return curve, limits if self.swell == 0.0 else wind_sea_limits(limits, self.swell)
 
     def height(self, Hs: float) -> float:
