@@ -125,6 +125,11 @@ def test_a_lower_end_reaches_no_further_down_than_a_cell_that_is_surely_inside()
     assert (floor <= 2.0).any()
 
 
+def test_columns_without_a_run_in_waves_have_no_levels():
+    assert cell_levels([]).Hs.shape == (0, 0)
+    assert cell_levels([replace(column, cells=()) for column in table(steep)]).Hs.shape == (10, 0)
+
+
 def test_a_column_without_lower_cells_takes_the_floor_of_its_neighbours():
     columns = table(steep, (0.8, 1.2, 1.6))
     alone = [replace(column, cells=column.cells[-1:]) if i == 4 else column for i, column in enumerate(columns)]

@@ -64,6 +64,8 @@ def cell_levels(columns: Sequence[ColumnRuns]) -> CellLevels:
         [each[min(k, len(each) - 1)] if each else column.about for each, column in zip(heights, columns, strict=True)]
         for k in range(most)
     ]
+    if most == 0:
+        return CellLevels(Hs, x, low, high)
     if seldom(columns):
         for i, column in enumerate(columns):
             for k, (height, runs) in enumerate(cell for cell in column.cells if cell[0] > 0.0):
