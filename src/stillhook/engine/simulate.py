@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stillhook import units
 from stillhook.base.progress import Progress
-from stillhook.engine.arguments import Case, Series, check_threads, cycles, paired, steps_per_cycle
+from stillhook.engine.arguments import Case, Series, check_threads, cycles, paired, steps_per_cycle, substeps
 from stillhook.engine.batch import Problem, run_batch, summary_of
 from stillhook.engine.lowering.problem import LoweringProblem
 from stillhook.engine.runner import Ending
@@ -111,8 +111,10 @@ def simulate(
     if sampling is not None or end != End.DURATION:
         sampled = 1 if sampling is None else cycles(cranes[0], sampling, "sampling")
         problem = _shorter(problem, sampled, end, stored=stored)
-    usual = problem.default_step(cranes, cases, series=stored) if step is None else 0.0
-    n_sub = steps_per_cycle(cranes[0], step, usual)
+    if step is None:
+        n_sub = substeps(cranes[0].control.t_cycle, problem.default_step(cranes, cases, series=stored))
+    else:
+        n_sub = steps_per_cycle(cranes[0], step)
     traces = None
     if stored:
         problem.check(cranes, cases)

@@ -8,7 +8,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 import numpy as np
 
@@ -50,6 +50,7 @@ def _cranes(crane: Crane | Sequence[Crane]) -> dict[str, Any]:
 
 
 Case = Lowering | InSea
+T = TypeVar("T")
 
 LIFT_STEP = 5e-3
 """Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire
@@ -63,6 +64,19 @@ def lift_step(longest: float) -> float:
     return min(LIFT_STEP, max(longest, SHORTEST_STEP))
 
 
+def _each_lift(cranes: Sequence[Crane], cases: Sequence[Case], look: Callable[[Crane, Lowering], T]) -> list[T]:
+    """What `look` says of every lift; those that many seas share are looked at once. Errors: as `each_case`."""
+    seen: dict[tuple[int, int], T] = {}
+
+    def once(crane: Crane, case: Case) -> None:
+        lift = _lift(case)
+        if (key := (id(crane), id(lift))) not in seen:
+            seen[key] = look(crane, lift)
+
+    each_case(cranes, cases, once)
+    return list(seen.values())
+
+
 class LoweringProblem:
     """Lowerings as a batch runs them: alone, or in a sea that is made when it is run. sampled: statistics are taken
     every so many PLC cycles; short: runs end with their programme."""
@@ -73,29 +87,15 @@ class LoweringProblem:
         self.sampled, self.short = sampled, short
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
-        """Lifts that many seas share are looked at once."""
-        seen: set[tuple[int, int]] = set()
-
-        def check(crane: Crane, case: Case) -> None:
-            lift = _lift(case)
+        def check(crane: Crane, lift: Lowering) -> None:
             check_sea(lift)
-            if (id(crane), id(lift)) not in seen:
-                check_lift(crane, lift)
-                seen.add((id(crane), id(lift)))
+            check_lift(crane, lift)
 
-        each_case(cranes, cases, check)
+        _each_lift(cranes, cases, check)
 
     def default_step(self, cranes: Sequence[Crane], cases: Sequence[Case], *, series: bool) -> float:
-        """A shorter one where a stiff winch asks for it. Lifts that many seas share are looked at once."""
-        longest: dict[tuple[int, int], float] = {}
-
-        def look(crane: Crane, case: Case) -> None:
-            lift = _lift(case)
-            if (key := (id(crane), id(lift))) not in longest:
-                longest[key] = longest_step(crane, lift)
-
-        each_case(cranes, cases, look)
-        return lift_step(min(longest.values()))
+        """A shorter one where a stiff winch asks for it."""
+        return lift_step(min(_each_lift(cranes, cases, longest_step)))
 
     def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int, bool]:
         lift = _lift(case)

@@ -63,6 +63,15 @@ class ColumnFeatures:
     many: Features = field(repr=False)
 
 
+def of_height(columns: Sequence[ColumnRuns]) -> list[ColumnFeatures]:
+    """Features that say nothing of columns, for `HEIGHT`."""
+    many = {HEIGHT.name: np.ones(SEEDS_OF_SEA)}
+    return [
+        ColumnFeatures(tuple({HEIGHT.name: np.ones(len(runs["duration"]))} for _, runs in column.cells), many)
+        for column in columns
+    ]
+
+
 @dataclass(frozen=True, eq=False)
 class CrossingLimits:
     """Limits of one rule by crossings, and the feature that they were read with."""
@@ -73,7 +82,7 @@ class CrossingLimits:
 
 def crossing_limits(
     columns: Sequence[ColumnRuns],
-    features: Sequence[ColumnFeatures] | None,
+    features: Sequence[ColumnFeatures],
     bands: Sequence[tuple[float, float]],
     highest: float,
     expected: FloatArray | None = None,
@@ -83,21 +92,19 @@ def crossing_limits(
 ) -> CrossingLimits:
     """Heights at which the share of runs beyond a limit is what the measure allows, in columns that have runs.
 
-    features: None to look at the height alone; bands of the limit by height [m]; highest sea to analyse [m]; expected
+    bands of the limit by height [m]; highest sea to analyse [m]; expected
     (c,): limits of a cheaper method [m], NaN where it has none; feature: the one to use, None for that with the largest
     evidence. In a column whose calm is beyond the limit is 0. An interval without two ends leaves no limit (NaN), and
     its lower end.
     """
     p = np.array([1.0 - column.measure.of_part() for column in columns])
     runs = _Stacked.of(columns, features, bands)
-    best = feature if features is not None else HEIGHT
+    best = feature
     if best is None:
         tried = {each: _fit(columns, features, runs, each, expected, p, alike=True) for each in CANDIDATES}
         best = max(tried, key=lambda each: tried[each].evidence)
     fit = _fit(columns, features, runs, best, expected, p, coarse=n_draws == 0)
-    ln_f = np.zeros((len(columns), SEEDS_OF_SEA))
-    if features is not None:
-        ln_f = best.power * np.log(np.array([each.many[best.name] for each in features]))
+    ln_f = best.power * np.log(np.array([each.many[best.name] for each in features]))
     found = fit.limits(ln_f, p, draws=max(n_draws, 100))
     tops = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in columns])
     x_limit = np.array([x_limit_of(column.measure, bands[0][1]) for column in columns])
@@ -133,7 +140,7 @@ class _Stacked:
     def of(
         cls,
         columns: Sequence[ColumnRuns],
-        features: Sequence[ColumnFeatures] | None,
+        features: Sequence[ColumnFeatures],
         bands: Sequence[tuple[float, float]],
     ) -> _Stacked:
         rows = [column.by_run for column in columns]
@@ -146,13 +153,13 @@ class _Stacked:
                 np.concatenate(
                     [
                         cell[name]
-                        for column, each in zip(columns, features or (), strict=True)
+                        for column, each in zip(columns, features, strict=True)
                         for (H, _), cell in zip(column.cells, each.cells, strict=True)
                         if H > 0.0
                     ]
                 )
             )
-            for name in (NAMES if features is not None else ())
+            for name in features[0].many
         }
         waves = Hs > 0.0
         return cls(place[waves], np.log(Hs[waves]), (x > x_limit * (1.0 + ROUNDING))[waves], ln_f)
@@ -160,7 +167,7 @@ class _Stacked:
 
 def _fit(
     columns: Sequence[ColumnRuns],
-    features: Sequence[ColumnFeatures] | None,
+    features: Sequence[ColumnFeatures],
     runs: _Stacked,
     feature: Feature,
     expected: FloatArray | None,
@@ -170,12 +177,10 @@ def _fit(
     alike: bool = False,
 ) -> CrossingFit:
     name, power = feature
-    ln_F, usual = runs.ln_H, np.zeros(len(columns))
-    if features is not None:
-        ln_F = power * runs.ln_f[name] + (1.0 - power) * runs.ln_H
-        usual = np.array(
-            [power * float(np.quantile(np.log(each.many[name]), 1.0 - q)) for each, q in zip(features, p, strict=True)]
-        )
+    ln_F = power * runs.ln_f[name] + (1.0 - power) * runs.ln_H
+    usual = np.array(
+        [power * float(np.quantile(np.log(each.many[name]), 1.0 - q)) for each, q in zip(features, p, strict=True)]
+    )
     base = None
     if expected is not None:
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -384,10 +384,7 @@ def _most_added(columns: Sequence[ColumnRuns]) -> FloatArray:
     failed or none was made."""
     some = [bool(c.cells) and c.measure.statistic is not Statistic.CHANCE for c in columns]
     return np.array(
-        [
-            max(float(c.measure.values(runs).max()) for _, runs in c.cells) - c.still if known else math.inf
-            for c, known in zip(columns, some, strict=True)
-        ]
+        [float(c.by_run[1].max()) - c.still if known else math.inf for c, known in zip(columns, some, strict=True)]
     )
 
 

@@ -23,7 +23,7 @@ from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Runs, merged
 from stillhook.plan.tiers.time_domain.crossing_search import CrossingSearch
-from stillhook.plan.tiers.time_domain.crossings import Feature, binned, crosses, crossing_limits
+from stillhook.plan.tiers.time_domain.crossings import HEIGHT, Feature, binned, crosses, crossing_limits, of_height
 from stillhook.plan.tiers.time_domain.curves import (
     ColumnRuns,
     Curve,
@@ -392,7 +392,9 @@ class Work:
         highest = self.height(max(self.plan.environment.Hs))
         if seldom(columns):  # by whether each run is beyond, and its height alone
             curve = Curve(tuple(columns), np.array([column.still for column in columns]), None)
-            limits = crossing_limits(columns, None, self.bands(rule), highest, expected, n_draws=n_draws).limits
+            limits = crossing_limits(
+                columns, of_height(columns), self.bands(rule), highest, expected, n_draws=n_draws, feature=HEIGHT
+            ).limits
         else:
             curve = curve_of(columns, chance_of(columns, rule.limit))
             bands = [
