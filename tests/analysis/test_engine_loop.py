@@ -90,3 +90,13 @@ def test_one_cycle_of_the_linear_loop_is_that_of_the_engine(name: str) -> None:
         assert loop.Phi[at_held, j] == pytest.approx((held_1 - held_0) / (2.0 * h), rel=OF_A_CYCLE, abs=1e-6)
         told = (u_1 - u_0) / (2.0 * h)
         assert loop.Phi[-m:, j] == pytest.approx(told, rel=OF_A_CYCLE, abs=1e-9 + 1e-6 * np.max(np.abs(told)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("v_tip", [0.6239, -0.6239, 0.7071])
+def test_a_fast_place_is_steady_where_its_run_is_no_whole_number_of_cycles(v_tip):
+    """The run ends with a cycle; the tip was taken to be where it is some milliseconds later, which pulled at the load
+    with 0.5 of the tip's speed a second."""
+    (point,) = engine_points(load_crane("nov-100t-electric"), Mode.POSITION, [(9570.0, 510.1, v_tip, 0.0)])
+    rates = point.driver.rates(point.state, point.command, point.geometry, point.tip, point.params).path
+    assert abs(rates.v_load / v_tip) < 0.02
