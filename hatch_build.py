@@ -78,13 +78,14 @@ class CustomBuildHook(BuildHookInterface):
 def libraries() -> list[Library]:
     """Every kernel that the package calls without a winch or controller of the user."""
     from stillhook.kernels import plc_alone, tip_sampling
-    from stillhook.kernels.build import driver, equations
+    from stillhook.kernels.build import JOINTS, Setup, driver, equations
     from stillhook.kernels.lanes import VL
     from stillhook.winches.registry import WINCH_TYPES
 
-    kinds = [(plant, kind) for plant in WINCH_TYPES for kind in ("driver", "lift_driver", "compensated_lift_driver")]
-    runs = [driver(plant, lanes, kind).run for plant, kind in (*kinds, ("truth", "driver")) for lanes in (1, VL)]
-    rates = [equations(driver(plant, 1))["rates_at"] for plant in WINCH_TYPES]
+    setups = [Setup(), *(Setup(joint=name) for name in JOINTS)]
+    kinds = [(plant, setup) for plant in WINCH_TYPES for setup in setups]
+    runs = [driver(plant, lanes, setup).run for plant, setup in (*kinds, ("truth", Setup())) for lanes in (1, VL)]
+    rates = [equations(driver(plant, 1)).rates_at for plant in WINCH_TYPES]
     return [entry.library for entry in (*runs, *rates, plc_alone.kernel(()).run, tip_sampling.kernel())]
 
 

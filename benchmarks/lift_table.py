@@ -49,7 +49,7 @@ def table(plan: LiftPlan, seeds: int = SEEDS) -> list[InSea]:
 @contextmanager
 def timed(plant: str) -> Iterator[Callable[[], float]]:
     """Processor time that the kernel takes meanwhile [s], on all threads."""
-    module = driver(plant, VL, LiftBlock.kind)
+    module = driver(plant, VL, LiftBlock.setup)
     run, lock, spent = module.run, threading.Lock(), [0.0]
 
     def kernel(*args: Any) -> None:

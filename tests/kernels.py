@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.kernels.build import is_compiled
+from stillhook.kernels.build import LOAD_ON_WIRE, Setup, is_compiled
 from stillhook.kernels.lanes import VL
 from stillhook.validate.synthetic.reference.laws import ReferenceCrane
 from stillhook.validate.synthetic.reference.pack import simulate_reference
@@ -33,13 +33,13 @@ CRANES = {
 class Kernel(NamedTuple):
     plant: str
     lanes: int
-    kind: str = "driver"
+    setup: Setup = LOAD_ON_WIRE
 
 
 PROCESSES = (
     (
         Kernel("active-passive", VL),
-        Kernel("active-passive", VL, "lift_driver"),
+        Kernel("active-passive", VL, Setup(joint="slings")),
         Kernel("truth", 1),
         Kernel("electric", VL),
         Kernel("electric", 1),
@@ -49,7 +49,7 @@ PROCESSES = (
         Kernel("pure-active", VL),
         Kernel("pure-active", 1),
         Kernel("active-passive", 1),
-        Kernel("active-passive", 1, "lift_driver"),
+        Kernel("active-passive", 1, Setup(joint="slings")),
         Kernel("secondary", VL),
         Kernel("secondary", 1),
         Kernel("open-circuit", VL),
@@ -78,7 +78,7 @@ def compile_one(kernel: Kernel) -> None:
     run = Scenario(load="10 t", s_w="50 m", duration="1 s", warm_up="0 s")
     if kernel.plant == "truth":
         simulate_reference(crane, run, ReferenceCrane())
-    elif kernel.kind == "driver":
+    elif kernel.setup == LOAD_ON_WIRE:
         simulate(crane, [run, run] if several else run)
     else:
         lift = whole_lift(duration="1 s")

@@ -11,6 +11,7 @@ from stillhook.analysis.loop_stability.linear.engine_loop import EnginePoint, en
 from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
 from stillhook.analysis.loop_stability.places import Place
 from stillhook.kernels.build import equations
+from stillhook.kernels.drivers.equations import equations_of
 from stillhook.kernels.lanes import flatten, unflatten
 from stillhook.physics.friction import bristle_rate
 from stillhook.winches.records import Tip
@@ -85,8 +86,8 @@ def test_cycles_are_those_of_the_driver(point: EnginePoint) -> None:
 def test_the_same_functions_run_as_plain_python(point: EnginePoint) -> None:
     """What is left where no compiler is installed."""
     records = (point.state, point.command, point.tip, point.geometry, point.params)
-    S, out = np.array(numbers_of(records)), np.empty(point.driver.RATES)
-    point.driver.rates_at(S, out, 1)
+    S, out = np.array(numbers_of(records)), np.empty(equations(point.driver).RATES)
+    equations_of(point.driver).rates_at(S, out, 1)
     compiled = np.empty_like(out)
-    equations(point.driver)["rates_at"](S, compiled, 1)
+    equations(point.driver).rates_at(S, compiled, 1)
     np.testing.assert_allclose(out, compiled, rtol=EXPONENTIAL, atol=EXPONENTIAL * np.abs(out).max())

@@ -2,7 +2,6 @@
 
 import functools
 from dataclasses import replace
-from types import FunctionType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,9 +24,9 @@ from tests.validate.controller_logs import (
 from stillhook import Scenario, simulate
 from stillhook.control.plc import MANUAL, Memory
 from stillhook.engine.pack.winch import active_record, gains, plc_record
-from stillhook.kernels import plc_alone as kernel
-from stillhook.kernels.control_laws import control_laws
-from stillhook.kernels.plc_alone import PlcInputs, _cycles, plc_alone
+from stillhook.kernels import plc_alone as plc
+from stillhook.kernels.lanes import flatten, unflatten
+from stillhook.kernels.plc_alone import PlcInputs, plc_alone
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.controller.check import ControllerStep, check_controller
 from stillhook.validate.controller.figures import figures
@@ -90,20 +89,14 @@ def test_the_compiled_plc_is_the_readable_one():
         np.full(n, 0.05),
     )
     memory = Memory(MANUAL, 487.0, 1e6, 0.0, 0.1, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)  # a mode change at the first cycle
-    plc = plc_record(TWIN)
-    plc, control = plc._replace(brake=plc.brake._replace(fitted=0.0)), active_record(TWIN).control
-    told, last = plc_alone(seen, np.zeros(n), memory, plc, control, {})
-    laws, plain = control_laws(()), np.empty((n, len(told)))
-    own = {
-        "plc_cycle": laws.cycle,
-        "load": lambda A, i: A[i],
-        "put": lambda A, i, lane: A.append(lane),
-        "Lane": lambda *parts: parts,
-    }
-    readable = FunctionType(_cycles.__code__, {**vars(kernel), **own})
-    carried = [SimpleNamespace(m=memory, laws=laws.blank({}), plc=plc, control=control)]
-    readable(carried, np.column_stack([*seen, np.zeros(n)]).reshape(-1), plain.reshape(-1), n)
-    assert carried[1][0] == last
+    settings = plc_record(TWIN)
+    settings, control = settings._replace(brake=settings.brake._replace(fitted=0.0)), active_record(TWIN).control
+    told, last = plc_alone(seen, np.zeros(n), memory, settings, control, {})
+    bound, plain = plc.kernel(()), np.empty((n, len(told)))
+    lane = np.array(flatten(bound.Lane(memory, bound.laws.blank({}), settings, control)))
+    python = getattr(bound.run, "py_func", bound.run)
+    python(lane, np.column_stack([*seen, np.zeros(n)]).reshape(-1), plain.reshape(-1), n)
+    assert unflatten(bound.Lane, iter(lane.tolist())).m == last
     assert np.array_equal(plain.T, np.array(told))
 
 
@@ -143,7 +136,8 @@ def test_the_winch_at_its_limit_is_compared_as_held():
 
 
 def test_starts_from_the_brake_are_not_held_against_the_twin():
-    """Behind a closed brake the pumps follow pressures that a log need not hold, and its opening leaves a difference that fades for seconds."""
+    """Behind a closed brake the pumps follow pressures that a log need not hold, and its opening leaves a difference
+    that fades for seconds."""
     (segment,) = plc_segments(TWIN, limits_record(own_limits_log()))
     bare = replace(segment, seen=segment.seen._replace(braked=np.zeros_like(segment.seen.braked)))
     apart, without_mark = (np.abs(s.simulated_commands(TWIN).u_p - s.u_p).max() for s in (segment, bare))

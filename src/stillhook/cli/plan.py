@@ -142,7 +142,7 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
         from stillhook.engine.lowering.run import LiftBlock
         from stillhook.plan.tiers.time_domain.placing import usual_runs
 
-        say_if_compiling(lift_plan.crane, kind=LiftBlock.kind)
+        say_if_compiling(lift_plan.crane, setup=LiftBlock.setup)
         resume_note = (
             f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )

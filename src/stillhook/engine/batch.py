@@ -28,7 +28,7 @@ from stillhook.base.progress import Meter, Progress
 from stillhook.engine.arguments import Series, check_threads
 from stillhook.engine.runner import RunOptions
 from stillhook.errors import SimulationError, StillhookError
-from stillhook.kernels.build import driver, results_hash
+from stillhook.kernels.build import Setup, driver, results_hash
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -186,7 +186,7 @@ class Row(NamedTuple):
 class Problem(Protocol):
     """A kind of case: how it is checked, grouped, run and summarised. Stateless; a worker imports it by its name."""
 
-    kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
+    setup: Setup  # what its kernel runs besides a winch
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Any]) -> None:
         """Refuse what cannot be run, before anything runs. Errors: those of the first such case, with its place."""
@@ -373,7 +373,7 @@ def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[t
         for task in tasks:
             yield task, work(task, meter.part(task.seconds))
         return
-    driver(tasks[0].cranes[0].plant.value, VL, tasks[0].problem.kind)
+    driver(tasks[0].cranes[0].plant.value, VL, tasks[0].problem.setup)
     with ThreadPoolExecutor(threads) as pool:
         waiting: dict[Future[list[Row]], Task] = {
             pool.submit(work, task, meter.part(task.seconds)): task for task in tasks

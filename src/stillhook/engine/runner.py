@@ -18,7 +18,7 @@ from stillhook.base.progress import Meter, Progress
 from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
 from stillhook.engine.pack.winch import Packed
 from stillhook.errors import StillhookError
-from stillhook.kernels.build import driver
+from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.lanes import aligned, offset, size, unflatten
 from stillhook.kernels.statistics.cycles import blank_window
 from stillhook.physics.records import fields
@@ -95,7 +95,7 @@ def run_blocks(
         groups.setdefault((r.winch.extra_controllers, block_type.alike(r)), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
     for winch in {r.winch.extra_controllers: r.winch for r in ready}.values():  # compiled before threads share it
-        driver(winch.name, lanes, block_type.kind, winch.extra_controllers)
+        driver(winch.name, lanes, block_type.setup, winch.extra_controllers)
     meter = Meter(len(blocks), progress)
     meter.tell()
     results: dict[int, Any] = {}
@@ -124,7 +124,7 @@ def run_blocks(
 class Block(ABC, Generic[R]):
     """Runs of equal length side by side in one flat array; missing lanes repeat the first case."""
 
-    kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
+    setup: Setup  # what its kernel runs besides a winch
     sampled = 1  # statistics are taken every so many cycles
     short_from: int | None = None  # cycle from which on pieces are short
 
@@ -133,7 +133,7 @@ class Block(ABC, Generic[R]):
         self.lanes = [self.ready[i] if i < len(self.ready) else self.ready[0] for i in range(lanes)]
         self.drive, self.n_sub, self.every = self.ready[0].drive, n_sub, every
         winch = self.ready[0].winch
-        self.d = driver(winch.name, lanes, self.kind, winch.extra_controllers)
+        self.d = driver(winch.name, lanes, self.setup, winch.extra_controllers)
         self.of_winch, windows, columns = self.sizes(self.d)
         self.n_x = size(self.of_winch.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)

@@ -24,7 +24,7 @@ from stillhook.engine.saved import bytes_of, printable, seal, unseal
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, first_lane
 from stillhook.errors import SimulationError
-from stillhook.kernels.build import results_hash
+from stillhook.kernels.build import Setup, results_hash
 from stillhook.kernels.lanes import VL, aligned, flatten, offset, paths
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
@@ -63,7 +63,7 @@ PARAMETERS: Mapping[str, str] = {
 class WireBlock(ScenarioBlock):
     """Winches whose wire, load and water are the host's, which gives the tension; at rest under the scenario's load."""
 
-    kind = "hosted_driver"
+    setup = Setup(host=True)
 
     def record(self, r: Ready) -> list[float]:
         tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)

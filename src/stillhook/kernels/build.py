@@ -8,18 +8,18 @@ loaded for that alone.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import hashlib
 import importlib.util
 import os
 import re
-import sys
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from stillhook.base.extensions import extension_sources
 from stillhook.control.interface import DISPLACEMENT
@@ -29,17 +29,43 @@ from stillhook.kernels import control_laws
 from stillhook.kernels.c99.library import Entry, Library, native
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.cache import kernel_folder
+from stillhook.kernels.drivers.equations import Equations, equations_of
+from stillhook.kernels.drivers.lift import lift_driver
+from stillhook.kernels.drivers.rest import rest_of
+from stillhook.kernels.drivers.winch import Driver, winch_driver
 from stillhook.physics.records import fields
 from stillhook.winches import imposed_tension
+from stillhook.winches.joints import gas_spring, slings
 from stillhook.winches.reference import plant as truth
 from stillhook.winches.registry import WINCH_TYPES
 
 PLANTS: dict[str, ModuleType] = {**{name: each.module for name, each in WINCH_TYPES.items()}, "truth": truth}
 """Module of every winch type, and of the reference plant for synthetic logs."""
+JOINTS: dict[str, ModuleType] = {module.NAME: module for module in (slings, gas_spring)}
+"""Module of everything that may join hook and payload."""
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "winches", "kernels")
 """Rooms of every source that a kernel can inline, and of what compiles them."""
 LOCK = threading.RLock()
+
+
+class Setup(NamedTuple):
+    """What a kernel runs besides a winch: the load on its wire (default); a wire whose tension comes from outside
+    (host); or a lowering, with what joins hook and payload (joint, by name). guarded: what the PLC reads comes from
+    outside, and `stillhook.control.guard` stands before it."""
+
+    host: bool = False
+    joint: str = ""
+    guarded: bool = False
+
+    @property
+    def label(self) -> str:
+        """What files of such kernels are called."""
+        of_lift = f"lift-{self.joint}-" if self.joint else ""
+        return f"{'guarded-' if self.guarded else ''}{'hosted-' if self.host else ''}{of_lift}"
+
+
+LOAD_ON_WIRE = Setup()
 
 
 @functools.cache
@@ -85,12 +111,12 @@ def cache_folder(plant: str, lanes: int) -> Path:
     return kernel_folder(f"{kernel_hash()}-{plant}-{lanes}")
 
 
-def _folder(plant: str, kind: str, extra_controllers: tuple[str, ...]) -> str:
+def _folder(plant: str, prefix: str, extra_controllers: tuple[str, ...]) -> str:
     """What the folder of a kernel is called; it holds the sources of the user's modules where the winch is theirs."""
     own = extension_sources()
     sources = b"\0".join(path.read_bytes() for path in own) if Path(str(PLANTS[plant].__file__)) in own else b""
     of_user = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
-    return (plant if kind == "driver" else f"{kind}-{plant}") + of_user + control_laws.label(extra_controllers)
+    return f"{prefix}{plant}{of_user}" + control_laws.label(extra_controllers)
 
 
 def interpreted() -> bool:
@@ -98,60 +124,39 @@ def interpreted() -> bool:
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 
-def is_compiled(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> bool:
+def is_compiled(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controllers: tuple[str, ...] = ()) -> bool:
     """Whether a run of this plant starts from cached machine code."""
     if interpreted():
         return True
-    entry = driver(plant, lanes, kind, extra_controllers).run
+    entry = driver(plant, lanes, setup, extra_controllers).run
     if isinstance(entry, Entry) and not entry.library.failed:
         return entry.library.is_compiled()
-    return any(cache_folder(_folder(plant, kind, extra_controllers), lanes).rglob("*.nbc"))
+    return any(cache_folder(_folder(plant, setup.label, extra_controllers), lanes).rglob("*.nbc"))
 
 
-BASE = {
-    "lift_driver": "lift_wire",
-    "lift_wire": "driver",
-    "compensated_lift_driver": "compensated_lift_wire",
-    "compensated_lift_wire": "driver",
-}
-"""What a driver builds on. A compensated one is made of the same file, with a passive heave compensator above the
-slings."""
+def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controllers: tuple[str, ...] = ()) -> Any:
+    """The driver of one plant for 1 or 16 lanes: a `stillhook.kernels.drivers.winch.Driver`, or a
+    `stillhook.kernels.drivers.lift.LiftDriver` of a lowering. Compiled on first call, cached on disk.
 
-COMPENSATED, HOSTED, GUARDED = "compensated_", "hosted_", "guarded_"
-
-
-def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> ModuleType:
-    """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
-
-    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering (see `BASE`), and
-    "compensated_lift_driver" for one with a passive heave compensator, "hosted_driver" for a wire whose tension comes
-    from outside. "guarded_" before "driver" or "hosted_driver": what the PLC reads comes from outside, and
-    `stillhook.control.guard` stands before it.
     extra_controllers: those that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`.
     """
-    name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *extra_controllers))}]"
-    base = driver(plant, lanes, BASE[kind], extra_controllers) if kind in BASE else None
     with LOCK:
-        if name not in sys.modules:
-            unguarded = kind.removeprefix(GUARDED)
-            file = Path(__file__).with_name(f"{unguarded.removeprefix(COMPENSATED).removeprefix(HOSTED)}.py")
-            spec = importlib.util.spec_from_file_location(name, file)
-            assert spec is not None
-            assert spec.loader is not None
-            module = importlib.util.module_from_spec(spec)
-            module.plant = PLANTS[plant]  # type: ignore[attr-defined]
-            module.path = imposed_tension if unguarded.startswith(HOSTED) else module.plant.PATH  # type: ignore[attr-defined]
-            module.LANES = lanes  # type: ignore[attr-defined]
-            module.made_of = (plant, extra_controllers)  # type: ignore[attr-defined]
-            takes = getattr(module.plant, "CONTROL", DISPLACEMENT)
-            module.laws = control_laws.control_laws(extra_controllers, takes, kind.startswith(GUARDED))  # type: ignore[attr-defined]
-            module.base = base  # type: ignore[attr-defined]
-            module.compensated = kind.startswith(COMPENSATED)  # type: ignore[attr-defined]
-            spec.loader.exec_module(module)
-            kernels = {each: f for each, f in vars(module).items() if each in ("run", "at_rest")}
-            vars(module).update(_machine_code(kernels, _folder(plant, kind, extra_controllers), lanes))
-            sys.modules[name] = module
-    return sys.modules[name]
+        return _driver(plant, lanes, setup, extra_controllers)
+
+
+@functools.cache
+def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, ...]) -> Any:
+    folder = _folder(plant, setup.label, extra_controllers)
+    if setup.joint:
+        lift = lift_driver(driver(plant, lanes, Setup(), extra_controllers), JOINTS[setup.joint])
+        return dataclasses.replace(lift, **_machine_code({"run": lift.run}, folder, lanes))
+    module = PLANTS[plant]
+    laws = control_laws.control_laws(extra_controllers, getattr(module, "CONTROL", DISPLACEMENT), setup.guarded)
+    path = imposed_tension if setup.host else module.PATH
+    made = winch_driver(module, path, laws, lanes, (plant, extra_controllers))
+    rest = rest_of(made)
+    code = _machine_code({"run": made.run, "at_rest": rest.at_rest}, folder, lanes)
+    return dataclasses.replace(made, prepare=rest.prepare, read=rest.read, **code)
 
 
 def compiled(function: Any, name: str) -> Any:
@@ -161,12 +166,14 @@ def compiled(function: Any, name: str) -> Any:
 
 
 @functools.cache
-def equations(d: ModuleType) -> Mapping[str, Any]:
-    """`rates_at` and `cycles_at` of a driver for one lane, for what differentiates them: compiled on first call, cached
-    on disk; plain Python where no compiler is installed."""
+def equations(d: Driver) -> Equations:
+    """The equations of a driver for one lane, for what differentiates them: compiled on first call, cached on disk;
+    plain Python where no compiler is installed."""
     plant, extra_controllers = d.made_of
-    kernels = {each: getattr(d, each) for each in ("rates_at", "cycles_at")}
-    return _machine_code(kernels, _folder(plant, "equations", extra_controllers), 1, make=_by_numba_or_python)
+    made = equations_of(d)
+    kernels = {"rates_at": made.rates_at, "cycles_at": made.cycles_at}
+    folder = _folder(plant, "equations-", extra_controllers)
+    return dataclasses.replace(made, **_machine_code(kernels, folder, 1, make=_by_numba_or_python))
 
 
 def _machine_code(
@@ -206,8 +213,8 @@ def _by_numba(function: Any, folder: Path) -> Any:
 def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:
     """One C99 file with everything that a plant's kernels do.
 
-    For each lane count it exports `run_<lanes>` and `at_rest_<lanes>` (arguments as in `stillhook.kernels.driver`) and
-    `step_<lanes>`, one step of one trajectory on structs.
+    For each lane count it exports `run_<lanes>` and `at_rest_<lanes>` (arguments as in
+    `stillhook.kernels.drivers.winch`) and `step_<lanes>`, one step of one trajectory on structs.
     """
     t = Translator()
     for n in lanes:

@@ -25,7 +25,11 @@ def machine_code(function: Any, folder: Path) -> Any:
 
 class _Cache(FunctionCache):  # type: ignore[misc]
     """Numba's cache, but never in the way: what cannot be read is compiled again, what cannot be written is not
-    kept."""
+    kept. Its folder is that of one state of all sources, so that a kernel is known by its types alone: what it is
+    nested in need not be looked at."""
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return sig, codegen.magic_tuple()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:

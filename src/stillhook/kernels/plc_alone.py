@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Mapping
-from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from stillhook.kernels.build import compiled
 from stillhook.kernels.control_laws import ControlLaws, control_laws, extra_controllers, label
 from stillhook.kernels.lanes import Array, access, flatten, size, unflatten
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
-from stillhook.physics.records import replace
+from stillhook.physics.records import record, replace
 
 
 class Commands(NamedTuple):
@@ -109,86 +108,6 @@ class Kernel(NamedTuple):
     once: Any
 
 
-@functools.cache
-def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False) -> Kernel:
-    """Cycles with these controllers in addition to those of every kernel of this kind of drive; guarded: for inputs
-    from outside, see `stillhook.control.guard`."""
-    laws = control_laws(names, drive, guarded)
-    parts = [("m", Memory), ("laws", laws.Record), ("plc", Plc), ("control", MotorControl)]
-    lane: Any = NamedTuple("Lane", parts)  # type: ignore[misc]
-    mark = " guarded" if guarded else ""
-    lane.__module__ = f"{__name__} {drive}{mark} {' '.join(names)}"  # its generated functions are distinguished by it
-    own = {"plc_check": laws.check, "plc_cycle": laws.cycle, "Lane": lane}
-    own |= {"load": access(lane, 1).load, "put": access(lane, 1).store}
-    if guarded:
-        own["with_outside"] = replace(laws.Record, "guard")
-
-    def bound(function: Any) -> Any:
-        made = FunctionType(function.__code__, {**globals(), **own}, function.__name__)
-        made.__annotations__ = function.__annotations__
-        return made
-
-    if guarded:
-        run = compiled(bound(_guarded_cycles), f"plc-guarded-{drive}{label(names)}")
-    else:
-        run = compiled(bound(_cycles), f"plc{label(names)}") if drive == DISPLACEMENT else None
-    return Kernel(laws, lane, run, bound(_begin), bound(_once))
-
-
-def _cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-def]
-    """A lane, whose memory goes on; S rows of what the PLC reads; out rows of commands, n each."""
-    a = load(A, 0)  # type: ignore[name-defined]  # noqa: F821
-    m, laws, plc, control = a.m, a.laws, a.plc, a.control
-    for k in range(n):
-        seen, ahead = row_at(S, k * ROW), row_at(S, min(k + 1, n - 1) * ROW)
-        y = Sensed(
-            s_tip=seen.s_tip,
-            v_tip=seen.v_tip,
-            a_tip=seen.a_tip,
-            v_op=seen.v_op,
-            s_op=seen.s_op,
-            mode=seen.mode,
-            f_pump=seen.f_pump,
-            s_w=seen.s_w,
-            F=seen.F,
-            alpha_m=known_displacement(seen.alpha_m, m.u_m, control),
-            K_wire=seen.K_wire,
-            dp=0.0,
-            dp_load=0.0,
-            p_hp=seen.p_hp,
-        )
-        drive, m, laws = plc_cycle(y, m, laws, plc)  # type: ignore[name-defined]  # noqa: F821
-        braked = seen.braked > 0.0
-        if braked:
-            m = going_on(m, ahead.u_braked, 0.0, AJAR)  # the command that the brake opens with
-        i = k * COMMANDS
-        out[i] = seen.u_braked if braked else drive.u_p
-        out[i + 1] = drive.u_m
-        out[i + 2] = drive.u_ff
-        out[i + 3] = seen.u_braked if braked else drive.u_raw
-        out[i + 4] = drive.e_c
-    put(A, 0, Lane(m, laws, plc, control))  # type: ignore[name-defined]  # noqa: F821
-
-
-def _begin(A: Array, S: Array):  # type: ignore[no-untyped-def]
-    """The memory of a lane before its first cycle, on a `Sensed` in S."""
-    a = load(A, 0)  # type: ignore[name-defined]  # noqa: F821
-    y, m, _ = plc_check(sensed_at(S, 0), a.m, a.laws, a.plc)  # type: ignore[name-defined]  # noqa: F821
-    m = memory_before(m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, a.plc)
-    put(A, 0, Lane(m, a.laws, a.plc, a.control))  # type: ignore[name-defined]  # noqa: F821
-
-
-def _once(A: Array, S: Array, out: Array):  # type: ignore[no-untyped-def]
-    """One cycle of a lane on a `Sensed` in S; out its `ActuatorCommands`. The motors' displacement is what is measured;
-    where it is not, the PLC goes by its own command."""
-    a = load(A, 0)  # type: ignore[name-defined]  # noqa: F821
-    seen, m, laws = plc_check(sensed_at(S, 0), a.m, a.laws, a.plc)  # type: ignore[name-defined]  # noqa: F821
-    seen = with_displacement(seen, known_displacement(seen.alpha_m, m.u_m, a.control))
-    drive, m, laws = plc_cycle(seen, m, laws, a.plc)  # type: ignore[name-defined]  # noqa: F821
-    put(A, 0, Lane(m, laws, a.plc, a.control))  # type: ignore[name-defined]  # noqa: F821
-    put_commands(out, 0, drive)
-
-
 class Outside(NamedTuple):
     """A cycle of a guarded PLC: what it reads, the quality of each input, 1 good or 0 bad, and the reset, 0 or 1."""
 
@@ -214,25 +133,107 @@ outside_at, AT_ALARM = access(Outside, 1).load, size(ActuatorCommands)
 with_quality = replace(Guard, "quality", "reset")
 
 
-def _guarded_cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-def]
-    """A lane, whose memory goes on; S rows of `Outside`, out rows of `GuardedCommands`, n each."""
-    a = load(A, 0)  # type: ignore[name-defined]  # noqa: F821
-    m, laws, plc, control = a.m, a.laws, a.plc, a.control
-    for k in range(n):
-        o = outside_at(S, k * OUTSIDE)
-        begun = laws.guard.g.begun
-        laws = with_outside(laws, with_quality(laws.guard, o.quality, o.reset))  # type: ignore[name-defined]  # noqa: F821
-        y, m, laws = plc_check(o.y, m, laws, plc)  # type: ignore[name-defined]  # noqa: F821
-        if begun < 0.5:
-            m = memory_before(m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, plc)
-        y = with_displacement(y, known_displacement(y.alpha_m, m.u_m, control))
-        drive, m, laws = plc_cycle(y, m, laws, plc)  # type: ignore[name-defined]  # noqa: F821
-        i = k * GUARDED
-        put_commands(out, i, drive)
-        out[i + AT_ALARM] = laws.guard.g.alarm
-        out[i + AT_ALARM + 1] = laws.guard.g.cause
-        out[i + AT_ALARM + 2] = laws.guard.g.state
-    put(A, 0, Lane(m, laws, plc, control))  # type: ignore[name-defined]  # noqa: F821
+@functools.cache
+def kernel(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False) -> Kernel:
+    """Cycles with these controllers in addition to those of every kernel of this kind of drive; guarded: for inputs
+    from outside, see `stillhook.control.guard`."""
+    laws = control_laws(names, drive, guarded)
+    of = f"{__name__} {laws.Record.__module__}"
+    Lane = record("Lane", of, m=Memory, laws=laws.Record, plc=Plc, control=MotorControl)
+    load, put = access(Lane, 1).load, access(Lane, 1).store
+    plc_check, plc_cycle = laws.check, laws.cycle
+
+    def begin(A: Array, S: Array):
+        """The memory of a lane before its first cycle, on a `Sensed` in S."""
+        a = load(A, 0)
+        y, m, _ = plc_check(sensed_at(S, 0), a.m, a.laws, a.plc)
+        m = memory_before(m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, a.plc)
+        put(A, 0, Lane(m, a.laws, a.plc, a.control))
+
+    def once(A: Array, S: Array, out: Array):
+        """One cycle of a lane on a `Sensed` in S; out its `ActuatorCommands`. The motors' displacement is what is
+        measured; where it is not, the PLC goes by its own command."""
+        a = load(A, 0)
+        seen, m, laws = plc_check(sensed_at(S, 0), a.m, a.laws, a.plc)
+        seen = with_displacement(seen, known_displacement(seen.alpha_m, m.u_m, a.control))
+        drive, m, laws = plc_cycle(seen, m, laws, a.plc)
+        put(A, 0, Lane(m, laws, a.plc, a.control))
+        put_commands(out, 0, drive)
+
+    if guarded:
+        run = compiled(_guarded_cycles(laws, Lane), f"plc-guarded-{drive}{label(names)}")
+    else:
+        run = compiled(_cycles(laws, Lane), f"plc{label(names)}") if drive == DISPLACEMENT else None
+    return Kernel(laws, Lane, run, begin, once)
+
+
+def _cycles(laws_of: ControlLaws, Lane: Any) -> Any:
+    """The cycles of a PLC over what was recorded."""
+    load, put, plc_cycle = access(Lane, 1).load, access(Lane, 1).store, laws_of.cycle
+
+    def cycles(A: Array, S: Array, out: Array, n: int):
+        """A lane, whose memory goes on; S rows of what the PLC reads; out rows of commands, n each."""
+        a = load(A, 0)
+        m, laws, plc, control = a.m, a.laws, a.plc, a.control
+        for k in range(n):
+            seen, ahead = row_at(S, k * ROW), row_at(S, min(k + 1, n - 1) * ROW)
+            y = Sensed(
+                s_tip=seen.s_tip,
+                v_tip=seen.v_tip,
+                a_tip=seen.a_tip,
+                v_op=seen.v_op,
+                s_op=seen.s_op,
+                mode=seen.mode,
+                f_pump=seen.f_pump,
+                s_w=seen.s_w,
+                F=seen.F,
+                alpha_m=known_displacement(seen.alpha_m, m.u_m, control),
+                K_wire=seen.K_wire,
+                dp=0.0,
+                dp_load=0.0,
+                p_hp=seen.p_hp,
+            )
+            drive, m, laws = plc_cycle(y, m, laws, plc)
+            braked = seen.braked > 0.0
+            if braked:
+                m = going_on(m, ahead.u_braked, 0.0, AJAR)  # the command that the brake opens with
+            i = k * COMMANDS
+            out[i] = seen.u_braked if braked else drive.u_p
+            out[i + 1] = drive.u_m
+            out[i + 2] = drive.u_ff
+            out[i + 3] = seen.u_braked if braked else drive.u_raw
+            out[i + 4] = drive.e_c
+        put(A, 0, Lane(m, laws, plc, control))
+
+    return cycles
+
+
+def _guarded_cycles(laws_of: ControlLaws, Lane: Any) -> Any:
+    """The cycles of a guarded PLC."""
+    load, put, plc_check, plc_cycle = access(Lane, 1).load, access(Lane, 1).store, laws_of.check, laws_of.cycle
+    with_outside = replace(laws_of.Record, "guard")
+
+    def guarded_cycles(A: Array, S: Array, out: Array, n: int):
+        """A lane, whose memory goes on; S rows of `Outside`, out rows of `GuardedCommands`, n each."""
+        a = load(A, 0)
+        m, laws, plc, control = a.m, a.laws, a.plc, a.control
+        for k in range(n):
+            o = outside_at(S, k * OUTSIDE)
+            begun = laws.guard.g.begun
+            laws = with_outside(laws, with_quality(laws.guard, o.quality, o.reset))
+            y, m, laws = plc_check(o.y, m, laws, plc)
+            if begun < 0.5:
+                m = memory_before(m, y.F, y.s_w, y.s_tip, y.mode, y.v_op, plc)
+            y = with_displacement(y, known_displacement(y.alpha_m, m.u_m, control))
+            drive, m, laws = plc_cycle(y, m, laws, plc)
+            i = k * GUARDED
+            put_commands(out, i, drive)
+            out[i + AT_ALARM] = laws.guard.g.alarm
+            out[i + AT_ALARM + 1] = laws.guard.g.cause
+            out[i + AT_ALARM + 2] = laws.guard.g.state
+        put(A, 0, Lane(m, laws, plc, control))
+
+    return guarded_cycles
 
 
 class GuardedPlc:

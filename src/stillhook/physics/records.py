@@ -22,6 +22,13 @@ def define(src: str, names: dict[str, Any], file: str) -> None:
     exec(compile(src, file, "exec"), names)
 
 
+def record(name: str, of: str, **members: Any) -> Any:
+    """A NamedTuple with these fields; `of` says what it belongs to, and distinguishes its generated functions."""
+    made: Any = typing.NamedTuple(name, list(members.items()))  # type: ignore[misc]
+    made.__module__ = of
+    return made
+
+
 def replace(cls: type, *names: str) -> Callable[..., Any]:
     """A scalar function (record, values) -> record with these top-level fields replaced, values in this order."""
     made: dict[str, Any] = {"cls": cls}

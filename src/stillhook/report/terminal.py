@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.table import Table as Grid
 
     from stillhook.base.progress import Progress
+    from stillhook.kernels.build import Setup
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
 
@@ -206,29 +207,30 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver") -> None:
-    """Message that the first run of a winch type takes longer; with series one trajectory runs at a time; kind of
-    driver."""
-    from stillhook.kernels.build import is_compiled
+def say_if_compiling(crane: Crane, *, series: bool = False, setup: Setup | None = None) -> None:
+    """Message that the first run of a winch type takes longer; with series one trajectory runs at a time; setup of its
+    kernel, default the load on its wire."""
+    from stillhook.kernels.build import LOAD_ON_WIRE, is_compiled
     from stillhook.kernels.lanes import VL
 
-    if not is_compiled(crane.plant.value, 1 if series else VL, kind):
+    if not is_compiled(crane.plant.value, 1 if series else VL, LOAD_ON_WIRE if setup is None else setup):
         say("compiling the winch model for this machine (once, about 10 s) ...")
 
 
 def started(
-    crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "", kind: str = "driver"
+    crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "", setup: Setup | None = None
 ) -> Progress:
     """Progress of a run that prints remarks once all inputs have been checked.
 
-    series: whether series are kept; report: a line on the motion; kind of driver: that of a crane, or of a lowering.
+    series: whether series are kept; report: a line on the motion; setup of the kernel: that of a crane, or of a
+    lowering.
     """
 
     def report_progress(share: float) -> None:
         if share == 0.0:
             if report:
                 say(report)
-            say_if_compiling(crane, series=series, kind=kind)
+            say_if_compiling(crane, series=series, setup=setup)
         if bar is not None:
             bar(share)
 

@@ -21,6 +21,7 @@ from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import SpecError, StillhookError
 from stillhook.kernels.build import driver
+from stillhook.kernels.drivers.winch import Driver
 from stillhook.physics.load_path.drum import drag_force, wire_stiffness
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario, Water
@@ -52,7 +53,7 @@ class Winch(NamedTuple):
 
     name: str
     plant: ModuleType
-    driver: ModuleType
+    driver: Driver
     params: Any
     geometry: Geometry
     s_w: float
@@ -89,7 +90,7 @@ class OperatingPoint(NamedTuple):
     reachable: bool
     relief_open: bool
     plant: ModuleType
-    driver: ModuleType
+    driver: Driver
     state: Any
     command: Any
     geometry: Geometry

@@ -384,7 +384,7 @@ def lower(
         file = load_lift(lift, seed=seed, duration=duration)
     try:
         with progress_bar(file.lift.name) as bar:
-            progress = started(file.crane, bar, series=True, kind=LiftBlock.kind)
+            progress = started(file.crane, bar, series=True, setup=LiftBlock.setup)
             run = simulate(file.crane, file.lift, step=step or file.step, every=file.every, progress=progress)
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {str(e).replace('z_0 ', 'start ')}") from None

@@ -81,7 +81,7 @@ class LoweringProblem:
     """Lowerings as a batch runs them: alone, or in a sea that is made when it is run. sampled: statistics are taken
     every so many PLC cycles; short: runs end with their programme."""
 
-    kind = LiftBlock.kind
+    setup = LiftBlock.setup
 
     def __init__(self, sampled: int = 1, *, short: bool = False) -> None:
         self.sampled, self.short = sampled, short

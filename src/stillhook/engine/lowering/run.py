@@ -16,13 +16,16 @@ from stillhook.engine.lowering.checks import check_course, check_lift, check_lif
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.runner import Block, Ending, each_case, nothing, run_blocks
+from stillhook.kernels.build import Setup
+from stillhook.kernels.drivers.lift import NP, SIGNALS
 from stillhook.kernels.lanes import access, aligned, flatten, offset, room_for, size
 from stillhook.kernels.statistics.cycles import blank
 from stillhook.physics.records import fields
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
-from stillhook.winches.compensator import CompensatorStats, blank_compensator_stats
+from stillhook.winches.joints.gas_spring import Stats as CompensatorStats
+from stillhook.winches.joints.gas_spring import blank as blank_compensator_stats
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import Hanging, LiftStats, Solve, blank_lift_stats
 
@@ -44,7 +47,7 @@ MAY_END = 0.6
 """Part of the duration from which on a run that may end with its programme is looked at more often."""
 
 ROWS = 5
-"""Numbers of one node of the wire: see `stillhook.kernels.lift_driver`."""
+"""Numbers of one node of the wire: see `stillhook.kernels.drivers.lift`."""
 
 
 PACKED = tuple(name for name in Lowering.model_fields if name not in ("name", "tip", "waves"))
@@ -190,7 +193,7 @@ def record_of(cls: type) -> Callable[[Sequence[float], int], Any]:
 class LiftBlock(Block[Ready]):
     """Lowerings of equal length side by side; missing lanes repeat the first case."""
 
-    kind = "lift_driver"
+    setup = Setup(joint="slings")
     compensated = False
 
     @staticmethod
@@ -199,7 +202,7 @@ class LiftBlock(Block[Ready]):
 
     @staticmethod
     def sizes(driver: Any) -> tuple[Any, int, int]:
-        return driver.winch, driver.SIGNALS, driver.NS
+        return driver.winch, SIGNALS, driver.NS
 
     def __init__(
         self,
@@ -225,8 +228,8 @@ class LiftBlock(Block[Ready]):
         self.starts = np.full((self.n_stages + 1, lanes), np.nan)
         interval = peak_interval(self.drive.n_ticks * self.drive.t_cycle)
         self.n_peak = max(round(interval / (sampled * self.drive.t_cycle)), 1) * sampled
-        self.P = np.full((self.drive.n_ticks // self.n_peak + 1, d.NP, lanes), -np.inf)
-        blank_winch = blank(d.Stats, ready[0].winch.plant)
+        self.P = np.full((self.drive.n_ticks // self.n_peak + 1, NP, lanes), -np.inf)
+        blank_winch = blank(d.winch.Stats, ready[0].winch.plant)
         self.first = np.array(flatten(blank_winch) + flatten(self.blank_lift()))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
 
@@ -270,11 +273,11 @@ class LiftBlock(Block[Ready]):
         x = nothing(d.winch.State)
         lane = nothing(d.Lane)._replace(
             x=x._replace(path=x.path._replace(s_w=packed.s_w)),
-            u=nothing(d.Command),
+            u=nothing(d.winch.Command),
             geo=nothing(Geometry),
             m=memory,
             laws=d.winch.laws.blank(packed.settings),
-            st=blank(d.Stats, packed.plant),
+            st=blank(d.winch.Stats, packed.plant),
             ls=blank_lift_stats(),
             tip_0=tip,
             tip_1=tip,
@@ -379,7 +382,7 @@ class LiftBlock(Block[Ready]):
         hang: Hanging = self.part("hang", l)
         last = int(hang.stage)
         self.G[last, : self.d.NT, l] = self._statistics(l)
-        best = self.W.reshape(-1, self.d.SIGNALS, len(self.lanes))[2]
+        best = self.W.reshape(-1, SIGNALS, len(self.lanes))[2]
         self.G[last, self.d.NT :, l] = best[:, l]
         self.starts[last, l] = hang.k_stage * t_cycle
         ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
@@ -397,7 +400,7 @@ class LiftBlock(Block[Ready]):
             v=self.B[:, 1, l].copy(),
             series=self.series(l),
             peaks=self._peaks(l),
-            signals=(*self.d.Signals._fields, *self.d.SIGNALS_OF_LIFT),
+            signals=(*self.of_winch.Signals._fields, *self.d.columns),
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
             interval=self.sampled * t_cycle,
@@ -413,7 +416,7 @@ class LiftBlock(Block[Ready]):
     def _stage(self, s: int, l: int) -> StageResult:
         row = self.G[s, :, l].tolist()
         e_c, tip, load, hook = row[self.d.NT :]
-        stats, lift = record_of(self.d.Stats)(row, 0), record_of(LiftStats)(row, size(self.d.Stats))
+        stats, lift = record_of(self.of_winch.Stats)(row, 0), record_of(LiftStats)(row, size(self.of_winch.Stats))
         return StageResult(stats, lift, (e_c, tip, load, hook), self.link_stats(row))
 
     def _statistics(self, l: int) -> list[float]:
@@ -424,7 +427,7 @@ class LiftBlock(Block[Ready]):
 class CompensatedBlock(LiftBlock):
     """Lowerings with a passive heave compensator above the slings."""
 
-    kind = "compensated_lift_driver"
+    setup = Setup(joint="compensator")
     compensated = True
 
     def blank_lift(self) -> tuple[Any, ...]:
@@ -434,7 +437,7 @@ class CompensatedBlock(LiftBlock):
         return {"link": packed.link, "cs": blank_compensator_stats()}
 
     def link_stats(self, row: Sequence[float]) -> CompensatorStats | None:
-        stats: CompensatorStats = record_of(CompensatorStats)(row, size(self.d.Stats) + size(LiftStats))
+        stats: CompensatorStats = record_of(CompensatorStats)(row, size(self.of_winch.Stats) + size(LiftStats))
         return stats
 
     def _statistics(self, l: int) -> list[float]:

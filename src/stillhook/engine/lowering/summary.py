@@ -28,7 +28,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
-from stillhook.winches.compensator import CompensatorStats
+from stillhook.winches.joints.gas_spring import Stats as CompensatorStats
 from stillhook.winches.registry import WinchType
 from stillhook.winches.suspended_load import NEVER, LiftStats
 

@@ -32,6 +32,7 @@ from stillhook.engine.runner import Block, Ending, RunOptions, each_case, nothin
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
 from stillhook.engine.scenario.oscillation import OSCILLATES, oscillation_notes, oscillation_numbers
 from stillhook.engine.scenario.warm_up import WarmUp, Watch, warm_up_notes
+from stillhook.kernels.build import Setup
 from stillhook.kernels.lanes import flatten, offset, size
 from stillhook.kernels.statistics.cycles import SIGNALS, blank
 from stillhook.kernels.statistics.oscillation import begun_again
@@ -140,7 +141,7 @@ def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -
 class ScenarioBlock(Block[Ready]):
     """Scenarios of equal length, warm-up and drive side by side."""
 
-    kind = "driver"
+    setup = Setup()
 
     @staticmethod
     def alike(r: Ready) -> tuple[int, int, int]:
@@ -442,7 +443,7 @@ def summaries(
 class ScenarioProblem:
     """Scenarios as a batch runs them."""
 
-    kind = ScenarioBlock.kind
+    setup = ScenarioBlock.setup
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
         each_case(cranes, cases, check)

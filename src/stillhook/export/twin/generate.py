@@ -24,7 +24,7 @@ from stillhook.engine.scenario.problem import Ready, first_lane
 from stillhook.errors import ExportError
 from stillhook.export.twin import ports as p
 from stillhook.kernels import plc_alone
-from stillhook.kernels.build import GUARDED, HOSTED, driver, interpreted
+from stillhook.kernels.build import Setup, driver, interpreted
 from stillhook.kernels.c99.expressions import SubsetError
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import flatten, offset, paths, size
@@ -182,8 +182,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     wire = coupling == WIRE
     winch, case = ready.winch, ready.drive.case
     both = contents == BOTH
-    kind = f"{GUARDED if both else ''}{HOSTED if wire else ''}driver"
-    d = driver(winch.name, 1, kind, winch.extra_controllers)
+    d = driver(winch.name, 1, Setup(host=wire, guarded=both), winch.extra_controllers)
     tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)
     if contents == PLANT:
         tick = tick._replace(override=1.0, u_m=1.0)

@@ -2,9 +2,11 @@
 type."""
 
 import ast
+import functools
 import inspect
 import math
-from collections.abc import Callable
+from collections import ChainMap
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from stillhook.errors import StillhookError
@@ -79,6 +81,14 @@ def plain(fn: Any) -> Callable[..., Any]:
     return source
 
 
+@functools.cache
+def names_of(fn: Callable[..., Any]) -> Mapping[str, Any]:
+    """What the names that a function does not define stand for: those around it, then those of its module."""
+    code = fn.__code__
+    around = zip(code.co_freevars, fn.__closure__ or (), strict=True)
+    return ChainMap({name: cell.cell_contents for name, cell in around}, fn.__globals__)
+
+
 class Expressions:
     """The expressions of one function body; `t` is the Translator, `fn` the function, the dictionaries hold the types
     of its names."""
@@ -115,7 +125,7 @@ class Expressions:
         """The Python object that a global name or an attribute of a module stands for; None where there is none."""
         if isinstance(e, ast.Name) and not (e.id in self.args or e.id in self.local or e.id in self.loops):
             builtins = {"abs": abs, "range": range, "int": int, "min": min, "max": max}
-            return self.fn.__globals__.get(e.id, builtins.get(e.id))
+            return names_of(self.fn).get(e.id, builtins.get(e.id))
         if isinstance(e, ast.Attribute) and inspect.ismodule(owner := self.static(e.value)):
             return getattr(owner, e.attr, None)
         return None

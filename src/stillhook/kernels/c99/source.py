@@ -2,17 +2,14 @@
 
 The subset of Python that is translated (anything else is refused with `SubsetError`, which names file and line):
 
-- Functions with positional parameters: `scalar` components and the functions of `stillhook.kernels.driver`. Types
-follow from the
-  call: float -> double, int -> int64_t, a truth value -> int, a NamedTuple of floats -> struct, a tuple -> struct, an
-  array of floats -> double *.
-- Statements: docstring; `a = x`, `a, b = x, y`, `a, b = f()`, `A[i] = x`; if / elif / else; `for i in range(...)` with
-a constant
-  step; break; return; the call of a function that returns nothing. A name keeps its type.
-- Expressions: numbers, names, module constants, `record.field`, `A[i]`, `A[i:]`, `+ - * / // % ** <<`, `-x`,
-comparisons,
-  and / or / not, `x if c else y`, tuples, calls of such functions, NamedTuples by position or keyword, abs, math.sqrt,
-  math.ceil, math.copysign. Conditions are truth values, never numbers; indices are not negative.
+- Functions with positional parameters: `scalar` components and the functions of `stillhook.kernels.drivers.winch`.
+Types follow from the call: float -> double, int -> int64_t, a truth value -> int, a NamedTuple of floats -> struct, a
+tuple -> struct, an array of floats -> double *. - Statements: docstring; `a = x`, `a, b = x, y`, `a, b = f()`, `A[i] =
+x`; if / elif / else; `for i in range(...)` with a constant step; break; return; the call of a function that returns
+nothing. A name keeps its type. - Expressions: numbers, names, module constants, `record.field`, `A[i]`, `A[i:]`, `+ - *
+/ // % ** <<`, `-x`, comparisons, and / or / not, `x if c else y`, tuples, calls of such functions, NamedTuples by
+position or keyword, abs, math.sqrt, math.ceil, math.copysign. Conditions are truth values, never numbers; indices are
+not negative.
 
 `//` and `%` are for integers and floor as in Python. A loop over `range(LANES)` is marked as free of dependences.
 """
@@ -26,7 +23,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from stillhook.kernels.c99.expressions import Expressions, SubsetError, Value, bare, constant, plain, safe
+from stillhook.kernels.c99.expressions import Expressions, SubsetError, Value, bare, constant, names_of, plain, safe
 from stillhook.kernels.lanes import Array
 from stillhook.physics.records import fields
 from stillhook.physics.scalar import Scalar, align_stack, scalar_of
@@ -164,7 +161,7 @@ class Translator:
     @staticmethod
     def c_name(fn: Callable[..., Any]) -> str:
         """File and function: friction_bristle_update; generated functions: load_Tip_on_16_lanes."""
-        file, lanes = fn.__code__.co_filename, fn.__globals__.get(LANE_LOOP)
+        file, lanes = fn.__code__.co_filename, names_of(fn).get(LANE_LOOP)
         if file.startswith("<"):
             return re.sub(r"\W+", "_", f"{fn.__name__} {file[1:-1].split(' of ')[0]}")
         return re.sub(r"_+", "_", f"{Path(file).stem}_{fn.__name__}" + (f"_{lanes}" if isinstance(lanes, int) else ""))

@@ -27,6 +27,7 @@ from stillhook.engine.pack.winch import drum_record, gains, pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import run_cases
 from stillhook.kernels.build import driver
+from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import VL, flatten, paths
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.physics.scalar import G
@@ -69,7 +70,7 @@ class EnginePoint(NamedTuple):
 
     crane: Crane
     plant: ModuleType
-    driver: ModuleType
+    driver: Driver
     params: Any
     state: Any
     command: Any

@@ -8,7 +8,6 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Callable, Sequence
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -16,19 +15,20 @@ import numpy as np
 from stillhook.analysis.loop_stability.linear.differences import Batch
 from stillhook.base.arrays import FloatArray
 from stillhook.kernels.build import equations
+from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import paths
 
 
-def rates_at(driver: ModuleType, instant: Sequence[Any], columns: Sequence[int]) -> Batch:
+def rates_at(driver: Driver, instant: Sequence[Any], columns: Sequence[int]) -> Batch:
     """Time derivatives of all states, that of the bristle among them, by the numbers of an instant (state, commands,
     tip, drum, parameters) in these columns."""
-    return _batch(equations(driver)["rates_at"], numbers_of(instant), columns, driver.RATES)
+    return _batch(equations(driver).rates_at, numbers_of(instant), columns, equations(driver).RATES)
 
 
-def cycles_at(driver: ModuleType, before: Sequence[Any], columns: Sequence[int]) -> Batch:
+def cycles_at(driver: Driver, before: Sequence[Any], columns: Sequence[int]) -> Batch:
     """Commands, memory and what the controllers carry after a PLC cycle, by the numbers before it (state, memory,
     controllers, tick, tip, drum, parameters) in these columns."""
-    return _batch(equations(driver)["cycles_at"], numbers_of(before), columns, driver.AFTER)
+    return _batch(equations(driver).cycles_at, numbers_of(before), columns, equations(driver).AFTER)
 
 
 def numbers_of(records: Sequence[Any]) -> list[float]:

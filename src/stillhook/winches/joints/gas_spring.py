@@ -1,14 +1,25 @@
-"""What a lowering keeps of a passive heave compensator: columns of its series, and statistics of every step."""
+"""A passive heave compensator above the slings: a gas spring with seals, an orifice and two stops."""
 
 from typing import NamedTuple
 
-from stillhook.physics.load_path.compensator import gas_force, place_of, stroke
+from stillhook.physics.load_path.compensator import (
+    Compensator,
+    compensator_energy,
+    compensator_mean,
+    gas_force,
+    gas_law,
+    place_of,
+    pull_of_compensator,
+    stroke,
+)
 from stillhook.physics.scalar import fmax, fmin, scalar
 
+NAME = "compensator"
 NEVER = 1.0e300
+Link = Compensator
 
 
-class CompensatorSignals(NamedTuple):
+class Signals(NamedTuple):
     """Columns of a series; names and units as in `stillhook.variables`."""
 
     s_c: float
@@ -16,7 +27,7 @@ class CompensatorSignals(NamedTuple):
     p_c: float
 
 
-class CompensatorStats(NamedTuple):
+class Stats(NamedTuple):
     """Over one stage, from every step, the load hanging free: least and largest stroke [m]; fastest rod either way
     [m/s]; highest gas pressure [Pa]; time with the rod fully out and fully in [s], and when it first was [s]."""
 
@@ -30,11 +41,28 @@ class CompensatorStats(NamedTuple):
     t_in: float
 
 
-def blank_compensator_stats() -> CompensatorStats:
+def blank() -> Stats:
     """Statistics of nothing yet."""
-    return CompensatorStats(
-        s_c_min=NEVER, s_c_max=-NEVER, v_c=0.0, p_c=0.0, out=0.0, inside=0.0, t_out=NEVER, t_in=NEVER
-    )
+    return Stats(s_c_min=NEVER, s_c_max=-NEVER, v_c=0.0, p_c=0.0, out=0.0, inside=0.0, t_out=NEVER, t_in=NEVER)
+
+
+@scalar
+def pull(x, v, z, A_up, R_up, A_down, R_down, h, sling, link):
+    """Force between hook and payload over a step, and their speeds in its middle."""
+    return pull_of_compensator(x, A_up, R_up, A_down, R_down, h, gas_law(x, v, z + link.z_c, h, link), sling, link)
+
+
+@scalar
+def mean(x, v, z, rate, h, sling, link):
+    """Its force over the step [N], and the part of it that the sea does [N]."""
+    law = gas_law(x, v, z + link.z_c, h, link)
+    return compensator_mean(x, rate, h, law, sling, link), law.sea
+
+
+@scalar
+def energy(x, sling, link):
+    """Energy in unit and slings [J]."""
+    return compensator_energy(x, sling, link)
 
 
 @scalar
@@ -45,15 +73,15 @@ def slack_of_stop(sea, sling, link):
 
 
 @scalar
-def compensator_signals(x, rate, sling, link):
+def signals(x, rate, sling, link):
     """A row of the series: x stretch [m] and its rate [m/s]."""
     s = stroke(x, link)
     moves = 1.0 if s > 0.0 and s < link.x_max else 0.0
-    return CompensatorSignals(s_c=s, v_c=moves * rate, p_c=gas_force(place_of(s, link), link.gas) / link.A)
+    return Signals(s_c=s, v_c=moves * rate, p_c=gas_force(place_of(s, link), link.gas) / link.A)
 
 
 @scalar
-def fold_compensator(a, t, h, x, rate, sea, grounded, sling, link):
+def fold(a, t, h, x, rate, sea, grounded, sling, link):
     """Statistics with one more step that ends at t [s]: x stretch at its end [m], rate in its middle [m/s], sea force
     of the sea on the rod [N]; once the load touched the seabed the rod may go in, and nothing is counted."""
     s = stroke(x, link)
@@ -61,7 +89,7 @@ def fold_compensator(a, t, h, x, rate, sea, grounded, sling, link):
     out = free if x - link.e >= link.x_max else 0.0
     inside = free if x - link.e <= slack_of_stop(sea, sling, link) else 0.0
     moves = free * (1.0 - out) * (1.0 - inside)
-    return CompensatorStats(
+    return Stats(
         s_c_min=fmin(a.s_c_min, s) if free > 0.0 else a.s_c_min,
         s_c_max=fmax(a.s_c_max, s) if free > 0.0 else a.s_c_max,
         v_c=fmax(a.v_c, moves * abs(rate)),

@@ -1,0 +1,1 @@
+"""What joins hook and payload: slings, and units above them, a module each."""
