@@ -26,9 +26,9 @@ from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.realisation import Amplitudes
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import InSea, Lowering, Rigging, Stage
 from stillhook.spec.lift.payload import Payload
+from stillhook.winches.joints.types.gas_spring import Compensator
 
 PAGE = "passive-heave-compensator.md"
 CRANE = load_crane("nov-250t")

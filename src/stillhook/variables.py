@@ -1,7 +1,7 @@
 """One row per variable: name, symbol, SI unit, kind (for display), sign, meaning, source.
 
-Results, JSON output and the nomenclature page use it. The rows are in `variables.csv`; those of winch types are with
-their modules.
+Results, JSON output and the nomenclature page use it. The rows are in `variables.csv`; those of winch types and of
+what joins hook and payload are with their modules.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from stillhook.base.variable import Variable as Variable
+from stillhook.winches.joints.registry import joint_rows
 from stillhook.winches.registry import own_rows
 
 WINDOW = 30.0
@@ -33,7 +34,7 @@ COMMON_SUMMARY = _GROUPS["summary"]
 """Numbers of a run that every winch type has."""
 SUMMARY = (*COMMON_SUMMARY, *_NUMBERS)
 QUANTITIES = _GROUPS["quantities"]
-LIFT = _GROUPS["lift"]
+LIFT = (*_GROUPS["lift"], *joint_rows())
 ANSWERS = _GROUPS["answers"]
 PLAN = _GROUPS["plan"]
 WEATHER = _GROUPS["weather"]

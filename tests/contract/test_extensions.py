@@ -15,7 +15,8 @@ from tests.contract.commands import BOTH, OF_CONTROLLER, Answer
 from tests.scripts import DOCS
 
 ROOT = DOCS.parent
-PAGES = ("add-a-controller", "add-a-winch")
+LIFTS = ROOT / "src" / "stillhook" / "library" / "data" / "lifts"
+PAGES = ("add-a-controller", "add-a-winch", "add-a-load-path-element")
 FILE = re.compile(r"^`([\w-]+\.(?:py|toml))`:\n\n```(?:python|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 """A file that a page prints: its name, and its text."""
 MEANINGLESS = {
@@ -62,7 +63,10 @@ def found(crane: str, *commands: str, folder: Path, mode: str = "ssc-pi") -> dic
 
 def test_the_pages_print_modules_a_crane_and_their_tests(example: Path) -> None:
     names = {path.name for path in example.iterdir()}
-    assert names == {"ssc_pi.py", "test_ssc_pi.py", "torque_drive.py", "my-winch.toml", "test_torque_drive.py"}
+    assert names == {"ssc_pi.py", "test_ssc_pi.py", "torque_drive.py", "my-winch.toml", "test_torque_drive.py"} | {
+        "shock_absorber.py",
+        "test_shock_absorber.py",
+    }
 
 
 @pytest.mark.slow
@@ -94,10 +98,55 @@ def test_every_command_runs_on_the_example_winch_or_says_why_not(example: Path) 
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", ["ssc_pi", "torque_drive"])
+@pytest.mark.parametrize("name", ["ssc_pi", "torque_drive", "shock_absorber"])
 def test_the_tests_of_the_examples_pass(name: str, example: Path) -> None:
     run = python("-m", "pytest", "-q", f"test_{name}.py", extensions=[example / f"{name}.py"], folder=example)
     assert run.returncode == 0, run.stdout
+
+
+UNIT = """
+[compensator]
+type = "shock-absorber"
+stroke = "1.2 m"
+preload = "850 kN"
+spring = "160 kN/m"
+height = "2 m"
+weight = "1.5 t"
+"""
+
+
+def with_unit(folder: Path, unit: str = UNIT) -> Path:
+    """A lift of the library with a unit between hook and slings."""
+    lift = (LIFTS / "template-through-the-surface.toml").read_text(encoding="utf-8")
+    (folder / "lift.toml").write_text(lift + unit, encoding="utf-8")
+    return folder / "lift.toml"
+
+
+@pytest.mark.slow
+def test_a_lift_has_a_unit_of_the_user_and_reports_its_numbers(example: Path) -> None:
+    words = ("-m", "stillhook", "lower", str(with_unit(example)), "--duration", "60 s", "--json")
+    run = python(*words, extensions=[example / "shock_absorber.py"], folder=example)
+    assert run.returncode in (0, 1), run.stderr
+    answer = json.loads(run.stdout)
+    assert 0.0 <= answer["s_a_max"] <= 1.2
+    assert abs(answer["energy_unaccounted"]) < 1e-2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("command", "unit", "line"),
+    [
+        ("response", UNIT, "of type shock-absorber: it has no linear form, which the frequency-domain method needs."),
+        ("lower", UNIT.replace("shock-absorber", "spring"), 'type = "spring": choose gas-spring, shock-absorber.'),
+        ("lower", UNIT.replace("160 kN/m", "160 kN"), 'compensator.spring = "160 kN": unit "kN" is not one of'),
+        ("lower", UNIT.replace("stroke", "stroek"), "compensator.stroek"),
+    ],
+)
+def test_a_unit_of_the_user_is_refused_in_one_line(command: str, unit: str, line: str, example: Path) -> None:
+    lift = with_unit(example, unit)
+    run = python("-m", "stillhook", command, str(lift), extensions=[example / "shock_absorber.py"], folder=example)
+    assert Answer(run.returncode, run.stderr).refused, run.stderr
+    assert line in run.stderr
 
 
 # Modules that cannot be one
@@ -120,7 +169,7 @@ def refusal(text: str, folder: Path, name: str = "mine.py") -> str:
         ('"ssc-pi"', '"ssc"', 'mine.py: the controller "ssc" is that of ssc.py. Change NAME.'),
         ("(r, plc, s, m)", "(r, plc, m, s)", "mine.py: cycle(r, plc, m, s) must be cycle(r, plc, s, m)."),
         ("@scalar\n", "", "mine.py: cycle is not decorated with @scalar."),
-        ("def cycle(", "def law(", "mine.py: neither cycle nor rates."),
+        ("def cycle(", "def law(", "mine.py: no cycle, rates or pull."),
         ("u_i_max: Annotated", "T_j: float\n    u_i_max: Annotated", "mine.py: Settings.T_j: annotate it as"),
         ('"time", "8 s"', '"era", "8 s"', "mine.py: Settings.T_i: unknown kind 'era'."),
         ('"8 s"', '"8 kg"', 'mine.py: Settings.T_i: default = "8 kg": unit "kg" is not one of'),

@@ -12,8 +12,7 @@ import pytest
 from stillhook import cranes, load_crane, read_compensator
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.lowering.run import LiftResult, run_lowerings
-from stillhook.engine.lowering.summary import status, stroke_notes, total, unaccounted
-from stillhook.engine.pack.compensator import compensator_record
+from stillhook.engine.lowering.summary import status, total, unaccounted
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.c99.library import Entry
@@ -21,10 +20,10 @@ from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.physics.load_path.compensator import gas_force, gas_slope, gas_work, place_of
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import Mode
+from stillhook.winches.joints.types.gas_spring import Compensator, notes
 
 TRANSFER = 1e-3
 """Asked of the issue at small amplitudes; measured 3e-5, which is the bend of the gas over 5 mm and the fit."""
@@ -215,7 +214,7 @@ def test_an_end_of_the_stroke_is_a_limit_with_its_name_and_time(p_0: str, end: s
     assert t == pytest.approx(first, abs=r.dt)
     assert other > 1e6
     assert "compensator stroke" in status(case, r, total(r), crane)
-    assert stroke_notes(link)[0].startswith(f"compensator fully {end} first after ")
+    assert notes(link)[0].startswith(f"compensator fully {end} first after ")
     finer = total(run(case, n_sub=8)).link
     assert finer is not None
     assert (finer.t_out if end == "extended" else finer.t_in) == pytest.approx(t, abs=STEP)
@@ -282,7 +281,7 @@ def test_lifts_with_and_without_run_in_one_batch() -> None:
 def test_polynomial_of_the_gas_is_the_gas_law(n: float) -> None:
     """Force, stiffness n p A^2/V and energy along the stroke, and the force as the slope of the energy."""
     link = unit(n=n)
-    record = compensator_record(link, 50e6, 1025.0, 15.0)
+    record = link.pack(50e6, 1025.0, 15.0)
     for s in np.linspace(0.0, 4.0, 9):
         xi = float(place_of(float(s), record))
         assert gas_force(xi, record.gas) == pytest.approx(link.force(float(s)), rel=1e-7)
@@ -295,7 +294,7 @@ def test_polynomial_of_the_gas_is_the_gas_law(n: float) -> None:
 @pytest.mark.parametrize("F", [0.5e6, 0.9e6, 1.0e6, 1.2e6, 3.0e6])
 def test_hanging_stroke_carries_the_load(F: float) -> None:
     link = unit()
-    s = link.hanging_stroke(F, 10.0, 1025.0 * G)
+    s = link.extension(F, 10.0, 1025.0 * G)
     assert s == pytest.approx(link.static_stroke(F), abs=1e-9)
     assert link.force(s) == pytest.approx(min(max(F, link.force(0.0)), link.force(4.0)), rel=1e-9)
 
@@ -319,14 +318,14 @@ def test_a_wrong_number_is_one_line(changes: dict[str, object], line: str) -> No
 
 def test_a_unit_that_sweeps_nearly_all_of_its_gas_is_refused() -> None:
     with pytest.raises(StillhookError, match=r"the piston sweeps 97\.3 % of it"):
-        compensator_record(unit(V_0="0.37 m^3"), 50e6, 1025.0, 15.0)
+        unit(V_0="0.37 m^3").pack(50e6, 1025.0, 15.0)
 
 
 @pytest.mark.parametrize(("name", "load"), [("phc-150t", 106e3), ("phc-60t", 53e3), ("phc-25t-shallow", 22e3)])
 def test_units_of_the_library_hold_what_they_say_and_every_number_has_a_source(name: str, load: float) -> None:
     link = read_compensator(name)
     assert 0.25 < link.static_stroke(load * G) / link.stroke < 0.5
-    assert set(link.sources) == set(Compensator.model_fields) - {"name", "title", "source", "sources"}
+    assert set(link.sources) == set(Compensator.model_fields) - {"type", "name", "title", "source", "sources"}
 
 
 @pytest.mark.thorough
@@ -345,7 +344,7 @@ def test_it_works_below_every_winch_of_the_library(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("joint", ["slings", "compensator"])
+@pytest.mark.parametrize("joint", ["slings", "gas-spring"])
 def test_kernels_of_lowerings_are_translated_to_c(joint: str) -> None:
     """Else they would run by Numba alone, and not where only a C compiler is installed."""
     run_of = driver("pure-active", 1, Setup(joint=joint)).run

@@ -9,16 +9,15 @@ import pytest
 from stillhook import load_crane
 from stillhook.engine.lowering.run import LiftResult, run_lowerings
 from stillhook.physics.scalar import G
-from stillhook.response.compensator import linear_compensator
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import compensated_sigmas, sigmas
-from stillhook.response.suspended_load import natural_periods, suspended_load, transfers
+from stillhook.response.suspended_load import linear_joint, natural_periods, suspended_load, transfers
 from stillhook.response.winch.linear_form import Residual
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Sine, Still
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import Lowering, Rigging, Stage
 from stillhook.spec.lift.payload import Payload
+from stillhook.winches.joints.types.gas_spring import Compensator
 
 SMALL = 3e-3
 """Of an amplitude at 5 mm: brake, drag at that speed and the wire's elements."""
@@ -145,7 +144,7 @@ def test_natural_period_is_that_of_the_gas_spring() -> None:
 def test_at_an_end_of_its_stroke_the_slings_are_left() -> None:
     case = lift(Still(), unit(p_0="150 bar"))
     load = suspended_load(load_crane("nov-250t"), case, Z)
-    link = linear_compensator(case, Z)
+    link = linear_joint(case, Z)
     assert link is not None
     assert not link.moves
     assert load.end.k_s == case.rigging.stiffness
@@ -156,7 +155,7 @@ def test_orifice_and_seals_take_the_power_that_a_gaussian_speed_gives_them() -> 
     """c sigma^2 = E[C |v|^3] and E[F_f |v|]."""
     v = np.random.default_rng(1).normal(0.0, 0.4, 400_000)
     case = lift(Still(), unit(orifice="50 kN s^2/m^2"))
-    link = linear_compensator(case, Z)
+    link = linear_joint(case, Z)
     assert link is not None
     assert link.damping(0.4) * 0.4**2 == pytest.approx(50e3 * np.mean(np.abs(v) ** 3), rel=0.01)
     seals = replace(link, C=0.0, F_f=20e3)

@@ -21,9 +21,9 @@ from types import ModuleType
 from stillhook.errors import SpecError
 
 VARIABLE = "STILLHOOK_EXTENSIONS"
-"""Environment variable with a user's own winch types and controllers."""
-FUNCTIONS = ("cycle", "rates")
-"""Functions by which a module is known for a controller or a winch type."""
+"""Environment variable with a user's own winch types, controllers and units."""
+FUNCTIONS = ("cycle", "rates", "pull")
+"""Functions by which a module is known for a controller, a winch type, or a unit between hook and slings."""
 
 
 def modules_in(package: ModuleType) -> Iterator[ModuleType]:
@@ -63,7 +63,8 @@ def _checked(name: str, load: Callable[[], ModuleType]) -> ModuleType:
         raise SpecError(f"{VARIABLE}: {name}: {type(problem).__name__}: {' '.join(str(problem).split())}") from problem
     if not any(hasattr(module, function) for function in FUNCTIONS):
         raise SpecError(
-            f"{VARIABLE}: {name}: neither cycle nor rates. A controller has a cycle, a winch type has rates."
+            f"{VARIABLE}: {name}: no cycle, rates or pull. A controller has a cycle, a winch type has rates, a"
+            " unit between hook and slings a pull."
         )
     return module
 

@@ -186,7 +186,8 @@ class Row(NamedTuple):
 class Problem(Protocol):
     """A kind of case: how it is checked, grouped, run and summarised. Stateless; a worker imports it by its name."""
 
-    setup: Setup  # what its kernel runs besides a winch
+    def setup(self, case: Any) -> Setup:
+        """What the kernel of a case runs besides a winch."""
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Any]) -> None:
         """Refuse what cannot be run, before anything runs. Errors: those of the first such case, with its place."""
@@ -373,7 +374,7 @@ def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[t
         for task in tasks:
             yield task, work(task, meter.part(task.seconds))
         return
-    driver(tasks[0].cranes[0].plant.value, VL, tasks[0].problem.setup)
+    driver(tasks[0].cranes[0].plant.value, VL, tasks[0].problem.setup(tasks[0].cases[0]))
     with ThreadPoolExecutor(threads) as pool:
         waiting: dict[Future[list[Row]], Task] = {
             pool.submit(work, task, meter.part(task.seconds)): task for task in tasks

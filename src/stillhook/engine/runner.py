@@ -92,10 +92,11 @@ def run_blocks(
     failed case is marked and spoils no other. of_block: what blocks of this type take in addition."""
     groups: dict[Hashable, list[int]] = {}
     for i, r in enumerate(ready):
-        groups.setdefault((r.winch.extra_controllers, block_type.alike(r)), []).append(i)
+        groups.setdefault((r.winch.extra_controllers, block_type.setup(r), block_type.alike(r)), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
-    for winch in {r.winch.extra_controllers: r.winch for r in ready}.values():  # compiled before threads share it
-        driver(winch.name, lanes, block_type.setup, winch.extra_controllers)
+    kernels = {(r.winch.name, block_type.setup(r), r.winch.extra_controllers) for r in ready}
+    for name, setup, extra_controllers in kernels:  # compiled before threads share it
+        driver(name, lanes, setup, extra_controllers)
     meter = Meter(len(blocks), progress)
     meter.tell()
     results: dict[int, Any] = {}
@@ -124,7 +125,6 @@ def run_blocks(
 class Block(ABC, Generic[R]):
     """Runs of equal length side by side in one flat array; missing lanes repeat the first case."""
 
-    setup: Setup  # what its kernel runs besides a winch
     sampled = 1  # statistics are taken every so many cycles
     short_from: int | None = None  # cycle from which on pieces are short
 
@@ -133,7 +133,7 @@ class Block(ABC, Generic[R]):
         self.lanes = [self.ready[i] if i < len(self.ready) else self.ready[0] for i in range(lanes)]
         self.drive, self.n_sub, self.every = self.ready[0].drive, n_sub, every
         winch = self.ready[0].winch
-        self.d = driver(winch.name, lanes, self.setup, winch.extra_controllers)
+        self.d = driver(winch.name, lanes, self.setup(self.ready[0]), winch.extra_controllers)
         self.of_winch, windows, columns = self.sizes(self.d)
         self.n_x = size(self.of_winch.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
@@ -146,6 +146,11 @@ class Block(ABC, Generic[R]):
         self.ran = 0
         self.A = aligned(np.array(self.records()).T)
         self.of_winch.at_rest(self.A.reshape(-1))
+
+    @staticmethod
+    def setup(r: Any) -> Setup:
+        """What the kernel of a case runs besides a winch."""
+        return Setup()
 
     @staticmethod
     @abstractmethod

@@ -63,7 +63,9 @@ PARAMETERS: Mapping[str, str] = {
 class WireBlock(ScenarioBlock):
     """Winches whose wire, load and water are the host's, which gives the tension; at rest under the scenario's load."""
 
-    setup = Setup(host=True)
+    @staticmethod
+    def setup(r: Ready) -> Setup:
+        return Setup(host=True)
 
     def record(self, r: Ready) -> list[float]:
         tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)

@@ -34,12 +34,13 @@ from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion, wave_field
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
 from stillhook.tables.table import Number, Part, Spec, Text, with_place
 from stillhook.units import parse, quote, show
+from stillhook.winches.joints.interface import JointUnit
+from stillhook.winches.joints.registry import unit_of
 
 DEEPEST = 12_000.0  # m
 LIGHTEST, HEAVIEST = 900.0, 1300.0  # kg/m^3: of fresh water that is warm, and of brine
@@ -137,7 +138,7 @@ def payload_of(file: PlaceTables, table: TomlTable) -> Payload:
     return read_payload(table.relative_toml(file.payload))
 
 
-def compensator_of(file: PlaceTables, table: TomlTable) -> Compensator | None:
+def compensator_of(file: PlaceTables, table: TomlTable) -> JointUnit | None:
     """A passive heave compensator of the library, a file seen from this one, or a table [compensator], whose `unit`
     names one of these for what the table leaves out."""
     given = file.compensator
@@ -152,7 +153,7 @@ def compensator_of(file: PlaceTables, table: TomlTable) -> Compensator | None:
     if name is not None and (not isinstance(name, str) or not name.strip()):
         raise table.wrong("give a name of the library, or the path of a file.", "compensator", "unit")
     try:
-        return Compensator(**own) if name is None else read_compensator(table.relative_toml(name), own)
+        return unit_of(own) if name is None else read_compensator(table.relative_toml(name), own)
     except ScenarioError as problem:  # of this table; a file that is wrong names itself
         raise LiftError(with_place(str(problem), "compensator")) from None
 

@@ -35,14 +35,12 @@ from stillhook.kernels.drivers.rest import rest_of
 from stillhook.kernels.drivers.winch import Driver, winch_driver
 from stillhook.physics.records import fields
 from stillhook.winches import imposed_tension
-from stillhook.winches.joints import gas_spring, slings
+from stillhook.winches.joints.registry import JOINTS
 from stillhook.winches.reference import plant as truth
 from stillhook.winches.registry import WINCH_TYPES
 
 PLANTS: dict[str, ModuleType] = {**{name: each.module for name, each in WINCH_TYPES.items()}, "truth": truth}
 """Module of every winch type, and of the reference plant for synthetic logs."""
-JOINTS: dict[str, ModuleType] = {module.NAME: module for module in (slings, gas_spring)}
-"""Module of everything that may join hook and payload."""
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "winches", "kernels")
 """Rooms of every source that a kernel can inline, and of what compiles them."""
@@ -111,10 +109,13 @@ def cache_folder(plant: str, lanes: int) -> Path:
     return kernel_folder(f"{kernel_hash()}-{plant}-{lanes}")
 
 
-def _folder(plant: str, prefix: str, extra_controllers: tuple[str, ...]) -> str:
-    """What the folder of a kernel is called; it holds the sources of the user's modules where the winch is theirs."""
+def _folder(plant: str, prefix: str, extra_controllers: tuple[str, ...], joint: str = "") -> str:
+    """What the folder of a kernel is called; it holds the sources of the user's modules where winch or joint are
+    theirs."""
     own = extension_sources()
-    sources = b"\0".join(path.read_bytes() for path in own) if Path(str(PLANTS[plant].__file__)) in own else b""
+    modules = (PLANTS[plant], *((JOINTS[joint],) if joint else ()))
+    user = any(Path(str(module.__file__)) in own for module in modules)
+    sources = b"\0".join(path.read_bytes() for path in own) if user else b""
     of_user = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
     return f"{prefix}{plant}{of_user}" + control_laws.label(extra_controllers)
 
@@ -131,7 +132,7 @@ def is_compiled(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_contr
     entry = driver(plant, lanes, setup, extra_controllers).run
     if isinstance(entry, Entry) and not entry.library.failed:
         return entry.library.is_compiled()
-    return any(cache_folder(_folder(plant, setup.label, extra_controllers), lanes).rglob("*.nbc"))
+    return any(cache_folder(_folder(plant, setup.label, extra_controllers, setup.joint), lanes).rglob("*.nbc"))
 
 
 def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controllers: tuple[str, ...] = ()) -> Any:
@@ -146,7 +147,7 @@ def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controller
 
 @functools.cache
 def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, ...]) -> Any:
-    folder = _folder(plant, setup.label, extra_controllers)
+    folder = _folder(plant, setup.label, extra_controllers, setup.joint)
     if setup.joint:
         lift = lift_driver(driver(plant, lanes, Setup(), extra_controllers), JOINTS[setup.joint])
         return dataclasses.replace(lift, **_machine_code({"run": lift.run}, folder, lanes))

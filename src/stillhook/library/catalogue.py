@@ -29,11 +29,12 @@ from stillhook.library.toml.tree import (
     values,
 )
 from stillhook.spec.crane import Source, SystemFriction
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.payload import Payload
 from stillhook.tables.table import Spec
 from stillhook.units import quote
 from stillhook.winches.circuits.tables import Motor
+from stillhook.winches.joints.interface import JointUnit
+from stillhook.winches.joints.registry import unit_of
 
 _Table = TypeVar("_Table", bound=Spec)
 
@@ -176,7 +177,7 @@ def compensators() -> tuple[str, ...]:
     return shelf(COMPENSATORS)
 
 
-def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Compensator:
+def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> JointUnit:
     """A passive heave compensator of the library by name, or one described in a TOML file; changes: fields that are
     other here, such as the pressure it is charged to for a lift.
 
@@ -199,21 +200,21 @@ def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None
         raise LiftError(str(problem)) from None
 
 
-def _compensator(table: Mapping[str, Any], label: str, changes: Mapping[str, Any] | None, *, user: bool) -> Compensator:
+def _compensator(table: Mapping[str, Any], label: str, changes: Mapping[str, Any] | None, *, user: bool) -> JointUnit:
     changed = dict(changes or {})
     fields = tree(table, label, user=user)
     stated = {
         path: source
         for path, source in sources(fields)
-        if path not in LABELS and path != "source" and path not in changed
+        if path not in (*LABELS, "type", "source") and path not in changed
     }
     own = {"name": Path(label).stem, **values(fields), "sources": stated}
     try:
-        unit = Compensator(**own)
+        unit = unit_of(own)
     except StillhookError as problem:
         line = str(problem)
         raise LiftError(line if line.startswith(label) else f"{label}: {line}") from None
-    return Compensator(**{**own, **changed}) if changed else unit
+    return unit_of({**own, **changed}) if changed else unit
 
 
 def vessels() -> tuple[str, ...]:

@@ -49,12 +49,12 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
 from stillhook.tables.table import Part, Spec, Text, with_place
 from stillhook.units import number, quote
 from stillhook.weather.limit_text import mapped
+from stillhook.winches.joints.interface import JointUnit
 
 SHELF = "plans"
 EXAMPLE_CHART = "SYNTHETIC-load-chart.csv"
@@ -250,7 +250,7 @@ def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, Rao]:
     return TipPoint(place.at.x, place.at.y, place.h_tip), place.vessel
 
 
-def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: Compensator | None) -> tuple[Alternative, ...]:
+def _alternatives(file: PlanFile, table: TomlTable, crane: Crane, unit: JointUnit | None) -> tuple[Alternative, ...]:
     """Alternatives side by side: those of the file, else the usual ones, with a compensator where there is one."""
     named = file.alternatives
     if named is None:

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.engine.pack.programme import hanging, wire_strength
+from stillhook.engine.pack.programme import hanging, static_stroke, wire_strength
 from stillhook.errors import LiftError
 from stillhook.physics.scalar import G
-from stillhook.response.compensator import LinearCompensator, linear_compensator
 from stillhook.response.winch.duty import Duty
 from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.realisation import decay
@@ -24,6 +23,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.scenario import Sensors
 from stillhook.units import show
+from stillhook.winches.joints.interface import LinearJoint
 
 SCAN = 1.0 / 64.0
 """Steps of the wire's own angle p, in half turns, on which natural frequencies are looked for; two of them are further
@@ -265,7 +265,7 @@ class SuspendedLoad:
     depth: float = math.inf  # of the water [m]
     sensors: Sensors = field(default_factory=Sensors)  # of the winch
     V: float = 0.0  # mean speed of the payload through the water, either sign [m/s]; adds to the damping by drag
-    link: LinearCompensator | None = None  # passive heave compensator; the springs of `end` are its own
+    link: LinearJoint | None = None  # passive heave compensator; the springs of `end` are its own
 
     @property
     def duty(self) -> Duty:
@@ -319,24 +319,39 @@ def suspended_load(crane: Crane, lift: Lowering, z: float) -> SuspendedLoad:
             f"z {show(z, 'length')}: hook and rigging do not fit under the crane tip at {show(lift.h_tip, 'length')}."
         )
     wet = load.covered(rho) if z < 0.0 else None
-    k_s, unit, link = lift.rigging.stiffness, lift.compensator, linear_compensator(lift, z)
-    cylinder, rod_mass = (0.0, 0.0) if unit is None else (unit.mass_cylinder, unit.mass_rod)
+    k_s, link = lift.rigging.stiffness, linear_joint(lift, z)
+    upper, lower = (0.0, 0.0) if lift.compensator is None else lift.compensator.masses
     c_s = 2.0 * lift.rigging.zeta * math.sqrt(k_s * load.mass)
     gas = link is not None and link.moves
     end = End(
-        m=load.mass + rod_mass,
+        m=load.mass + lower,
         A33=wet.A33 if wet else 0.0,
-        m_h=crane.hook_mass + cylinder,
+        m_h=crane.hook_mass + upper,
         k_s=link.k if link is not None and gas else k_s,
         c_s=0.0 if gas else c_s,
     )
     mu, L = crane.wire.mass_per_length, still.s_w
-    F_sling = still.F_hook - (crane.hook_mass + cylinder) * G
+    F_sling = still.F_hook - (crane.hook_mass + upper) * G
     omega = math.sqrt(EA / (crane.wire.L_0 + L) / (end.moving + end.m_h + mu * L / 3.0))
     k_top = EA / crane.wire.L_0 if crane.wire.L_0 > 0.0 else math.inf
     rod = Rod(L=L, EA=EA, mu=mu, w=(still.F_tip - still.F_hook) / L, beta=2.0 * crane.wire.zeta / omega, k_top=k_top)
     under = {"B": load.drag(rho), "C_lin": load.C_lin, "rho_V": rho * wet.V, "z": z + load.height / 2.0} if wet else {}
     return SuspendedLoad(rod, end, L, still.F_tip, F_sling, depth=lift.depth, sensors=lift.sensors, link=link, **under)
+
+
+def linear_joint(lift: Lowering, z: float) -> LinearJoint | None:
+    """The unit between hook and slings about its place with the payload hanging still, its underside at z [m]; None
+    where there is none. Errors: LiftError for a unit without a linear form."""
+    unit = lift.compensator
+    if unit is None:
+        return None
+    linear = unit.linear(static_stroke(lift, z))
+    if linear is None:
+        raise LiftError(
+            f'compensator "{unit.name}" of type {unit.type}: it has no linear form, which the frequency-domain method'
+            " needs. Simulate in time."
+        )
+    return linear
 
 
 def drag_of_gaussian(B: float, sigma_v: ArrayLike, V: float = 0.0) -> FloatArray:

@@ -367,7 +367,7 @@ def lower(
 
     Example: stillhook lower anchor/lowering.nc, to run a stored lowering again
     """
-    from stillhook.engine.lowering.run import LiftBlock
+    from stillhook.engine.lowering.run import setup_of
     from stillhook.engine.simulate import simulate
     from stillhook.formats.lift_file import load_lift, stored_lift
     from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
@@ -384,7 +384,7 @@ def lower(
         file = load_lift(lift, seed=seed, duration=duration)
     try:
         with progress_bar(file.lift.name) as bar:
-            progress = started(file.crane, bar, series=True, setup=LiftBlock.setup)
+            progress = started(file.crane, bar, series=True, setup=setup_of(file.lift))
             run = simulate(file.crane, file.lift, step=step or file.step, every=file.every, progress=progress)
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {str(e).replace('z_0 ', 'start ')}") from None
@@ -416,11 +416,9 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
         f"largest tension at the crane tip: {show(answer['F_w_max'], 'force')}, SWL and hook: {show(allowed, 'force')}"
     )
     if (unit := file.lift.compensator) is not None:
-        low, high = (show(answer[name], "length") for name in ("s_c_min", "s_c_max"))
-        print(
-            f"compensator {unit.name}: stroke {low} to {high} of {show(unit.stroke, 'length')},"
-            f" gas up to {show(answer['p_c_max'], 'pressure')}"
-        )
+        from stillhook.winches.joints.registry import UNITS
+
+        print(UNITS[unit.type].summary(unit, answer))
     if not math.isnan(answer["t_landed"]):
         slack = answer["sling_slack_landed_time"]
         after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""

@@ -17,20 +17,22 @@ from stillhook.engine.batch import Row, bare
 from stillhook.engine.lowering.checks import check_lift, check_sea
 from stillhook.engine.lowering.run import (
     PEAKS,
-    LiftBlock,
     LiftResult,
     longest_step,
     peak_interval,
     run_lowerings,
+    setup_of,
     waves_step,
 )
 from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
 from stillhook.engine.runner import Ending, RunOptions, each_case
+from stillhook.kernels.build import Setup
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, stage_names
 from stillhook.spec.lift.stored import lowerings_text
 from stillhook.variables import attributes
+from stillhook.winches.joints.registry import joint_of
 from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
@@ -81,10 +83,11 @@ class LoweringProblem:
     """Lowerings as a batch runs them: alone, or in a sea that is made when it is run. sampled: statistics are taken
     every so many PLC cycles; short: runs end with their programme."""
 
-    setup = LiftBlock.setup
-
     def __init__(self, sampled: int = 1, *, short: bool = False) -> None:
         self.sampled, self.short = sampled, short
+
+    def setup(self, case: Case) -> Setup:
+        return setup_of(_lift(case))
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
         def check(crane: Crane, lift: Lowering) -> None:
@@ -97,10 +100,10 @@ class LoweringProblem:
         """A shorter one where a stiff winch asks for it."""
         return lift_step(min(_each_lift(cranes, cases, longest_step)))
 
-    def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int, bool]:
+    def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int, str]:
         lift = _lift(case)
         water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
-        return lift.duration, lift.wire.nodes, water, _stages(case), lift.compensator is not None
+        return lift.duration, lift.wire.nodes, water, _stages(case), joint_of(lift.compensator)
 
     def seconds(self, crane: Crane, case: Case) -> float:
         return _lift(case).duration
@@ -114,7 +117,7 @@ class LoweringProblem:
     def columns(self, crane: Crane, case: Case) -> tuple[str, ...]:
         """Names of all numbers in one row: of the run, then of each stage."""
         winch = crane.plant.type
-        return _columns(winch.name, _stages(case), _intervals(case), _compensated(case))
+        return _columns(winch.name, _stages(case), _intervals(case), _joints([case]))
 
     def identity(self) -> Callable[[Case], bytes]:
         return _Texts(b"%d%s " % (self.sampled, b" short" * self.short))
@@ -131,9 +134,9 @@ class LoweringProblem:
     def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
         run, stages = lift_summary(crane, _lift(case), result)
         winch = crane.plant.type
-        linked = _compensated(case)
-        numbers = [run[name] for name in run_numbers_of(winch, compensator=linked)]
-        numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch, compensator=linked)]
+        joints = _joints([case])
+        numbers = [run[name] for name in run_numbers_of(winch, joints=joints)]
+        numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch, joints=joints)]
         peaks = np.full((_intervals(case), len(PEAKS)), math.nan)
         if result.ending is not Ending.DIVERGED:
             n = min(len(peaks), len(result.peaks))
@@ -154,17 +157,17 @@ class LoweringProblem:
         winch = (crane if isinstance(crane, Crane) else crane[0]).plant.type
         lifts = [_lift(c) for c in cases]
         n_stages = max(_stages(c) for c in cases)
-        linked = any(_compensated(c) for c in cases)
-        if linked:  # numbers of a compensator that some cases do not have
+        joints = _joints(cases)
+        if joints:  # numbers of a unit that some cases do not have
             rows = [collections.defaultdict(lambda: math.nan, row) for row in rows]
-        of_run = ("status", *run_numbers_of(winch, compensator=linked), "notes")
+        of_run = ("status", *run_numbers_of(winch, joints=joints), "notes")
         columns = summary_columns([{name: row[name] for name in of_run} for row in rows], single=single)
-        of_stages = stage_numbers_of(winch, compensator=linked)
+        of_stages = stage_numbers_of(winch, joints=joints)
         intervals = max(_intervals(c) for c in cases)
         stages = np.full((len(cases), n_stages, len(of_stages)), math.nan)
         peaks = np.full((len(cases), intervals, len(PEAKS)), math.nan)
         for i, (row, each) in enumerate(zip(rows, cases, strict=True)):
-            here = _columns(winch.name, _stages(each), _intervals(each), linked)
+            here = _columns(winch.name, _stages(each), _intervals(each), joints)
             numbers = np.fromiter(map(row.__getitem__, here), dtype=np.float64, count=len(here))
             begin, end = len(of_run) - 2, len(here) - _intervals(each) * len(PEAKS)
             stages[i, : _stages(each)] = numbers[begin:end].reshape(-1, len(of_stages))
@@ -196,17 +199,17 @@ def _lift(case: Case) -> Lowering:
 
 
 @functools.cache
-def _columns(plant: str, stages: int, intervals: int, linked: bool) -> tuple[str, ...]:
+def _columns(plant: str, stages: int, intervals: int, joints: tuple[str, ...]) -> tuple[str, ...]:
     winch = WINCH_TYPES[plant]
-    names = stage_numbers_of(winch, compensator=linked)
+    names = stage_numbers_of(winch, joints=joints)
     of_stages = (f"{i} {name}" for i in range(stages) for name in names)
     of_intervals = (f"{i} peak {name}" for i in range(intervals) for name in PEAKS)
-    return (*run_numbers_of(winch, compensator=linked), *of_stages, *of_intervals)
+    return (*run_numbers_of(winch, joints=joints), *of_stages, *of_intervals)
 
 
-def _compensated(case: Case) -> bool:
-    """Whether a passive heave compensator is above the slings."""
-    return _lift(case).compensator is not None
+def _joints(cases: Sequence[Case]) -> tuple[str, ...]:
+    """Types of the units above the slings of these cases; none where slings alone join hook and payload."""
+    return tuple(sorted({unit.type for case in cases if (unit := _lift(case).compensator) is not None}))
 
 
 def _intervals(case: Case) -> int:

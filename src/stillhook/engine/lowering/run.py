@@ -24,8 +24,7 @@ from stillhook.physics.records import fields
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
-from stillhook.winches.joints.gas_spring import Stats as CompensatorStats
-from stillhook.winches.joints.gas_spring import blank as blank_compensator_stats
+from stillhook.winches.joints.registry import joint_of
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import Hanging, LiftStats, Solve, blank_lift_stats
 
@@ -57,13 +56,13 @@ start."""
 
 class StageResult(NamedTuple):
     """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook
-    [m], over the whole stage where that is shorter; link: of a compensator above the slings, None where there is
+    [m], over the whole stage where that is shorter; link: of a unit between hook and slings, None where there is
     none."""
 
     stats: Any
     lift: LiftStats
     span: tuple[float, float, float, float]
-    link: CompensatorStats | None = None
+    link: Any = None
 
 
 class LiftResult(NamedTuple):
@@ -164,24 +163,22 @@ def run_lowerings(
     with the piece in which its programme ends.
     """
     prepared = prepare(crane, cases, n_sub, places)
-    results: dict[int, LiftResult] = {}
-    for block in (LiftBlock, CompensatedBlock):
-        of_block = [i for i, r in enumerate(prepared) if (r.packed.link is not None) is block.compensated]
-        if not of_block:
-            continue
-        made = run_blocks(
-            [prepared[i] for i in of_block],
-            block,
-            n_sub=n_sub,
-            lanes=lanes,
-            every=every,
-            threads=threads,
-            progress=progress,
-            sampled=sampled,
-            short=short,
-        )
-        results.update(zip(of_block, made, strict=True))
-    return [results[i] for i in range(len(prepared))]
+    return run_blocks(
+        prepared,
+        LiftBlock,
+        n_sub=n_sub,
+        lanes=lanes,
+        every=every,
+        threads=threads,
+        progress=progress,
+        sampled=sampled,
+        short=short,
+    )
+
+
+def setup_of(lift: Lowering) -> Setup:
+    """What the kernel of a lowering runs besides its winch."""
+    return Setup(joint=joint_of(lift.compensator))
 
 
 @functools.cache
@@ -193,8 +190,9 @@ def record_of(cls: type) -> Callable[[Sequence[float], int], Any]:
 class LiftBlock(Block[Ready]):
     """Lowerings of equal length side by side; missing lanes repeat the first case."""
 
-    setup = Setup(joint="slings")
-    compensated = False
+    @staticmethod
+    def setup(r: Ready) -> Setup:
+        return setup_of(r.case)
 
     @staticmethod
     def alike(r: Ready) -> tuple[int, int, int, float]:
@@ -235,15 +233,17 @@ class LiftBlock(Block[Ready]):
 
     def blank_lift(self) -> tuple[Any, ...]:
         """Statistics of the lift that are of nothing yet."""
-        return (blank_lift_stats(),)
+        joint = self.d.joint
+        return (blank_lift_stats(),) if joint.Stats is None else (blank_lift_stats(), joint.blank())
 
     def more_records(self, packed: PackedLift) -> dict[str, Any]:
         """Records of a lane in addition to those of every lift."""
-        return {}
+        return {} if self.d.joint.Stats is None else {"link": packed.link, "cs": self.d.joint.blank()}
 
-    def link_stats(self, row: Sequence[float]) -> CompensatorStats | None:
+    def link_stats(self, row: Sequence[float]) -> Any:
         """Statistics of what joins hook and payload, where it is more than slings."""
-        return None
+        record = self.d.joint.Stats
+        return None if record is None else record_of(record)(row, size(self.of_winch.Stats) + size(LiftStats))
 
     def _stages(self) -> FloatArray:
         """Stages of every lane; a shorter programme goes no further than its last."""
@@ -421,27 +421,8 @@ class LiftBlock(Block[Ready]):
 
     def _statistics(self, l: int) -> list[float]:
         """Statistics of lane l in the stage that runs."""
-        return flatten((self.part("st", l), self.part("ls", l)))
-
-
-class CompensatedBlock(LiftBlock):
-    """Lowerings with a passive heave compensator above the slings."""
-
-    setup = Setup(joint="compensator")
-    compensated = True
-
-    def blank_lift(self) -> tuple[Any, ...]:
-        return blank_lift_stats(), blank_compensator_stats()
-
-    def more_records(self, packed: PackedLift) -> dict[str, Any]:
-        return {"link": packed.link, "cs": blank_compensator_stats()}
-
-    def link_stats(self, row: Sequence[float]) -> CompensatorStats | None:
-        stats: CompensatorStats = record_of(CompensatorStats)(row, size(self.of_winch.Stats) + size(LiftStats))
-        return stats
-
-    def _statistics(self, l: int) -> list[float]:
-        return flatten((self.part("st", l), self.part("ls", l), self.part("cs", l)))
+        names = ("st", "ls") if self.d.joint.Stats is None else ("st", "ls", "cs")
+        return flatten(tuple(self.part(name, l) for name in names))
 
 
 def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> FloatArray:

@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from stillhook.base.identity import remembered
@@ -28,19 +28,18 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
-from stillhook.winches.joints.gas_spring import Stats as CompensatorStats
+from stillhook.winches.joints.interface import happened
+from stillhook.winches.joints.registry import JOINTS
 from stillhook.winches.registry import WinchType
 from stillhook.winches.suspended_load import NEVER, LiftStats
 
 AUDIT = 0.01
 """Energy not recovered, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below
 1e-3."""
-STROKE = "compensator stroke"
-"""Word for a limit: the rod of a passive heave compensator came to an end of its stroke."""
 AUDIT_FLOOR = 1.0e4
 """Energy below which nothing moves that an audit could judge [J]: a tonne by a metre."""
-LOWEST = {"e_min", "em_min", "tip_min", "F_min", "F_s_min", "z_min", "v_min", "t_landed", "t_out", "t_in"}
-SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "through", "slack", "slack_landed", "out", "inside"}
+LOWEST = {"e_min", "em_min", "tip_min", "F_min", "F_s_min", "z_min", "v_min", "t_landed"}
+SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "through", "slack", "slack_landed"}
 
 
 NUMBERS = (
@@ -78,17 +77,6 @@ NUMBERS = (
     *OF_OSCILLATION,
 )
 """Numbers that the whole run and each stage have alike, in addition to those of the winch type."""
-OF_COMPENSATOR = (
-    "s_c_min",
-    "s_c_max",
-    "v_c_max",
-    "p_c_max",
-    "extended_time",
-    "retracted_time",
-    "t_extended",
-    "t_retracted",
-)
-"""The same of a passive heave compensator, where there is one."""
 OF_RUN = (
     "z_load_end",
     "s_w_end",
@@ -106,23 +94,24 @@ OF_RUN = (
 """Numbers of the whole run alone."""
 
 
-def numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
-    """Numbers that the whole run and each stage have alike."""
-    return (*NUMBERS, *(OF_COMPENSATOR if compensator else ()), *(row.name for row in winch.numbers))
+def numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Numbers that the whole run and each stage have alike; joints: types of units between hook and slings."""
+    of_joints = dict.fromkeys(name for joint in joints for name in JOINTS[joint].NUMBERS)
+    return (*NUMBERS, *of_joints, *(row.name for row in winch.numbers))
 
 
-def stage_numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
+def stage_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Numbers of a stage."""
-    return ("t_begin", *numbers_of(winch, compensator=compensator))
+    return ("t_begin", *numbers_of(winch, joints=joints))
 
 
-def run_numbers_of(winch: WinchType, *, compensator: bool = False) -> tuple[str, ...]:
+def run_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Numbers of the whole run."""
-    return (*numbers_of(winch, compensator=compensator), *OF_RUN)
+    return (*numbers_of(winch, joints=joints), *OF_RUN)
 
 
-def merged(parts: Sequence[Any]) -> Any:
-    """Statistics of stages one after another as those of all of them; of the winch or of the lift."""
+def merged(parts: Sequence[Any], summed: Iterable[str] = SUMMED, lowest: Iterable[str] = LOWEST) -> Any:
+    """Statistics of stages one after another as those of all of them; of the winch, of the lift or of a unit in it."""
     cls = type(parts[0])
     values: dict[str, Any] = {}
     for name in cls._fields:
@@ -139,10 +128,10 @@ def merged(parts: Sequence[Any]) -> Any:
             values[name] = column[-1]
         elif name == "v_landed":
             values[name] = next((p.v_landed for p in parts if p.t_landed < NEVER), 0.0)
-        elif name in SUMMED or name.endswith("_cycles"):
+        elif name in summed or name.endswith("_cycles"):
             values[name] = sum(column)
         else:
-            values[name] = min(column) if name in LOWEST or name.endswith("_min") else max(column)
+            values[name] = min(column) if name in lowest or name.endswith("_min") else max(column)
     return cls(**values)
 
 
@@ -153,8 +142,10 @@ def total(result: LiftResult) -> StageResult:
     compensated = [p for p in parts if p.span[0] > 0.0] or parts
     span = tuple(max(p.span[i] for p in compensated) for i in range(4))
     stats, lift = merged([p.stats for p in parts]), merged([p.lift for p in parts])
-    links = [p.link for p in parts if p.link is not None]
-    return StageResult(stats, lift, (span[0], span[1], span[2], span[3]), merged(links) if links else None)
+    links, unit = [p.link for p in parts if p.link is not None], unit_of_joint(result.case)
+    return StageResult(
+        stats, lift, (span[0], span[1], span[2], span[3]), merged(links, unit.SUMMED, unit.LOWEST) if links else None
+    )
 
 
 def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = None) -> float:
@@ -178,16 +169,16 @@ def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = No
 def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.problem`, and "sling"
     (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a stage that does not
-    land), "compensator stroke" (the rod of a passive heave compensator came to an end of its stroke while the load hung
-    free), "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a stage timed out), "unfinished".
+    land), the limit of a unit between hook and slings ("compensator stroke"),
+    "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a stage timed out), "unfinished".
     "audit" is not judged where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
     beyond = limits_passed(crane.plant.type, r.stats)
     if r.lift.slack > 0.0:
         beyond.append("sling")
-    if r.link is not None and r.link.out + r.link.inside > 0.0:
-        beyond.append(STROKE)
+    if (unit := unit_of_joint(case)) is not None and unit.notes(r.link):
+        beyond.append(unit.LIMIT)
     if unplanned_touches(case, result):
         beyond.append("touchdown")
     beyond += judged(crane, resting(crane, case, r), r.stats.common.F_max)
@@ -232,43 +223,30 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
         "load_pp": load_pp,
         "hook_pp": hook_pp,
         "eta_load": 1.0 - load_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
-        "F_sling_max": _finite(ls.F_s_max),
-        "F_sling_min": _finite(ls.F_s_min),
-        "DAF": _finite(ls.F_s_max) / result.packed.lift.load.W,
+        "F_sling_max": happened(ls.F_s_max),
+        "F_sling_min": happened(ls.F_s_min),
+        "DAF": happened(ls.F_s_max) / result.packed.lift.load.W,
         "snap": ls.snap,
         "sling_slack_time": ls.slack,
         "sling_slack_landed_time": ls.slack_landed,
-        "z_load_min": _finite(ls.z_min),
-        "z_load_max": _finite(ls.z_max),
-        "v_load_min": _finite(ls.v_min),
-        "v_load_max": _finite(ls.v_max),
+        "z_load_min": happened(ls.z_min),
+        "z_load_max": happened(ls.z_max),
+        "v_load_min": happened(ls.v_min),
+        "v_load_max": happened(ls.v_max),
         "F_slam_max": ls.slam,
         "F_drag_max": ls.drag,
         "F_bottom_max": ls.bottom,
         "t_landed": ls.t_landed if touched else math.nan,
         "v_landed": ls.v_landed if touched else math.nan,
         "v_hit_max": ls.v_hit if touched else math.nan,
-        **({} if r.link is None else compensator_numbers(r.link)),
+        **({} if r.link is None else unit_of_joint(result.case).numbers(r.link)),
         **winch_numbers(winch, r.stats, result.interval),
     }
 
 
-def compensator_numbers(link: CompensatorStats) -> dict[str, float]:
-    """Numbers of a passive heave compensator; NaN for what did not happen."""
-    return {
-        "s_c_min": _finite(link.s_c_min),
-        "s_c_max": _finite(link.s_c_max),
-        "v_c_max": link.v_c,
-        "p_c_max": link.p_c,
-        "extended_time": link.out,
-        "retracted_time": link.inside,
-        "t_extended": _finite(link.t_out),
-        "t_retracted": _finite(link.t_in),
-    }
-
-
-def _finite(value: float) -> float:
-    return value if abs(value) < NEVER else math.nan
+def unit_of_joint(case: Lowering) -> Any:
+    """Module of the unit between hook and slings; None where slings alone join hook and payload."""
+    return None if case.compensator is None else JOINTS[case.compensator.type]
 
 
 def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -278,7 +256,9 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     r = total(result)
     winch = crane.plant.type
     run = stage_numbers(winch, result, r)
-    blank = dict.fromkeys(stage_numbers_of(winch, compensator=r.link is not None), math.nan)
+    blank = dict.fromkeys(
+        stage_numbers_of(winch, joints=() if case.compensator is None else (case.compensator.type,)), math.nan
+    )
     rows = [dict(blank) for _ in names]
     for (i, part), start in zip(result.stages, result.starts, strict=True):
         rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(winch, result, part)}
@@ -334,7 +314,7 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
             )
     for i, s in result.stages:
         if s.link is not None:
-            notes_of_run.extend(f'stage "{names[i]}": {line}' for line in stroke_notes(s.link))
+            notes_of_run.extend(f'stage "{names[i]}": {line}' for line in unit_of_joint(case).notes(s.link))
     for i, touch in unplanned_touches(case, result):
         notes_of_run.append(
             f'stage "{names[i]}" does not land, and the load touches the seabed in it after'
@@ -353,14 +333,6 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
             f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme'
         )
     return notes_of_run
-
-
-def stroke_notes(link: CompensatorStats) -> list[str]:
-    """Ends of its stroke that a compensator came to, a line each."""
-    ends = (("extended", link.t_out, link.out), ("retracted", link.t_in, link.inside))
-    return [
-        f"compensator fully {word} first after {show(t, 'time')}, for {lasts:.2f} s" for word, t, lasts in ends if lasts
-    ]
 
 
 def held_load(crane: Crane, case: Lowering, s_tip_pp: float) -> HeldLoad:

@@ -6,7 +6,7 @@ What a winch carries in addition to hook and payload: the wire between crane tip
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,11 +14,9 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.control.registry import code_of
 from stillhook.control.supervisor import Watch, supervisor_at_rest
-from stillhook.engine.pack.compensator import compensator_record
 from stillhook.engine.pack.payload import pack_payload, wetted_at
 from stillhook.engine.pack.programme import Programme, hanging, pack_programme, static_stroke, wire_strength
 from stillhook.engine.pack.winch import Packed, pack
-from stillhook.physics.load_path.compensator import Compensator, compensator_energy
 from stillhook.physics.load_path.drum import Load, Wire
 from stillhook.physics.load_path.payload import Heights, Water, heights, submergence
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
@@ -27,6 +25,7 @@ from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.spec.scenario import RHO_SEA, Operator, Scenario
+from stillhook.winches.joints.registry import JOINTS, joint_of
 from stillhook.winches.suspended_load import Field, Hanging, Hook, Lift, Works, level_of
 
 FIXED = 1.0e12
@@ -50,7 +49,7 @@ class PackedLift(NamedTuple):
     m_a: float
     programme: Programme
     F_sling: float
-    link: Compensator | None
+    link: Any
 
 
 def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
@@ -100,14 +99,6 @@ def at_rest(s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: El
     return np.append(nodes, nodes[-1] - stretch)
 
 
-def stretch_at_rest(F: float, s: float, sling: Sling, link: Compensator | None) -> float:
-    """Stretch of slings, and of a compensator above them with the stroke s [m], under F [N]: at its stops the slings
-    carry the rest."""
-    if link is None or s <= 0.0:
-        return F / sling.k
-    return link.e + s + (max(F - link.F_out, 0.0) / sling.k if s >= link.x_max else 0.0)
-
-
 def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     """Records of one lowering; s_tip height of the tip at the start [m]. Errors: LiftError of a programme that cannot
     be."""
@@ -120,9 +111,9 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     hook, link = Hook(crane.hook_mass, crane.hook_mass * G), None
     unit = case.compensator
     if unit is not None:
-        link = compensator_record(unit, sling.k, case.rho, case.payload.height + r.height)
-        hook = Hook(hook.m + unit.mass_cylinder, hook.W + unit.mass_cylinder * G)
-        load = load._replace(m=load.m + unit.mass_rod, W=load.W + unit.mass_rod * G)
+        link, (upper, lower) = unit.pack(sling.k, case.rho, case.payload.height + r.height), unit.masses
+        hook = Hook(hook.m + upper, hook.W + upper * G)
+        load = load._replace(m=load.m + lower, W=load.W + lower * G)
     rope = rope_record(crane, case, hook.m + load.m)
     e, n = element(s_w, wet.A33, rope), case.wire.nodes
     parts = np.array([element_weight(float(i), e.l, rope) for i in range(n)])
@@ -144,7 +135,9 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
         z_ref=0.0,
         t_cycle=settings.t_cycle,
     )
-    stretch = stretch_at_rest(F_sling, static_stroke(case, case.z_0), sling, link)
+    stretch = F_sling / sling.k
+    if unit is not None:
+        stretch = unit.stretch(F_sling, static_stroke(case, case.z_0), sling.k, link)
     q = at_rest(s_tip, k_0, weights, F_sling, e, stretch)
     lift = lift._replace(z_ref=case.z_0 + s_tip - float(q[-1]))
     sup = supervisor_at_rest(Watch(t=0.0, s_w=s_w, F=F_top, s_tip=0.0, v_tip=0.0), settings)
@@ -153,7 +146,7 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
     still = Water(*[0.0] * len(Water._fields))
     E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2))
-    E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else compensator_energy(stretch, sling, link)
+    E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else JOINTS[joint_of(unit)].energy(stretch, sling, link)
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
         sup=sup,

@@ -101,7 +101,7 @@ def hook_height(lift: Lowering, z: float) -> float:
     slings, and a compensator with the stroke that the load draws out."""
     height = lift.payload.height + lift.rigging.height
     unit = lift.compensator
-    return height if unit is None else height + unit.length + static_stroke(lift, z)
+    return height if unit is None else height + unit.shortest + static_stroke(lift, z)
 
 
 def static_stroke(lift: Lowering, z: float) -> float:
@@ -110,7 +110,7 @@ def static_stroke(lift: Lowering, z: float) -> float:
     if unit is None:
         return 0.0
     height = lift.payload.height + lift.rigging.height
-    return unit.hanging_stroke(payload_weight(lift, z) + unit.mass_rod * G, z + height, lift.rho * G)
+    return unit.extension(payload_weight(lift, z) + unit.masses[1] * G, z + height, lift.rho * G)
 
 
 def pack_programme(crane: Crane, lift: Lowering) -> Programme:

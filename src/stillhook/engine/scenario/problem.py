@@ -141,8 +141,6 @@ def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -
 class ScenarioBlock(Block[Ready]):
     """Scenarios of equal length, warm-up and drive side by side."""
 
-    setup = Setup()
-
     @staticmethod
     def alike(r: Ready) -> tuple[int, int, int]:
         return r.drive.n_ticks, r.drive.first, r.drive.cols
@@ -443,7 +441,8 @@ def summaries(
 class ScenarioProblem:
     """Scenarios as a batch runs them."""
 
-    setup = ScenarioBlock.setup
+    def setup(self, case: Scenario) -> Setup:
+        return Setup()
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
         each_case(cranes, cases, check)

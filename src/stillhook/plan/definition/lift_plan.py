@@ -31,12 +31,12 @@ from stillhook.sea.vessel.boom import Boom
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, StageMode, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import Number, Record, Sensors
 from stillhook.tables.table import Spec
 from stillhook.units import KINDS, parse, quote, show
+from stillhook.winches.joints.interface import JointUnit
 
 P = ParamSpec("P")
 Value = TypeVar("Value")
@@ -247,7 +247,7 @@ class LiftPlan:
     alternatives: tuple[Alternative, ...] = ALTERNATIVES
     weather: WeatherUse | None = None
     load_chart: CraneChart | None = None
-    compensator: Compensator | None = None
+    compensator: JointUnit | None = None
     linked: bool = False
     credits_synthetic: bool = False
     source: str = ""
@@ -338,7 +338,7 @@ def check_tips(plan: LiftPlan, boom: Boom | None) -> None:
     """The crane reaches every place that a phase names, and what hangs fits under it."""
     room = plan.payload.height + plan.rigging.height
     if plan.linked and plan.compensator is not None:
-        room += plan.compensator.length + plan.compensator.stroke
+        room += plan.compensator.shortest + plan.compensator.travel
     for phase in plan.phases:
         try:
             at = plan.tip_of(phase)

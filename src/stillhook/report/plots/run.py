@@ -17,6 +17,7 @@ from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.units import KINDS, in_display
 from stillhook.variables import BY_NAME
+from stillhook.winches.joints.registry import UNITS
 
 if TYPE_CHECKING:
     import xarray
@@ -353,7 +354,7 @@ def _bounds(run: xarray.Dataset, lift: Lowering, row: TimeSegment) -> Bounds:
     H, rig = lift.payload.height, lift.rigging.height
     low = float(z.min()) - 0.3 * H - 1.0
     unit = lift.compensator
-    link = 0.0 if unit is None else unit.length + unit.stroke
+    link = 0.0 if unit is None else unit.shortest + unit.travel
     high = float(z.max()) + H + rig + link + 0.3 * H + 1.0
     return Bounds(low, high, max(0.25 * (high - low), 0.75 * _width(lift)))
 
@@ -371,9 +372,9 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
     H, half, w = lift.payload.height, bounds.half, 0.5 * _width(lift)
     top, hook, unit = z + H, z + H + lift.rigging.height, lift.compensator
     if unit is not None:
-        s = float(run["s_c"][i])
+        s = float(run[UNITS[unit.type].EXTENSION][i])
         ax.plot([0.0, 0.0], [hook, hook + s], color=STEEL, lw=2.0)
-        ax.plot([0.0, 0.0], [hook + s, hook + s + unit.length], color="black", lw=5.0, solid_capstyle="butt")
+        ax.plot([0.0, 0.0], [hook + s, hook + s + unit.shortest], color="black", lw=5.0, solid_capstyle="butt")
     ax.fill_between([-half, half], bounds.low, min(max(eta, bounds.low), bounds.high), color=WATER, lw=0)
     if -lift.depth > bounds.low:
         ax.fill_between([-half, half], bounds.low, -lift.depth, color=SEABED, lw=0)
@@ -387,7 +388,7 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
             color=COLOURS[1],
             lw=1.0,
         )
-    hung = hook if unit is None else hook + float(run["s_c"][i]) + unit.length
+    hung = hook if unit is None else hook + float(run[UNITS[unit.type].EXTENSION][i]) + unit.shortest
     ax.plot([0.0, 0.0], [hung, bounds.high], color="black", lw=1.2)
     ax.plot([0.0], [hung], marker="s", color="black", ms=4)
     ax.set(xlim=(-half, half), ylim=(bounds.low, bounds.high))

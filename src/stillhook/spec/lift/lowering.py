@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, model_validator
 
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
@@ -20,9 +20,10 @@ from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField, band, realise, samples, tip_motion, wave_field
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
+from stillhook.winches.joints.interface import JointUnit
+from stillhook.winches.joints.registry import unit_of
 
 
 class StageMode(StrEnum):
@@ -197,6 +198,15 @@ class DeepWire(Record):
     nodes: Annotated[int, Field(strict=True, ge=1, le=100)] = 20
 
 
+def _unit(value: Any) -> Any:
+    """A table of a unit as the unit that it describes."""
+    return unit_of(value) if isinstance(value, Mapping) else value
+
+
+AnyUnit = SerializeAsAny[Annotated[JointUnit, BeforeValidator(_unit)]]
+"""A unit between hook and slings of any type, or its table."""
+
+
 class Lowering(Record):
     """A payload on a deep wire under a moving crane tip, through the surface, to the seabed. Frozen.
 
@@ -217,7 +227,7 @@ class Lowering(Record):
     name: str = ""
     payload: Payload
     rigging: Rigging = Field(default_factory=Rigging)
-    compensator: Compensator | None = Field(default=None, description="passive heave compensator above the slings")
+    compensator: AnyUnit | None = Field(default=None, description="passive heave compensator above the slings")
     wire: DeepWire = Field(default_factory=DeepWire)
     tip: SerializeAsAny[Motion] = Field(default_factory=Still)
     waves: WaveField | None = None

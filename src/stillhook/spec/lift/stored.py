@@ -18,11 +18,11 @@ from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.spectra.text import spectrum_from_dict
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField
-from stillhook.spec.lift.compensator import Compensator
 from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, Stage, StageMode, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import FrictionModel, Sensors
 from stillhook.tables.table import Source
+from stillhook.winches.joints.registry import UNITS
 
 LARGEST = 64e6
 """Numbers of water that are stored with a run at most [bytes]: an hour of a case's own water takes 12 MB. A table of
@@ -113,7 +113,7 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
     if raw["compensator"] is not None:
         own = dict(raw["compensator"])
         own["sources"] = {name: Source(**each) for name, each in own["sources"].items()}
-        raw["compensator"] = Compensator.model_construct(**own)
+        raw["compensator"] = UNITS[own["type"]].Unit.model_construct(**own)
     raw["wire"] = DeepWire.model_construct(**raw["wire"])
     stages = ({**stage, "mode": StageMode(stage["mode"])} for stage in raw["programme"])
     raw["programme"] = tuple(Stage.model_construct(**stage) for stage in stages)

@@ -39,6 +39,7 @@ from stillhook.response.frequency_domain import sigmas
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane
 from stillhook.variables import WINDOW
+from stillhook.winches.joints.registry import UNITS
 
 if TYPE_CHECKING:
     import xarray
@@ -71,7 +72,7 @@ run, the speed of the first touch: it may come before its stage is over."""
 
 ROD_AT_END = "rod_end_time"
 """Time with the rod of a passive heave compensator at either end of its stroke in the stage that counts [s]."""
-ENDS = ("stage_extended_time", "stage_retracted_time")
+ENDS = tuple(dict.fromkeys(f"stage_{name}" for unit in UNITS.values() for name in unit.STOPS))
 
 STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
 """Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone. Of a
@@ -89,8 +90,8 @@ def run_numbers(
     intervals: how many intervals of it count, 0 for none."""
     each = np.arange(len(counts)), np.array(counts)
     numbers = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE if f"stage_{name}" in data}
-    if all(name in data for name in ENDS):
-        numbers[ROD_AT_END] = np.sum([data[name].values[each] for name in ENDS], axis=0)
+    if ends := [name for name in ENDS if name in data]:
+        numbers[ROD_AT_END] = np.sum([data[name].values[each] for name in ends], axis=0)
     if intervals is not None and max(intervals, default=0) > 0:
         numbers |= _peaks(data, each, max(intervals))
     return numbers | {"v_landed": data["v_landed"].values}

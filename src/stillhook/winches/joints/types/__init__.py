@@ -1,0 +1,1 @@
+"""Units between hook and slings, a module each."""
