@@ -84,7 +84,7 @@ def libraries() -> list[Library]:
 
     setups = [Setup(), *(Setup(joint=name) for name in JOINTS)]
     kinds = [(plant, setup) for plant in WINCH_TYPES for setup in setups]
-    runs = [driver(plant, lanes, setup).run for plant, setup in (*kinds, ("truth", Setup())) for lanes in (1, VL)]
+    runs = [driver(plant, lanes, setup).run for plant, setup in kinds for lanes in (1, VL)]
     rates = [equations(driver(plant, 1)).rates_at for plant in WINCH_TYPES]
     return [entry.library for entry in (*runs, *rates, plc_alone.kernel(()).run, tip_sampling.kernel())]
 

@@ -9,12 +9,13 @@ import sys
 import tempfile
 
 import numpy as np
+from trials.campaigns.friction import campaign_plan, write_campaign
+from trials.campaigns.plc_log import Instruments, Noise
 
 from stillhook import identify
 from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
 from stillhook.library import system_friction
-from stillhook.logs.synthetic import Instruments, Noise
 from stillhook.statistics.estimate import t_factor
 
 CASES = {"L4593": "L4593", "crane-2": "crane-2"}
@@ -26,10 +27,8 @@ def campaign(name: str, reference: Y, seed: int) -> tuple[dict[str, bool], float
     does."""
     with tempfile.TemporaryDirectory() as folder:
         instruments = Instruments(noise=Noise.TYPICAL, seed=seed)
-        plan = identify.campaign_plan(name)
-        written = identify.write_campaign(
-            plan, folder, instruments=instruments, duration=f"{MINUTES:g} min", parquet=True
-        )
+        plan = campaign_plan(name)
+        written = write_campaign(plan, folder, instruments=instruments, duration=f"{MINUTES:g} min")
         r = identify.friction(written.campaign, proposals=0)
     inside = {n: i.contains(getattr(reference, n)) for n, i in r.intervals.items()}
     off = np.abs(predicted(r.points, r.loss, r.fit.y) - predicted(r.points, r.loss, reference))

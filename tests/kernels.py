@@ -12,11 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
+from trials.reference_plant.pack import simulate_reference
+from trials.reference_plant.parameters import ReferenceCrane
+
 from stillhook import Scenario, load_crane, simulate
 from stillhook.kernels.build import LOAD_ON_WIRE, Setup, is_compiled
 from stillhook.kernels.lanes import VL
-from stillhook.validate.synthetic.reference.laws import ReferenceCrane
-from stillhook.validate.synthetic.reference.pack import simulate_reference
 
 ROOT = Path(__file__).resolve().parents[1]
 CRANES = {
@@ -26,7 +27,7 @@ CRANES = {
     "open-circuit": "utility-20t-open-circuit",
     "pure-active": "nov-100t-pure-active",
     "secondary": "nov-250t-secondary",
-    "truth": "nov-250t",
+    "reference": "nov-250t",
 }
 
 
@@ -40,7 +41,7 @@ PROCESSES = (
     (
         Kernel("active-passive", VL),
         Kernel("active-passive", VL, Setup(joint="slings")),
-        Kernel("truth", 1),
+        Kernel("reference", 1),
         Kernel("electric", VL),
         Kernel("electric", 1),
         Kernel("cylinder", VL),
@@ -76,7 +77,7 @@ def compile_one(kernel: Kernel) -> None:
 
     crane, several = load_crane(CRANES[kernel.plant]), kernel.lanes > 1
     run = Scenario(load="10 t", s_w="50 m", duration="1 s", warm_up="0 s")
-    if kernel.plant == "truth":
+    if kernel.plant == "reference":
         simulate_reference(crane, run, ReferenceCrane())
     elif kernel.setup == LOAD_ON_WIRE:
         simulate(crane, [run, run] if several else run)

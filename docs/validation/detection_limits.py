@@ -7,11 +7,11 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from trials.campaigns import Defect
+from trials.campaigns.defects import DEFECTS, defect_text
 from truth_trials import DEFECT_SEEDS, SEEDS, Trial, kept
 
 from stillhook.validate.criteria.criteria import LIMITS_FILE, DetectionLimit, DetectionLimits
-from stillhook.validate.synthetic import Defect
-from stillhook.validate.synthetic.defects import DEFECTS, defect_text
 
 NAMED_ONLY = {Defect.GAP: "no samples"}
 """Defects that are no fault of a twin, and count as detected where a statement with these words names them."""

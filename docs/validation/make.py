@@ -19,6 +19,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
 CASES = (
     "cavitation",
     "controllers_at_their_best",
@@ -101,8 +102,7 @@ class Page(NamedTuple):
 
 
 def _module(name: str) -> ModuleType:
-    if str(HERE) not in sys.path:
-        sys.path.insert(0, str(HERE))
+    sys.path[:0] = [path for path in (str(HERE), str(ROOT)) if path not in sys.path]
     return import_module(name)
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from trials.campaigns.motor_map import Extra, synthetic_map
 
 from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
-from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
+from stillhook.identify.motor.map import LossMap
 from stillhook.identify.motor.rank import borrowed, rank_losses, residual_share
 from stillhook.library import motor
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss

@@ -15,6 +15,8 @@ import numpy as np
 from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from trials.campaigns.friction import campaign_plan, write_campaign
+from trials.campaigns.plc_log import Instruments, noise_of
 
 from stillhook import identify, load_crane
 from stillhook.identify.system_friction.campaign.measure import measure
@@ -44,7 +46,6 @@ from stillhook.identify.system_friction.result import drum_torque, speeds, split
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
 from stillhook.library.parameter_sets import load_losses
-from stillhook.logs.synthetic import Instruments, noise_of
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
 from stillhook.units import from_display
@@ -104,9 +105,9 @@ class Results(NamedTuple):
 def logs(plan: str, noise: str, reference: Crane | None = None) -> Iterator[Path]:
     """The campaign file of logs that the twin writes."""
     with TemporaryDirectory() as folder:
-        sensors, tests = Instruments(noise=noise_of(noise), seed=1), identify.campaign_plan(plan)
+        sensors, tests = Instruments(noise=noise_of(noise), seed=1), campaign_plan(plan)
         out = Path(folder) / "tests"
-        yield identify.write_campaign(
+        yield write_campaign(
             tests, out, instruments=sensors, duration=f"{MINUTES:g} min", reference=reference, parquet=True
         ).campaign
 
@@ -382,7 +383,7 @@ def change_rows(r: Results) -> Iterator[tuple[str, ...]]:
         more = (after - before)[at]
         cells = [f"{np.interp(v, n, before[at]):.0f} {minus(np.interp(v, n, more))}" for v in (50.0, 250.0, 1000.0)]
         share = minus(100.0 * np.interp(1000.0, n, more / p.T_N[at]))
-        test = identify.campaign_plan("crane-2").tests[k]
+        test = campaign_plan("crane-2").tests[k]
         yield name, f"{test.D_m / CC:.0f} cm³/rev", f"{test.load / 1e3:.0f} t", *cells, f"{share} %"
 
 

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from blocks import claims_table, table
 from detection_limits import limits
+from trials.campaigns import Defect
+from trials.campaigns.defects import DEFECTS, defect_text, size_text
 from truth_trials import APART, DEFECT_SEEDS, SEEDS, Trial, kept
-
-from stillhook.validate.synthetic import Defect
-from stillhook.validate.synthetic.defects import DEFECTS, defect_text, size_text
 
 PAGE = "truth-defects.md"
 MOST_FALSE = 5

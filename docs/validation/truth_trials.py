@@ -26,6 +26,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import trial_store
+from trials.campaigns import Defect, sea_trials, write_campaign
+from trials.campaigns.defects import DEFECTS, STATED_DELAY
+from trials.reference_plant.drum import TrueDrum, wound
+from trials.reference_plant.laws import gap_motor, gap_pump, leak_across, leak_to_case
+from trials.reference_plant.parameters import ReferenceCrane, active_leak, reference_friction
 
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
@@ -45,12 +50,7 @@ from stillhook.validate.parameters.check import ParametersStep
 from stillhook.validate.parameters.hoisting import States, scale_of_law
 from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
 from stillhook.validate.report.texts import reading_notes
-from stillhook.validate.synthetic import Defect, sea_trials, write_campaign
-from stillhook.validate.synthetic.defects import DEFECTS, STATED_DELAY
-from stillhook.validate.synthetic.reference.laws import ReferenceCrane, active_leak, reference_friction
 from stillhook.validate.validation import Validation
-from stillhook.winches.reference.drum import TrueDrum, wound
-from stillhook.winches.reference.laws import gap_motor, gap_pump, leak_across, leak_to_case
 
 STORE = Path(__file__).resolve().parent / "truth-trials.json"
 SEEDS = range(100)

@@ -78,20 +78,6 @@ class TestRepeatedOptions:
         said = refusal(capsys, "tune", "nov-250t", "--limit", "p_max <= 200 bar", "--limit", "p_max <= 300 bar")
         assert "p_max has a limit already. Write each limit once." in said
 
-    def test_two_friction_sets_for_one_crane_are_refused(self, capsys, tmp_path):
-        said = refusal(
-            capsys,
-            "identify",
-            "example-campaign",
-            "L4593",
-            str(tmp_path / "out"),
-            "--reference",
-            "crane-1",
-            "--reference",
-            "crane-2",
-        )
-        assert 'Sets "crane-1" and "crane-2" replace the same numbers of' in said
-
 
 class TestHelp:
     @pytest.mark.thorough

@@ -235,11 +235,6 @@ TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m", "--wa
             ("weather", "persistence", "SYNTHETIC-norwegian-sea", "--limit", "Hs <= 2 m", "--window", "6"),
             '--window = "6": no unit',
         ),
-        (("identify", "example-campaign", "crane-2", "never-made", "--duration", "20"), 'duration = "20": no unit'),
-        (
-            ("certificate", "example-campaign", "never-made", "--defect", "gap", "--size", "20"),
-            '--size = "20": no unit',
-        ),
     ],
 )
 def test_the_command_line_refuses_a_number_without_its_unit_with_exit_code_2(line, says, capsys):

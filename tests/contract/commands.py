@@ -11,6 +11,8 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from trials.campaigns.__main__ import main as campaigns
+
 from stillhook import load_crane
 from stillhook.cli import run
 
@@ -140,7 +142,7 @@ OF_WINCH = {
     "uncertainty pressure": f'uncertainty --crane CRANE --modes PAIR --draws 4 {SHORT} --limit "p_max <= 300 bar"',
     "uncertainty case": "uncertainty CASE --draws 4",
     "compare drives": f"compare --crane CRANE --drives active-passive,electric --draws 2 {SHORT}",
-    "validate": "certificate example-campaign OUT --crane CRANE ; validate CAMPAIGN --steps 0,1,5",
+    "validate": "trials.campaigns sea-trials OUT --crane CRANE ; validate CAMPAIGN --steps 0,1,5",
     "lower compensated": "lower HUNG",
     "response compensated": "response HUNG",
     "lower files": "lower LIFT --out OUT",
@@ -210,7 +212,8 @@ def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
     code = 0
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
         for line in sized(BOTH[command], crane).split(" ; "):
-            code = max(code, run([words.get(word, word) for word in shlex.split(line)]))
+            first, *arguments = (words.get(word, word) for word in shlex.split(line))
+            code = max(code, campaigns(arguments) if first == "trials.campaigns" else run([first, *arguments]))
             if code == 2:
                 break
     return Answer(code, error.getvalue())

@@ -27,6 +27,10 @@ from tests.frozen.inputs import (
     weather_csv,
 )
 from tests.frozen.record import condensed, normalised
+from trials.campaigns import write_campaign
+from trials.campaigns.friction import campaign_plan
+from trials.campaigns.friction import write_campaign as write_friction_tests
+from trials.campaigns.motor_map import synthetic_map, write_map
 
 import stillhook
 from stillhook.cli import run
@@ -121,9 +125,7 @@ def sea_trials() -> Path:
     """Folder with the synthetic sea trials of a crane, written once in a process."""
     folder = Path(tempfile.mkdtemp(prefix="frozen-trials-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    with contextlib.chdir(folder):
-        cli("certificate", "example-campaign", "trials")
-    return folder / "trials"
+    return write_campaign(folder / "trials").folder
 
 
 def trials(*names: str, most_lines: int | None = None) -> str:
@@ -417,13 +419,13 @@ def uncertainty() -> Any:
 
 @case
 def identify_motor() -> Any:
-    cli("identify", "example-map", "map.csv", "--motor", "A6VM170", "--seed", "2")
+    write_map(synthetic_map("A6VM170", seed=2), "map.csv")
     return cli("identify", "motor", "map.csv")
 
 
 @case
 def identify_friction() -> Any:
-    cli("identify", "example-campaign", "crane-2", "tests", "--duration", "3 min")
+    write_friction_tests(campaign_plan("crane-2"), "tests", duration="3 min")
     return cli("identify", "friction", "tests/campaign.toml", "--proposals", "1", "--loops", "1")
 
 

@@ -162,3 +162,8 @@ def test_the_command_prints_median_and_band(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["band_90"]["e_c_pp"] == {"low": None, "median": None, "high": None}
     assert command(["friction", "draws", path, path, *options]) == 2
     assert "two sets of one kind" in capsys.readouterr().err
+
+
+def test_two_sets_that_replace_the_same_numbers_are_refused():
+    with pytest.raises(StillhookError, match='Sets "crane-1" and "crane-2" replace the same numbers of'):
+        crane_with(CRANE, load_friction("crane-1"), load_friction("crane-2"))

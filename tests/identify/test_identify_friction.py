@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trials.campaigns.friction import campaign_plan, write_campaign
+from trials.campaigns.plc_log import Instruments, noise_of
 
 from stillhook import Scenario, identify, load_crane, simulate
 from stillhook.cli import run
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
 from stillhook.library import system_friction
 from stillhook.library.parameter_sets import Evidence, load_friction, load_losses, set_toml
-from stillhook.logs.synthetic import Instruments, noise_of
 
 pytestmark = pytest.mark.slow
 
@@ -29,18 +30,16 @@ TRACE = 0.05  # N m: a parameter that adds less to a hundred cannot be requested
 @pytest.fixture(scope="module")
 def exact(tmp_path_factory):
     out = tmp_path_factory.mktemp("exact")
-    return identify.write_campaign(
-        identify.campaign_plan("L4593"), out, instruments=Instruments(noise=noise_of("none")), duration="8 min"
+    return write_campaign(
+        campaign_plan("L4593"), out, instruments=Instruments(noise=noise_of("none")), duration="8 min"
     )
 
 
 @pytest.fixture(scope="module")
 def noisy(tmp_path_factory):
     out = tmp_path_factory.mktemp("noisy")
-    plan = identify.campaign_plan("crane-2-extended")
-    return identify.write_campaign(
-        plan, out, instruments=Instruments(noise=noise_of("typical"), seed=3), duration="8 min"
-    )
+    plan = campaign_plan("crane-2-extended")
+    return write_campaign(plan, out, instruments=Instruments(noise=noise_of("typical"), seed=3), duration="8 min")
 
 
 @pytest.fixture(scope="module")

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from trials.campaigns.motor_map import Extra, synthetic_map
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.fit import CARDS, LossModel, fit_loss, indeterminate, spread_of_levels
-from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
+from stillhook.identify.motor.map import LossMap
 from stillhook.library import motor
 from stillhook.units import from_display
 

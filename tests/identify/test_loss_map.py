@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trials.campaigns.motor_map import synthetic_map, write_map
 
 from stillhook.errors import LogError, StillhookError, UnitError
 from stillhook.identify.motor.fit import LossModel
-from stillhook.identify.motor.map import LossMap, levels, mapped_loss, read_map, synthetic_map, write_map
+from stillhook.identify.motor.map import LossMap, levels, mapped_loss, read_map
 from stillhook.identify.motor.rank import compare_mapped
 from stillhook.units import from_display
 

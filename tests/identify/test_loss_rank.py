@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trials.campaigns.motor_map import Extra, synthetic_map
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.fit import CARDS, LossModel, fit_loss
-from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
+from stillhook.identify.motor.map import LossMap
 from stillhook.identify.motor.rank import (
     MATERIAL,
     Ranking,

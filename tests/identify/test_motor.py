@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trials.campaigns.motor_map import synthetic_map, write_map
 
 from stillhook.cli import run
 from stillhook.cli.identify.motor import OUT_FILES, STEMS
@@ -15,7 +16,7 @@ from stillhook.formats.results import to_json
 from stillhook.identify.motor.figures import figures
 from stillhook.identify.motor.fit import LossModel
 from stillhook.identify.motor.identify import MotorLoss, identify_motor, loss_set, report, to_dict
-from stillhook.identify.motor.map import LossMap, synthetic_map, write_map
+from stillhook.identify.motor.map import LossMap
 from stillhook.library import load_crane, motor
 from stillhook.library.parameter_sets import load_losses, set_toml
 from stillhook.physics.hydraulics.motor import torque_loss
@@ -274,10 +275,10 @@ def test_cli_refuses_in_one_line(csv, monkeypatch, capsys, arguments, part):
     assert "Traceback" not in "".join(told)
 
 
-def test_example_map_is_marked_and_repeatable(tmp_path, capsys):
-    for name in ("a.csv", "b.csv"):
-        assert run(["identify", "example-map", str(tmp_path / name), "--motor", "A6VM170", "--seed", "2"]) == 0
-    assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text()
-    assert "SYNTHETIC" in (tmp_path / "a.csv").read_text().splitlines()[0]
-    assert run(["identify", "example-map", str(tmp_path / "c.csv"), "--motor", "A6VM"]) == 2
-    assert not (tmp_path / "c.csv").exists()
+def test_a_synthetic_map_is_that_of_its_seed(tmp_path):
+    texts = [
+        write_map(synthetic_map("A6VM170", seed=seed), tmp_path / f"{i}.csv").read_text(encoding="utf-8")
+        for i, seed in enumerate((2, 2, 3))
+    ]
+    assert texts[0] == texts[1] != texts[2]
+    assert "SYNTHETIC" in texts[0].splitlines()[0]

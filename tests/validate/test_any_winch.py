@@ -5,9 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from trials.campaigns import Plan, trials, write_campaign
+from trials.campaigns.__main__ import main as campaigns
+from trials.campaigns.own import OWN, columns_of
 
 from stillhook import load_crane
-from stillhook.cli import run as command
 from stillhook.errors import ValidateError
 from stillhook.library import cranes
 from stillhook.report.pdf import pages
@@ -24,8 +26,6 @@ from stillhook.validate.data_set.records.read import read_records
 from stillhook.validate.dynamics.model import scaled
 from stillhook.validate.report.document import summary
 from stillhook.validate.report.texts import UNDETECTABLE
-from stillhook.validate.synthetic import Plan, trials, write_campaign
-from stillhook.validate.synthetic.own import OWN, columns_of
 
 CRANE = "nov-100t-electric"
 SHORT = 150.0  # s of heave compensation a test: five windows, enough for intervals and quick to simulate
@@ -183,8 +183,7 @@ def test_synthetic_logs_say_that_they_obey_the_twins_own_equations(sound):
 
 
 def test_a_defect_without_a_meaning_for_the_winch_is_refused_in_one_line(tmp_path, capsys):
-    arguments = ["certificate", "example-campaign", str(tmp_path / "x"), "--crane", CRANE, "--defect", "leakage"]
-    assert command(arguments) == 2
+    assert campaigns(["sea-trials", str(tmp_path / "x"), "--crane", CRANE, "--defect", "leakage"]) == 2
     text = capsys.readouterr().err.strip()
     assert "\n" not in text
     assert 'The defect leakage has no meaning in logs of winch type "electric"' in text

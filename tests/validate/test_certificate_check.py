@@ -14,14 +14,12 @@ from stillhook.library.certificate import canonical, digest_of
 from stillhook.report.document import Text
 from stillhook.spec.validity import UNSIGNED
 from stillhook.validate import certificate_files, load_certificate
-from stillhook.validate import synthetic as truth
 from stillhook.validate.certificate import certificate as certificate_content
 from stillhook.validate.certificate import recheck as certificate_check
 from stillhook.validate.certificate.document import document
 from stillhook.validate.certificate.recheck import check
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures as pictures_of
-from stillhook.validate.synthetic import WrittenCampaign
 
 
 @pytest.fixture
@@ -264,32 +262,6 @@ def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsy
     assert command(["certificate", "check", str(file), "--json"]) == 1  # computed again from the logs it does not hold
     assert json.loads(capsys.readouterr().out)["unsigned"] == UNSIGNED
     assert Text(UNSIGNED) in document(data | {"digest": digest_of(data)}).section("How to check this document").parts
-
-
-def test_an_example_campaign_with_an_unknown_defect_names_those_there_are(tmp_path, capsys):
-    assert command(["certificate", "example-campaign", str(tmp_path / "new"), "--defect", "rust"]) == 2
-    assert "Choose one of leakage, friction, layer, gear" in capsys.readouterr().err
-    assert not (tmp_path / "new").exists()
-
-
-def test_an_example_campaign_is_of_the_crane_seed_and_defect_that_were_asked_for(tmp_path, monkeypatch, capsys):
-    asked = {}
-
-    def written(out, **how):
-        asked.update(how)
-        return WrittenCampaign(
-            out, out / "campaign.toml", (out / "logs" / "1.csv",), out / "reference.toml", ('test "limits": saturated',)
-        )
-
-    monkeypatch.setattr(truth, "write_campaign", written)
-    (tmp_path / "ours.toml").write_text('base = "nov-150t"\n')
-    options = ["--seed", "5", "--defect", "gear", "--size", "0.03", "--crane", str(tmp_path / "ours.toml")]
-    assert command(["certificate", "example-campaign", str(tmp_path / "new"), *options]) == 0
-    out = capsys.readouterr().out
-    assert out.startswith("SYNTHETIC crane, seed 5: gear ratio motor to drum +3.0% against the twin's; 1 tests")
-    assert (asked["seed"], asked["defect"], asked["size"], asked["plan"].crane.name) == (5, "gear", 0.03, "ours")
-    assert command(["certificate", "example-campaign", str(tmp_path / "new"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["crane"] == "well matched by its twin"
 
 
 @pytest.mark.slow

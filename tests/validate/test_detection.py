@@ -2,11 +2,11 @@
 
 import pytest
 from tests.scripts import PAGES, script
+from trials.campaigns import Defect
+from trials.campaigns.defects import DEFECTS
 
 from stillhook.validate.certificate.certificate import method_hash
 from stillhook.validate.criteria.criteria import LIMITS_FILE, NONE, DetectionLimit, DetectionLimits, detection_limits
-from stillhook.validate.synthetic import Defect
-from stillhook.validate.synthetic.defects import DEFECTS
 
 
 @pytest.fixture

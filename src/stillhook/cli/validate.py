@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stillhook.cli.identify.examples import Folder, write_example
 from stillhook.cli.parser import Json, say_left_out
 from stillhook.errors import ValidateError
+from stillhook.library.examples import SEA_TRIALS
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar
 from stillhook.units import number, quote
@@ -192,56 +194,9 @@ def _say(result: Check) -> None:
 
 
 @app.command("example-campaign")
-def example_campaign(
-    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
-    seed: Annotated[int, typer.Option(min=0, help="Each seed gives another crane, sea and noise.")] = 0,
-    defect: Annotated[str | None, typer.Option(help="Name of one defect to include.")] = None,
-    size: Annotated[
-        str | None, typer.Option(help='Size of the defect, in place of its usual one: 0.03, or "0.2 s" of a time.')
-    ] = None,
-    crane: Annotated[str, typer.Option(help="Twin under test: library crane, or path of a crane file.")] = "nov-250t",
-    apart: Annotated[
-        bool, typer.Option("--apart", help="Capacitance, leakage and inertia deviate by 10 to 30 %, for tuning.")
-    ] = False,
-    parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
-    json: Json = False,
-) -> None:
-    """Write validation tests of a simulated crane that differs in detail from its twin. Everything is marked
-    SYNTHETIC.
+def example_campaign(out: Folder, json: Json = False) -> None:
+    """Write the logs of SYNTHETIC sea trials to try `validate` on: a crane that differs in detail from its twin.
 
-    Example: stillhook certificate example-campaign my-tests --defect leakage
+    Example: stillhook certificate example-campaign my-tests
     """
-    from stillhook.library import cranes, load_crane
-    from stillhook.validate.synthetic import defect_of, trials, write_campaign
-    from stillhook.validate.synthetic.defects import defect_text, size_of
-
-    named = defect_of(defect) if defect is not None else None
-    if named is None and size is not None:
-        raise ValidateError(f"--size = {quote(size)}: a size needs a defect. State the defect.")
-    large = size_of(named, size, "--size") if named is not None and size is not None else None
-    plan = trials(crane if crane in cranes() else load_crane(crane))
-    with progress_bar(f"{len(plan.tests)} tests") as bar:
-        written = write_campaign(
-            out, plan=plan, seed=seed, defect=named, size=large, apart=apart, parquet=parquet, progress=bar
-        )
-    text = defect_text(named, large) if named is not None else "well matched by its twin"
-    if json:
-        logs, notes = [str(p) for p in written.logs], list(written.notes)
-        print_json(
-            {
-                "campaign": str(written.campaign),
-                "logs": logs,
-                "reference": str(written.reference),
-                "crane": text,
-                "notes": notes,
-            }
-        )
-        return
-    print(f"SYNTHETIC crane, seed {seed}: {text}; {len(written.logs)} tests")
-    for note in written.notes:
-        print(note)
-    print(
-        f"written: {written.campaign}, {written.folder / 'logs'}; parameters of the simulated crane:"
-        f" {written.reference}"
-    )
-    print(f"next: stillhook validate {written.campaign} --out {written.folder / 'validation'}")
+    write_example(SEA_TRIALS, out, "validate", json=json)

@@ -4,11 +4,8 @@ from stillhook.identify.motor.identify import identify_motor as identify_motor
 from stillhook.identify.motor.map import LossMap as LossMap
 from stillhook.identify.motor.map import mapped_loss as mapped_loss
 from stillhook.identify.motor.map import read_map as read_map
-from stillhook.identify.motor.map import synthetic_map as synthetic_map
 from stillhook.identify.system_friction.campaign.file import Campaign as Campaign
 from stillhook.identify.system_friction.campaign.file import load_campaign as load_campaign
-from stillhook.identify.system_friction.campaign.staircase import campaign_plan as campaign_plan
-from stillhook.identify.system_friction.campaign.staircase import write_campaign as write_campaign
 from stillhook.identify.system_friction.fitting.uncertainty import draw_cranes as draw_cranes
 from stillhook.identify.system_friction.identify import Friction as Friction
 from stillhook.identify.system_friction.identify import friction as friction

@@ -36,11 +36,10 @@ from stillhook.kernels.drivers.winch import Driver, winch_driver
 from stillhook.physics.records import fields
 from stillhook.winches import imposed_tension
 from stillhook.winches.joints.registry import JOINTS
-from stillhook.winches.reference import plant as truth
 from stillhook.winches.registry import WINCH_TYPES
 
-PLANTS: dict[str, ModuleType] = {**{name: each.module for name, each in WINCH_TYPES.items()}, "truth": truth}
-"""Module of every winch type, and of the reference plant for synthetic logs."""
+PLANTS: dict[str, ModuleType] = {name: each.module for name, each in WINCH_TYPES.items()}
+"""Module of every winch type. A plant from outside the package may be added under another name (`trials`)."""
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "winches", "kernels")
 """Rooms of every source that a kernel can inline, and of what compiles them."""
@@ -110,12 +109,13 @@ def cache_folder(plant: str, lanes: int) -> Path:
 
 
 def _folder(plant: str, prefix: str, extra_controllers: tuple[str, ...], joint: str = "") -> str:
-    """What the folder of a kernel is called; it holds the sources of the user's modules where winch or joint are
-    theirs."""
+    """What the folder of a kernel is called; it holds the hash of the user's modules where winch or joint are theirs,
+    and of the files beside any other plant from outside the package."""
     own = extension_sources()
-    modules = (PLANTS[plant], *((JOINTS[joint],) if joint else ()))
-    user = any(Path(str(module.__file__)) in own for module in modules)
-    sources = b"\0".join(path.read_bytes() for path in own) if user else b""
+    files = [Path(str(module.__file__)) for module in (PLANTS[plant], *((JOINTS[joint],) if joint else ()))]
+    if not any(file in own for file in files):
+        own = [] if files[0].is_relative_to(PACKAGE) else sorted(files[0].parent.glob("*.py"))
+    sources = b"\0".join(path.read_bytes() for path in own)
     of_user = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
     return f"{prefix}{plant}{of_user}" + control_laws.label(extra_controllers)
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import typer
 
 from stillhook.cli.identify.curve import curve
-from stillhook.cli.identify.friction import example_campaign, friction
-from stillhook.cli.identify.motor import example_map, motor
+from stillhook.cli.identify.examples import example_campaign, example_map
+from stillhook.cli.identify.friction import friction
+from stillhook.cli.identify.motor import motor
 
 app = typer.Typer(no_args_is_help=True)
 app.command("motor")(motor)

@@ -1,4 +1,4 @@
-"""`stillhook identify motor` and `stillhook identify example-map`: torque-loss models from a supplier's map."""
+"""`stillhook identify motor`: torque-loss models from a supplier's map."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.parser import Json, check_out, say_left_out, write_out
-from stillhook.errors import IdentifyError, SimulationError
+from stillhook.errors import IdentifyError
 from stillhook.report.terminal import print_document, print_json, say
 
 if TYPE_CHECKING:
@@ -95,27 +95,3 @@ def _files(result: MotorLoss) -> dict[str, Any]:
     else:
         files[SET] = set_toml(loss_set(result, SET.removesuffix(".toml")))
     return files
-
-
-def example_map(
-    out: Annotated[Path, typer.Argument(metavar="OUT.csv", help="File to write.")],
-    motor: Annotated[
-        str, typer.Option("--motor", help="Motor of the library whose published MJ4 loss it starts from.")
-    ] = "A6VM215",
-    seed: Annotated[int, typer.Option(min=0, help="Draw of the losses that MJ4 lacks.")] = 0,
-    json: Json = False,
-) -> None:
-    """Write a SYNTHETIC supplier map to try `identify motor` on; no supplier's map is public.
-
-    Example: stillhook identify example-map example.csv --motor A6VM280
-    """
-    from stillhook.identify.motor.map import synthetic_map, write_map
-
-    if out.exists():
-        raise SimulationError(f"{out}: is there already, and may be a real map. Choose another name.")
-    m = synthetic_map(motor, seed=seed)
-    path = write_map(m, out)
-    if json:
-        print_json({"map": str(path), "cells": len(m)})
-    else:
-        print(f"written: {path} ({len(m)} cells, {m.source})")

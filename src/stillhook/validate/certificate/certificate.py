@@ -54,7 +54,7 @@ from stillhook.validate.report.texts import (
     unjudged,
 )
 from stillhook.validate.validation import Validation
-from stillhook.winches.reference import plant as reference_plant
+from stillhook.winches.types import active_passive
 
 
 class Level(NamedTuple):
@@ -159,17 +159,21 @@ def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
     return [{"heading": heading, "lines": lines} for heading, lines in sections.items() if lines]
 
 
+TRIED = active_passive.NAME
+"""Winch type of the trials with known defects."""
+
+
 def _limits_of(crane: Crane) -> DetectionLimits:
-    """Detection limits that hold for a crane: those of the trials, which are of the winch type with a reference plant;
-    none for another type, whose judged lines are others."""
-    return detection_limits() if crane.plant == reference_plant.OF else DetectionLimits("", "", 0, 0, ())
+    """Detection limits that hold for a crane: those of the trials with known defects; none for another winch type,
+    whose judged lines are others."""
+    return detection_limits() if crane.plant == TRIED else DetectionLimits("", "", 0, 0, ())
 
 
 def _detects(crane: Crane) -> list[str]:
-    if crane.plant == reference_plant.OF:
+    if crane.plant == TRIED:
         return list(_limits_of(crane).sentences())
     return [
-        f'The trials with known defects are of winch type "{reference_plant.OF}": the detection limits of winch type'
+        f'The trials with known defects are of winch type "{TRIED}": the detection limits of winch type'
         f' "{crane.plant.value}" are not known. The page "Validate a twin" lists single defects that were tried.'
     ]
 

@@ -15,7 +15,6 @@ import math
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -23,28 +22,13 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder
-from stillhook.base.progress import Meter, Progress
 from stillhook.engine.pack.winch import active_record, drum_record, friction_record
 from stillhook.engine.scenario.checks import speed_limit
 from stillhook.engine.simulate import simulate
 from stillhook.errors import IdentifyError, SpecError
 from stillhook.library import changed, crane_toml, load_crane
+from stillhook.library.examples import CAMPAIGN_FILE, LOG_FOLDER, MARK, REFERENCE_FILE
 from stillhook.library.leakage import form_of
-from stillhook.logs.synthetic import (
-    CAMPAIGN_FILE,
-    COLUMNS,
-    LOG_FOLDER,
-    MARK,
-    REFERENCE_FILE,
-    Instruments,
-    Noise,
-    Sensors,
-    check_campaign_folder,
-    log_file,
-    logged,
-    mapping_lines,
-    write_log,
-)
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.load_path.drum import LAST_TURNS, layer_diameter, wire_to_layer, wire_usable
@@ -53,6 +37,18 @@ from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import LONGEST, Operator, Scenario
 from stillhook.units import parse, quote, show
 from stillhook.winches.types import pure_active
+from trials.campaigns.plc_log import (
+    COLUMNS,
+    Instruments,
+    Noise,
+    Sensors,
+    WrittenCampaign,
+    check_campaign_folder,
+    log_file,
+    logged,
+    mapping_lines,
+    write_log,
+)
 
 
 @dataclass(frozen=True)
@@ -82,7 +78,7 @@ class TestPlan:
 
 
 def _published() -> dict[str, TestPlan]:
-    table = tomllib.loads(files(__package__).joinpath("published.toml").read_text(encoding="utf-8"))
+    table = tomllib.loads(Path(__file__).with_name("published.toml").read_text(encoding="utf-8"))
     plans = {}
     for name, row in table.items():
         hold_out, motors = row.pop("hold_out", ()), row["motors"]
@@ -260,17 +256,6 @@ LAYER_ROOM = 1e-6
 """Layers by which a wire that stays on its layer may seem to leave it: rounding."""
 
 
-@dataclass(frozen=True)
-class CampaignFiles:
-    """What was written: the folder, its campaign file, the logs, and notes about what the tests could not keep to."""
-
-    folder: Path
-    campaign: Path
-    logs: tuple[Path, ...]
-    layer: int
-    notes: tuple[str, ...]
-
-
 def campaign_plan(name: str) -> TestPlan:
     """A published campaign by name. Errors: IdentifyError naming those there are."""
     if name not in CAMPAIGNS:
@@ -349,10 +334,8 @@ def write_campaign(
     duration: str = "20 min",
     reference: Crane | None = None,
     layer: int | None = None,
-    parquet: bool = False,
     threads: int = 2,
-    progress: Progress | None = None,
-) -> CampaignFiles:
+) -> WrittenCampaign:
     """Simulate the tests of a campaign and write what the PLC logs: `campaign.toml`, `logs/*.csv` and `reference.toml`.
 
     Parameters
@@ -361,8 +344,7 @@ def write_campaign(
     instruments: sensors (default: typical noise, seed 0). duration: of each test.
     reference: the crane that is really tested, for a blind test: the campaign file names the plan's crane all the same.
     Make it with `stillhook.library.changed` or `stillhook.identify.system_friction.fitting.uncertainty.crane_with`.
-    layer: layer of wire to work on (default: the outermost that the pressures allow). parquet: logs as Parquet instead
-    of CSV.
+    layer: layer of wire to work on (default: the outermost that the pressures allow).
 
     Returns what was written, with notes. Errors: IdentifyError, SpecError, SimulationError, one line; nothing is left
     half-written.
@@ -373,16 +355,12 @@ def write_campaign(
     chosen = outermost_layer(crane, plan.tests) if layer is None else layer
     stairs = [staircase(crane, t, layer=chosen if t.layer is None else t.layer, duration=length) for t in plan.tests]
     sensors = instruments.sensors(crane, max(float(s.speeds.max()) for s in stairs))
-    files = [log_file(t.name, parquet) for t in plan.tests]
-    meter = Meter(len(stairs), progress)
-    meter.tell()
+    files = [log_file(t.name) for t in plan.tests]
     with atomic_folder(folder) as part:
         (part / LOG_FOLDER).mkdir()
 
         def work(i: int) -> list[str]:
-            notes = _write_log(crane, stairs[i], sensors, np.random.default_rng([instruments.seed, i]), part / files[i])
-            meter.part(1.0)(1.0)
-            return notes
+            return _write_log(crane, stairs[i], sensors, np.random.default_rng([instruments.seed, i]), part / files[i])
 
         with ThreadPoolExecutor(threads) as pool:
             notes = [
@@ -394,7 +372,7 @@ def write_campaign(
         (part / REFERENCE_FILE).write_text(text, encoding="utf-8")
         text = campaign_text(plan, stairs, files, noise=instruments.noise, sensors=sensors)
         (part / CAMPAIGN_FILE).write_text(text, encoding="utf-8")
-    return CampaignFiles(folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), chosen, tuple(notes))
+    return WrittenCampaign.of(folder, files, sensors, notes, chosen)
 
 
 def _write_log(crane: Crane, stairs: Staircase, sensors: Sensors, rng: np.random.Generator, path: Path) -> list[str]:

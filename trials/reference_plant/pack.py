@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from stillhook.base.progress import Progress
 from stillhook.engine.arguments import RK4_LIMIT, SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import Packed, pack
@@ -13,28 +12,31 @@ from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, summarise, to_dataset
 from stillhook.engine.simulate import raise_failures
 from stillhook.errors import SpecError
+from stillhook.kernels.build import PLANTS
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import wire_damping
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.payload import RHO_STEEL
 from stillhook.spec.scenario import RHO_SEA, Scenario
-from stillhook.validate.synthetic.reference.laws import (
+from stillhook.winches.circuits.active import ActiveCircuit
+from stillhook.winches.circuits.passive import PassiveCircuit
+from stillhook.winches.load_path import Hoist
+from trials.reference_plant import plant
+from trials.reference_plant.drum import TrueDrum
+from trials.reference_plant.laws import Lines, Oil
+from trials.reference_plant.parameters import (
     ReferenceCrane,
     active_leak,
     reference_friction,
     reference_passive,
 )
-from stillhook.winches.circuits.active import ActiveCircuit
-from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.load_path import Hoist
-from stillhook.winches.reference import plant
-from stillhook.winches.reference.drum import TrueDrum
-from stillhook.winches.reference.laws import Lines, Oil
-from stillhook.winches.reference.rope import Rope
+from trials.reference_plant.rope import Rope
 
 if TYPE_CHECKING:
     import xarray
+
+PLANTS[plant.NAME] = plant
 
 SLIP_PRESSURE = 250e5
 """Pressure at which, with full flow, the electric motors have the slip that `ReferenceCrane.slip` names [Pa]."""
@@ -82,7 +84,7 @@ def pack_reference(crane: Crane, case: Scenario, reference: ReferenceCrane) -> P
             dac=2.0 ** (1.0 - reference.dac_bits),
         ),
     )
-    return Packed(plant, "truth", params, twin.memory._replace(p_mean=passive.settings.p_set), *twin[4:])
+    return Packed(plant, plant.NAME, params, twin.memory._replace(p_mean=passive.settings.p_set), *twin[4:])
 
 
 def _active(a: ActiveCircuit, reference: ReferenceCrane) -> ActiveCircuit:
@@ -223,7 +225,6 @@ def simulate_reference(
     reference: ReferenceCrane,
     *,
     step: str | None = None,
-    progress: Progress | None = None,
 ) -> xarray.Dataset:
     """Run the reference plant; the Dataset is that of `stillhook.engine.simulate.simulate` with a row every PLC cycle.
 
@@ -245,9 +246,8 @@ def simulate_reference(
             f" {RK4_LIMIT / h:.0f})."
         )
     block = ScenarioBlock([Ready(packed, drive)], lanes=1, n_sub=n_sub, every=1)
-    for share in block.steps():
-        if progress is not None:
-            progress(share)
+    for _ in block.steps():
+        pass
     results = block.results()
     summaries = [summarise(crane, case, results[0])]
     raise_failures(summaries)

@@ -8,13 +8,10 @@ from pathlib import Path
 import numpy as np
 import polars
 import pytest
-
-from stillhook import load_crane
-from stillhook.engine.pack.winch import drum_record
-from stillhook.errors import SimulationError, ValidateError
-from stillhook.logs.synthetic import (
+from trials.campaigns import Defect, Plan, WrittenCampaign, sea_trials, write_campaign
+from trials.campaigns.defects import DEFECTS, STATED_DELAY, Setting, defect_text, setting, with_defect
+from trials.campaigns.plc_log import (
     AHC_COLUMNS,
-    MARK,
     Calibration,
     Clock,
     Sensor,
@@ -23,14 +20,17 @@ from stillhook.logs.synthetic import (
     logged,
     unit_factor,
 )
+from trials.campaigns.schedule import PlannedTest, Sea, beyond, irregular
+
+from stillhook import load_crane
+from stillhook.engine.pack.winch import drum_record
+from stillhook.errors import SimulationError, ValidateError
+from stillhook.library.examples import MARK
 from stillhook.physics.load_path.drum import layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Mode
 from stillhook.validate import load_campaign
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.synthetic import Defect, Plan, WrittenCampaign, sea_trials, write_campaign
-from stillhook.validate.synthetic.defects import DEFECTS, STATED_DELAY, Setting, defect_text, setting, with_defect
-from stillhook.validate.synthetic.schedule import PlannedTest, Sea, beyond, irregular
 
 pytestmark = pytest.mark.slow
 
@@ -133,20 +133,6 @@ def test_another_seed_is_another_crane_in_another_sea(write):
     one, other = write(), write(seed=4)
     assert one.reference.read_bytes() != other.reference.read_bytes()
     assert np.corrcoef(column(one, "s_tip"), column(other, "s_tip"))[0, 1] < 0.9
-
-
-def test_parquet_holds_the_same_and_the_mark(write, tmp_path):
-    made = write_campaign(tmp_path / "p", plan=SHORT, seed=3, parquet=True)
-    assert polars.read_parquet(made.logs[0]).equals(table(write()).with_columns(polars.col(polars.Int64).cast(float)))
-    assert polars.read_parquet_metadata(made.logs[0])["comment"] == MARK
-    assert load_campaign(made.campaign).tests[0].log == made.logs[0]
-
-
-def test_progress_goes_from_nothing_to_all(tmp_path):
-    seen: list[float] = []
-    write_campaign(tmp_path / "c", plan=SHORT, progress=seen.append, threads=1)
-    assert (seen[0], seen[-1]) == (0.0, 1.0)
-    assert seen == sorted(seen)
 
 
 def test_a_crane_of_your_own_lies_beside_its_campaign(tmp_path):

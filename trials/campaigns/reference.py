@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +16,24 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder, check_folder
-from stillhook.base.progress import Meter, Progress
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import motor_speed_max
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import driver
 from stillhook.library import crane_toml
-from stillhook.logs.synthetic import (
+from stillhook.library.examples import CAMPAIGN_FILE, LOG_FOLDER, MARK, REFERENCE_FILE
+from stillhook.physics.hydraulics.lines import capacitance
+from stillhook.spec.crane import Crane, passive_of
+from stillhook.spec.scenario import Scenario
+from stillhook.spec.scenario import Sensors as CaseSensors
+from stillhook.units import quote, show
+from stillhook.winches.records import Tick
+from trials.campaigns.defects import Defect, Setting, defect_of, defect_text, setting, with_defect
+from trials.campaigns.plc_log import (
     AHC_COLUMNS,
-    CAMPAIGN_FILE,
-    LOG_FOLDER,
-    MARK,
-    REFERENCE_FILE,
     Column,
     Sensors,
+    WrittenCampaign,
     ahc_sensors,
     check_campaign_folder,
     filtered,
@@ -39,13 +42,11 @@ from stillhook.logs.synthetic import (
     mapping_lines,
     write_log,
 )
-from stillhook.physics.hydraulics.lines import capacitance
-from stillhook.spec.crane import Crane, passive_of
-from stillhook.spec.scenario import Scenario
-from stillhook.spec.scenario import Sensors as CaseSensors
-from stillhook.units import quote, show
-from stillhook.validate.synthetic.defects import Defect, Setting, defect_of, defect_text, setting, with_defect
-from stillhook.validate.synthetic.reference.laws import (
+from trials.campaigns.schedule import Plan, sea_trials
+from trials.reference_plant import plant as reference_plant
+from trials.reference_plant.laws import gap_motor, gap_pump
+from trials.reference_plant.pack import simulate_reference
+from trials.reference_plant.parameters import (
     M_N2,
     active_leak,
     gas_bank,
@@ -53,11 +54,6 @@ from stillhook.validate.synthetic.reference.laws import (
     reference_friction,
     working,
 )
-from stillhook.validate.synthetic.reference.pack import simulate_reference
-from stillhook.validate.synthetic.schedule import Plan, sea_trials
-from stillhook.winches.records import Tick
-from stillhook.winches.reference import plant as reference_plant
-from stillhook.winches.reference.laws import gap_motor, gap_pump
 
 
 def reference_text(plan: Plan, seed: int, defect: str, made: Setting) -> str:
@@ -121,18 +117,6 @@ NOISE: Mapping[str, str] = {
 """What the PLC reads with (assumed: a good motion unit and encoder, a load pin of some 0.1 % of its range)."""
 
 
-@dataclass(frozen=True)
-class WrittenCampaign:
-    """What was written: the folder, its campaign file, the logs, the file with the reference crane, and what limits
-    the tests went beyond."""
-
-    folder: Path
-    campaign: Path
-    logs: tuple[Path, ...]
-    reference: Path
-    notes: tuple[str, ...]
-
-
 def write_campaign(
     out: str | Path,
     *,
@@ -141,20 +125,17 @@ def write_campaign(
     defect: Defect | str | None = None,
     size: float | None = None,
     apart: bool = False,
-    parquet: bool = False,
     threads: int = 2,
-    progress: Progress | None = None,
 ) -> WrittenCampaign:
-    """Write a synthetic validation campaign: `campaign.toml`, `logs/*.csv` and `truth.toml`, which the campaign does
-    not name.
+    """Write a synthetic validation campaign: `campaign.toml`, `logs/*.csv` and `reference.toml`, which the campaign
+    does not name.
 
     Parameters
     ----------
     out: folder, without a campaign in it yet. plan: the tests and the twin under test (default: `sea_trials()` of
     nov-250t). seed: another seed is another crane, sea and noise; the same seed gives the same bytes, whatever the
     threads. defect: None for a crane that its twin matches well, or one of `Defect`; size of the defect (default: the
-    one of `DEFECTS`). apart: oil capacitance, leakage and inertia lie 10 to 30 % off the twin's, for tuning. parquet:
-    logs as Parquet instead of CSV.
+    one of `DEFECTS`). apart: oil capacitance, leakage and inertia lie 10 to 30 % off the twin's, for tuning.
 
     Errors: ValidateError, SpecError, SimulationError of one line; nothing is left half-written.
     """
@@ -168,18 +149,13 @@ def write_campaign(
     if named is not None:
         made = with_defect(made, plan.crane, named, size)
     sensors = ahc_sensors(plan.crane, motor_speed_max(plan.crane, plan.crane.active.motor.alpha_min), made.calibration)
-    files = [log_file(t.name, parquet) for t in plan.tests]
-    driver("truth", 1)
-    meter = Meter(len(plan.tests), progress)
-    meter.tell()
+    files = [log_file(t.name) for t in plan.tests]
+    driver(reference_plant.NAME, 1)
     with atomic_folder(folder) as part:
         (part / LOG_FOLDER).mkdir()
 
         def work(i: int) -> list[str]:
-            reached = meter.part(1.0)
-            notes = _test(plan, i, seed, made, sensors, part / files[i], reached)
-            reached(1.0)
-            return notes
+            return _test(plan, i, seed, made, sensors, part / files[i])
 
         with ThreadPoolExecutor(threads) as pool:
             notes = [note for notes_of_test in pool.map(work, range(len(plan.tests))) for note in notes_of_test]
@@ -193,9 +169,7 @@ def write_campaign(
         (part / CAMPAIGN_FILE).write_text(
             campaign_text(plan, seed, made.stated_delay, files, sensors), encoding="utf-8"
         )
-    return WrittenCampaign(
-        folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), folder / REFERENCE_FILE, tuple(notes)
-    )
+    return WrittenCampaign.of(folder, files, sensors, notes)
 
 
 def check_seed(seed: int, defect: Defect | None, size: float | None) -> None:
@@ -215,12 +189,12 @@ def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> 
         )
 
 
-def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: Path, progress: Progress) -> list[str]:
+def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: Path) -> list[str]:
     """Run one test and write its log; returns limits that it went beyond."""
     test = plan.tests[i]
     noise_seed = int(np.random.SeedSequence([seed, i]).generate_state(1)[0])
     case = test.case(CaseSensors(delay=f"{made.delay!r} s", seed=noise_seed, **NOISE), seed, i)
-    run = simulate_reference(plan.crane, case, made.reference, progress=progress)
+    run = simulate_reference(plan.crane, case, made.reference)
     rng = np.random.default_rng([seed, i, 2])
     begins = sum(t.duration for t in plan.tests[:i])
     signals = _as_logged(plan.crane, case, run, made, sensors, begins, rng)

@@ -10,18 +10,18 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import ValidateError
-from stillhook.logs.synthetic import Calibration, Clock
 from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.spec.crane import Crane
 from stillhook.units import parse, quote, show
-from stillhook.validate.synthetic.reference.laws import PARAMETERS, ReferenceCrane
+from trials.campaigns.plc_log import Calibration, Clock
+from trials.reference_plant.parameters import PARAMETERS, ReferenceCrane
 
 STATED_DELAY = 0.04
 """Delay of the motion unit that a campaign states [s]."""
@@ -168,7 +168,7 @@ class Change:
     fault: str = ""
 
 
-_TABLE = tomllib.loads((files("stillhook.validate.synthetic") / "defects.toml").read_text(encoding="utf-8"))
+_TABLE = tomllib.loads(Path(__file__).with_name("defects.toml").read_text(encoding="utf-8"))
 DEFECTS: Mapping[Defect, Change] = {defect: Change(**_TABLE[defect]) for defect in Defect}
 
 

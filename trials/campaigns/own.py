@@ -18,7 +18,6 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder, check_folder
-from stillhook.base.progress import Meter, Progress
 from stillhook.control.interface import SPEED
 from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
@@ -27,24 +26,7 @@ from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import Result, run_cases, summarise
 from stillhook.errors import ValidateError
 from stillhook.library import crane_toml, load_crane
-from stillhook.logs.synthetic import (
-    AHC_COLUMNS,
-    BITS,
-    CAMPAIGN_FILE,
-    LOG_FOLDER,
-    MARK,
-    REFERENCE_FILE,
-    Calibration,
-    Clock,
-    Column,
-    Sensor,
-    Sensors,
-    ahc_sensors,
-    check_campaign_folder,
-    log_file,
-    logged,
-    write_log,
-)
+from stillhook.library.examples import CAMPAIGN_FILE, LOG_FOLDER, MARK, REFERENCE_FILE
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
@@ -53,12 +35,27 @@ from stillhook.validate.ahc.measures import judged_signal
 from stillhook.validate.ahc.replay import with_gains
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.dynamics.model import C_H, C_LEAK, VISCOUS, bent, scaled
-from stillhook.validate.synthetic import writer
-from stillhook.validate.synthetic.defects import CLOCK, DEFECTS, FRICTION, STATED_DELAY, Defect, defect_of, defect_text
-from stillhook.validate.synthetic.schedule import Plan, PlannedTest, Sea, sea_trials
-from stillhook.validate.synthetic.writer import CRANE_FILE, NOISE, READ, WrittenCampaign, campaign_text
 from stillhook.winches.records import CommonSignals, Tick
-from stillhook.winches.reference import plant as reference_plant
+from trials.campaigns import reference
+from trials.campaigns.defects import CLOCK, DEFECTS, FRICTION, STATED_DELAY, Defect, defect_of, defect_text
+from trials.campaigns.plc_log import (
+    AHC_COLUMNS,
+    BITS,
+    Calibration,
+    Clock,
+    Column,
+    Sensor,
+    Sensors,
+    WrittenCampaign,
+    ahc_sensors,
+    check_campaign_folder,
+    log_file,
+    logged,
+    write_log,
+)
+from trials.campaigns.reference import CRANE_FILE, NOISE, READ, campaign_text
+from trials.campaigns.schedule import Plan, PlannedTest, Sea, sea_trials
+from trials.reference_plant import plant as reference_plant
 
 OWN = "the twin's own equations: it tests the procedure, not the physics"
 """What is said of such logs wherever they appear."""
@@ -193,12 +190,10 @@ def write_campaign(
     size: float | None = None,
     apart: bool = False,
     real: Crane | None = None,
-    parquet: bool = False,
     threads: int = 2,
-    progress: Progress | None = None,
 ) -> WrittenCampaign:
     """Write a synthetic validation campaign of any winch type: by the reference plant where the type has one
-    (`stillhook.validate.synthetic.writer.write_campaign`, which says what the parameters are), else by the type's own
+    (`trials.campaigns.reference.write_campaign`, which says what the parameters are), else by the type's own
     engine. real: crane that the logs are of in place of the plan's, which its PLC takes it for: any number of the crane
     file may differ, so that it shows whether validation detects it; not where the type has a reference plant.
 
@@ -207,16 +202,14 @@ def write_campaign(
     plan = plan or sea_trials()
     _check_real(plan, real)
     if plan.crane.plant == reference_plant.OF:
-        return writer.write_campaign(
+        return reference.write_campaign(
             out,
             plan=plan,
             seed=seed,
             defect=defect,
             size=size,
             apart=apart,
-            parquet=parquet,
             threads=threads,
-            progress=progress,
         )
     if apart:
         raise ValidateError(
@@ -224,23 +217,15 @@ def write_campaign(
             " Leave it out."
         )
     folder, named = Path(out), None if defect is None else defect_of(defect)
-    writer.check_seed(seed, named, size)
+    reference.check_seed(seed, named, size)
     made = deviations(plan.crane, seed, named, size)
     check_campaign_folder(folder)
     check_folder(folder, (CRANE_FILE,))
-    files = [log_file(t.name, parquet) for t in plan.tests]
-    meter = Meter(len(plan.tests), progress)
-    meter.tell()
+    files = [log_file(t.name) for t in plan.tests]
     crane = made.crane(plan.crane if real is None else _under_plc_of(plan.crane, real))
 
-    def run(i: int) -> Run:
-        reached = meter.part(1.0)
-        done = _run(crane, plan, i, seed, made)
-        reached(1.0)
-        return done
-
     with ThreadPoolExecutor(threads) as pool:
-        runs = list(pool.map(run, range(len(plan.tests))))
+        runs = list(pool.map(lambda i: _run(crane, plan, i, seed, made), range(len(plan.tests))))
     columns = columns_of(plan.crane)
     sensors = _sensors(plan.crane, columns, runs, np.random.default_rng([seed, 4]))
     with atomic_folder(folder) as part:
@@ -259,9 +244,7 @@ def write_campaign(
         for t, done in zip(plan.tests, runs, strict=True)
         if done.status != "ok"
     ]
-    return WrittenCampaign(
-        folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), folder / REFERENCE_FILE, tuple(notes)
-    )
+    return WrittenCampaign.of(folder, files, sensors, notes)
 
 
 def _check_real(plan: Plan, real: Crane | None) -> None:

@@ -1,7 +1,7 @@
-"""Gas and accumulator of the truth plant: nitrogen by the equation of Benedict, Webb and Rubin, with the heat of its
-vessels.
+"""Gas and accumulator of the reference plant: nitrogen by the equation of Benedict, Webb and Rubin, with the heat of
+its vessels.
 
-Written for the truth plant alone: nothing here comes from the twin's gas or accumulator
+Written for the reference plant alone: nothing here comes from the twin's gas or accumulator
 (`stillhook.physics.hydraulics.accumulator`). Pressures of the gas are absolute [Pa], amounts in mol, temperatures in K.
 """
 

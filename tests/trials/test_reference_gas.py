@@ -4,11 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from stillhook import load_crane
-from stillhook.engine.pack.gas import gas_record
-from stillhook.validate.synthetic.reference.laws import ReferenceCrane, density, gas_bank, stiffness
-from stillhook.winches.reference.gas import (
+from trials.reference_plant.gas import (
     ATMOSPHERE,
     GasBank,
     TrueAccumulator,
@@ -21,6 +17,10 @@ from stillhook.winches.reference.gas import (
     pressure_per_kelvin,
     standing_pressure,
 )
+from trials.reference_plant.parameters import ReferenceCrane, density, gas_bank, stiffness
+
+from stillhook import load_crane
+from stillhook.engine.pack.gas import gas_record
 
 pytestmark = pytest.mark.slow
 

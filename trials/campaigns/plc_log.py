@@ -5,10 +5,9 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
-from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,9 +16,9 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import check_folder
 from stillhook.base.choice import choice
-from stillhook.base.extras import need
 from stillhook.errors import IdentifyError, SimulationError
 from stillhook.formats.csv_table import PURE
+from stillhook.library.examples import CAMPAIGN_FILE, LOG_FOLDER, REFERENCE_FILE, write_csv
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.statistics.time_lag import low_pass
@@ -74,7 +73,7 @@ class Column(NamedTuple):
 
 def _columns(log: str) -> Iterator[tuple[Column, float | None]]:
     """Columns of a kind of log, each with the smallest step of what the PLC has as a number already [SI] (assumed)."""
-    for row in csv.DictReader(files(__package__).joinpath("plc_columns.csv").read_text(encoding="utf-8").splitlines()):
+    for row in csv.DictReader(Path(__file__).with_name("plc_columns.csv").read_text(encoding="utf-8").splitlines()):
         if row["log"] == log:
             column = Column(row["name"], row["heading"], row["unit"], row["kind"])
             yield column, float(row["step"]) if row["step"] else None
@@ -193,7 +192,12 @@ def in_log_unit(values: FloatArray, column: Column, sensor: Sensor) -> FloatArra
     out = values / factor
     if sensor.step == 0.0:
         return out
-    return np.round(out, DECIMALS - math.floor(math.log10(sensor.step / factor)))
+    return np.round(out, decimals(sensor.step / factor))
+
+
+def decimals(step: float) -> int:
+    """Decimals of a log for a sensor of this smallest step."""
+    return DECIMALS - math.floor(math.log10(step))
 
 
 def unit_factor(column: Column) -> float:
@@ -239,10 +243,30 @@ def ahc_sensors(crane: Crane, fastest: float, calibration: Mapping[str, Calibrat
     return {c.name: sensors[c.name] for c in AHC_COLUMNS}
 
 
-MARK = "SYNTHETIC: simulated by Stillhook, measured on no crane"
-CAMPAIGN_FILE, REFERENCE_FILE, LOG_FOLDER = "campaign.toml", "reference.toml", "logs"
 TIME = 'time = { column = "Time", unit = "s" }'
 """Line of a campaign file for the time of these logs."""
+
+
+@dataclass(frozen=True)
+class WrittenCampaign:
+    """What was written: the folder, its campaign file, the logs, the file with the crane that they are of; the sensors
+    of the logs, and what the tests could not keep to. layer of wire of friction tests."""
+
+    folder: Path
+    campaign: Path
+    logs: tuple[Path, ...]
+    reference: Path
+    sensors: Sensors
+    notes: tuple[str, ...]
+    layer: int | None = None
+
+    @classmethod
+    def of(
+        cls, folder: Path, files: Sequence[str], sensors: Sensors, notes: Iterable[str], layer: int | None = None
+    ) -> WrittenCampaign:
+        """The campaign in a folder; files: paths of the logs, seen from the campaign file."""
+        logs = tuple(folder / file for file in files)
+        return cls(folder, folder / CAMPAIGN_FILE, logs, folder / REFERENCE_FILE, sensors, tuple(notes), layer)
 
 
 def check_campaign_folder(folder: Path) -> None:
@@ -252,28 +276,17 @@ def check_campaign_folder(folder: Path) -> None:
         raise SimulationError(f"{folder / LOG_FOLDER}: there are logs already. Choose another folder.")
 
 
-def log_file(name: str, parquet: bool) -> str:
-    """Path of a test's log, seen from the campaign file. Errors: SimulationError where Parquet cannot be written."""
-    if parquet:
-        need("polars", "parquet", SimulationError)
-    return f"{LOG_FOLDER}/{name}{'.parquet' if parquet else '.csv'}"
+def log_file(name: str) -> str:
+    """Path of a test's log, seen from the campaign file."""
+    return f"{LOG_FOLDER}/{name}.csv"
 
 
 def write_log(
     path: Path, time: FloatArray, signals: Mapping[str, FloatArray], columns: Sequence[Column], sensors: Sensors
 ) -> None:
-    """A marked log, CSV or Parquet by the path's ending; time (n,) [s], signals as logged (n,) [SI]."""
+    """A marked log; time (n,) [s], signals as logged (n,) [SI]."""
     table = {"Time": time} | {c.heading: in_log_unit(signals[c.name], c, sensors[c.name]) for c in columns}
-    if path.suffix == ".parquet":
-        import polars  # heavy, and an extra
-
-        polars.DataFrame(table).write_parquet(path, metadata={"comment": MARK})
-        return
-    import pandas  # heavy: only where logs are written
-
-    with path.open("w", encoding="utf-8", newline="") as file:
-        file.write(f"# {MARK}\n")
-        pandas.DataFrame(table).to_csv(file, index=False, lineterminator="\n", na_rep="NaN")
+    write_csv(path, table)
 
 
 def mapping_lines(columns: Sequence[Column], sensors: Sensors) -> list[str]:

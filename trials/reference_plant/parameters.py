@@ -12,7 +12,7 @@ import math
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +29,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, Source, SourceKind, passive_of
 from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.circuits.tables import TorqueLoss
-from stillhook.winches.reference.gas import (
+from trials.reference_plant.gas import (
     ATMOSPHERE,
     GasBank,
     TrueAccumulator,
@@ -37,9 +37,9 @@ from stillhook.winches.reference.gas import (
     molar_heat,
     pressure_per_kelvin,
 )
-from stillhook.winches.reference.laws import TrueFriction, TrueLeak, TruePassive
+from trials.reference_plant.laws import TrueFriction, TrueLeak, TruePassive
 
-PARAMETERS = tomllib.loads((files("stillhook.validate.synthetic.reference") / "crane.toml").read_text(encoding="utf-8"))
+PARAMETERS = tomllib.loads(Path(__file__).with_name("crane.toml").read_text(encoding="utf-8"))
 """Rows of the parameters by name."""
 GAS_PERIOD = 10.0
 """Period at which `gas_volume` 1 has the twin's stiffness [s]: that of the tests' seas."""
@@ -283,7 +283,7 @@ class Working(NamedTuple):
 
 
 def working(crane: Crane) -> Working:
-    """The tests' mean working point: the loads and speeds of `stillhook.validate.synthetic.reference.laws.surface`."""
+    """The tests' mean working point: the loads and speeds of `trials.reference_plant.parameters.surface`."""
     at, a = surface(crane, usual_speeds()), crane.active
     speed = float(np.abs(at.omega_m).mean())
     stroke = speed * a.motor.D_total / (a.pump.D_total * a.pump.omega_p)

@@ -1,7 +1,7 @@
-"""Drum of the truth plant: wire turn by turn on layers that are pressed together, with a turn on which it climbs to the
-next one.
+"""Drum of the reference plant: wire turn by turn on layers that are pressed together, with a turn on which it climbs to
+the next one.
 
-Written for the truth plant alone: nothing here comes from the twin's drum (`stillhook.physics.load_path.drum`).
+Written for the reference plant alone: nothing here comes from the twin's drum (`stillhook.physics.load_path.drum`).
 """
 
 from typing import NamedTuple

@@ -1,19 +1,21 @@
-"""Laws of the truth plant where it differs from the twin: two-volume lines, friction, oil temperature, passive circuit.
+"""Laws of the reference plant where it differs from the twin: two-volume lines, friction, oil temperature,
+passive circuit.
 
 Wire, drum, leakage and gas have modules of their own. No printed source gives their numbers: all are assumed (see
-`stillhook.validate.synthetic.reference.laws`). Signs and units as in the twin.
+`trials.reference_plant.parameters`). Signs and units as in the twin.
 
-Leakage of the truth plant: gaps by viscosity, edges by the root of the pressure, compressed oil by stroke and speed.
+Leakage of the reference plant: gaps by viscosity, edges by the root of the pressure, compressed oil by stroke and
+speed.
 
-Written for the truth plant alone: nothing here comes from the twin's leak tables (`stillhook.physics.hydraulics.pump`,
-`physics.motor`).
+Written for the reference plant alone: nothing here comes from the twin's leak tables
+(`stillhook.physics.hydraulics.pump`, `physics.motor`).
 """
 
 from typing import NamedTuple
 
 from stillhook.physics.hydraulics.lines import boost_flows, flushing_flow, relief_flow
 from stillhook.physics.scalar import exp, fmax, scalar, sqrt
-from stillhook.winches.reference.gas import ATMOSPHERE, TrueAccumulator, piston_friction, standing_pressure
+from trials.reference_plant.gas import ATMOSPHERE, TrueAccumulator, piston_friction, standing_pressure
 
 P_SOFT = 20e5
 """Pressure below which the flow past edges goes over to a laminar one [Pa] (assumed)."""

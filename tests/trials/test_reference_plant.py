@@ -6,6 +6,29 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from trials.campaigns.defects import setting
+from trials.reference_plant import plant
+from trials.reference_plant.laws import (
+    dry_level_true,
+    gap_motor,
+    gap_pump,
+    leak_across,
+    leak_to_case,
+    line_energy,
+    moving_loss_true,
+    two_volume_flows,
+)
+from trials.reference_plant.pack import fastest_rates, pack_reference, simulate_reference
+from trials.reference_plant.parameters import (
+    OMEGA_LEAK,
+    ReferenceCrane,
+    active_leak,
+    numbers,
+    reference_friction,
+    surface,
+    usual_speeds,
+    working,
+)
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.inputs import CycleInputs
@@ -17,30 +40,7 @@ from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.scenario import Operator
-from stillhook.validate.synthetic.defects import setting
-from stillhook.validate.synthetic.reference.laws import (
-    OMEGA_LEAK,
-    ReferenceCrane,
-    active_leak,
-    numbers,
-    reference_friction,
-    surface,
-    usual_speeds,
-    working,
-)
-from stillhook.validate.synthetic.reference.pack import fastest_rates, pack_reference, simulate_reference
 from stillhook.winches.records import Tip
-from stillhook.winches.reference import plant as truth
-from stillhook.winches.reference.laws import (
-    dry_level_true,
-    gap_motor,
-    gap_pump,
-    leak_across,
-    leak_to_case,
-    line_energy,
-    moving_loss_true,
-    two_volume_flows,
-)
 from stillhook.winches.types import active_passive
 
 CRANE = load_crane("nov-250t")
@@ -85,9 +85,9 @@ def run(load: str, s_w: str, step: str = "2 ms"):
     return simulate_reference(CRANE, case(load, s_w), PLAIN, step=step)
 
 
-def pressed(**values: float) -> truth.State:
+def pressed(**values: float) -> plant.State:
     """A state of zeros but for these."""
-    return truth.State(**dict.fromkeys(truth.State._fields, 0.0) | values)
+    return plant.State(**dict.fromkeys(plant.State._fields, 0.0) | values)
 
 
 # The laws of physics
@@ -212,7 +212,7 @@ def test_the_shaft_accelerates_by_the_inertia_that_the_truth_names():
     out, drum = [], {"wire_pressed": 0.0}
     for module, packed in (
         (active_passive, pack(CRANE, case())),
-        (truth, pack_reference(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0, **drum))),
+        (plant, pack_reference(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0, **drum))),
     ):
         p, warm = packed.params, {} if module is active_passive else {"T_gas": 293.0}
         u = module.Command(0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0)

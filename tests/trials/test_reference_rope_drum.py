@@ -4,15 +4,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from trials.reference_plant.drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound
+from trials.reference_plant.pack import STRAIN, pack_reference
+from trials.reference_plant.parameters import ReferenceCrane
+from trials.reference_plant.rope import State, at, elastic_tension, energy, powers, rates, stretch_under
 
 from stillhook import Scenario, load_crane
 from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled, wire_to_layer
-from stillhook.validate.synthetic.reference.laws import ReferenceCrane
-from stillhook.validate.synthetic.reference.pack import STRAIN, pack_reference
 from stillhook.winches.records import Tip
-from stillhook.winches.reference.drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound
-from stillhook.winches.reference.rope import State, at, elastic_tension, energy, powers, rates, stretch_under
 
 pytestmark = pytest.mark.slow
 

@@ -1,21 +1,15 @@
 """Synthetic friction tests: what a crane's PLC would log, and how far the logs can be trusted as measurements of a known truth."""
 
-import json
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import polars
 import pytest
-
-from stillhook import load_crane
-from stillhook.cli.identify.friction import example_campaign
-from stillhook.engine.pack.winch import active_record, friction_record
-from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.campaign.staircase import (
+from trials.campaigns.__main__ import main
+from trials.campaigns.friction import (
     CAMPAIGNS,
     HOLD,
-    MARK,
     PAUSE,
     RAMP,
     PlannedTest,
@@ -27,8 +21,13 @@ from stillhook.identify.system_friction.campaign.staircase import (
     staircase,
     write_campaign,
 )
+from trials.campaigns.plc_log import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
+
+from stillhook import load_crane
+from stillhook.engine.pack.winch import active_record, friction_record
+from stillhook.errors import StillhookError
 from stillhook.library import changed, crane_from_toml, load_friction
-from stillhook.logs.synthetic import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
+from stillhook.library.examples import MARK
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.scalar import G
@@ -54,9 +53,8 @@ def plan(crane: str = "nov-150t", motors: int = 11, rows=((2365.0, 77.0), (1800.
 
 def signals(path: Path) -> dict[str, np.ndarray]:
     """The log's columns by our names, in SI."""
-    if path.suffix == ".csv":
-        assert path.open(encoding="utf-8").readline() == f"# {MARK}\n"
-    table = polars.read_csv(path, comment_prefix="#") if path.suffix == ".csv" else polars.read_parquet(path)
+    assert path.open(encoding="utf-8").readline() == f"# {MARK}\n"
+    table = polars.read_csv(path, comment_prefix="#")
     unit = {"bar": BAR, "rev/min": RPM, "kN": 1e3, "m": 1.0, "1": 1.0}
     return {"time": table["Time"].to_numpy()} | {c.name: table[c.heading].to_numpy() * unit[c.unit] for c in COLUMNS}
 
@@ -330,25 +328,12 @@ def test_what_cannot_be_tested_is_one_line_and_leaves_nothing_behind(tmp_path):
     assert refusal(lambda: write_campaign(plan(), out)).endswith("there are logs already. Choose another folder.")
 
 
-def test_progress_runs_from_nothing_to_all(tmp_path):
-    seen: list[float] = []
-    write_campaign(plan(), tmp_path / "out", duration="2 min", progress=seen.append)
-    assert (seen[0], seen[-1]) == (0.0, 1.0)
-    assert seen == sorted(seen)
-
-
 @pytest.mark.thorough
-def test_the_command_writes_a_campaign_and_says_what_it_wrote(tmp_path, capsys):
-    example_campaign("crane-2", tmp_path / "a", duration="2 min")
-    said = capsys.readouterr().out
-    assert said.startswith("SYNTHETIC friction tests of crane 2")
-    assert str(tmp_path / "a" / "campaign.toml") in said
-    example_campaign("crane-2", tmp_path / "b", duration="2 min", parquet=True, noise="none", json=True)
-    data = json.loads(capsys.readouterr().out)
-    assert len(data["logs"]) == 7
-    example_campaign("crane-2", tmp_path / "c", duration="2 min", reference=["crane-1", "A6VM215-crane-2-second-loop"])
+def test_the_command_writes_a_campaign_of_another_crane_than_it_names(tmp_path, capsys):
+    words = ("friction-tests", str(tmp_path / "c"), "--plan", "crane-2", "--duration", "2 min", "--noise", "none")
+    assert main([*words, "--reference", "crane-1", "--reference", "A6VM215-crane-2-second-loop"]) == 0
+    assert str(tmp_path / "c" / "campaign.toml") in capsys.readouterr().out
     crane = load_crane(tmp_path / "c" / "reference.toml")
     assert crane.friction.system == load_friction("crane-1").system
     assert crane.active.motor.loss.X_3 == 0.012
     assert 'crane = "nov-150t"' in (tmp_path / "c" / "campaign.toml").read_text(encoding="utf-8")
-    assert signals(Path(data["logs"][0]))["p_a"].min() > 0.0

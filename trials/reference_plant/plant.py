@@ -1,4 +1,4 @@
-"""The truth plant: an active/passive winch with more physics than the twin's, to make logs that the twin has never
+"""The reference plant: an active/passive winch with more physics than the twin's, to make logs that the twin has never
 seen.
 
 No full-scale log of such a crane is public. This plant stands in for the crane when `stillhook.validate` is tried. Its
@@ -36,10 +36,12 @@ from stillhook.winches.circuits.active import (
 from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.load_path import Hoist
 from stillhook.winches.records import Geometry, Sensors, apply_override
-from stillhook.winches.reference import rope
-from stillhook.winches.reference.drum import TrueDrum, inertia_true, wound
-from stillhook.winches.reference.gas import heating
-from stillhook.winches.reference.laws import (
+from stillhook.winches.types import active_passive
+from stillhook.winches.types.active_passive import SUPPLIED, Limits, Powers, Signals
+from trials.reference_plant import rope
+from trials.reference_plant.drum import TrueDrum, inertia_true, wound
+from trials.reference_plant.gas import heating
+from trials.reference_plant.laws import (
     Flows,
     Lines,
     Oil,
@@ -54,11 +56,9 @@ from stillhook.winches.reference.laws import (
     passive_flows,
     two_volume_flows,
 )
-from stillhook.winches.reference.rope import Rope
-from stillhook.winches.types import active_passive
-from stillhook.winches.types.active_passive import SUPPLIED, Limits, Powers, Signals
+from trials.reference_plant.rope import Rope
 
-NAME = "truth"
+NAME = "reference"
 OF = active_passive.NAME
 """Winch type that it stands in for."""
 stiffness = active_passive.stiffness

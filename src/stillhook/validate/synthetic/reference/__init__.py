@@ -1,1 +1,0 @@
-"""The reference plant as an independent crane."""
