@@ -20,6 +20,7 @@ import typer.main
 
 from stillhook._version import __version__
 from stillhook.cli.groups import Entry, Program
+from stillhook.cli.names import modern
 from stillhook.errors import StillhookError
 
 REFUSED, INTERNAL, INTERRUPTED, UNREAD = 2, 3, 130, 141
@@ -27,7 +28,7 @@ DEBUG = "STILLHOOK_DEBUG"
 """Environment variable that shows the traceback of an internal error."""
 
 COMMANDS = {
-    "cranes": Entry("crane", "list_cranes"),
+    "list": Entry("listing", "list_kind"),
     "crane": Entry("crane", "show_crane"),
     "run": Entry("runs.simulation", "run"),
     "compare": Entry("runs.simulation", "compare"),
@@ -47,29 +48,21 @@ COMMANDS = {
     "fmu": Entry("export.fmu", "fmu"),
     "convert": Entry("export.convert", "convert"),
     "external": Entry("export.external", "external"),
-    "calc": Entry(
-        "crane",
-        "app",
-        "Single numbers: motor loss, friction, drum, inertia, speed, eigenfrequency, steady operation, gain limit.",
-    ),
-    "certificate": Entry("validate", "app", "Certificates of validated twins: read one, check whether it still holds."),
+    "example": Entry("example", "example"),
+    "calc": Entry("crane", "calc"),
+    "certificate": Entry("validate", "certificate"),
     "identify": Entry(
         "identify",
         "app",
-        "Friction from tests: motor loss models from supplier maps, system friction from"
-        " crane logs, synthetic examples of both.",
+        "Friction from tests: motor loss models from supplier maps, system friction from crane logs.",
     ),
     "friction": Entry(
         "identify.friction_sets",
         "app",
-        "Friction sets: what the library has, sets side by side, their uncertainty in a lift.",
+        "Friction sets: sets side by side, their uncertainty in a lift.",
     ),
-    "vessel": Entry("sea.vessel", "app", "Vessels: list, show and check motion transfer functions (RAO)."),
-    "payload": Entry(
-        "sea.payload",
-        "app",
-        "Payloads: list them, and show their weight, added mass, drag and slamming in water.",
-    ),
+    "vessel": Entry("sea.vessel", "vessel"),
+    "payload": Entry("sea.payload", "payload"),
     "plc": Entry(
         "export.plc",
         "app",
@@ -132,6 +125,9 @@ def main() -> None:
 
 def run(arguments: list[str]) -> int:
     """Run one command line; returns the exit code."""
+    arguments, notes = modern(arguments)
+    for note in notes:
+        print(f"note: {note}.", file=sys.stderr)
     try:
         code = _command()(arguments, standalone_mode=False)
         if sys.stdout is not None:  # closed by the caller

@@ -51,6 +51,7 @@ LiftArgument = Annotated[
 Scheduler = Annotated[
     str | None, typer.Option("--scheduler", help='Address of a Dask scheduler, such as "tcp://10.0.0.1:8786".')
 ]
+FACTORS_HELP = "Table of factors on forecast heights: a name, or a file (TOML, CSV, XLSX)."
 PATIENCE = 15.0
 """Time for a scheduler to answer, and then for its first worker [s]."""
 

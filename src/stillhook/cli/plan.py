@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.extras import need
-from stillhook.cli.parser import Json, Scheduler, announce, check_out, client_of, say_left_out
+from stillhook.cli.parser import FACTORS_HELP, Json, Scheduler, announce, check_out, client_of, say_left_out
 from stillhook.errors import PlanError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
@@ -30,21 +30,17 @@ STORE_HELP = (
 SEED_HELP = (
     "Each seed gives the runs of the twin other waves of the same seas: two plans show by how much limits scatter."
 )
-EXAMPLE = "example"
 
 
 def plan(
     lift: Annotated[
         str,
-        typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.'),
+        typer.Argument(metavar="LIFT.toml", help="Plan file, or one of the library's; a wrong name lists them."),
     ],
-    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help='After "example": folder for the copy.')] = None,
     check: Annotated[bool, typer.Option("--check", help="Check the plan and print its content; run nothing.")] = False,
     tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
-    alpha: Annotated[
-        str | None, typer.Option(help="Table of forecast factors: a name, or a file (TOML, CSV, XLSX).")
-    ] = None,
+    alpha: Annotated[str | None, typer.Option("--forecast-factors", help=FACTORS_HELP)] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")
     ] = None,
@@ -65,23 +61,9 @@ def plan(
     rule under all of them), the weather never gives a window, or something could not be computed after the runs.
 
     Example: stillhook plan template-to-1500m --out plan
-
-    Example: stillhook plan example my-lift
     """
-    from stillhook.plan.file import copy_plan, load_plan
+    from stillhook.plan.file import load_plan
 
-    if lift == EXAMPLE:
-        if folder is None:
-            raise PlanError('plan example: no folder for the copy. Enter one, such as "my-lift".')
-        first, *rest = copy_plan("template-to-1500m", folder)
-        print(f"written: {first}" + "".join(f", {path}" for path in rest))
-        print(f"edit it, then: stillhook plan {first} --check")
-        return
-    if folder is not None:
-        raise PlanError(
-            f'{folder}: unexpected argument. One plan is run at a time; a folder follows "example" only. Use --out for'
-            " results."
-        )
     lift_plan = load_plan(lift)
     if check:
         raise typer.Exit(0 if _show_check(lift_plan, json=json) else 1)

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.identify.examples import Folder, write_example
-from stillhook.cli.parser import Json, say_left_out
+from stillhook.cli.parser import Json, refuse, say_left_out
 from stillhook.errors import ValidateError
-from stillhook.library.examples import SEA_TRIALS
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar
 from stillhook.units import number, quote
@@ -115,54 +113,53 @@ def _print_missing(validation: Validation, out: Path | None, criteria: str | Non
         )
 
 
-app = typer.Typer(no_args_is_help=True)
-File = Annotated[Path, typer.Argument(metavar="FILE", help="certificate.json that stillhook validate wrote.")]
-
-
-@app.command("show")
-def show(file: File, json: Json = False) -> None:
-    """Summary of a certificate. Exit code 1 where the validation was not passed.
-
-    Example: stillhook certificate show validation/certificate.json
-    """
-    from stillhook.validate.certificate.certificate import load_certificate
-    from stillhook.validate.certificate.summary import summary
-
-    certificate = load_certificate(file)
-    if json:
-        print_json(certificate.data)
-    else:
-        print_document(summary(certificate))
-    raise typer.Exit(0 if certificate.passed else 1)
-
-
-@app.command("check")
-def check(
-    file: File,
+def certificate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="certificate.json that stillhook validate wrote.")],
+    check: Annotated[bool, typer.Option("--check", help="Verify it, recomputing everything from the logs.")] = False,
     campaign: Annotated[
-        Path | None, typer.Option(help="Campaign file, if it is not found next to the certificate.")
+        Path | None, typer.Option(help="With --check: campaign file, if it is not next to the certificate.")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Compare hashes only, without recomputation.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="With --check: compare hashes only.")] = False,
     json: Json = False,
 ) -> None:
-    """Verify a certificate: compare logs, campaign, criteria, crane and code, and recompute everything from the
-    logs.
+    """Summary of a certificate; with --check whether it still holds: logs, campaign, criteria, crane and code are
+    compared, and everything is recomputed from the logs.
 
-    Exit code 1 if it is not valid or inputs are missing; 2 if the file is not a certificate or was changed.
+    Exit code 1 where the validation was not passed; with --check where it is not valid or inputs are missing. 2 if the
+    file is not a certificate or was changed.
 
-    Example: stillhook certificate check validation/certificate.json
+    Example: stillhook certificate validation/certificate.json
+
+    Example: stillhook certificate validation/certificate.json --check
     """
     from stillhook.validate.certificate.certificate import load_certificate
-    from stillhook.validate.certificate.recheck import check as check_again
 
-    certificate = load_certificate(file)
+    if check:
+        raise typer.Exit(0 if _checked(file, campaign, quick=quick, json=json) else 1)
+    refuse({"--campaign": campaign, "--quick": quick}, "belongs to --check. Give it, or leave this out.")
+    from stillhook.validate.certificate.summary import summary
+
+    read = load_certificate(file)
+    if json:
+        print_json(read.data)
+    else:
+        print_document(summary(read))
+    raise typer.Exit(0 if read.passed else 1)
+
+
+def _checked(file: Path, campaign: Path | None, *, quick: bool, json: bool) -> bool:
+    """Print whether a certificate still holds, and return it."""
+    from stillhook.validate.certificate.certificate import load_certificate
+    from stillhook.validate.certificate.recheck import check
+
+    read = load_certificate(file)
     with progress_bar("checking") as bar:
-        result = check_again(file, certificate, campaign=campaign, quick=quick, progress=bar)
+        result = check(file, read, campaign=campaign, quick=quick, progress=bar)
     if json:
         print_json(result.to_dict())
     else:
         _say(result)
-    raise typer.Exit(0 if result.holds else 1)
+    return bool(result.holds)
 
 
 def _say(result: Check) -> None:
@@ -191,12 +188,3 @@ def _say(result: Check) -> None:
             "PDF in the same folder:"
             f" {'the same to the byte' if result.same_pdf else 'not the same: edited, or set with other libraries'}"
         )
-
-
-@app.command("example-campaign")
-def example_campaign(out: Folder, json: Json = False) -> None:
-    """Write the logs of SYNTHETIC sea trials to try `validate` on: a crane that differs in detail from its twin.
-
-    Example: stillhook certificate example-campaign my-tests
-    """
-    write_example(SEA_TRIALS, out, "validate", json=json)

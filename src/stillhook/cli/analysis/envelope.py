@@ -12,7 +12,6 @@ from stillhook.cli.parser import CONTROLLERS, USUAL, Json, check_out, write_out
 from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar
-from stillhook.units import parse
 
 if TYPE_CHECKING:
     import xarray
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 
 OUT_FILES = ("range.png", "settings.png", "layers.png", "envelope.nc", "settings.nc", "envelope.json")
 SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-"""Loads that are reported without --load, over the SWL."""
+"""Loads that are reported without --loads, over the SWL."""
 LAYERS_SHARES = (0.6, 1.0)
 """Loads of the picture by layer, over the SWL."""
 
@@ -34,9 +33,13 @@ def envelope(
     ] = None,
     load: Annotated[
         list[str] | None,
-        typer.Option(help='Payload, such as "100 t"; may be repeated. Without it 0 to the SWL in steps of 20 %.'),
+        typer.Option(
+            "--loads", help='Payloads, "90 t, 120 t" or "0 t to 100 t by 20 t". Without them 0 to the SWL by 20 %.'
+        ),
     ] = None,
-    modes: Annotated[str | None, typer.Option(help=f"{CONTROLLERS}, or controller files, with commas.{USUAL}")] = None,
+    modes: Annotated[
+        str | None, typer.Option("--controllers", help=f"{CONTROLLERS}, or controller files, with commas.{USUAL}")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and JSON; nothing is written without it.")
     ] = None,
@@ -48,17 +51,17 @@ def envelope(
     Pump flow, relief pressure, torque in reserve and motor speeds of the complete plant, while compensating (paper C
     figure 4).
 
-    Example: stillhook envelope nov-150t --load "90 t" --load "120 t" --modes ns,hs,ssc,ssc-cubic --out envelope
+    Example: stillhook envelope nov-150t --loads "90 t, 120 t" --controllers ns,hs,ssc,ssc-cubic --out envelope
     """
+    from stillhook.analysis.axes import quantities
     from stillhook.analysis.controllers import controllers, usual_controllers
     from stillhook.analysis.operating_envelope.load_speed import envelope_at
     from stillhook.library import load_crane
 
     crane = load_crane(name)
     chosen = controllers(modes or usual_controllers(crane))
-    loads = (
-        list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
-    )
+    named = [x for text in load or () for x in quantities(text, "mass", "--loads", percent_of=crane.SWL)]
+    loads = list(dict.fromkeys(named)) or [f * crane.SWL for f in SHARES]
     check_out(out, OUT_FILES)
     layers = None if layer is None else [layer]
     with progress_bar(crane.name) as bar:

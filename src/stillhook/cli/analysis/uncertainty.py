@@ -72,7 +72,9 @@ def uncertainty(
     warm_up: Annotated[
         str | None, typer.Option("--warm-up", help='Start of each run that does not count (default "30 s").')
     ] = None,
-    modes: Annotated[str | None, typer.Option(help=f"Controllers: {CONTROLLERS}, strong-ssc or TOML files.")] = None,
+    modes: Annotated[
+        str | None, typer.Option("--controllers", help=f"{CONTROLLERS}, strong-ssc or TOML files.")
+    ] = None,
     factors: Annotated[
         Path | None, typer.Option(help="TOML file of the uncertain factors; default: the built-in table.")
     ] = None,

@@ -18,7 +18,7 @@ def external(
     case_file: CaseArgument = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder to write (default CRANE-HOST).")] = None,
     platform: Annotated[
-        str, typer.Option("--platform", help="Libraries: win64, linux64, macos-arm64, or source for none.")
+        str, typer.Option("--platforms", help="Libraries: win64, linux64, macos-arm64, or source for none.")
     ] = "win64",
     json: Json = False,
 ) -> None:
@@ -34,7 +34,7 @@ def external(
 
     crane = load_crane(name)
     case = case_for(crane, case_file)
-    chosen = [each for each in listed(platform, "--platform") if each != "source"]
+    chosen = [each for each in listed(platform, "--platforms") if each != "source"]
     say_if_first(chosen)
     files = write_host(host, crane, case, out or Path(f"{crane.name}-{host}"), platforms=chosen)
     if json:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import typer
 
 from stillhook.cli.identify.curve import curve
-from stillhook.cli.identify.examples import example_campaign, example_map
 from stillhook.cli.identify.friction import friction
 from stillhook.cli.identify.motor import motor
 
@@ -13,5 +12,3 @@ app = typer.Typer(no_args_is_help=True)
 app.command("motor")(motor)
 app.command("friction")(friction)
 app.command("curve")(curve)
-app.command("example-map")(example_map)
-app.command("example-campaign")(example_campaign)

@@ -1,5 +1,4 @@
-"""`stillhook friction sets`, `compare` and `draws`: parameter sets of friction, and what their uncertainty means for a
-lift."""
+"""`stillhook friction compare` and `draws`: parameter sets of friction, and what their uncertainty means for a lift."""
 
 from __future__ import annotations
 
@@ -22,36 +21,6 @@ NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max")
 FILES = ("friction-sets.png", "friction-sets.json")
 
 app = typer.Typer(no_args_is_help=True)
-
-
-@app.command("sets")
-def list_sets(json: Json = False) -> None:
-    """List the parameter sets of the library with their sources. Example: stillhook friction sets"""
-    from stillhook.identify.system_friction.result import provenance
-    from stillhook.library import frictions, load_friction, load_losses, motors
-
-    entries = [("system friction", load_friction(n)) for n in frictions()] + [
-        ("motor", load_losses(n)) for n in motors()
-    ]
-    if json:
-        print_json([_record(kind, item) for kind, item in entries])
-        return
-    for title in ("system friction", "motor"):
-        print(f"{title}:")
-        for kind, item in entries:
-            if kind == title:
-                print(f"  {item.name:<28} {item.title}{'' if item.evidence is None else ', with uncertainty'}")
-                first, *others = provenance(item)
-                print(f"  {'':<28} {first}{f' (and {len(others)} more)' if others else ''}")
-
-
-def _record(kind: str, item: Any) -> dict[str, Any]:
-    from stillhook.identify.system_friction.result import provenance
-
-    spec = item.system if kind == "system friction" else item.motor
-    evidence = item.evidence.model_dump() if item.evidence is not None else None
-    values = {"values": spec.model_dump(), "evidence": evidence, "sources": provenance(item)}
-    return {"set": item.name, "kind": kind, "title": item.title, **values}
 
 
 @app.command("compare")
@@ -150,9 +119,9 @@ def draws(
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
     motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2 m 12 s",
     mode: Annotated[
-        str | None, typer.Option(help=f"Controller: {MODES}. Default: the usual one of the winch type, or ssc.")
+        str | None, typer.Option("--controller", help=f"{MODES}. Default: the usual one of the winch type, or ssc.")
     ] = None,
-    n: Annotated[int, typer.Option("--n", help="Number of draws.")] = 64,
+    n: Annotated[int, typer.Option("--draws", help="Number of draws.")] = 64,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
     json: Json = False,
 ) -> None:

@@ -129,11 +129,11 @@ def run(
 
 
 def compare(
-    crane: Annotated[str, typer.Option(help="Library crane, or path of a crane file.")] = "nov-250t",
+    crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")] = "nov-250t",
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
     motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2.8 m 12 s",
-    modes: Annotated[str | None, typer.Option(help=f"Controllers: {MODES}.{USUAL}")] = None,
+    modes: Annotated[str | None, typer.Option("--controllers", help=f"{MODES}.{USUAL}")] = None,
     position: Annotated[str | None, typer.Option(help=POSITION_HELP)] = None,
     heave: Annotated[
         str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')
@@ -173,10 +173,10 @@ def compare(
 
     Exit code 1 if none of them stays inside its limits.
 
-    Example: stillhook compare --crane nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --modes
+    Example: stillhook compare nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --controllers
     ns,hs,ssc
 
-    Example: stillhook compare --crane nov-250t --load "100 t" --motion "sine 2 m 10 s" --drives
+    Example: stillhook compare nov-250t --load "100 t" --motion "sine 2 m 10 s" --drives
     active-passive,pure-active,secondary,cylinder,electric,open-circuit
     """
     from stillhook.analysis.controllers import compare as side_by_side
@@ -189,7 +189,7 @@ def compare(
         refuse(of_drives, "belongs to --drives. Give it, or leave this out.")
         check_out(out, OUT_FILES)
     else:
-        refuse({"--modes": modes}, "--drives gives each drive its own controller. Leave one of them out.")
+        refuse({"--controllers": modes}, "--drives gives each drive its own controller. Leave one of them out.")
     if full_plan and plan is None:
         raise CommandError("--full-plan: which plan? Give --plan.")
     machine = load_crane(crane)

@@ -1,4 +1,4 @@
-"""`stillhook payload list|show`: what is suspended from the hook, and what water makes of it."""
+"""`stillhook payload`: what is suspended from the hook, and what water makes of it."""
 
 from __future__ import annotations
 
@@ -12,9 +12,6 @@ from stillhook.errors import LiftError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values
 from stillhook.units import parse, quote
-from stillhook.units import show as text
-
-app = typer.Typer(no_args_is_help=True)
 
 RHO = "1025 kg/m^3"
 LIGHT, DENSE = 900.0, 1300.0  # kg/m^3: fresh water to brine, and some room
@@ -24,22 +21,8 @@ COLUMNS = ("h", "V", "A33", "dA33", "B")
 EVERY = 16  # of the levels, on the printed table
 
 
-@app.command("list")
-def list_payloads(json: Json = False) -> None:
-    """List the payloads of the library. Example: stillhook payload list"""
-    from stillhook.library.catalogue import payloads, read_payload
-
-    entries = [read_payload(name) for name in payloads()]
-    if json:
-        print_json([{"payload": p.name, "title": p.title, "mass": p.mass, "height": p.height} for p in entries])
-        return
-    rows = [(p.name, p.title, text(p.mass, "mass"), text(p.height, "length")) for p in entries]
-    print_table(("payload", "what it is", "mass", "height"), rows, texts={1})
-
-
-@app.command("show")
-def show(
-    payload: Annotated[str, typer.Argument(help=PAYLOAD_HELP, metavar="PAYLOAD|FILE")],
+def payload(
+    name: Annotated[str, typer.Argument(help=PAYLOAD_HELP, metavar="PAYLOAD|FILE")],
     rho: Annotated[str, typer.Option(help="Density of the water.")] = RHO,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for a picture and payload.json; nothing is written without it.")
@@ -49,7 +32,7 @@ def show(
     """Weight in water, added mass, drag, slamming and sinking speed of a payload, over submergence, with the source of
     every number.
 
-    Example: stillhook payload show suction-anchor-85t
+    Example: stillhook payload suction-anchor-85t
     """
     from stillhook.library.catalogue import read_payload
     from stillhook.report.payload_sheet import payload_figure, payload_numbers
@@ -61,7 +44,7 @@ def show(
             f"--rho = {quote(rho)}: is not the density of sea water, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit."
         )
     check_out(out, OUT_FILES)
-    load = read_payload(payload)
+    load = read_payload(name)
     answer = payload_numbers(load, density) | {"notes": list(implausible_values(load))}
     if json:
         print_json(answer)

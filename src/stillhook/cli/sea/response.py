@@ -72,7 +72,7 @@ YEAR = (
 def response(
     lift: LiftArgument,
     depth: Annotated[str | None, typer.Option(help=DEPTH_HELP)] = None,
-    mode: Annotated[str | None, typer.Option(help=MODE_HELP)] = None,
+    mode: Annotated[str | None, typer.Option("--controller", help=MODE_HELP)] = None,
     sea: Annotated[Path | None, typer.Option(help=SEA_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,

@@ -1,4 +1,4 @@
-"""`stillhook vessel list|show|check`: what a vessel file holds, and whether it moves as floating bodies do."""
+"""`stillhook vessel`: what a vessel file holds, and whether it moves as floating bodies do."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, write_out
+from stillhook.cli.parser import Json, check_out, refuse, write_out
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_json, print_table
 from stillhook.units import number
@@ -16,8 +16,6 @@ from stillhook.units import number
 if TYPE_CHECKING:
     from stillhook.sea.vessel.floating_body import LongWave
     from stillhook.sea.vessel.rao import Rao
-
-app = typer.Typer(no_args_is_help=True)
 
 PERIODS = (4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0)  # s: rows of the table that is printed
 SIDES = (0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)  # deg: its columns
@@ -30,28 +28,15 @@ AT_HELP = 'A point from the reference point, forward and to port, whose vertical
 Vessel = Annotated[str, typer.Argument(help=VESSEL_HELP, metavar="VESSEL|FILE")]
 
 
-@app.command("list")
-def list_vessels(json: Json = False) -> None:
-    """List the vessels of the library. Example: stillhook vessel list"""
-    from stillhook.formats.vessel.open import read_vessel
-    from stillhook.library.catalogue import vessels
-
-    entries = [(name, read_vessel(name)) for name in vessels()]
-    if json:
-        print_json([{"vessel": name, "title": rao.name, "origin": rao.origin} for name, rao in entries])
-        return
-    print_table(
-        ("vessel", "what it is", "reference point"), [(name, rao.name, rao.origin) for name, rao in entries], left=3
-    )
-
-
-@app.command("show")
-def show(
-    vessel: Vessel,
+def vessel(
+    name: Vessel,
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for a picture and vessel.json; nothing is written without it.")
     ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Test it against what every floating body does in long waves.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """What a vessel file holds: reference point, conventions, range, notes, largest motions, and heave or the motion of
@@ -60,15 +45,24 @@ def show(
     Headings are directions in which waves travel, counter-clockwise from the bow: 0 following, 90 coming from
     starboard, 180 head sea, 270 coming from port.
 
-    Example: stillhook vessel show FILE.re1 --at "x=-20 m, y=-18 m"
+    --check tests it against what every floating body does in waves much longer than it: a wrong sign, phase, axis,
+    heading or unit shows. The verdict is the worst of its motions. Exit code 1 where it is wrong, doubtful, or its
+    longest wave is too short to show that it fits.
+
+    Example: stillhook vessel FILE.re1 --at "x=-20 m, y=-18 m"
+
+    Example: stillhook vessel FILE.re1 --check
     """
+    if check:
+        refuse({"--at": at, "--out": out}, "--check writes nothing. Leave it out.")
+        raise typer.Exit(0 if _check(name, json=json) else 1)
     from stillhook.formats.vessel.open import read_vessel
     from stillhook.sea.vessel.tip import parse_point
 
     point = None if at is None else parse_point(at, "--at")
     place = None if point is None else (point.x, point.y)
     check_out(out, OUT_FILES)
-    rao = read_vessel(vessel)
+    rao = read_vessel(name)
     answer = _sheet(rao, place)
     if json:
         print_json(answer)
@@ -81,20 +75,12 @@ def show(
         write_out(out, {numbers: answer}, pictures=lambda: {picture: vessel_figure(rao, place)}, quiet=json)
 
 
-@app.command("check")
-def check(vessel: Vessel, json: Json = False) -> None:
-    """Test a vessel against what every floating body does in waves much longer than it: a wrong sign, phase, axis,
-    heading or unit shows.
-
-    The verdict is the worst of its motions. Exit code 0: it fits; 1: it is wrong, doubtful, or its longest wave is too
-    short to show that it fits.
-
-    Example: stillhook vessel check FILE.re1
-    """
+def _check(name: str, *, json: bool) -> bool:
+    """Print what the test found; whether the vessel fits."""
     from stillhook.formats.vessel.open import read_untested
     from stillhook.sea.vessel.floating_body import long_wave_test, remarks, verdict_of
 
-    rao = read_untested(vessel)
+    rao = read_untested(name)
     tests = long_wave_test(rao)
     word, line = verdict_of(rao, tests)
     notes = [*rao.notes, *(note for note in remarks(rao, tests) if note != line)]
@@ -110,8 +96,7 @@ def check(vessel: Vessel, json: Json = False) -> None:
         print_json({**sheet, **answer, "notes": notes})
     else:
         _print_check(rao, tests, line, notes)
-    if word != "fits":
-        raise typer.Exit(1)
+    return word == "fits"
 
 
 def _tested(t: LongWave) -> dict[str, Any]:

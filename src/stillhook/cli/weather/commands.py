@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.choice import nearest
-from stillhook.cli.parser import Json, Spread, check_out, refuse, write_out
+from stillhook.cli.parser import FACTORS_HELP, Json, Spread, check_out, refuse, write_out
 from stillhook.cli.sea.response import waves_of_file
 from stillhook.cli.weather.answers import (
     by_limits,
@@ -57,7 +57,6 @@ SHIP_HELP = (
     'Where the bow points, clockwise from north, "315 deg", or "free" to keep the best heading in each window; for'
     " limits on beta."
 )
-TABLE_HELP = "Table of alpha factors: a name, or a file of your own, TOML, CSV or XLSX."
 PLAN_HELP = (
     "Folder of a saved lift plan (stillhook plan --out): its OP_WF by period and direction is the limit, its T_R the"
     " time."
@@ -139,7 +138,7 @@ def alpha(
     hs: Annotated[str, typer.Option("--hs", help="Limiting significant wave height of the operation (OP_LIM).")],
     t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period.")],
     t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
-    table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
+    table: Annotated[str, typer.Option("--forecast-factors", help=FACTORS_HELP)] = "dnv-os-h101",
     json: Json = False,
 ) -> None:
     """Alpha factor, the wave height that a forecast must stay within, reference period, and whether the operation is
@@ -173,7 +172,7 @@ def forecast(
         str | None, typer.Option(help="First start (UTC), 2026-05-01T06:00; default: the forecast's first record.")
     ] = None,
     horizon: Annotated[str, typer.Option(help="Over which starts are looked for.")] = "72 h",
-    table: Annotated[str | None, typer.Option("--table", help=TABLE_HELP)] = None,
+    table: Annotated[str | None, typer.Option("--forecast-factors", help=FACTORS_HELP)] = None,
     plan: Annotated[Path | None, typer.Option("--plan", help=PLAN_HELP)] = None,
     alternative: Annotated[
         str | None, typer.Option(help="With --plan: the one whose go counts; default: the plan's own.")
@@ -220,7 +219,7 @@ def forecast(
 
     if plan is not None:
         refuse(
-            {"--t-pop": t_pop, "--t-c": t_c, "--table": table, "--out": out},
+            {"--t-pop": t_pop, "--t-c": t_c, "--forecast-factors": table, "--out": out},
             "does not apply with --plan. Leave it out.",
         )
         raise typer.Exit(by_plan(plan, read, limits, when, heading, alternative, twin=uncredited, json=json))
@@ -252,7 +251,7 @@ def lift(
     alternative: Annotated[
         list[str] | None, typer.Option(help="Alternative of the winch, such as ssc; default: all of the plan.")
     ] = None,
-    table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
+    table: Annotated[str, typer.Option("--forecast-factors", help=FACTORS_HELP)] = "dnv-os-h101",
     json: Json = False,
 ) -> None:
     """Windows and waiting of a lift plan in a hindcast with full spectra: every record by the frequency-domain method,

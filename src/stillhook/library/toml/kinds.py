@@ -129,6 +129,6 @@ def kind_of_text(text: str) -> str:
     if not ("omega [rad/s]" in start or "TRANSFER FUNCTION" in start.upper() or "VesselTypes:" in text[:100_000]):
         return ""
     return (
-        "is a vessel file, not TOML: stillhook vessel check reads it, and the lift files and plans that name it as"
+        "is a vessel file, not TOML: stillhook vessel reads --check it, and the lift files and plans that name it as"
         " vessel"
     )

@@ -224,7 +224,7 @@ def _command(answer: Mapping[str, Any]) -> str:
     """The command that gives these numbers again."""
     tier = f" --tier {answer['tiers'][-1]}" if answer["tiers"] else ""
     name = answer["operation"].get("alpha_table", {}).get("name")
-    alpha = f" --alpha {name}" if name else ""
+    alpha = f" --forecast-factors {name}" if name else ""
     seed = f" --seed {answer['runs']['seed']}" if answer["runs"].get("seed") else ""
     return f"stillhook plan {_file(answer['source'] or 'PLAN.toml')}{tier}{alpha}{seed} --out FOLDER"
 

@@ -53,7 +53,7 @@ NONE = (
 )
 HOLDS = (
     "It holds for the crane file of annex E and the code named above, as long as neither they nor the logs change: "
-    "stillhook certificate check certificate.json recomputes and verifies it."
+    "stillhook certificate certificate.json --check recomputes and verifies it."
 )
 NO_HOLD = "When the twin or the tests have been corrected, validate again: stillhook validate campaign.toml."
 PROCEDURE = (
@@ -63,7 +63,7 @@ PROCEDURE = (
         " campaign, criteria, crane file and code give the same bytes of all files, on any day and in any folder."
     ),
     (
-        "stillhook certificate show FILE prints a summary. stillhook certificate check FILE recomputes everything from"
+        "stillhook certificate FILE prints a summary. stillhook certificate FILE --check recomputes everything from"
         " the logs and reports what has changed; with --quick it compares the hashes alone."
     ),
     UNSIGNED,
@@ -72,7 +72,7 @@ PROCEDURE = (
 
 ANNEX = (
     "Lines, steps with their figures, criteria, numbers and crane file behind the certificate of the same crane and"
-    " date. The JSON file of the certificate holds the SHA-256 of this document; stillhook certificate check compares"
+    " date. The JSON file of the certificate holds the SHA-256 of this document; stillhook certificate compares --check"
     " it. The number above is that of the contents without this annex."
 )
 

@@ -1,0 +1,151 @@
+"""`stillhook list WHAT`: what the library has by name, and what may be named elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from stillhook.cli.parser import Json
+from stillhook.errors import CommandError
+from stillhook.report.terminal import print_json, print_table
+from stillhook.units import quote, show
+
+
+class Kind(NamedTuple):
+    """A kind of thing: the columns of its table with the keys of its JSON, and its rows."""
+
+    columns: dict[str, str]
+    rows: Callable[[], list[dict[str, Any]]]
+
+
+def _cranes() -> list[dict[str, Any]]:
+    from stillhook.library import cranes, load_crane
+
+    return [{"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL} for c in map(load_crane, cranes())]
+
+
+def _vessels() -> list[dict[str, Any]]:
+    from stillhook.formats.vessel.open import read_vessel
+    from stillhook.library.catalogue import vessels
+
+    read = [(name, read_vessel(name)) for name in vessels()]
+    return [{"vessel": name, "title": rao.name, "origin": rao.origin} for name, rao in read]
+
+
+def _payloads() -> list[dict[str, Any]]:
+    from stillhook.library.catalogue import payloads, read_payload
+
+    read = map(read_payload, payloads())
+    return [{"payload": p.name, "title": p.title, "mass": p.mass, "height": p.height} for p in read]
+
+
+def _compensators() -> list[dict[str, Any]]:
+    from stillhook.library.catalogue import compensators, read_compensator
+
+    read = map(read_compensator, compensators())
+    return [{"compensator": c.name, "title": c.title, "type": c.type, "mass": c.mass, "travel": c.travel} for c in read]
+
+
+def _frictions() -> list[dict[str, Any]]:
+    from stillhook.identify.system_friction.result import provenance
+    from stillhook.library import frictions, load_friction, load_losses, motors
+
+    rows = []
+    for kind, item in (
+        *(("system friction", load_friction(name)) for name in frictions()),
+        *(("motor", load_losses(name)) for name in motors()),
+    ):
+        values = (item.system if kind == "system friction" else item.motor).model_dump()
+        evidence = None if item.evidence is None else item.evidence.model_dump()
+        rows.append(
+            {
+                "set": item.name,
+                "kind": kind,
+                "title": item.title,
+                "values": values,
+                "evidence": evidence,
+                "sources": provenance(item),
+            }
+        )
+    return rows
+
+
+def _controllers() -> list[dict[str, Any]]:
+    from stillhook.control.registry import CONTROLLERS
+
+    return [
+        {"controller": law.name, "title": law.title, "drives": ", ".join(law.drives)} for law in CONTROLLERS.values()
+    ]
+
+
+def _winches() -> list[dict[str, Any]]:
+    from stillhook.winches.registry import WINCH_TYPES
+
+    return [{"winch": each.name, "title": each.title} for each in WINCH_TYPES.values()]
+
+
+def _lifts() -> list[dict[str, Any]]:
+    from stillhook.formats.lift_file import lifts, load_lift
+
+    read = [(name, load_lift(name, moving=False)) for name in lifts()]
+    return [{"lift": name, "title": file.lift.name, "crane": file.crane.name} for name, file in read]
+
+
+def _plans() -> list[dict[str, Any]]:
+    from stillhook.plan.file import load_plan, plans
+
+    read = [(name, load_plan(name)) for name in plans()]
+    return [{"plan": name, "title": plan.name, "crane": plan.crane.name} for name, plan in read]
+
+
+KINDS = {
+    "cranes": Kind({"name": "crane", "title": "description", "plant": "winch", "SWL": "SWL"}, _cranes),
+    "vessels": Kind({"vessel": "vessel", "title": "what it is", "origin": "reference point"}, _vessels),
+    "payloads": Kind({"payload": "payload", "title": "what it is", "mass": "mass", "height": "height"}, _payloads),
+    "compensators": Kind(
+        {"compensator": "compensator", "title": "what it is", "type": "type", "mass": "mass", "travel": "stroke"},
+        _compensators,
+    ),
+    "frictions": Kind(
+        {"set": "set", "kind": "of", "title": "what it is", "evidence": "uncertainty", "sources": "source"}, _frictions
+    ),
+    "controllers": Kind({"controller": "controller", "title": "what it is", "drives": "for"}, _controllers),
+    "winches": Kind({"winch": "winch type", "title": "what it is"}, _winches),
+    "lifts": Kind({"lift": "lift", "title": "what it is", "crane": "crane"}, _lifts),
+    "plans": Kind({"plan": "plan", "title": "what it is", "crane": "crane"}, _plans),
+}
+UNITS = {"SWL": "mass", "mass": "mass", "height": "length", "travel": "length"}
+"""Kind of quantity of the columns that have one."""
+
+
+def list_kind(
+    what: Annotated[str, typer.Argument(metavar="WHAT", help=f"One of {', '.join(KINDS)}.")], json: Json = False
+) -> None:
+    """List what the library has by name: cranes, vessels, payloads, compensators, frictions, lifts, plans; and the
+    controllers and winch types that may be named.
+
+    Example: stillhook list cranes
+    """
+    if what not in KINDS:
+        raise CommandError(f"list {quote(what)}: choose {', '.join(KINDS)}.")
+    kind = KINDS[what]
+    rows = kind.rows()
+    if json:
+        print_json(rows)
+        return
+    cells = [[_cell(name, row[name]) for name in kind.columns] for row in rows]
+    texts = {i for i, name in enumerate(kind.columns) if name in ("title", "origin", "sources")}
+    print_table(tuple(kind.columns.values()), cells, left=len(kind.columns), texts=texts)
+
+
+def _cell(name: str, value: Any) -> str:
+    if name in UNITS:
+        return show(value, UNITS[name])
+    if name == "evidence":
+        return "" if value is None else "known"
+    if name == "sources":
+        first, *others = value
+        return f"{first}{f' (and {len(others)} more)' if others else ''}"
+    return str(value)

@@ -1,0 +1,122 @@
+"""One name for one thing on the command line, and old names that still work."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from stillhook.cli import _command, run
+from stillhook.cli.names import OLD_COMMANDS, OLD_OPTIONS, OPTIONS, modern
+
+MOST_COMMANDS = 40
+
+
+def commands() -> Iterator[tuple[str, Any]]:
+    """Every command by its words."""
+
+    def walk(group: Any, words: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+        if not hasattr(group, "commands"):
+            yield " ".join(words), group
+            return
+        for name in list(group.commands):
+            yield from walk(group.commands[name], (*words, name))
+
+    return walk(_command(), ())
+
+
+COMMANDS = dict(commands())
+
+
+def options(command: Any) -> set[str]:
+    return {name for p in command.params if p.param_type_name == "option" for name in p.opts if name.startswith("--")}
+
+
+def test_every_option_is_in_the_table_and_every_entry_is_an_option():
+    used = {option for command in COMMANDS.values() for option in options(command)} | {"--version", "--help"}
+    assert used - OPTIONS.keys() == set()
+    assert OPTIONS.keys() - used == set()
+
+
+def test_no_two_options_have_one_meaning():
+    assert len(set(OPTIONS.values())) == len(OPTIONS)
+
+
+def test_a_plural_names_several_and_its_singular_one():
+    """What `--controllers` is to one command, `--controller` is not to another: a list and a single value."""
+    for command, of in COMMANDS.items():
+        both = options(of) & {"--controller", "--controllers"}
+        assert len(both) < 2, command
+
+
+def test_there_are_few_commands():
+    assert len(COMMANDS) <= MOST_COMMANDS
+
+
+def test_no_old_name_is_a_name_of_today():
+    assert not [" ".join(words) for words in OLD_COMMANDS if " ".join(words) in COMMANDS]
+    for words, renamed in OLD_OPTIONS.items():
+        here = options(COMMANDS[" ".join(words)])
+        assert here >= {new for new in renamed.values() if new}
+        assert not here & renamed.keys()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "note"),
+    [
+        ("cranes --json", "list cranes --json", '"stillhook cranes" is called "stillhook list cranes" now'),
+        ("vessel check FILE --json", "vessel FILE --json --check", "stillhook vessel ... --check"),
+        ("compare --crane nov-250t --modes ns,hs", "compare nov-250t --controllers ns,hs", "--controllers"),
+        ("compare --crane=nov-250t --modes=ns", "compare nov-250t --controllers=ns", "--crane is an argument now"),
+        ("friction draws a --n 8 --mode ssc", "friction draws a --draws 8 --controller ssc", "--draws"),
+        ("weather alpha --table own.toml", "weather alpha --forecast-factors own.toml", "--forecast-factors"),
+        ("compare -- --modes", "compare -- --modes", ""),
+        ("map nov-250t --controllers ns", "map nov-250t --controllers ns", ""),
+    ],
+)
+def test_old_names_are_read_as_those_of_today_with_a_note(old: str, new: str, note: str):
+    words, notes = modern(old.split())
+    assert words == new.split()
+    assert note in " ".join(notes)
+    assert bool(notes) is bool(note)
+
+
+def test_an_old_command_runs_and_its_note_goes_to_standard_error(capsys: pytest.CaptureFixture[str]):
+    assert run(["cranes", "--json"]) == 0
+    old = capsys.readouterr()
+    assert run(["list", "cranes", "--json"]) == 0
+    assert old.out == capsys.readouterr().out
+    assert old.err == 'note: "stillhook cranes" is called "stillhook list cranes" now.\n'
+
+
+def test_each_note_is_said_once(capsys: pytest.CaptureFixture[str]):
+    assert run(["envelope", "nov-150t", "--load", "90 t", "--load", "100 t", "--modes", "ns", "--json"]) == 0
+    assert capsys.readouterr().err.count("--load is called") == 1
+
+
+@pytest.mark.parametrize("what", ["cranes", "vessels", "payloads", "compensators", "frictions", "controllers"])
+def test_a_list_prints_what_may_be_named(what: str, capsys: pytest.CaptureFixture[str]):
+    assert run(["list", what]) == 0
+    assert len(capsys.readouterr().out.splitlines()) > 4
+
+
+def test_a_list_of_something_else_is_refused(capsys: pytest.CaptureFixture[str]):
+    assert run(["list", "ships"]) == 2
+    assert 'list "ships": choose cranes, vessels' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("calc drumm nov-250t", 'calc "drumm": choose motor-loss, friction'),
+        ("calc drum nov-250t --dp 2bar", "--dp: drum does not follow from it."),
+        ("calc friction crane-1", "--drum-torque: missing, and this quantity follows from it."),
+        ("certificate c.json --quick", "--quick: belongs to --check."),
+        ("vessel construction-vessel-130m --check --out o", "--out: --check writes nothing."),
+        ("example maps o", 'example "maps": choose plan, sea-trials'),
+    ],
+)
+def test_what_has_no_meaning_is_refused_in_one_line(words: str, line: str, capsys: pytest.CaptureFixture[str]):
+    assert run(words.split()) == 2
+    assert line in capsys.readouterr().err
