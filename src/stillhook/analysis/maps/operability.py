@@ -94,7 +94,7 @@ def map_of(
     answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
     shape, available = (len(chosen), *axes.shape), numbers_of(crane)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
-    causes = [cause_of(s, m, k.load / crane.SWL) for s, m, k in zip(answers, modes, cases, strict=True)]
+    causes = [cause_of(crane, s, m, k.load) for s, m, k in zip(answers, modes, cases, strict=True)]
     return Map(
         crane=crane,
         labels=tuple(c.name for c in chosen),

@@ -72,7 +72,7 @@ def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: 
     ax.grid(alpha=0.3)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small", frameon=False)
     place = f"{crane.name}, layer {number} of {crane.drum.layers}"
-    words = title or f"{place}: steady speed that each mode follows, leakage and friction included"
+    words = title or f"{place}: steady speed that each mode follows, losses included"
     figure.suptitle("\n".join(textwrap.wrap(words, 100)), fontsize="medium")
     return figure
 
