@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, refuse, write_out
+from stillhook.cli.parser import CONTROLLERS, Json, check_out, refuse, write_out
 from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_implausible, print_json, print_table
@@ -18,6 +18,7 @@ from stillhook.units import parse, show
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
+    from stillhook.analysis.controllers import Controller
     from stillhook.analysis.loop_stability.stability import Stability
     from stillhook.analysis.loop_stability.verdict import Verdict, WireDamping
     from stillhook.spec.crane import Crane
@@ -28,7 +29,10 @@ ALPHA_HELP = (
     "Motor displacement over its maximum; repeat it for several. Default: where the mode's law puts the motors at each"
     " place."
 )
-MODE_HELP = "Controller whose loop is looked at (default: ssc on closed circuits, position on other winches)."
+CONTROLLER_HELP = (
+    f"Controller whose loop is judged: {CONTROLLERS}, strong-ssc or a TOML file (default: ssc on closed circuits,"
+    " position on other winches)."
+)
 DELAY_HELP = 'Delay of the position feedback (encoder, bus, computing), such as "50 ms". Not that of the motion unit.'
 FULL_HELP = "One operating point of the complete plant, at --load, --s-w and --v-tip, as a table."
 LOAD, WIRE = "100 t", "100 m"
@@ -43,7 +47,7 @@ WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
 
 def stability(
     name: CraneName,
-    mode: Annotated[str | None, typer.Option("--mode", help=MODE_HELP)] = None,
+    controller: Annotated[str | None, typer.Option("--controller", "--mode", help=CONTROLLER_HELP)] = None,
     alpha_m: Annotated[list[float] | None, typer.Option("--alpha-m", help=ALPHA_HELP)] = None,
     layer: Annotated[
         int | None, typer.Option(help="The published loop alone, on a layer of the drum, as a table (a reference).")
@@ -61,17 +65,22 @@ def stability(
     """Is the position loop stable, and by how much: the complete plant with its PLC on the crane's own wire, from the
     empty hook to the SWL, from a short wire to all of it, from 0.5 m/min to full speed.
 
-    Exit code 1 where it oscillates at any place with the crane's K_p.
+    Settings, displacement law and memory (an integral part) are those of the controller. Exit code 1 where it
+    oscillates at any place with its K_p.
 
     Example: stillhook stability nov-250t --alpha-m 1 --alpha-m 0.6 --delay "50 ms"
+
+    Example: stillhook stability nov-250t --controller strong-ssc
     """
+    from stillhook.analysis.controllers import controller as named
     from stillhook.analysis.loop_stability.governing import by_engine
     from stillhook.library import load_crane
-    from stillhook.spec.scenario import mode_of
     from stillhook.tables.plausible import implausible_values
 
     check_out(out, NAMES)
     crane = load_crane(name)
+    chosen = named(crane.plant.type.default_mode.value if controller is None else controller)
+    crane = chosen.on(crane)
     speed, late = None if v_tip is None else parse(v_tip, "speed", "--v-tip"), parse(delay, "time", "--delay")
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
     mass = None if load is None else parse(load, "mass", "--load")
@@ -84,19 +93,32 @@ def stability(
             " plant. Leave it out.",
         )
     if full or layer is not None:
-        answer = _reference(crane, alphas, layer, mass, wire, speed, late, full=full, load=load, s_w=s_w, mode=mode)
+        answer = _reference(
+            crane,
+            alphas,
+            layer,
+            mass,
+            wire,
+            speed,
+            late,
+            full=full,
+            load=load,
+            s_w=s_w,
+            controller=controller,
+            mode=chosen.mode,
+        )
         table, ok = answer.table, all(c.loop.ok for c in answer.columns)
     else:
-        found = _verdicts(crane, None if mode is None else mode_of(mode), alphas, mass, wire, speed, late)
+        found = _verdicts(crane, chosen, alphas, mass, wire, speed, late)
         table, ok = _lists([v.table() for v in found]), all(v.ok for v in found)
-    table = table | {"notes": list(implausible_values(crane))}
+    table = table | {"controller": chosen.name, "notes": list(implausible_values(crane))}
     if json:
         print_json(table)
     elif full or layer is not None:
         _report(crane, answer)
     else:
         for alpha, v in zip(alphas, found, strict=True):
-            _answer(v, alpha)
+            _answer(v, chosen.name, alpha)
         print_implausible(crane)
     if out is not None:
         if closed:
@@ -108,7 +130,7 @@ def stability(
 
 def _verdicts(
     crane: Crane,
-    mode: Mode | None,
+    chosen: Controller,
     alphas: list[float | None],
     load: float | None,
     s_w: float | None,
@@ -119,14 +141,14 @@ def _verdicts(
     from stillhook.analysis.loop_stability.verdict import verdict
 
     where: dict[str, Any] = {"loads": None if load is None else (load,), "wires": None if s_w is None else (s_w,)}
-    return [verdict(crane, mode, alpha_m=a, v_tip=v_tip, delay=delay, **where) for a in alphas]
+    return [verdict(crane, chosen.mode, alpha_m=a, v_tip=v_tip, delay=delay, **where) for a in alphas]
 
 
-def _answer(v: Verdict, alpha: float | None) -> None:
+def _answer(v: Verdict, controller: str, alpha: float | None) -> None:
     """The answer in lines, the verdict first."""
     motors = "" if alpha is None else f", motors at {alpha:.3g}"
     K_p, n = show(v.K_p, "gain_per_length", 4), len(v.found.places)
-    where = f"{v.crane}, {v.mode.value}{motors}, K_p {K_p}"
+    where = f"{v.crane}, {controller}{motors}, K_p {K_p}"
     where += f", delay {show(v.delay, 'time')}" if v.delay else ""
     if v.ok:
         print_folded(f"{where}: STABLE at all {n} places.")
@@ -190,8 +212,10 @@ def _margin(v: Verdict) -> list[str]:
     else:
         margin = f"K_p is above its limit{away}, least at {at}."
     strong = show(v.found.K_p, "gain_per_length", 3)
+    of = " of the proportional part" if v.found.remembers else ""
     largest = (
-        f"Largest K_p with gain margin 2, 45 deg and sensitivity peak 2 at a PLC cycle of {show(v.t_cycle, 'time')}:"
+        f"Largest K_p{of} with gain margin 2, 45 deg and sensitivity peak 2 at a PLC cycle of"
+        f" {show(v.t_cycle, 'time')}:"
     )
     return [margin, f"{largest} {strong} ({v.found.describe()})."]
 
@@ -243,13 +267,14 @@ def _reference(
     full: bool,
     load: str | None,
     s_w: str | None,
-    mode: str | None,
+    controller: str | None,
+    mode: Mode,
 ) -> _Answer:
     """One operating point of the complete plant, or the published loop on a layer."""
     speed = 0.0 if v_tip is None else v_tip
     if not full:
         refuse(
-            {"--load": load, "--s-w": s_w, "--mode": mode},
+            {"--load": load, "--s-w": s_w, "--controller": controller},
             "--layer applies to the published loop only. Leave one of them out.",
         )
         assert layer is not None
@@ -263,20 +288,18 @@ def _reference(
 
 
 def _full(
-    crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float, mode: str | None
+    crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float, mode: Mode
 ) -> _Answer:
     """The complete plant at one operating point."""
     from stillhook.analysis.loop_stability.stability import full_stability
-    from stillhook.control.registry import DEFAULT_MODE
-    from stillhook.spec.scenario import mode_of
 
     if v_tip == 0.0:
         raise CommandError(
             '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it'
             " slides."
         )
-    law = DEFAULT_MODE if mode is None else mode_of(mode)
-    results = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, mode=law, delay=delay) for a in alphas]
+    where_at: dict[str, Any] = {"load": load, "s_w": s_w, "v_tip": v_tip, "mode": mode, "delay": delay}
+    results = [full_stability(crane, alpha_m=a, **where_at) for a in alphas]
     loops, point = [s for s, _ in results], results[0][1]
     where = (
         f"complete plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and"

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
+from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
 from stillhook.analysis.loop_stability.linear.differences import STEP, Batch, jacobian, slopes, step_of
 from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
@@ -220,16 +220,14 @@ def plc_loop(
     """The position loop of the complete plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held
     for a cycle too.
 
-    These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the
-    passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; all commands are the
-    PLC's computing time late.
+    These are what the controller remembers of the feedback (an integral part), the motors' law through measured alpha_m
+    and load cell, the feedforward of alpha_m to the pumps, and the passive circuit's torque control and make-up.
+    delay [s] is that of the position feedback alone; all commands are the PLC's computing time late.
     """
     control = crane.control
-    commands = [name for name in point.command._fields if name.startswith("u_")]
-    g = np.array([1.0 if name == "u_p" else 0.0 for name in commands])
     return closed_by_plc(
         _plant(point),
-        (*_control_slopes(_Plc(crane, point, Mode(mode)), crane), g),
+        _control_slopes(_Plc(crane, point, Mode(mode)), crane),
         t_cycle=control.t_cycle,
         computing=control.computing,
         delay=delay,
@@ -274,9 +272,9 @@ class _Plc:
         return u, m, laws
 
 
-def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
-    """Commands and memory of a cycle by state and memory before it, K_p = 0: rows as the commands, and as `REMEMBERED`
-    with what the controller carries."""
+def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
+    """Commands and memory of a cycle by state and memory before it, K_p = 0, and by the feedback: rows as the commands,
+    and as `REMEMBERED` with what the controller carries."""
     point, settings = plc.point, plc_record(crane)
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory = plc.memory(point.u_m)
@@ -293,7 +291,26 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
         numbers[varied],
         [*(step_of(name) for name in states), STEP["F"], STEP["p"], STEP["u"], *steps],
     )[results]
-    return J[: len(given)], J[len(given) :]
+    g, h = np.split(_feedback_slopes(plc, p, memory)[results], [len(given)])
+    h[: len(REMEMBERED)] = 0.0
+    return Cycle(J[: len(given)], J[len(given) :], g, h)
+
+
+FEEDBACK_STEP, FEEDBACK_DIGITS = 1e-3, 7
+"""Half width of the differences by the feedback [-], and decimals to which they are then sure on kilometres of wire: a
+law that adds it to the command has exactly 1."""
+
+
+def _feedback_slopes(plc: _Plc, p: Any, memory: Memory) -> FloatArray:
+    """Everything after a cycle by the position feedback's share of the command, about an error of nothing."""
+    point, gains = plc.point, p.plc.gains
+    p = p._replace(plc=p.plc._replace(gains=gains._replace(K_p=1.0), t_lead=0.0))
+    memory = memory._replace(datum=point.state.path.s_w - plc.tick.s_m)
+    before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
+    at = len(state_names(point)) + memory._fields.index("datum")
+    moved = memory.datum + FEEDBACK_STEP * np.array([[-1.0], [1.0]])
+    more, less = cycles_at(plc.driver, before, [at])(moved)
+    return np.asarray(np.round((more - less) / (2.0 * FEEDBACK_STEP), FEEDBACK_DIGITS), dtype=np.float64)
 
 
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:
