@@ -314,7 +314,7 @@ class TestRefusals:
             ({"loads": ["100"]}, "no unit; write"),
             ({"loads": ["100 m"]}, "not one of kg, t, te"),
             ({"loads": ["200 t"]}, "exceeds the SWL"),
-            ({"modes": "ns"}, "give a list"),
+            ({"modes": 3}, "give a list"),
             ({"modes": []}, "at least one"),
             ({"modes": ["ns", "ns"]}, "named twice"),
             ({"modes": ["manual"]}, "manual"),

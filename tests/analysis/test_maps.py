@@ -271,7 +271,7 @@ class TestAxes:
 
     @pytest.mark.parametrize(
         ("given", "words"),
-        [(["foo"], "Unknown controller"), ([], "empty"), (["ns", "ns"], "named twice"), ("ns", "give a list")],
+        [(["foo"], "Unknown controller"), ([], "empty"), (["ns", "ns"], "named twice"), (3, "give a list")],
     )
     def test_unknown_controllers_are_refused(self, given, words):
         with pytest.raises(SpecError, match=words):

@@ -76,7 +76,7 @@ def test_a_case_file_runs_in_its_own_mode_and_results_are_written_whole(tmp_path
         str(out),
     ]
     assert command(["uncertainty", *given]) == 0
-    assert {p.name for p in out.iterdir()} == {"uncertainty.nc", "uncertainty.json", "bands.png", "exceedance.png"}
+    assert {p.name for p in out.iterdir()} == {"uncertainty.nc", "uncertainty.json", "bands.png"}
     run = load_run(out / "uncertainty.nc")
     assert run["case"].values.tolist() == ["hs"]
     assert run["factor"].values.tolist() == ["friction", "leakage"]

@@ -27,7 +27,7 @@ from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.tables.plausible import implausible_values
-from stillhook.variables import BY_NAME
+from stillhook.variables import attributes
 from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ class Map:
         }
         columns |= {"cause": self.cause.astype(str), "status": self.status.astype(str)}
         labels = {"controller": list(self.labels)}
-        fields = {n: (DIMS, a, _attrs(n)) for n, a in columns.items()}
+        fields = {n: (DIMS, a, attributes(n)) for n, a in columns.items()}
         data = over_axes(fields, labels, self.axes, str(self.about["speed_is"]))
         data.attrs = {
             "title": f"Stillhook map of {self.crane.name}",
@@ -195,11 +195,6 @@ def over_axes(fields: dict[str, Any], coords: dict[str, Any], axes: Axes, speed_
     }
     coords |= {name: (dim, list(x), attrs) for name, (dim, x, attrs) in along.items() if name not in axes.unused}
     return xarray.Dataset(fields, coords=coords).squeeze(axes.unused)
-
-
-def _attrs(name: str) -> dict[str, str]:
-    v = BY_NAME[name]
-    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("source", v.source)) if x}
 
 
 Arguments = ParamSpec("Arguments")

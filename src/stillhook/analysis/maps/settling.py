@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.analysis.axes import LOADS, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.maps.operability import controllers_of
+from stillhook.analysis.controllers import controllers as controllers_of
 from stillhook.analysis.maps.result import Map, as_dataset, cause_of, saturated
 from stillhook.analysis.steady.steady_state import layer_row
 from stillhook.base.arrays import FloatArray
@@ -96,7 +96,7 @@ def settling_of(
     """
     check_threads(threads)
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers)
-    chosen = controllers_of(controllers, crane)
+    chosen = controllers_of(crane.plant.type.usual_modes if controllers is None else controllers)
     dv = parse(wire_step, "speed", "wire_step")
     if dv <= 0.0:
         raise ScenarioError(f'wire_step = "{wire_step}": must be above 0.')
