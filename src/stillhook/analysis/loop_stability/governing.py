@@ -237,31 +237,41 @@ def place_limits(
 
 REMEMBERS = 100.0
 """Time for which a law is followed, to see whether its displacement stands [s]."""
+SMALL_FEEDBACK, DISPLACEMENT_STANDS = 1e-3, 1e-9
+"""Feedback that a law must not leave unanswered, and change of a demanded displacement that is rounding [-]."""
 
 
 def _check_law(crane: Crane, mode: Mode) -> None:
-    """Refuse a law whose displacement depends on what it remembers: the point at which it settles is not known before a
-    run. Errors: StillhookError."""
+    """Refuse a law that the linear analysis has no model for: one that feeds no small error back, and one whose
+    displacement depends on what it remembers, for which the point at which it settles is not known before a run.
+
+    Errors: StillhookError.
+    """
     law = mode.law
-    if law.memory is None or by_engine(crane):
-        return
     plc, own = plc_record(crane), own_settings(crane.control, law)
     weight = 0.5 * crane.SWL * G
     y = Sensed(*(0.0,) * len(Sensed._fields))._replace(F=weight, alpha_m=1.0, K_wire=1.0, f_pump=1.0)
-    first = [Reading(y=y, e_c=0.0, F=weight, u_ff=0.9, u_fb=0.0), plc, *([] if own is None else [own])]
-    memory, demands = law.memory(), []
+    shared = [plc, *([] if own is None else [own])]
+
+    def cycle(u_fb: float, memory: Any) -> Any:
+        e_c = -u_fb / max(plc.gains.K_p, 1e-12)
+        reading = Reading(y=y, e_c=e_c, F=weight, u_ff=0.9, u_fb=u_fb)
+        return law.cycle(reading, *shared, *([] if law.memory is None else [memory]))
+
+    memory = None if law.memory is None else law.memory()
+    if cycle(SMALL_FEEDBACK, memory) == cycle(-SMALL_FEEDBACK, memory):
+        raise StillhookError(f'"{mode}" feeds no small position error back: it has no linear loop. Look at runs.')
+    if law.memory is None or by_engine(crane):
+        return
+    demands = []
     for _ in range(math.ceil(REMEMBERS / plc.t_cycle)):
-        demand, memory = law.cycle(*first, memory)
+        demand, memory = cycle(0.0, memory)
         demands.append(demand.u_m)
     if max(demands) - min(demands) > DISPLACEMENT_STANDS:
         raise StillhookError(
             f'"{mode}": its displacement of the motors depends on what it remembers, and the linear analysis has no'
             " operating point for it. Look at runs: stillhook run, stillhook map."
         )
-
-
-DISPLACEMENT_STANDS = 1e-9
-"""Change of a demanded displacement that is rounding [-]."""
 
 
 def _reached(crane: Crane, places: Sequence[Place]) -> tuple[Place, ...]:

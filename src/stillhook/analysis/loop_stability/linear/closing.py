@@ -8,7 +8,6 @@ import numpy as np
 
 from stillhook.analysis.loop_stability.transfer import SampledLoop, full_cycles, hold_matrices
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import StillhookError
 
 
 class Cycle(NamedTuple):
@@ -37,12 +36,9 @@ def closed_by_plc(
     All commands of a cycle take effect a computing time after it, those of the load cell, of measured pressures and of
     the displacement as well as the position feedback's; `delay` is of the latter alone. What the feedback does to a
     controller's memory comes a computing time late too, at most a cycle, which takes margin and gives none.
-    Errors: StillhookError for a law that feeds no small error back.
     Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
     """
     (A, B, C), (K, M, g, h) = plant, cycle
-    if not (np.any(g) or np.any(h)):
-        raise StillhookError("the controller feeds no small position error back: it has no linear loop. Look at runs.")
     size, carried, commands = len(A), len(M), B.shape[1]
     n_own, own_late, own_early = _held(A, B, t_cycle, computing)
     n, by_late, by_early = _held(A, (B @ g)[:, None], t_cycle, delay + computing)

@@ -9,7 +9,7 @@ in here; the two are compared in docs/validation/paper-e-stability.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,14 +22,16 @@ from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLo
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
+from stillhook.control.interface import Reading, Sensed
 from stillhook.control.plc import Memory
-from stillhook.control.registry import DEFAULT_MODE, code_of
+from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
 from stillhook.engine.pack.winch import NO_LIMIT, controllers_of, plc_record
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.hydraulics.swash import Servo
-from stillhook.spec.crane import Crane
+from stillhook.physics.load_path.drum import K_wire
+from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import Mode
 from stillhook.winches.records import Tick, Tip
 
@@ -291,26 +293,40 @@ def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
         numbers[varied],
         [*(step_of(name) for name in states), STEP["F"], STEP["p"], STEP["u"], *steps],
     )[results]
-    g, h = np.split(_feedback_slopes(plc, p, memory)[results], [len(given)])
-    h[: len(REMEMBERED)] = 0.0
+    by_feedback = _law_slopes(crane, point, plc.tick.mode)
+    g = np.array([by_feedback[0].get(name, 0.0) for name in (n for n in point.command._fields if n.startswith("u_"))])
+    h = np.array([*(0.0,) * len(REMEMBERED), *by_feedback[1]])
     return Cycle(J[: len(given)], J[len(given) :], g, h)
 
 
-FEEDBACK_STEP, FEEDBACK_DIGITS = 1e-3, 7
-"""Half width of the differences by the feedback [-], and decimals to which they are then sure on kilometres of wire: a
-law that adds it to the command has exactly 1."""
+FEEDBACK_STEP, FEEDBACK_DIGITS = 1e-3, 9
+"""Half width of the differences by the feedback [-], and decimals to which they are sure: a law that adds it to the
+command has exactly 1."""
 
 
-def _feedback_slopes(plc: _Plc, p: Any, memory: Memory) -> FloatArray:
-    """Everything after a cycle by the position feedback's share of the command, about an error of nothing."""
-    point, gains = plc.point, p.plc.gains
-    p = p._replace(plc=p.plc._replace(gains=gains._replace(K_p=1.0), t_lead=0.0))
-    memory = memory._replace(datum=point.state.path.s_w - plc.tick.s_m)
-    before = (point.state, memory, plc.laws, plc.tick, point.tip, point.geometry, p)
-    at = len(state_names(point)) + memory._fields.index("datum")
-    moved = memory.datum + FEEDBACK_STEP * np.array([[-1.0], [1.0]])
-    more, less = cycles_at(plc.driver, before, [at])(moved)
-    return np.asarray(np.round((more - less) / (2.0 * FEEDBACK_STEP), FEEDBACK_DIGITS), dtype=np.float64)
+def _law_slopes(crane: Crane, point: OperatingPoint, code: float) -> tuple[dict[str, float], list[float]]:
+    """What a law demands of pumps and motors, by name, and what it remembers, by the position feedback: of the law
+    alone, for pumps at their stop follow nothing."""
+    law = mode_of_code(code).law
+    ratio = float(K_wire(point.geometry.d, point.params.hoist.drum))
+    y = Sensed(*(0.0,) * len(Sensed._fields))._replace(
+        v_tip=point.tip.v, mode=code, f_pump=1.0, F=point.F_w, alpha_m=point.alpha_m, K_wire=ratio
+    )
+    plc, own = plc_record(crane), own_settings(crane.control, law)
+    u_ff = -plc.gains.K_1 * y.v_tip * ratio * y.alpha_m
+    shared = [plc, *([] if own is None else [own]), *([] if law.memory is None else [law.memory()])]
+
+    def after(u_fb: float) -> tuple[Any, Sequence[float]]:
+        result = law.cycle(Reading(y=y, e_c=-u_fb / max(plc.gains.K_p, 1e-12), F=y.F, u_ff=u_ff, u_fb=u_fb), *shared)
+        return (result, ()) if law.memory is None else result
+
+    (more, kept_more), (less, kept_less) = after(FEEDBACK_STEP), after(-FEEDBACK_STEP)
+
+    def slope(a: float, b: float) -> float:
+        return float(np.round((a - b) / (2.0 * FEEDBACK_STEP), FEEDBACK_DIGITS))
+
+    demands = {name: slope(getattr(more, name), getattr(less, name)) for name in ("u_p", "u_m")}
+    return demands, [slope(a, b) for a, b in zip(kept_more, kept_less, strict=True)]
 
 
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:
