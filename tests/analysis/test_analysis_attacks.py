@@ -64,42 +64,6 @@ def test_stability_on_80_columns_has_its_values() -> None:
     assert re.search(r"K_p_ms +│ +2\.026 +│ +[0-9.]+ +│ +1/m", shown), shown
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (["map", "--scheduler", "garbage", *FEW], "no Dask scheduler answers (missing port"),
-        (["map", "--loads", "-5 %"], "below 0"),
-        (["map", "--loads", "20 % to 100 %"], "a range needs its step"),
-        (["map", "--loads", "20 % to 100 % by 0.0001 %"], "at most 1000"),
-        (["map", "--period", "-12 s"], "must be above 0"),
-        (["stability", "nov-250t", "--load", "300 t"], "exceeds the SWL"),
-        (["stability", "nov-250t", "--s-w", "nonsense"], '--s-w = "nonsense": not a number, a space and a unit'),
-        (["stability", "nov-250t", "--full", "--v-tip", "60 m/min", "--load", ""], '--load = "": empty'),
-        ([*TUNE, "--free", ""], "name at least one setting"),
-        ([*TUNE, "--loads", "-1 t"], "below 0"),
-        ([*DRAW, "--limit", "foo <= 1 m"], "there are "),
-        ([*DRAW, "--draws", "1.5"], "as an integer. See --help."),
-    ],
-)
-def test_one_line_says_what_is_wrong(arguments: list[str], line: str, capfd: pytest.CaptureFixture[str]) -> None:
-    """Exit code 2 and one line on standard error that names the cause."""
-    assert run(arguments) == 2
-    printed = capfd.readouterr()
-    assert line in printed.err
-    assert printed.err.count("\n") == 1, printed.err
-    assert not printed.out
-
-
-@pytest.mark.slow
-def test_load_beyond_the_crane_is_no_fault_of_a_factor(capfd: pytest.CaptureFixture[str]) -> None:
-    """What is wrong with nothing drawn is said without a factor."""
-    assert run([*DRAW, "--load", "300 t", "--draws", "4"]) == 2
-    said = capfd.readouterr().err
-    assert "exceeds the SWL" in said
-    assert "factor" not in said
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["best classic", "physical", "$x^{$"])
 def test_controller_file_cannot_take_the_name_of_another_row(

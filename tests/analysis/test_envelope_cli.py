@@ -101,21 +101,6 @@ def test_out_writes_every_file_that_is_promised(capsys, tmp_path, monkeypatch):
     assert told == answer(capsys, *FAST, "--load", "40 t")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["--load", "400 t"], "exceeds the SWL"),
-        (["--load", "40"], "unit"),
-        (["--layer", "99"], "layers 1 to 10"),
-        (["--modes", "nss"], "did you mean"),
-        (["--modes", "ns,ns"], "named twice"),
-    ],
-)
-def test_bad_input_is_one_line_and_2(capsys, arguments, told):
-    assert told in refusal(capsys, "envelope", CRANE, *arguments)
-
-
 def test_an_unknown_crane_is_refused_before_anything_is_written(capsys, tmp_path):
     refusal(capsys, "envelope", "nov-300t", "--out", str(tmp_path / "out"))
     assert list(tmp_path.iterdir()) == []

@@ -79,7 +79,22 @@ def test_a_factor_changes_what_it_says_and_nothing_else(name, tables):
     assert case is CASE
 
 
-@pytest.mark.parametrize("name", cranes())
+ON_ITS_BRAKE = "nov-100t-cylinder"
+"""A winch on its brake while its cylinder compensates: no shaft moves."""
+
+
+def test_a_winch_whose_shaft_stands_has_no_factors_of_it():
+    crane = load_crane(ON_ITS_BRAKE)
+    listed = Uncertainty.default().on((crane, CASE)).factors
+    assert not {"friction", "inertia"} & set(listed)
+    assert "rod_friction" in listed
+    with pytest.raises(
+        SpecError, match=r"factor friction: it has no effect here: .*moves by no number of \[friction\]"
+    ):
+        Uncertainty.of({"friction": "default"}).on((crane, CASE))
+
+
+@pytest.mark.parametrize("name", [name for name in cranes() if name != ON_ITS_BRAKE])
 @pytest.mark.parametrize("factor", [0.8, 1.25])
 def test_drawn_inertia_is_still_the_sum_of_its_parts_and_the_wire_keeps_its_mass(name, factor):
     crane = load_crane(name)

@@ -119,8 +119,11 @@ class TestCauses:
 
     def test_a_share_of_saturation_below_the_tolerated_one_is_no_cause(self):
         summary = {"status": "saturated", "saturation_time": 1.99, "counted_time": 20.0}
-        assert cause_of(summary, Mode.SSC, 0.5) == ""
-        assert cause_of({**summary, "saturation_time": 2.01}, Mode.SSC, 0.5) == "pumps saturated"
+        assert cause_of(CRANE, summary, Mode.SSC, 0.5 * CRANE.SWL) == ""
+        over = {**summary, "saturation_time": 2.01}
+        assert cause_of(CRANE, over, Mode.SSC, 0.5 * CRANE.SWL) == "pumps saturated"
+        drive = load_crane("nov-100t-electric")  # has no pumps
+        assert cause_of(drive, over, Mode.POSITION, 0.5 * drive.SWL) == "command saturated"
 
     WORST_FIRST = (
         "diverged",
@@ -144,23 +147,19 @@ class TestCauses:
         words = self.WORST_FIRST[worst:]
         saturated = 20.0 if "saturated" in words else 0.0
         summary = {"status": ", ".join(words), "saturation_time": saturated, "counted_time": 20.0}
-        assert cause_of(summary, Mode.HS, 1.0) == {r.limit: r.cause for r in RULES}[words[0]]
+        assert cause_of(CRANE, summary, Mode.HS, CRANE.SWL) == {r.limit: r.cause for r in RULES}[words[0]]
 
     def test_every_limit_of_every_winch_type_has_a_rule(self):
         known = {r.limit for r in RULES}
         assert all(set(winch.causes.values()) <= known for winch in WINCH_TYPES.values())
 
-    def test_a_run_without_numbers_is_diverged(self):
-        nan = float("nan")
-        assert (
-            cause_of({"status": "diverged", "saturation_time": nan, "counted_time": nan}, Mode.SSC, 0.5) == "diverged"
-        )
-
-    def test_a_standing_offset_is_no_cause(self):
-        assert cause_of({"status": "offset", "saturation_time": 0.0, "counted_time": 20.0}, Mode.SSC, 0.5) == ""
+    @pytest.mark.parametrize(("status", "time", "cause"), [("diverged", np.nan, "diverged"), ("offset", 0.0, "")])
+    def test_a_run_without_numbers_is_diverged_and_a_standing_offset_is_no_cause(self, status, time, cause):
+        summary = {"status": status, "saturation_time": time, "counted_time": time + 20.0}
+        assert cause_of(CRANE, summary, Mode.SSC, 0.5 * CRANE.SWL) == cause
 
     def test_every_mark_stands_for_one_cause(self):
-        assert len(set(MARKS.values())) == len(RULES)
+        assert len(set(MARKS.values())) == len(RULES)  # a command's end has that of the pumps'
 
 
 class TestBestClassic:
@@ -272,7 +271,7 @@ class TestAxes:
 
     @pytest.mark.parametrize(
         ("given", "words"),
-        [(["foo"], "Unknown controller"), ([], "empty"), (["ns", "ns"], "named twice"), ("ns", "give a list")],
+        [(["foo"], "Unknown controller"), ([], "empty"), (["ns", "ns"], "named twice"), (3, "give a list")],
     )
     def test_unknown_controllers_are_refused(self, given, words):
         with pytest.raises(SpecError, match=words):

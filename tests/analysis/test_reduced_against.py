@@ -4,9 +4,9 @@ model."""
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from trials.reduced_model import simulate_reduced
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.loop_stability.reduced import simulate_reduced
 from stillhook.analysis.loop_stability.transfer import about, full_matrices
 from stillhook.engine.pack.winch import gains, pack
 from stillhook.library import changed

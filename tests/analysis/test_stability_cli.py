@@ -45,12 +45,8 @@ def test_the_answer_is_no_where_the_plant_oscillates_and_no_place_has_a_margin_a
     """150 t on 100 m of wire: slow it swings whatever K_p, fast it has a margin."""
     code, found = answer(capsys, *WORDS)
     assert (code, found["stable"]) == (1, False)
-    assert set(found) - {"stable", "least_at", "places", "decide", "no_gain", "oscillates", "damping", "published"} <= {
-        *BY_NAME,
-        "crane",
-        "mode",
-        "notes",
-    }
+    own = {"stable", "least_at", "places", "decide", "no_gain", "oscillates", "damping", "published"}
+    assert set(found) - own <= {*BY_NAME, "crane", "controller", "mode", "notes"}
     assert found["published"]["K_p_ms"] == pytest.approx(2.026039, abs=DIGITS_6)
     assert found["published"]["omega_0"] == pytest.approx(12.526991, abs=DIGITS_6)
     where = {(p["load"], p["s_w"], p["v_tip"]) for p in found["no_gain"]}
@@ -58,12 +54,8 @@ def test_the_answer_is_no_where_the_plant_oscillates_and_no_place_has_a_margin_a
     assert (least["load"], least["s_w"], least["v_tip"]) not in where
     assert abs(least["v_tip"]) > max(abs(v) for _, _, v in where)
     assert found["gain_margin_plc"] == pytest.approx(found["K_p_ms_plc"] / found["K_p"])
-    assert {d["whose"]: d["zeta"] for d in found["damping"]} == {
-        "least": 0.005,
-        "crane": 0.01,
-        "most": 0.1,
-        "paper C": 0.95,
-    }
+    dampings = {d["whose"]: d["zeta"] for d in found["damping"]}
+    assert dampings == {"least": 0.005, "crane": 0.01, "most": 0.1, "paper C": 0.95}
 
 
 @pytest.mark.slow
@@ -148,33 +140,6 @@ def test_winch_that_swings_without_feedback_is_told_why(capsys):
     code, found = answer(capsys, *words)
     assert code == 1
     assert (found["K_p_ms"], found["gain_margin"], found["K_p_strong"]) == (0.0, 0.0, 0.0)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        (("--alpha-m", "1.2"), "alpha_m = 1.2: the displacement over its maximum must be above 0 and at most 1"),
-        (("--layer", "13"), 'layer = 13: "nov-250t" has layers 1 to 12'),
-        (("--delay", "-1 s"), "delay = -1 s: allowed is 0 up to 10 s"),
-        (("--full",), "--full needs --v-tip"),
-        (("--full", "--v-tip", "10 m/min", "--layer", "3"), "--layer: belongs to the published model"),
-        (
-            ("--layer", "3", "--load", "100 t"),
-            "--layer applies to the published loop only. Leave one of them out.",
-        ),
-        (("--v-tip", "200 m/min", "--full"), "beyond the stop"),
-        (("--v-tip", "200 m/min"), "the winch comes to none of the places that were looked at"),
-        (("--v-tip", "0 m/min"), "a winch at rest sticks"),
-        (("--mode", "scc"), "scc"),
-        (("--out", "/proc/none"), "/proc/none"),
-    ],
-)
-def test_bad_input_is_one_line_and_exit_code_2(capsys, words: tuple[str, ...], text: str):
-    assert run(["stability", "nov-250t", *words]) == 2
-    err = capsys.readouterr().err
-    assert text in err
-    assert err.count("\n") == 1
 
 
 @pytest.mark.thorough

@@ -25,13 +25,8 @@ def test_it_writes_controllers_that_read_back_and_numbers_in_si(
     )
     found = json.loads(capsys.readouterr().out)
     assert code == 0
-    assert {p.name for p in out.iterdir()} == {
-        "ns-tuned.toml",
-        "ssc-tuned.toml",
-        "before-after.png",
-        "trials.nc",
-        "tune.json",
-    }
+    files = ("ns-tuned.toml", "ssc-tuned.toml", "before-after.png", "trials.nc", "tune.json")
+    assert {p.name for p in out.iterdir()} == set(files)
     assert found == json.loads((out / "tune.json").read_text(encoding="utf-8"))
     ssc = found["controllers"]["ssc"]
     assert [s["name"] for s in ssc["settings"]] == ["K_p", "u_thr"]
@@ -69,51 +64,9 @@ def test_a_limit_that_no_setting_keeps_gives_exit_1_and_is_named(
 @pytest.mark.thorough
 def test_a_front_is_drawn_and_every_evaluation_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "front"
-    assert (
-        command(
-            [
-                "tune",
-                "nov-250t",
-                "--controllers",
-                "ns",
-                "--free",
-                "K_p",
-                "--pareto",
-                *QUICK,
-                "--json",
-                "--out",
-                str(out),
-            ]
-        )
-        == 0
-    )
+    asked = ["tune", "nov-250t", "--controllers", "ns", "--free", "K_p", "--pareto", *QUICK, "--json"]
+    assert command([*asked, "--out", str(out)]) == 0
     front = json.loads(capsys.readouterr().out)["pareto"]["ns"]
     assert (out / "pareto.png").stat().st_size > 0
     errors = [p["e_c_pp_mean"] for p in front]
     assert errors == sorted(errors, reverse=True)
-
-
-REFUSED = (
-    (["--controllers", "scc"], 'did you mean "ssc"?'),
-    (["--controllers", "ns,ns"], "named twice"),
-    (["--free", "K_q"], "K_q"),
-    (["--controllers", "ns", "--free", "u_thr"], "u_thr"),
-    (["--objective", "speed"], "worst-error"),
-    (["--limit", "p_max < 3 bar"], "p_max <= ..."),
-    (["--limit", "p_max <= 300"], "no unit"),
-    (["--budget", "3"], "from 20 on"),
-    (["--loads", "400 t"], "exceeds the SWL"),
-    (["--speeds", "3 knots"], "knots"),
-    (["--delay", "3 s", "--controllers", "strong-ssc"], "0 up to 1 s"),
-    (["--seed", "-1"], "seed"),
-)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(("options", "what"), REFUSED)
-def test_bad_input_is_one_line_and_exit_2(options: list[str], what: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert command(["tune", "nov-250t", *options]) == 2
-    shown = capsys.readouterr()
-    assert what in shown.err
-    assert shown.err.count("\n") == 1
-    assert shown.out == ""

@@ -16,8 +16,6 @@ from stillhook.analysis.uncertainty.report import (
     band,
     bands,
     chance,
-    chances,
-    exceedance,
     paired_difference,
     troubles,
 )
@@ -185,15 +183,6 @@ def test_the_interval_of_a_chance_covers_it_as_often_as_it_says():
     rng = np.random.default_rng(0)
     covered = [c.low <= 0.1 <= c.high for c in (chance(rng.random(100) < 0.1) for _ in range(200))]
     assert np.mean(covered) > COVER  # Wilson's 95 % interval of 100 draws covers between 0.93 and 0.97
-
-
-def test_the_share_above_a_value_falls_to_nothing(run):
-    values, share = exceedance(run["p_max"].sel(case="hs").values)
-    assert np.all(np.diff(values) >= 0.0)
-    assert share[0] == pytest.approx(1.0 - 1.0 / N)
-    assert share[-1] == 0.0
-    limit = Limit("p_max", True, float(values[7]))
-    assert chances(run, limit)["hs"].value == share[7]
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -59,47 +60,23 @@ def found(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, dict[st
 @pytest.mark.parametrize(
     "words",
     [
-        ("envelope", PURE, "--load", "60 t", "--modes", "ns,ssc"),
-        ("map", PURE, "--controllers", "ns,ssc", "--loads", "60 t", "--speeds", "10 m/min"),
-        (
-            "tune",
-            PURE,
-            "--controllers",
-            "ssc",
-            "--loads",
-            "60 t",
-            "--speeds",
-            "10 m/min",
-            "--periods",
-            "10 s",
-            *("--budget", "20"),
-        ),
-        ("uncertainty", "--crane", PURE, "--load", "60 t", "--modes", "ns,ssc", "--draws", "16"),
+        f"envelope {PURE} --load '60 t' --modes ns,ssc",
+        f"map {PURE} --controllers ns,ssc --loads '60 t' --speeds '10 m/min'",
+        f"tune {PURE} --controllers ssc --loads '60 t' --speeds '10 m/min' --periods '10 s' --budget 20",
+        f"uncertainty --crane {PURE} --load '60 t' --modes ns,ssc --draws 16",
     ],
-    ids=lambda words: words[0],
+    ids=lambda words: words.split()[0],
 )
-def test_a_pure_active_winch_tells_of_its_offset_in_every_answer(words: tuple[str, ...], capsys):
-    text, data = found(capsys, *words)
+def test_a_pure_active_winch_tells_of_its_offset_in_every_answer(words: str, capsys):
+    text, data = found(capsys, *shlex.split(words))
     assert OFFSET in text
     assert any(OFFSET in note and "with 60 t" in note for note in data["notes"])
 
 
 @pytest.mark.slow
 def test_more_oil_than_the_accumulator_takes_is_said_of_a_map(capsys):
-    words = (
-        "map",
-        "nov-250t",
-        "--controllers",
-        "ns",
-        "--loads",
-        "250 t",
-        "--speeds",
-        "120 m/min",
-        "--period",
-        "30 s",
-        "--duration",
-        "80 s",
-    )
+    cell = "--loads '250 t' --speeds '120 m/min' --period '30 s' --duration '80 s'"
+    words = shlex.split(f"map nov-250t --controllers ns {cell}")
     text, data = found(capsys, *words)
     assert "the piston will run into its ends" in text
     assert any("accumulator's stroke" in note for note in data["notes"])

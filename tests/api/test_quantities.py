@@ -94,11 +94,6 @@ CALLS: list[tuple[Callable[..., Any], dict[str, Any], tuple[str, ...]]] = [
         {"v_w": "60 m/min", "load": "90 t", "s_w": "100 m", "v_tip": "-60 m/min", "V_o": "600 L"},
         ("v_w", "load", "s_w", "v_tip", "V_o"),
     ),
-    (
-        lambda **k: analysis.simulate_reduced(CRANE, Sine(height="1 m", period="10 s"), **k),
-        {"duration": "2 s", "every": "10 ms"},
-        ("duration", "every"),
-    ),
     (lambda **k: analysis.envelope(CRANE, modes=["ns"], **k), {"loads": ["100 t"]}, ("loads",)),
     (
         lambda **k: analysis.setting_curves(CRANE, modes=["ns"], **k),

@@ -133,6 +133,7 @@ OF_WINCH = {
     "map strong-ssc": f"map CRANE --controllers strong-ssc {CELLS}",
     "envelope layer": 'envelope CRANE --modes PAIR --load "30 t" --layer 5',
     "stability": "stability CRANE",
+    "stability controller": "stability CRANE --controller MODE --load '30 t' --s-w '100 m' --v-tip '10 m/min'",
     "stability delay": 'stability CRANE --alpha-m 1 --delay "50 ms"',
     "stability full": 'stability CRANE --full --load "30 t" --v-tip "10 m/min"',
     "stability layer": "stability CRANE --layer 3",

@@ -226,3 +226,105 @@ def test_machine_code_of_a_winch_of_the_user_is_not_used_after_an_edit(example: 
     assert before.startswith("torque-drive-")
     assert after.startswith("torque-drive-")
     assert before != after
+
+
+# What commands say of a module of the user
+
+
+def said(example: Path, module: str, *arguments: str) -> str:
+    """Output and errors of a command that knows a module of the example."""
+    run = python("-m", "stillhook", *arguments, extensions=[example / module], folder=example)
+    return run.stdout + run.stderr
+
+
+MOTION = ("--load", "50 t", "--motion", "sine 1 m 10 s", "--duration", "40 s", "--warm-up", "20 s")
+
+
+@pytest.mark.slow
+def test_an_offset_is_foreseen_by_the_law_of_the_controller(example: Path) -> None:
+    """The integral part works it off, as far as its largest command goes; a proportional law leaves all of it."""
+    (example / "short.toml").write_text(
+        'base = "nov-100t-pure-active"\nname = "short"\n[control.ssc_pi]\nu_i_max = 0.005\n', encoding="utf-8"
+    )
+    found = {
+        crane: re.findall(
+            r"(\S+): the load is held .* under (.+) expect a standing offset of about ([\d.]+) m",
+            said(example, "ssc_pi.py", "compare", "--crane", crane, "--modes", "ssc,ssc-pi", *MOTION),
+        )
+        for crane in ("nov-100t-pure-active", "short.toml")
+    }
+    assert [(mode, law) for mode, law, _ in found["nov-100t-pure-active"]] == [("ssc", "P control")]
+    (_, _, of_p), (mode, law, left) = found["short.toml"]
+    assert (mode, law) == ("ssc-pi", "ssc-pi")
+    K_p, u_i_max = 0.16, 0.005
+    assert float(of_p) - float(left) == pytest.approx(u_i_max / K_p, abs=1e-3)  # what the integral part takes over
+
+
+@pytest.mark.slow
+def test_stability_is_that_of_a_controller_of_the_user(example: Path) -> None:
+    """The integral part takes phase at the slow crossover and no gain where the winch would oscillate."""
+    place = ("--load", "50 t", "--s-w", "100 m", "--v-tip", "20 m/min", "--json")
+    ssc, pi = (
+        json.loads(said(example, "ssc_pi.py", "stability", "nov-100t-pure-active", "--controller", name, *place))
+        for name in ("ssc", "ssc-pi")
+    )
+    assert (pi["controller"], pi["stable"], ssc["stable"]) == ("ssc-pi", True, True)
+    assert pi["phase_margin_plc"] < ssc["phase_margin_plc"] - 0.5
+    assert pi["K_p_ms_plc"] == pytest.approx(ssc["K_p_ms_plc"], rel=0.02)
+    t_cycle, T_i = 0.01, 8.0
+    at_once = 1.0 + t_cycle / T_i  # what the integral part adds in the same cycle is proportional
+    assert pi["K_p_strong"] == pytest.approx(ssc["K_p_strong"] / at_once, rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("u_m=u_m", "u_m=u_m - 0.1 * m.u_i", "depends on what it remembers"),
+        ("r.u_ff + r.u_fb + u_i", "r.u_ff", "feeds no small position error back"),
+    ],
+)
+def test_stability_refuses_a_law_that_it_has_no_model_for(before: str, after: str, words: str, example: Path) -> None:
+    module = example / "ssc_pi.py"
+    text = module.read_text(encoding="utf-8").replace(before, after)
+    if "u_fb" in before:
+        text = text.replace("m.u_i + r.u_fb", "m.u_i + 0.0 * r.u_fb")
+    else:
+        text = text.replace("m.u_i + r.u_fb * plc.t_cycle", "m.u_i + r.u_ff * plc.t_cycle")
+    module.write_text(text, encoding="utf-8")
+    place = ("--load", "50 t", "--s-w", "100 m", "--v-tip", "20 m/min")
+    answer = said(example, "ssc_pi.py", "stability", "nov-100t-pure-active", "--controller", "ssc-pi", *place)
+    assert answer.startswith("error: ")
+    assert words in answer
+
+
+FRICTION = (
+    (", z=0.0)", ")"),
+    ("State(0.0, 0.0, 0.0)", "State(0.0, 0.0)"),
+    ("State(q.F_w * geo.r_eff, 0.0, 0.0)", "State(q.F_w * geo.r_eff, 0.0)"),
+    (" - friction(c, x, p)\n", "\n"),
+    ("    friction: float\n", ""),
+    (", friction=friction(c, x, p) * x.omega_m", ""),
+    ("    z: float  # bristle, half a step ahead [rad]\n", ""),
+)
+"""The lines of the example's winch that give it friction -> the same without."""
+
+
+@pytest.mark.slow
+def test_a_winch_is_asked_about_nothing_that_it_does_not_have(example: Path) -> None:
+    """Without friction no factor or variation of it; without pumps and pressure no column of theirs."""
+    module = example / "torque_drive.py"
+    text = module.read_text(encoding="utf-8")
+    for before, after in FRICTION:
+        assert before in text
+        text = text.replace(before, after)
+    text = re.sub(r"@scalar\ndef (friction|bristle_after)\(.*?\n\n\n", "", text, flags=re.DOTALL)
+    module.write_text(text, encoding="utf-8")
+    grid = ("--loads", "30 t", "--speeds", "20 m/min", "--periods", "10 s", "--budget", "20", "--free", "K_p")
+    tuned = said(example, module.name, "tune", "my-winch.toml", *grid)
+    bands = said(example, module.name, "uncertainty", "--crane", "my-winch.toml", "--draws", "4", *MOTION)
+    assert "motion signal 0.1 s later" in tuned
+    assert "inertia" in bands
+    for word in ("friction", "pump", "pressure"):
+        assert word not in tuned
+        assert word not in bands.replace("friction, gears", "")

@@ -13,7 +13,6 @@ from stillhook.analysis.operating_envelope.load_speed import setting_curves as s
 from stillhook.analysis.steady.operating_point import OperatingPoint as OperatingPoint
 from stillhook.analysis.surface import full_stability as full_stability
 from stillhook.analysis.surface import operating_point as operating_point
-from stillhook.analysis.surface import simulate_reduced as simulate_reduced
 from stillhook.analysis.surface import stability as stability
 from stillhook.analysis.surface import strong_ssc as strong_ssc
 from stillhook.analysis.surface import strongest_gain as strongest_gain

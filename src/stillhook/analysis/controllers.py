@@ -177,15 +177,20 @@ def usual_controllers(crane: Crane) -> str:
     return ",".join(crane.plant.type.usual_modes)
 
 
-def controllers(names: str) -> list[Controller]:
-    """Controllers named in one text, with commas between them. Errors: SpecError for none, or one named twice."""
-    chosen = [controller(n.strip()) for n in names.split(",") if n.strip()]
+def controllers(names: str | Sequence[str | Path | Controller], where: str = "controllers") -> list[Controller]:
+    """Several controllers, each once: a list of names, files or objects, or on the command line one text with commas
+    between them. where: what they are called in an error. Errors: SpecError of one line."""
+    if not isinstance(names, Sequence):
+        raise SpecError(f'{where} = {quote(names)}: give a list, such as ["ns", "hs", "ssc"].')
+    chosen = [
+        controller(n) for n in ([n.strip() for n in names.split(",") if n.strip()] if isinstance(names, str) else names)
+    ]
     if not chosen:
-        raise SpecError(f"Controllers = {quote(names)}: name at least one, such as ns,hs,ssc.")
+        raise SpecError(f"{where} = {quote(names)}: empty; name at least one, such as ns,hs,ssc.")
     labels = [c.name for c in chosen]
     if twice := next((n for n in labels if labels.count(n) > 1), None):
         raise SpecError(
-            f'Controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.'
+            f'{where}: "{twice}" is named twice. Name each controller once; rename the file of one of them.'
         )
     return chosen
 

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 
 from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability import margins, reduced, sweeps
+from stillhook.analysis.loop_stability import margins, sweeps
 from stillhook.analysis.loop_stability import stability as loop_stability
-from stillhook.analysis.loop_stability.reduced import Reduced
 from stillhook.analysis.loop_stability.stability import Stability
 from stillhook.analysis.loop_stability.sweeps import Over
 from stillhook.analysis.steady import operating_point as operation
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.control.registry import DEFAULT_MODE
-from stillhook.sea.motion.motion import Motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Mode, Water
 from stillhook.units import parse
@@ -151,22 +149,3 @@ def operating_point(
         V_o=None if V_o is None else parse(V_o, "volume", "V_o"),
         alpha_pp=alpha_pp,
     )
-
-
-def simulate_reduced(
-    crane: Crane,
-    tip: Motion,
-    *,
-    mode: Mode | str = DEFAULT_MODE,
-    duration: str = "72 s",
-    every: str = "2 ms",
-    K_wire: float = 1.0,
-) -> Reduced:
-    """Heave compensation with the published reduced model; see
-    `stillhook.analysis.loop_stability.reduced.simulate_reduced`.
-
-    Parameters: tip motion; mode; duration "72 s" and spacing of the series "2 ms"; K_wire [-].
-    Errors: UnitError for a time without its unit, else as there.
-    """
-    times = {"duration": parse(duration, "time", "duration"), "every": parse(every, "time", "every")}
-    return reduced.simulate_reduced(crane, tip, mode=mode, K_wire=K_wire, **times)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
 from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.kit import panels
 from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
@@ -24,11 +24,6 @@ GAP = 0.06
 """Gap between two bands at one side."""
 
 
-def millimetres(x: float) -> float:
-    """A length [m] in mm."""
-    return in_unit(x, "mm", "length")
-
-
 def kwh(E: float) -> float:
     """An energy [J] in kWh."""
     return in_unit(E, "kWh", "energy")
@@ -36,13 +31,12 @@ def kwh(E: float) -> float:
 
 def bars_figure(comparison: DriveComparison, *, title: str = "") -> Figure:
     """Error and net energy of every drive, bars at the nominal values and the 5 to 95 % band of the draws."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
     runs = comparison.ordered()
-    figure = Figure(figsize=(10.0, 1.8 + 0.5 * len(runs)), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
+    bands = f", lines: 5 to 95 % of {comparison.n} draws" if comparison.n else ", nothing drawn"
+    text = f"{title}{bands}; not validated"
+    figure, axes = panels((10.0, 1.8 + 0.5 * len(runs)), 1, 2, title=text, grid="x", sharey=True)
     scales: dict[str, tuple[Callable[[float], float], str]] = {
-        "e_c_pp": (millimetres, "error, peak to peak [mm]"),
+        "e_c_pp": (lambda x: in_unit(x, "mm", "length"), "error, peak to peak [mm]"),
         "energy_net": (kwh, "net energy [kWh per hour]"),
     }
     places = range(len(runs))
@@ -57,13 +51,10 @@ def bars_figure(comparison: DriveComparison, *, title: str = "") -> Figure:
                 )
         ax.axvline(0.0, color="black", lw=0.8)
         ax.set_xlabel(label)
-        ax.grid(axis="x", alpha=0.3)
     axes[0].set_yticks(
         places, [run.name if run.ok else f"{run.name}\n({run.status})" for run in runs], fontsize="small"
     )
     axes[0].invert_yaxis()
-    bands = f", lines: 5 to 95 % of {comparison.n} draws" if comparison.n else ", nothing drawn"
-    figure.suptitle("\n".join(textwrap.wrap(f"{title}{bands}; not validated", 100)), fontsize="medium")
     return figure
 
 
@@ -72,24 +63,19 @@ def sankey_figure(run: DriveRun) -> Figure:
 
     What a power gives on the whole stands on the left, what it takes on the right; flows below 1 % are added up.
     """
-    from matplotlib.figure import Figure
-
     e = run.energy
     drawn = {"drawn": e.drawn, **{name: x for name, x in e.supplied.items() if name == "tip"}}
     sinks = {**e.lost, "returned": e.returned, "into stores": e.stored}
     left = {**{k: x for k, x in drawn.items() if x > 0.0}, **{_from(k): -x for k, x in sinks.items() if x < 0.0}}
     right = {**{k: x for k, x in sinks.items() if x > 0.0}, **{f"to the {k}": -x for k, x in drawn.items() if x < 0.0}}
     total = max(sum(left.values()), sum(right.values()), 1.0)
-    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
-    ax = figure.subplots()
+    passing, net = number(kwh(total)), number(kwh(e.net))
+    title = f"{run.name}: {passing} kWh per hour pass through; net {net} kWh per hour"
+    figure, (ax,) = panels((9.0, 4.0), title=title, grid="")
     _side(ax, _large(left, total), total, -1.0)
     _side(ax, _large(right, total), total, 1.0)
     ax.set(xlim=(-2.1, 2.1), ylim=(-0.3, HEIGHT + 0.3))
     ax.axis("off")
-    ax.set_title(
-        f"{run.name}: {number(kwh(total))} kWh per hour pass through; net {number(kwh(e.net))} kWh per hour",
-        fontsize="medium",
-    )
     return figure
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from stillhook.analysis.controllers import lateness, strong_ssc
+from stillhook.analysis.effects import nested
 from stillhook.analysis.kept import kept
 from stillhook.base.choice import nearest
 from stillhook.control.interface import DISPLACEMENT
@@ -30,44 +31,19 @@ from stillhook.winches.interface import PartSpeed
 from stillhook.winches.registry import WINCH_TYPES
 
 EXPONENTS: Mapping[str, int] = {
-    # With the number of motors, or of valves, pumps and stores side by side.
-    "displacement": 1,
-    "volume": 1,
-    "flow": 1,
-    "leakage": 1,
-    "leakage_per_speed": 1,
-    "area": 1,
-    "mass": 1,
-    "force": 1,
-    "force_per_speed": 1,
-    "stiffness": 1,
-    "stiffness_torsion": 1,
-    "torque": 1,
-    "viscous_torque": 1,
-    "torque_loss_pressure": 1,
-    "inertia": 1,
-    "power": 1,
-    "energy": 1,
-    "capacitance": 1,
-    "current": 1,
-    # Against it.
-    "flow_resistance": -1,
-    "resistance": -1,
-    "torque_loss_turbulent": -2,
-    # The same for one and for many.
-    "length": 0,
-    "diameter": 0,
-    "speed": 0,
-    "time": 0,
-    "frequency": 0,
-    "rotation": 0,
-    "gain_per_time": 0,
-    "pressure": 0,
-    "modulus": 0,
-    "temperature": 0,
-    "temperature_rise": 0,
-    "voltage": 0,
-    "torque_constant": 0,
+    kind: power
+    for power, kinds in (
+        # With the number of motors, or of valves, pumps and stores side by side.
+        (1, "displacement volume flow leakage leakage_per_speed area mass force force_per_speed stiffness"),
+        (1, "stiffness_torsion torque viscous_torque torque_loss_pressure inertia power energy capacitance current"),
+        # Against it.
+        (-1, "flow_resistance resistance"),
+        (-2, "torque_loss_turbulent"),
+        # The same for one and for many.
+        (0, "length diameter speed time frequency rotation gain_per_time pressure modulus temperature"),
+        (0, "temperature_rise voltage torque_constant"),
+    )
+    for kind in kinds.split()
 }
 """Power of the size of a drive with which a number of each kind goes. The turbulent loss is a torque over displacement
 cubed."""
@@ -223,7 +199,7 @@ def scaled(of: Crane, reference: Crane, v_top: float | None = None) -> tuple[Cra
     n = _motors(of)
     n_new = n if not parts else sum(part.motors for part in parts)
     motors = n_new / n if n else 1.0
-    changes = _tree(
+    changes = nested(
         [
             *_of_reference(reference),
             *_gears(reference, ratio),
@@ -370,17 +346,6 @@ def _settings(of: Crane, reference: Crane, motors: float, slower: float) -> Iter
         factors = {"control.K_1": slower, "control.K_2": slower, "control.B_v": motors}
         if (factor := factors.get(item.path, 1.0)) != 1.0:
             yield _times(item, factor, of.name)
-
-
-def _tree(changes: list[Change]) -> dict[str, Any]:
-    out: dict[str, Any] = {}
-    for path, leaf in changes:
-        *tables, name = path.split(".")
-        at = out
-        for table in tables:
-            at = at.setdefault(table, {})
-        at[name] = leaf
-    return out
 
 
 def _with_inertia(of: Crane, changes: dict[str, Any], reference: Crane, J_gear: float) -> Crane:

@@ -44,9 +44,11 @@ from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.analysis.steady.limits import Direction, Station, top_of_drive
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint
 from stillhook.analysis.steady.steady_state import moves
+from stillhook.control.interface import Reading, Sensed
 from stillhook.engine.pack.winch import pack, plc_record
 from stillhook.errors import StillhookError
-from stillhook.spec.crane import Crane
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import Mode, Scenario
 
 KEPT = (GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK)
@@ -93,6 +95,11 @@ class Governing(NamedTuple):
     def place(self) -> Place | None:
         """Where it is."""
         return None if self.governs is None else self.governs.place
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the controller remembers the feedback, as in an integral part."""
+        return any(p.loop is not None and p.loop.remembered is not None for p in self.places)
 
     @property
     def no_gain(self) -> tuple[PlaceLimit, ...]:
@@ -177,13 +184,15 @@ def deciding(found: Sequence[PlaceLimit], clear: float) -> tuple[PlaceLimit, ...
 
 
 def _strongest(decide: Sequence[PlaceLimit], kept: tuple[float, float, float]) -> tuple[PlaceLimit | None, float]:
-    """The place that allows the least gain within the margins, and that gain [1/m]."""
-    estimates = [(_estimate(p.loop, kept), i) for i, p in enumerate(decide)]
+    """The place that allows the least gain within the margins, and that gain [1/m]. It is that of the proportional part
+    of a law: with an integral part a smaller gain has less phase margin, and there is no largest."""
+    loops = [p.loop.proportional for p in decide if p.loop is not None]
+    estimates = [(_estimate(loop, kept), i) for i, loop in enumerate(loops)]
     governs, least = None, math.inf
     for estimate, i in sorted(estimates):
         if estimate > NEAR * least:
             break
-        K_p = _within(decide[i].loop, kept)
+        K_p = _within(loops[i], kept)
         if K_p < least:
             governs, least = decide[i], K_p
     return governs, least
@@ -211,6 +220,7 @@ def place_limits(
 
     Errors: StillhookError where it comes to none.
     """
+    _check_law(crane, mode)
     if by_engine(crane):
         reached = _reached(crane, places)
         found = _engine_limits(_engine_key(crane, mode, reached[0]), mode, reached, delay) if reached else ()
@@ -223,6 +233,45 @@ def place_limits(
             f" {places[0].describe()}. Lower the load or the speed."
         )
     return found
+
+
+REMEMBERS = 100.0
+"""Time for which a law is followed, to see whether its displacement stands [s]."""
+SMALL_FEEDBACK, DISPLACEMENT_STANDS = 1e-3, 1e-9
+"""Feedback that a law must not leave unanswered, and change of a demanded displacement that is rounding [-]."""
+
+
+def _check_law(crane: Crane, mode: Mode) -> None:
+    """Refuse a law that the linear analysis has no model for: one that feeds no small error back, and one whose
+    displacement depends on what it remembers, for which the point at which it settles is not known before a run.
+
+    Errors: StillhookError.
+    """
+    law = mode.law
+    plc, own = plc_record(crane), own_settings(crane.control, law)
+    weight = 0.5 * crane.SWL * G
+    y = Sensed(*(0.0,) * len(Sensed._fields))._replace(F=weight, alpha_m=1.0, K_wire=1.0, f_pump=1.0)
+    shared = [plc, *([] if own is None else [own])]
+
+    def cycle(u_fb: float, memory: Any) -> Any:
+        e_c = -u_fb / max(plc.gains.K_p, 1e-12)
+        reading = Reading(y=y, e_c=e_c, F=weight, u_ff=0.9, u_fb=u_fb)
+        return law.cycle(reading, *shared, *([] if law.memory is None else [memory]))
+
+    memory = None if law.memory is None else law.memory()
+    if cycle(SMALL_FEEDBACK, memory) == cycle(-SMALL_FEEDBACK, memory):
+        raise StillhookError(f'"{mode}" feeds no small position error back: it has no linear loop. Look at runs.')
+    if law.memory is None or by_engine(crane):
+        return
+    demands = []
+    for _ in range(math.ceil(REMEMBERS / plc.t_cycle)):
+        demand, memory = cycle(0.0, memory)
+        demands.append(demand.u_m)
+    if max(demands) - min(demands) > DISPLACEMENT_STANDS:
+        raise StillhookError(
+            f'"{mode}": its displacement of the motors depends on what it remembers, and the linear analysis has no'
+            " operating point for it. Look at runs: stillhook run, stillhook map."
+        )
 
 
 def _reached(crane: Crane, places: Sequence[Place]) -> tuple[Place, ...]:
@@ -278,10 +327,11 @@ def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | Non
     at = station.displacement(mode)(abs(place.v_tip)) if alpha_m is None else alpha_m
     plc = plc_record(crane)
     stands = not moves(crane, mode) or at >= 1.0
+    own = own_settings(crane.control, mode.law)
     seen: Any = plc._replace(gains=None, motors=None, t_lead=0.0) if stands else plc  # type: ignore[arg-type]
     alpha = _cut(at) if stands and alpha_m is None else at
     params = station.winch.params._replace(plc=None)
-    keyed = Keyed((crane, station), (params, station.winch.geometry, seen))
+    keyed = Keyed((crane, station), (params, station.winch.geometry, seen, own))
     found = _closed_circuit_at(keyed, mode, place, alpha, delay)
     return None if found is None else PlaceLimit(place, alpha, *found)
 

@@ -37,6 +37,8 @@ POINTS = 1500
 """Points of the coarse grid of frequencies, from LOWEST of the slowest mode to HIGHEST of the fastest one or the
 Nyquist frequency."""
 LOWEST, HIGHEST = 1e-3, 30.0
+LOWEST_REMEMBERED = 1e-2
+"""In place of LOWEST with an integral part: two integrators, sure to 1e-9 1/s, have no sure phase further down."""
 AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0, 1.0)]))
 """Extra points about each mode, in half widths of its resonance: the least damped one is then resolved completely."""
 ROUNDING = 1e-10
@@ -246,7 +248,8 @@ def frequency_grid(loop: Loop) -> FloatArray:
     late = [math.pi / loop.delay] if isinstance(loop, ContinuousLoop) and loop.delay > 0.0 else []
     size = np.concatenate([np.abs(swinging), late])
     top = min(HIGHEST * float(size.max()), loop.nyquist * (1.0 - 1e-9))
-    coarse = np.geomspace(LOWEST * float(size.min()), top, POINTS)
+    lowest = LOWEST_REMEMBERED if isinstance(loop, SampledLoop) and loop.remembered is not None else LOWEST
+    coarse = np.geomspace(lowest * float(size.min()), top, POINTS)
     near = [abs(p.imag) + abs(p.real) * AROUND for p in swinging if abs(p.imag) > abs(p.real)]
     omega = np.unique(np.concatenate([coarse, *near]))
     return np.asarray(omega[(omega >= coarse[0]) & (omega <= top)], dtype=np.float64)

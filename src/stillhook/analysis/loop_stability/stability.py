@@ -219,7 +219,7 @@ def _stability(
         delay=delay,
         K_p_ms_plc=with_plc.gain_margin * K_p,
         omega_c_plc=with_plc.omega_c,
-        K_p_strong=strongest_up_to(loops[1]) if strong else math.nan,
+        K_p_strong=strongest_up_to(loops[1].proportional) if strong else math.nan,
         poles=tuple(complex(p) for p in sorted(poles, key=lambda p: (abs(p), p.imag))),
         stable=plain.stable,
         stable_plc=with_plc.stable,

@@ -54,7 +54,7 @@ def stable_gains(loop: SampledLoop) -> StableGains:
     """
     alone = grows_alone(loop)
     omega, L = grid_response(loop)
-    if alone is None:
+    if alone is None and loop.remembered is None:
         return StableGains(0.0, *gain_and_frequency(loop, omega, L))
     at = _crossings(loop, omega, L)
     edges = [0.0, *(K for K, _ in at), math.inf]
@@ -62,7 +62,7 @@ def stable_gains(loop: SampledLoop) -> StableGains:
     for low, high in pairwise(edges):
         if is_stable(loop, _between(low, high)):
             return StableGains(low, high, frequency[high])
-    return StableGains(0.0, 0.0, alone)
+    return StableGains(0.0, 0.0, math.nan if alone is None else alone)
 
 
 def _crossings(loop: SampledLoop, omega: np.ndarray, L: np.ndarray) -> list[tuple[float, float]]:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -295,7 +295,8 @@ class ContinuousLoop:
 @dataclass(frozen=True, eq=False)
 class SampledLoop:
     """The loop as the PLC sees it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n - 1),
-    output C x [m]."""
+    output C x [m]. remembered: states of Phi, from and to, in which a controller remembers the feedback, as in an
+    integral part; None where it remembers none of it."""
 
     Phi: FloatArray
     Gamma_0: FloatArray
@@ -303,6 +304,16 @@ class SampledLoop:
     C: FloatArray
     t_cycle: float
     n: int = 0
+    remembered: tuple[int, int] | None = None
+
+    @cached_property
+    def proportional(self) -> SampledLoop:
+        """The loop without what the controller remembers of the feedback."""
+        if self.remembered is None:
+            return self
+        forgets = np.ones(len(self.Phi))
+        forgets[slice(*self.remembered)] = 0.0
+        return replace(self, Gamma_0=self.Gamma_0 * forgets, Gamma_1=self.Gamma_1 * forgets, remembered=None)
 
     @property
     def nyquist(self) -> float:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stillhook.analysis.maps.result import BEST_CLASSIC, SHOWN, Map
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC
-from stillhook.units import in_display, show
+from stillhook.report.plots.kit import displayed, panels
+from stillhook.units import show
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,7 +66,7 @@ def value_figure(
     finite = values[rows][usable[rows] & np.isfinite(values[rows])]
     low, high = (float(finite.min()), float(finite.max())) if finite.size and np.ptp(finite) > 0.0 else (0.0, 1.0)
     causes = _causes(result, rows, layer, period)
-    figure, axes = _panels(len(rows))
+    figure, axes = _panels(len(rows), _title(result, layer, period))
     for ax, i in zip(axes, rows, strict=False):
         shown = np.where(usable[i], values[i], np.nan)
         mesh = _mesh(ax, result, shown, SEQUENTIAL, low, high)
@@ -75,7 +76,6 @@ def value_figure(
         ax.set_title(_heading(result.labels[i]), fontsize="medium")
     figure.colorbar(mesh, ax=list(axes), label=words, shrink=0.9)
     _legend(figure, causes)
-    figure.suptitle(_title(result, layer, period), fontsize="medium")
     return figure
 
 
@@ -94,7 +94,8 @@ def change_figure(
     changes = result.changes()
     if not changes or not wanted:
         return None
-    figure, axes = _panels(len(wanted) * len(changes), across=len(changes))
+    title = f"{_title(result, layer, period)}; grey: {BEST_CLASSIC} or the new controller is not applicable"
+    figure, axes = _panels(len(wanted) * len(changes), title, len(changes))
     panels = [(label, name) for label in wanted for name in changes]
     parts = {(x, n): 100.0 * changes[n][result.labels.index(x), :, :, layer, period] for x, n in panels}
     finite = np.concatenate([p[np.isfinite(p)] for p in parts.values()])
@@ -104,37 +105,27 @@ def change_figure(
         mesh = _mesh(ax, result, parts[label, name], DIVERGING, -most, most)
         ax.set_title(f"{_heading(label)}: {TITLES[name]}", fontsize="medium")
     figure.colorbar(mesh, ax=list(axes), label="change against best classic [%]", shrink=0.9)
-    figure.suptitle(
-        f"{_title(result, layer, period)}\ngrey: {BEST_CLASSIC} or the new controller is not applicable",
-        fontsize="medium",
-    )
     return figure
 
 
-def _panels(n: int, across: int | None = None) -> tuple[Figure, list[Any]]:
+def _panels(n: int, title: str, across: int | None = None) -> tuple[Figure, list[Any]]:
     """A figure of n panels, two across from four panels on."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
     columns = across or (n if n < 4 else 2)
     rows = -(-n // columns)
-    figure = Figure(figsize=(PANEL[0] * columns + 1.2, PANEL[1] * rows + 0.9), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for ax in axes[-1]:
+    size = (PANEL[0] * columns + 1.2, PANEL[1] * rows + 0.9)
+    figure, axes = panels(size, rows, columns, title=title, grid="", sharex=True, sharey=True)
+    for ax in axes[-columns:]:
         ax.set_xlabel("speed [m/min]")
-    for ax in axes[:, 0]:
+    for ax in axes[::columns]:
         ax.set_ylabel("load [t]")
-    flat = list(axes.ravel())
-    for ax in flat[n:]:
+    for ax in axes[n:]:
         ax.set_visible(False)
-    return figure, flat[:n]
+    return figure, axes[:n]
 
 
 def _scales(result: Map) -> tuple[FloatArray, FloatArray]:
     """Speeds [m/min] and loads [t]."""
-    return (
-        np.array([in_display(v, "speed") for v in result.axes.speeds]),
-        np.array([in_display(m, "mass") for m in result.axes.loads]),
-    )
+    return displayed(result.axes.speeds, "speed"), displayed(result.axes.loads, "mass")
 
 
 def _edges(centres: FloatArray) -> FloatArray:

@@ -88,7 +88,7 @@ def monte_carlo_map(
         )
         for j, place in enumerate(some):
             part = slice(j * len(place), (j + 1) * len(place))
-            statistics.take(place, rows[part], status[part], crane.SWL)
+            statistics.take(place, rows[part], status[part])
     return _dataset(crane, cells, statistics, table, uncertain, seed, drawings)
 
 
@@ -108,9 +108,9 @@ class _Statistics:
         per = len(self.cells.cases) // len(self.cells.controllers)
         return [[c * per + i for c in range(len(self.cells.controllers))] for i in range(per)]
 
-    def take(self, place: list[int], rows: FloatArray, status: list[list[str]], SWL: float) -> None:
+    def take(self, place: list[int], rows: FloatArray, status: list[list[str]]) -> None:
         """The draws of one cell, all controllers: rows shape (controller, draw, number)."""
-        usable = np.array([self._usable(i, rows[c], status[c], SWL) for c, i in enumerate(place)])
+        usable = np.array([self._usable(i, rows[c], status[c]) for c, i in enumerate(place)])
         best = self._best_classic(rows, usable)
         for c, i in enumerate(place):
             for name in self.values:
@@ -123,13 +123,13 @@ class _Statistics:
                 both = usable[c] & usable[best]
                 self.changes[name][i] = _quantiles(rows[c, both, k] / rows[best, both, k] - 1.0)
 
-    def _usable(self, i: int, rows: FloatArray, status: list[str], SWL: float) -> NDArray[np.bool_]:
+    def _usable(self, i: int, rows: FloatArray, status: list[str]) -> NDArray[np.bool_]:
         case = self.cells.cases[i]
         summaries = [
             dict(zip(self.names, row, strict=True)) | {"status": s}
             for row, s in zip(rows.tolist(), status, strict=True)
         ]
-        return np.array([not cause_of(s, case.mode, case.load / SWL) for s in summaries])
+        return np.array([not cause_of(self.cells.cranes[i], s, case.mode, case.load) for s in summaries])
 
     def _best_classic(self, rows: FloatArray, usable: NDArray[np.bool_]) -> int | None:
         """The classic controller that an operator would choose in this cell, knowing the chances and not the draw."""

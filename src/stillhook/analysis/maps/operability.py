@@ -11,17 +11,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
-from stillhook.analysis.controllers import Controller, controller
+from stillhook.analysis.controllers import Controller
+from stillhook.analysis.controllers import controllers as controllers_of
 from stillhook.analysis.maps.result import Map, as_dataset, cause_of
 from stillhook.base.progress import Progress
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.engine.scenario.problem import numbers_of, summaries
-from stillhook.errors import ScenarioError, SpecError
+from stillhook.errors import ScenarioError
 from stillhook.sea.motion.motion import Motion, Sine
 from stillhook.sea.motion.text import scaled_to, speed_peak
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
-from stillhook.units import parse, quote, show
+from stillhook.units import parse, show
 
 DURATION, WARM_UP = "30 s", "10 s"
 """Paper E neglects the first 10 s and counts 20 s (section 4.1, figure 6)."""
@@ -94,7 +95,7 @@ def map_of(
     answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
     shape, available = (len(chosen), *axes.shape), numbers_of(crane)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
-    causes = [cause_of(s, m, k.load / crane.SWL) for s, m, k in zip(answers, modes, cases, strict=True)]
+    causes = [cause_of(crane, s, m, k.load) for s, m, k in zip(answers, modes, cases, strict=True)]
     return Map(
         crane=crane,
         labels=tuple(c.name for c in chosen),
@@ -156,28 +157,10 @@ def cells_of(
 ) -> Cells:
     """What a map runs; parameters and errors as in `map_of`."""
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers, periods=periods)
-    chosen = controllers_of(controllers, crane)
+    chosen = controllers_of(crane.plant.type.usual_modes if controllers is None else controllers)
     base = Scenario(load="0 t", s_w="0 m", duration=duration, warm_up=warm_up)
     waves = _waves(base, axes, period, periods is not None, motion)
     return Cells(axes, chosen, *_runs(crane, chosen, axes, base, waves))
-
-
-def controllers_of(names: Sequence[str | Path | Controller] | None, crane: Crane) -> list[Controller]:
-    """Controllers from names, paths and objects, each once; the crane's usual ones for None. Errors: SpecError, one
-    line."""
-    if names is None:
-        names = crane.plant.type.usual_modes
-    if isinstance(names, str) or not isinstance(names, Sequence):
-        raise SpecError(f'controllers = {quote(names)}: give a list, such as ("ns", "hs", "ssc").')
-    chosen = [controller(c) for c in names]
-    if not chosen:
-        raise SpecError('controllers: empty. Name at least one, such as ("ns", "hs", "ssc").')
-    labels = [c.name for c in chosen]
-    if twice := next((n for n in labels if labels.count(n) > 1), None):
-        raise SpecError(
-            f'controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.'
-        )
-    return chosen
 
 
 def _waves(

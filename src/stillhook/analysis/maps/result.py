@@ -27,7 +27,7 @@ from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.tables.plausible import implausible_values
-from stillhook.variables import BY_NAME
+from stillhook.variables import attributes
 from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ class Map:
         }
         columns |= {"cause": self.cause.astype(str), "status": self.status.astype(str)}
         labels = {"controller": list(self.labels)}
-        fields = {n: (DIMS, a, _attrs(n)) for n, a in columns.items()}
+        fields = {n: (DIMS, a, attributes(n)) for n, a in columns.items()}
         data = over_axes(fields, labels, self.axes, str(self.about["speed_is"]))
         data.attrs = {
             "title": f"Stillhook map of {self.crane.name}",
@@ -195,11 +195,6 @@ def over_axes(fields: dict[str, Any], coords: dict[str, Any], axes: Axes, speed_
     }
     coords |= {name: (dim, list(x), attrs) for name, (dim, x, attrs) in along.items() if name not in axes.unused}
     return xarray.Dataset(fields, coords=coords).squeeze(axes.unused)
-
-
-def _attrs(name: str) -> dict[str, str]:
-    v = BY_NAME[name]
-    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("source", v.source)) if x}
 
 
 Arguments = ParamSpec("Arguments")
@@ -251,18 +246,26 @@ RULES = tuple(_rules())
 """Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is not a cause:
 it shows in e_c_mean, and pure active winches have one by design. Limits without a tolerated time are passed or not:
 what they guard does not wait."""
-MARKS: Mapping[str, str] = {r.cause: r.mark for r in RULES}
+PUMPS, COMMAND = "pumps saturated", "command saturated"
+"""The same cause of a closed circuit, and of a drive that takes a speed command."""
+MARKS: Mapping[str, str] = {r.cause: r.mark for r in RULES} | {COMMAND: "sat"}
 
 
-def cause_of(summary: Mapping[str, Any], mode: Mode, share: float) -> str:
+def saturated(crane: Crane) -> str:
+    """The cause of a command at its end, in words of the winch type."""
+    return PUMPS if crane.circuits else COMMAND
+
+
+def cause_of(crane: Crane, summary: Mapping[str, Any], mode: Mode, load: float) -> str:
     """Why this controller cannot be used in this cell, or "" where it can.
 
-    Parameters: summary of the cell's run (keys and SI of `stillhook.variables.SUMMARY`); mode of the controller; share
-    load over SWL [-].
+    Parameters: summary of the cell's run (keys and SI of `stillhook.variables.SUMMARY`); mode of the controller; load
+    [kg].
     """
     passed = set(summary["status"].split(", ")) - {"saturated"}
     if summary["saturation_time"] > SATURATION_SHARE * summary["counted_time"]:
         passed.add("saturated")
-    if share > mode.law.swl_share * (1.0 + 1e-9):
+    if load / crane.SWL > mode.law.swl_share * (1.0 + 1e-9):
         passed.add("load of mode")
-    return next((rule.cause for rule in RULES if rule.limit in passed), "")
+    cause = next((rule.cause for rule in RULES if rule.limit in passed), "")
+    return saturated(crane) if cause == PUMPS else cause

@@ -11,8 +11,8 @@ import numpy as np
 
 from stillhook.analysis.axes import LOADS, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.maps.operability import controllers_of
-from stillhook.analysis.maps.result import Map, as_dataset, cause_of
+from stillhook.analysis.controllers import controllers as controllers_of
+from stillhook.analysis.maps.result import Map, as_dataset, cause_of, saturated
 from stillhook.analysis.steady.steady_state import layer_row
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
@@ -96,7 +96,7 @@ def settling_of(
     """
     check_threads(threads)
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers)
-    chosen = controllers_of(controllers, crane)
+    chosen = controllers_of(crane.plant.type.usual_modes if controllers is None else controllers)
     dv = parse(wire_step, "speed", "wire_step")
     if dv <= 0.0:
         raise ScenarioError(f'wire_step = "{wire_step}": must be above 0.')
@@ -259,24 +259,25 @@ def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float)
     end = result.series[-1]
     broken = result.ending is Ending.DIVERGED
     settled = float("nan") if broken or not np.isfinite(v).all() else t
-    cause = cause_of(summary, case.mode, case.load / crane.SWL) or (
-        "" if np.isfinite(settled) else _invalid_reason(v, dv, result.dt, end[result.signals.index("u_p")])
+    u_p = float(end[result.signals.index("u_p")])
+    cause = cause_of(crane, summary, case.mode, case.load) or (
+        "" if np.isfinite(settled) else _invalid_reason(v, dv, result.dt, saturated(crane) if abs(u_p) >= 1.0 else "")
     )
     return Response(
         settling_time=settled,
         overshoot=float(np.max(v)) / dv - 1.0,
         alpha_m_end=float(end[result.signals.index("alpha_m")]) if "alpha_m" in result.signals else float("nan"),
-        u_p_end=abs(float(end[result.signals.index("u_p")])),
+        u_p_end=abs(u_p),
         status=summary["status"],
         cause=cause,
     )
 
 
-def _invalid_reason(v: FloatArray, dv: float, dt: float, u_p: float) -> str:
-    """Why a run without a limit passed never settles."""
+def _invalid_reason(v: FloatArray, dv: float, dt: float, saturation: str) -> str:
+    """Why a run without a limit passed never settles; saturation in words where the command is at its end."""
     last, band = v[-round(LAST / dt) :], BAND * dv
-    if abs(u_p) >= 1.0:
-        return "pumps saturated"
+    if saturation:
+        return saturation
     if abs(v[0]) > band:
         return "not steady before the step"
     if float(np.ptp(last)) > 2.0 * band:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from stillhook.analysis.operating_envelope.load_speed import PHYSICAL
 from stillhook.analysis.steady.limits import Direction, Limit
 from stillhook.library import crane_from_toml
 from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.kit import displayed, legend_below, panels
 from stillhook.units import in_display
 
 if TYPE_CHECKING:
@@ -22,12 +22,16 @@ if TYPE_CHECKING:
 
 RECTANGLES = ("ns", "hs")
 """Modes drawn as filled areas, as in paper C figure 4."""
-ANY, MACHINE = "machine, any controller", 5.0
-"""Label and width of the line of what the machine can do, which is drawn behind the modes."""
+MACHINE: dict[str, Any] = {"color": "black", "lw": 5.0, "alpha": 0.3, "zorder": 1, "label": "machine, any controller"}
+"""The line of what the machine can do, behind the modes."""
 ROOM, MOST_ROOM = 1.12, 1.5
 """Width of the picture over the highest speed in it; more where a hyperbola would else be outside, up to the second."""
 FINE = 200
 """Points of a hyperbola."""
+HYPERBOLAS = (
+    ("v_w_power", "constant power at relief pressure", "-."),
+    ("v_w_power_rule", "constant power of the 30 % rule", ":"),
+)
 
 
 def slower(data: xarray.Dataset) -> xarray.DataArray:
@@ -42,38 +46,28 @@ def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: 
     Parameters: data from `envelope`; layer one of its layers, None the outermost in it. Of hoisting and lowering the
     slower one counts. Source of the arrangement: Moslatt 2020 paper C figure 4.
     """
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    crane, number = _crane(data), _layer(data, layer)
-    layer_data = data.sel(layer=number)
-    v = slower(layer_data)
-    tonnes = [in_display(float(x), "mass") for x in layer_data["load"].values]
-    figure = Figure(figsize=(9.0, 6.0), layout="constrained")
-    ax = figure.subplots()
-    for mode, colour in _coloured(layer_data):
-        speeds = _display(v.sel(mode=mode).values, "speed")
-        most = in_display(float(layer_data["load_most"].sel(mode=mode)), "mass")
+    crane, number = _crane(data), int(data["layer"].max()) if layer is None else layer
+    of_layer = data.sel(layer=number)
+    v, tonnes = slower(of_layer), displayed(of_layer["load"].values, "mass")
+    place = f"{crane.name}, layer {number} of {crane.drum.layers}"
+    title = title or f"{place}: steady speed that each mode follows, losses included"
+    figure, (ax,) = panels((9.0, 6.0), title=title)
+    for mode, colour in _coloured(of_layer):
+        speeds = displayed(v.sel(mode=mode).values, "speed")
         if mode in RECTANGLES:
+            most = in_display(float(of_layer["load_most"].sel(mode=mode)), "mass")
             _rectangle(ax, speeds, tonnes, most, colour, mode)
         elif mode == PHYSICAL:
-            ax.plot(speeds, tonnes, color="black", lw=MACHINE, alpha=0.3, label=ANY, zorder=1)
-            _labels(ax, layer_data, speeds, tonnes)
+            ax.plot(speeds, tonnes, **MACHINE)
+            _labels(ax, of_layer, speeds, tonnes)
         else:
             ax.plot(speeds, tonnes, color=colour, lw=2.0, label=mode)
-    right = _right(layer_data, float(np.nanmax(_display(v.values, "speed"))))
-    _hyperbolas(ax, layer_data, crane, right)
-    ax.axhline(in_display(crane.SWL, "mass"), color=GREY, lw=0.8, ls=":")
-    ax.set(
-        xlim=(0.0, right),
-        ylim=(0.0, 1.08 * in_display(crane.SWL, "mass")),
-        xlabel="wire speed [m/min]",
-        ylabel="load [t]",
-    )
-    ax.grid(alpha=0.3)
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small", frameon=False)
-    place = f"{crane.name}, layer {number} of {crane.drum.layers}"
-    words = title or f"{place}: steady speed that each mode follows, leakage and friction included"
-    figure.suptitle("\n".join(textwrap.wrap(words, 100)), fontsize="medium")
+    right = _right(of_layer, float(np.nanmax(displayed(v.values, "speed"))))
+    _hyperbolas(ax, of_layer, crane, right)
+    SWL = in_display(crane.SWL, "mass")
+    ax.axhline(SWL, color=GREY, lw=0.8, ls=":")
+    ax.set(xlim=(0.0, right), ylim=(0.0, 1.08 * SWL), xlabel="wire speed [m/min]", ylabel="load [t]")
+    legend_below(figure, ax)
     return figure
 
 
@@ -83,62 +77,41 @@ def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
 
     Source of the arrangement: Moslatt 2020 figure 2.17 and paper E figure 4.
     """
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=(9.0, 6.5), layout="constrained")
-    axes = figure.subplots(2, 1, sharex=True)
-    x = _display(curves["v_w"].values, "speed")
+    load, way = in_display(float(curves.attrs["load"]), "mass"), Direction(curves.attrs["direction"])
+    place = f"{_crane(curves).name}, {load:g} t, layer {curves.attrs['layer']}, {way}"
+    title = title or f"{place}: settings of motors and pumps at a steady wire speed"
+    figure, axes = panels((9.0, 6.5), 2, title=title, sharex=True)
+    x = displayed(curves["v_w"].values, "speed")
     for mode, colour in _coloured(curves):
-        layer_data = curves.sel(mode=mode)
+        of_mode = curves.sel(mode=mode)
         for ax, name in zip(axes, ("alpha_m", "alpha_p"), strict=True):
-            ax.plot(x, layer_data[name], color=colour, lw=1.8, label=mode)
-            ax.plot(x, layer_data[f"{name}_ideal"], color=colour, lw=1.0, ls="--")
-        for meets in layer_data["v_w_cross"].values:
-            if np.isfinite(meets):
-                axes[0].plot(
-                    in_display(float(meets), "speed"),
-                    np.interp(meets, curves["v_w"], layer_data["alpha_m"]),
-                    "o",
-                    color=colour,
-                    ms=5,
-                )
+            ax.plot(x, of_mode[name], color=colour, lw=1.8, label=mode)
+            ax.plot(x, of_mode[f"{name}_ideal"], color=colour, lw=1.0, ls="--")
+        meets = of_mode["v_w_cross"].values
+        meets = meets[np.isfinite(meets)]
+        at = np.interp(meets, curves["v_w"], of_mode["alpha_m"])
+        axes[0].plot(displayed(meets, "speed"), at, "o", color=colour, ms=5)
     axes[1].axhline(1.0, color="black", lw=0.8)
     axes[1].text(0.0, 1.0, " pumps full", va="bottom", fontsize="small")
     axes[0].set(ylabel="motors alpha_m [-]", ylim=(0.4, 1.05))
     axes[1].set(ylabel="pumps alpha_p [-]", ylim=(0.0, 1.3), xlabel="wire speed [m/min]", xlim=(0.0, float(x[-1])))
-    for ax in axes:
-        ax.grid(alpha=0.3)
     axes[0].plot([], [], color=GREY, ls="--", lw=1.0, label="without leakage, published diameter")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
-    figure.suptitle("\n".join(textwrap.wrap(title or _curve_title(curves), 100)), fontsize="medium")
+    legend_below(figure, axes[0], curves.sizes["mode"] + 1)
     return figure
 
 
 def layer_figure(data: xarray.Dataset, *, title: str = "") -> Figure:
     """Highest wire speed by layer, one panel a load of the data, one colour a mode; the slower direction counts."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    crane, v = _crane(data), slower(data)
-    figure = Figure(figsize=(9.0, 5.0), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(1, data.sizes["load"], sharey=True))
+    v, title = slower(data), title or f"{_crane(data).name}: highest steady wire speed by layer"
+    figure, axes = panels((9.0, 5.0), 1, data.sizes["load"], title=title, sharey=True)
     for ax, load in zip(axes, data["load"].values, strict=True):
         for mode, colour in _coloured(data):
-            black = mode == PHYSICAL
-            speeds = _display(v.sel(mode=mode, load=load).values, "speed")
-            style = (
-                {"color": "black", "lw": MACHINE, "alpha": 0.3, "zorder": 1}
-                if black
-                else {"color": colour, "lw": 1.6, "marker": "o", "ms": 3}
-            )
-            ax.plot(data["layer"], speeds, label=ANY if black else mode, **style)
+            style = MACHINE if mode == PHYSICAL else {"color": colour, "lw": 1.6, "marker": "o", "ms": 3, "label": mode}
+            ax.plot(data["layer"], displayed(v.sel(mode=mode, load=load).values, "speed"), **style)
         ax.set(xlabel="layer, 1 on the bare drum", title=f"{in_display(float(load), 'mass'):g} t")
-        ax.grid(alpha=0.3)
     axes[0].set(ylabel="highest wire speed [m/min]")
     axes[0].set_ylim(bottom=0.0)
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
-    figure.suptitle(title or f"{crane.name}: highest steady wire speed by layer", fontsize="medium")
+    legend_below(figure, axes[0], data.sizes["mode"])
     return figure
 
 
@@ -152,62 +125,36 @@ def _rectangle(ax: Any, speeds: Sequence[float], tonnes: Sequence[float], most: 
     ax.plot([*xs, 0.0], [*ys, ys[-1]], color=colour, lw=1.6, label=f"{mode} (to {most:g} t)")
 
 
-def _labels(ax: Any, layer_data: xarray.Dataset, speeds: Sequence[float], tonnes: Sequence[float]) -> None:
+def _labels(ax: Any, of_layer: xarray.Dataset, speeds: Sequence[float], tonnes: Sequence[float]) -> None:
     """What binds the machine where it is not the pumps' flow, once for each limit, at its lowest load."""
-    way = layer_data["v_w_top"].sel(mode=PHYSICAL).fillna(np.inf).argmin("direction")
-    names = layer_data["binds"].sel(mode=PHYSICAL).isel(direction=way).values
+    way = of_layer["v_w_top"].sel(mode=PHYSICAL).fillna(np.inf).argmin("direction")
+    names = of_layer["binds"].sel(mode=PHYSICAL).isel(direction=way).values
     for name in dict.fromkeys(str(n) for n in names if n != Limit.PUMP.value):
         i = next(i for i, n in enumerate(names) if n == name and np.isfinite(speeds[i]))
         ax.annotate(f" {name}", (speeds[i], tonnes[i]), fontsize="small", va="bottom")
 
 
-def _right(layer_data: xarray.Dataset, top: float) -> float:
+def _right(of_layer: xarray.Dataset, top: float) -> float:
     """Right end of the speed axis [m/min]."""
-    if "v_w_power" not in layer_data:
-        return max(ROOM * top, 1.0)
-    hyperbola = in_display(float(layer_data["v_w_power"].min()), "speed")
+    hyperbola = in_display(float(of_layer["v_w_power"].min()), "speed") if "v_w_power" in of_layer else 0.0
     return max(ROOM * top, min(ROOM * hyperbola, MOST_ROOM * top), 1.0)
 
 
-def _hyperbolas(ax: Any, layer_data: xarray.Dataset, crane: Crane, right: float) -> None:
+def _hyperbolas(ax: Any, of_layer: xarray.Dataset, crane: Crane, right: float) -> None:
     """The forces that go with full pumps at one pressure: load against speed at constant power."""
     loads = np.linspace(0.0, crane.SWL, FINE)
-    both = (
-        ("v_w_power", "constant power at relief pressure", "-."),
-        ("v_w_power_rule", "constant power of the 30 % rule", ":"),
-    )
-    for name, label, style in both:
-        if name not in layer_data:
-            continue
-        weight = layer_data["load"].values + crane.hook_mass
-        power = float(np.nanmedian(layer_data[name].values * weight))  # speed times weight is the same at every load
-        speeds = _display(power / (loads + crane.hook_mass), "speed")
+    for name, label, style in HYPERBOLAS if "v_w_power" in of_layer else ():
+        weight = of_layer["load"].values + crane.hook_mass
+        power = float(np.nanmedian(of_layer[name].values * weight))  # speed times weight is the same at every load
+        speeds = displayed(power / (loads + crane.hook_mass), "speed")
         inside = speeds <= right
         if inside.any():
-            ax.plot(speeds[inside], _display(loads[inside], "mass"), color=GREY, lw=1.3, ls=style, label=label)
+            ax.plot(speeds[inside], displayed(loads[inside], "mass"), color=GREY, lw=1.3, ls=style, label=label)
 
 
 def _coloured(data: xarray.Dataset) -> list[tuple[str, str]]:
-    modes = [str(m) for m in data["mode"].values]
-    return list(zip(modes, COLOURS * 3, strict=False))
-
-
-def _curve_title(curves: xarray.Dataset) -> str:
-    load, crane = in_display(float(curves.attrs["load"]), "mass"), _crane(curves)
-    way = Direction(curves.attrs["direction"])
-    return (
-        f"{crane.name}, {load:g} t, layer {curves.attrs['layer']}, {way}: settings of motors and pumps at a steady wire"
-        " speed"
-    )
+    return list(zip(map(str, data["mode"].values), COLOURS * 3, strict=False))
 
 
 def _crane(data: xarray.Dataset) -> Crane:
     return crane_from_toml(str(data.attrs["crane"]), "stored crane")
-
-
-def _layer(data: xarray.Dataset, layer: int | None) -> int:
-    return int(data["layer"].max()) if layer is None else layer
-
-
-def _display(values: Any, kind: str) -> Any:
-    return np.array([in_display(float(v), kind) for v in np.asarray(values).ravel()])

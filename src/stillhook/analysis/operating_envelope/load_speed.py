@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook._version import __version__
 from stillhook.analysis.axes import Texts, quantities
-from stillhook.analysis.controllers import Controller, controller
+from stillhook.analysis.controllers import Controller, controllers
 from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top, top_of_drive
 from stillhook.analysis.steady.steady_state import steady, wire_out_on
 from stillhook.base.progress import Meter, Progress
@@ -105,7 +105,7 @@ def envelope_at(
     """The same at loads in kg; see `envelope`."""
     if not 0.0 <= reserve <= 1.0:
         raise StillhookError(f"reserve = {reserve:g}: a part of the load, from 0 to 1. Give a value in between.")
-    chosen, kg = _controllers(_standard(crane) if modes is None else modes), list(loads)
+    chosen, kg = controllers(_standard(crane) if modes is None else modes, "modes"), list(loads)
     numbers = [crane.drum.layers] if layers is None else list(layers)
     if not crane.plant.type.steady_operation:
         return _of_drive(crane, kg, numbers, chosen, progress)
@@ -197,7 +197,7 @@ def setting_curves(
     [m/s]: the speed at which a mode's motors come down to those of the classic ones, NaN where they never do.
     Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
     """
-    chosen = _controllers(_standard(crane) if modes is None else modes)
+    chosen = controllers(_standard(crane) if modes is None else modes, "modes")
     way, mass = Direction(direction), parse(load, "mass", "load")
     number = crane.drum.layers if layer is None else layer
     stations = [Station(c.on(crane), mass, wire_out_on(crane, number), way) for c in chosen]
@@ -269,20 +269,6 @@ ALPHA_SAME = 1e-12
 """Displacements that count as one [-]: a law that only touches the classic displacement comes down to it too."""
 
 
-def _controllers(modes: Controllers) -> list[Controller]:
-    if isinstance(modes, str):
-        raise StillhookError(f'modes = "{modes}": give a list, such as ["ns", "hs", "ssc"].')
-    chosen = [controller(m) for m in modes]
-    names = [c.name for c in chosen]
-    if not chosen:
-        raise StillhookError("modes: empty. Give at least one, such as ns,hs,ssc.")
-    if twice := next((n for n in names if names.count(n) > 1 or n == PHYSICAL), None):
-        raise StillhookError(
-            f'modes: "{twice}" is named twice, or is the name of the physical limit. Name each mode once.'
-        )
-    return chosen
-
-
 def _columns(shape: tuple[int, int, int, int]) -> dict[str, Any]:
     names = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
     by_load = ("alpha_least", "alpha_reserve", "alpha_pm_hold", "v_w_power", "v_w_power_rule")
@@ -347,8 +333,6 @@ def _labelled(fields: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mappi
     import xarray
 
     data = xarray.Dataset(dict(fields), coords=dict(coords), attrs=dict(attrs))
-    for name in data.variables:
-        row = BY_NAME.get(str(name))
-        if row is not None:
-            data[name].attrs = {"units": row.unit, "long_name": row.meaning}
+    for name in set(BY_NAME).intersection(map(str, data.variables)):
+        data[name].attrs = {"units": BY_NAME[name].unit, "long_name": BY_NAME[name].meaning}
     return data

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from pydantic.fields import FieldInfo
 
 from stillhook.analysis.controllers import Controller
+from stillhook.analysis.effects import with_value
 from stillhook.analysis.loop_stability.governing import by_engine, governing
 from stillhook.analysis.loop_stability.reduced import gain_limit
 from stillhook.base.choice import nearest
@@ -202,12 +203,6 @@ def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
     motor = crane.active.motor.model_copy(update={"alpha_min": alpha_min})
     active = crane.active.model_copy(update={"motor": motor})
     return crane.model_copy(update={"control": crane.control.model_copy(update=control), "active": active})
-
-
-def with_value(record: Any, path: str, value: Any) -> Any:
-    """A copy of a record with one field, by its dotted path, changed; nothing is checked."""
-    name, _, inner = path.partition(".")
-    return record.model_copy(update={name: with_value(getattr(record, name), inner, value) if inner else value})
 
 
 def _raised(crane: Crane, alpha_min: float, control: Mapping[str, float]) -> dict[str, float]:

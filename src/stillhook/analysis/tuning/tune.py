@@ -22,6 +22,7 @@ import numpy as np
 
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.controllers import controller as controller_of
+from stillhook.analysis.effects import idle, scaled, with_value
 from stillhook.analysis.loop_stability.margins import margins
 from stillhook.analysis.tuning.objective import (
     NEAR,
@@ -43,7 +44,6 @@ from stillhook.analysis.tuning.parameters import (
     tunable,
     tuned_controller,
     with_settings,
-    with_value,
 )
 from stillhook.analysis.tuning.search import BudgetUsed, Search, Trial
 from stillhook.base.progress import Progress
@@ -241,7 +241,7 @@ def _active(search: Search, crane: Crane, score: Score, changes: Sequence[Change
     if score.p_max >= (1.0 - NEAR) * limits.p_max:
         out.append("p_max")
     if score.u_p_max >= 1.0 - NEAR:
-        out.append("pumps nearly full")
+        out.append("pumps nearly full" if crane.circuits else "command nearly full")
     for c in changes:
         end = (
             "low"
@@ -321,22 +321,17 @@ VARIATIONS: Mapping[str, tuple[Mapping[str, float], float]] = {
 controllers assume [s]."""
 
 
-def scaled(crane: Crane, factors: Mapping[str, float]) -> Crane:
-    """The crane with some numbers, by their dotted paths, times a factor; a number that it leaves out counts as 1."""
-    for path, factor in factors.items():
-        value = operator.attrgetter(path)(crane)
-        crane = with_value(crane, path, factor * (1.0 if value is None else value))
-    return crane
-
-
 def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[Scenario]) -> dict[str, list[Outcome]]:
     """Variation -> outcome of every controller, whose settings stay what they are: those of the crane of the file.
+    Variations of numbers that the winch type does not have are left out.
 
     Derived gains K_1 and K_2 come from numbers that no variation changes.
     """
     out = {}
     for name, (factors, late) in VARIATIONS.items():
-        if not crane.circuits and any(path.startswith("active.") for path in factors):
+        if (not crane.circuits and any(path.startswith("active.") for path in factors)) or (
+            factors and idle(crane, factors)
+        ):
             continue
         machine = scaled(crane, factors)
         sensed = [
@@ -450,9 +445,3 @@ def trials_dataset(tunings: Sequence[Tuned]) -> xarray.Dataset:
         {"long_name": "limits that are not kept"},
     )
     return xarray.Dataset(columns, coords={"controller": ("trial", [t.start.name for t, *_ in rows])})
-
-
-def numbers(score: Score) -> dict[str, object]:
-    """A score as JSON has it (SI)."""
-    keys = ("score", "e_c_pp_mean", "e_c_pp_worst", "p_max", "u_p_max", "v_w_capacity", "broken")
-    return {k: getattr(score, k) if k != "broken" else list(score.broken) for k in keys}

@@ -3,7 +3,6 @@ cranes and scenarios with drawn factors."""
 
 from __future__ import annotations
 
-import functools
 import operator
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from stillhook.analysis.effects import nested
 from stillhook.analysis.uncertainty.factors import CASE, EXCLUSIVE, FACTORS, Distribution, distribution, missing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
@@ -103,8 +103,8 @@ class Drawing:
         """Crane and scenario of every draw. Untouched parts are those of the crane itself; nothing is checked (see
         `checked`)."""
         values = self.values(draws)
-        of_crane = _tree({p: v.tolist() for p, v in values.items() if not p.startswith(CASE)})
-        of_case = _tree({p.removeprefix(CASE): v.tolist() for p, v in values.items() if p.startswith(CASE)})
+        of_crane = nested((p, v.tolist()) for p, v in values.items() if not p.startswith(CASE))
+        of_case = nested((p.removeprefix(CASE), v.tolist()) for p, v in values.items() if p.startswith(CASE))
         for i in range(len(draws)):
             yield _copy(self.crane, of_crane, i), _copy(self.case, of_case, i)
 
@@ -116,16 +116,11 @@ class Drawing:
         """
         values = self.values(draw[None, :])
         crane, case = next(self.pairs(draw[None, :]))
-        tables: dict[str, Any] = {}
-        for item in items(crane):
-            if item.path in values:
-                leaf = {
-                    "value": file_value(item.value, item.quantity),
-                    "kind": SourceKind.DERIVED.value,
-                    "source": label,
-                }
-                *path, name = item.path.split(".")
-                functools.reduce(lambda at, key: at.setdefault(key, {}), path, tables)[name] = leaf
+        derived = {"kind": SourceKind.DERIVED.value, "source": label}
+        leaves = {
+            i.path: {"value": file_value(i.value, i.quantity), **derived} for i in items(crane) if i.path in values
+        }
+        tables = nested(leaves.items())
         sound = changed(self.crane, tables) if tables else self.crane
         check(sound, case)
         return sound, case
@@ -155,15 +150,6 @@ class Drawing:
     def _in_case(self, name: str) -> bool:
         """Whether a column changes the scenario."""
         return name in FACTORS and any(t.path.startswith(CASE) for t in FACTORS[name].targets)
-
-
-def _tree(values: Mapping[str, list[float]]) -> dict[str, Any]:
-    """Nested tables of columns from dotted paths."""
-    out: dict[str, Any] = {}
-    for path, column in values.items():
-        *tables, name = path.split(".")
-        functools.reduce(lambda at, key: at.setdefault(key, {}), tables, out)[name] = column
-    return out
 
 
 def _copy(record: Any, tree: Mapping[str, Any], i: int) -> Any:

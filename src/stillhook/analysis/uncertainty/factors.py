@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.effects import idle
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import load_record
 from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
@@ -237,6 +238,9 @@ class Factor:
             return f'"{crane.name}" has no table [{self.targets[0].path.partition(".")[0]}]. Leave it out.'
         if all(missing(crane, t.path) for t in self.targets):
             return f'"{crane.name}" does not give {self.targets[0].path}. State it, or leave it out.'
+        if idle(crane, (t.path for t in self.targets if not missing(crane, t.path))):
+            table = self.targets[-1].path.partition(".")[0]
+            return f'the winch of "{crane.name}" moves by no number of [{table}]. Leave it out.'
         if self.name == "motor_offset" and crane.active.motor.variant is ServoVariant.CLOSED_LOOP:
             return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
         if self.name == PASSIVE_LOSS and not passive_outside_fit(crane, case):

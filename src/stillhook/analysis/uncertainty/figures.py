@@ -1,4 +1,4 @@
-"""Pictures of many draws: bands of every case, exceedance curves, indices as bars."""
+"""Pictures of many draws: bands of every case with its limits, indices as bars."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.analysis.uncertainty.report import Limit, bands, exceedance
+from stillhook.analysis.uncertainty.report import Limit, bands
 from stillhook.analysis.uncertainty.sobol import MATTERS, Sensitivity, largest_totals
 from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.kit import displayed, panels
 from stillhook.units import in_display
 
 if TYPE_CHECKING:
@@ -23,57 +24,31 @@ have are left out."""
 SHARE = 100.0
 
 
-def band_figure(run: xarray.Dataset, title: str = "") -> Figure:
-    """Every draw of every case as a point, its median and 5-95 % band, and the crane at its nominal values."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
+def band_figure(run: xarray.Dataset, title: str = "", limits: Sequence[Limit] = ()) -> Figure:
+    """Every draw of every case as a point, its median and 5-95 % band, the crane at its nominal values, and limits as
+    lines."""
     cases = [str(c) for c in run["case"].values]
     shown = [name for name in SHOWN if name in run]
     at_values, results = json.loads(run.attrs["at_values"]), bands(run, shown)
-    figure = Figure(figsize=(5.0 * len(shown), 1.6 + 0.75 * len(cases)), layout="constrained")
-    for ax, name in zip(figure.subplots(1, len(shown), sharey=True, squeeze=False)[0], shown, strict=True):
+    size = (5.0 * len(shown), 1.6 + 0.75 * len(cases))
+    figure, axes = panels(size, 1, len(shown), title=title, grid="x", sharey=True)
+    for ax, name in zip(axes, shown, strict=True):
         words, kind = SHOWN[name]
         for y, (case, colour) in enumerate(zip(cases, COLOURS * len(cases), strict=False)):
-            values = _shown(run[name].sel(case=case).values, kind)
+            values = displayed(run[name].sel(case=case).values, kind)
             spread = 0.16 * (np.argsort(np.argsort(run["factor_value"].values[:, 0])) / max(len(values) - 1, 1) - 0.5)
             ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.45, ms=4, mew=0)
             b = results[case][name]
-            low, median, high = (float(in_display(x, kind)) for x in (b.low, b.median, b.high))
+            low, median, high = displayed((b.low, b.median, b.high), kind)
             of_band, of_base = ("5 to 95 %", "as described") if y == 0 else (None, None)
             ax.plot([low, high], [y - 0.08, y - 0.08], color=colour, lw=5, solid_capstyle="butt", label=of_band)
             ax.plot(median, y - 0.08, "|", color="white", ms=9, mew=2)
-            ax.plot(_shown([at_values[case][name]], kind), y - 0.28, "^", color=GREY, ms=6, label=of_base)
-        ax.set_xlabel(words)
-        ax.set_yticks(range(len(cases)), [c.upper() if len(c) < 4 else c for c in cases])
-        ax.set_ylim(len(cases) - 0.5, -0.5)
-        ax.grid(axis="x", alpha=0.3)
-    ax.legend(fontsize="small", frameon=False, loc="best")
-    figure.suptitle(title, fontsize="medium")
-    return figure
-
-
-def exceedance_figure(run: xarray.Dataset, limits: Sequence[Limit] = (), title: str = "") -> Figure:
-    """Share of the draws above each value, one curve a case; limits as lines."""
-    from matplotlib.figure import Figure
-
-    shown = [name for name in SHOWN if name in run]
-    figure = Figure(figsize=(5.0 * len(shown), 3.8), layout="constrained")
-    for ax, name in zip(figure.subplots(1, len(shown), sharey=True, squeeze=False)[0], shown, strict=True):
-        words, kind = SHOWN[name]
-        for case, colour in zip((str(c) for c in run["case"].values), COLOURS * run.sizes["case"], strict=False):
-            values, share = exceedance(run[name].sel(case=case).values)
-            label = case.upper() if len(case) < 4 else case
-            ax.step(_shown(values, kind), SHARE * share, where="post", color=colour, label=label)
+            ax.plot(displayed(at_values[case][name], kind), y - 0.28, "^", color=GREY, ms=6, label=of_base)
         for limit in (limit for limit in limits if limit.name == name):
-            x = in_display(limit.value, kind)
-            ax.axvline(x, color=GREY, ls="--", lw=1)
-            ax.annotate("limit", (x, 100.0), xytext=(3, -9), textcoords="offset points", fontsize="small")
-        ax.set_xlabel(words)
-        ax.set_ylim(0.0, SHARE)
-        ax.grid(alpha=0.3)
-    figure.axes[0].set_ylabel("draws above it [%]")
-    figure.axes[0].legend(frameon=False, fontsize="small")
-    figure.suptitle(title, fontsize="medium")
+            ax.axvline(in_display(limit.value, kind), color=GREY, ls="--", lw=1)
+        ax.set(xlabel=words, yticks=range(len(cases)), ylim=(len(cases) - 0.5, -0.5))
+        ax.set_yticklabels([c.upper() if len(c) < 4 else c for c in cases])
+    axes[-1].legend(fontsize="small", frameon=False, loc="best")
     return figure
 
 
@@ -82,26 +57,20 @@ def index_figure(results: Sequence[Sensitivity], title: str = "", least: float =
 
     Factors whose total index is below `least` in every panel are left out.
     """
-    from matplotlib.figure import Figure
-
     largest = largest_totals(results)
     names = [name for name, x in largest.items() if x >= least] or list(largest)[:1]
     cases, outputs = list(dict.fromkeys(s.case for s in results)), list(dict.fromkeys(s.output for s in results))
     size = (4.2 * len(cases) + 1.0, len(outputs) * (0.34 * len(names) + 1.1) + 0.6)
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(len(outputs), len(cases), sharex=True, sharey=True, squeeze=False)
+    figure, axes = panels(size, len(outputs), len(cases), title=title, grid="x", sharex=True, sharey=True)
     for s in results:
-        ax = panels[outputs.index(s.output), cases.index(s.case)]
+        ax = axes[outputs.index(s.output) * len(cases) + cases.index(s.case)]
         _bars(ax, s, names)
-        ax.set_title(
-            f"{s.case}: {SHOWN[s.output][0].split(' [')[0] if s.output in SHOWN else s.output}", fontsize="small"
-        )
-    for ax in panels[-1]:
+        output = SHOWN[s.output][0].split(" [")[0] if s.output in SHOWN else s.output
+        ax.set_title(f"{s.case}: {output}", fontsize="small")
+    for ax in axes[-len(cases) :]:
         ax.set_xlabel("share of the variance [%]")
-    with_bars = [ax for ax in panels[0] if ax.get_legend_handles_labels()[0]]
-    if with_bars:
+    if with_bars := [ax for ax in axes[: len(cases)] if ax.get_legend_handles_labels()[0]]:
         with_bars[-1].legend(fontsize="small", frameon=False, loc="lower right")
-    figure.suptitle(title, fontsize="medium")
     return figure
 
 
@@ -114,11 +83,5 @@ def _bars(ax: Any, s: Sensitivity, names: Sequence[str]) -> None:
         ax.barh(y, SHARE * max(x.first.value, 0.0), height=0.4, color=COLOURS[0], label=labels[1])
         ax.plot([SHARE * x.first.low, SHARE * x.first.high], [y, y], color="black", lw=1, label=labels[2])
     ax.set_yticks(range(len(names)), names)
-    ax.set_ylim(len(names) - 0.5, -0.5)
+    ax.set(ylim=(len(names) - 0.5, -0.5), xlim=(-0.1 * SHARE, 1.1 * SHARE))
     ax.axvline(0.0, color=GREY, lw=0.8)
-    ax.set_xlim(-0.1 * SHARE, 1.1 * SHARE)
-    ax.grid(axis="x", alpha=0.3)
-
-
-def _shown(values: Any, kind: str) -> Any:
-    return np.array([in_display(float(x), kind) for x in values])

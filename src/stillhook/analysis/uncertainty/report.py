@@ -176,12 +176,6 @@ def paired_difference(run: xarray.Dataset, case: str, other: str, name: str) -> 
     return Paired(band(a / b - 1.0), chance(a < b))
 
 
-def exceedance(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sorted values, and the share of all draws above each; draws without numbers count as above all."""
-    finite = np.sort(values[np.isfinite(values)])
-    return finite, (len(values) - 1.0 - np.arange(len(finite))) / len(values)
-
-
 NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max", "alpha_m_min")
 """Numbers of the summary with reported bands, where the winch type has them."""
 COMPARED = ("e_c_pp", "p_max")

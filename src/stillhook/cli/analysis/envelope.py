@@ -166,7 +166,7 @@ def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> N
         head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3
     )
     print(
-        "Compensating, the slower of hoisting and lowering; leakage and friction included. -: the mode may not be used"
+        "Compensating, the slower of hoisting and lowering; losses of the winch included. -: the mode may not be used"
         " at this load."
     )
     for note in _type_notes(data):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +24,7 @@ from stillhook.units import parse, show
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
+    from stillhook.analysis.tuning.objective import Score
     from stillhook.analysis.tuning.tune import Outcome, Point, Tuned
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
@@ -172,7 +174,9 @@ class _Report:
         from stillhook.analysis.loop_stability.governing import governing
         from stillhook.analysis.tuning.tune import outcomes, variations
         from stillhook.engine.scenario.checks import notes_of
+        from stillhook.engine.scenario.problem import numbers_of
 
+        self.available = numbers_of(crane)
         self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
         pairs = [k for t in tuned for k in (t.start, t.controller)]
         results = outcomes(crane, pairs, unseen)
@@ -231,8 +235,6 @@ class _Report:
         }
 
     def _entry(self, i: int, t: Tuned) -> dict[str, Any]:
-        from stillhook.analysis.tuning.tune import numbers
-
         before, after = self.held_out[i]
         return {
             "mode": t.start.mode.value,
@@ -243,27 +245,31 @@ class _Report:
             "interrupted": t.interrupted,
             "limits": {n: getattr(t.limits, n) for n in t.limits.__dataclass_fields__},
             "settings": [c._asdict() for c in t.settings],
-            "before": numbers(t.before),
-            "after": numbers(t.after),
-            "hold_out": {"before": before._asdict(), "after": after._asdict()},
+            "before": self._numbers(t.before),
+            "after": self._numbers(t.after),
+            "hold_out": {"before": self._numbers(before), "after": self._numbers(after)},
             "stability": {
                 "K_p_strong": self.stable[i].K_p,
                 "K_p_ms_plc": math.nan if (least := self.stable[i].limit) is None else least.gains.high,
                 "least_at": None if least is None else least.place._asdict(),
                 "no_gain": [p.place._asdict() for p in self.stable[i].no_gain],
             },
-            "variations": {name: results[i]._asdict() for name, results in self.varied.items()},
+            "variations": {name: self._numbers(results[i]) for name, results in self.varied.items()},
         }
+
+    def _numbers(self, of: Score | Outcome) -> dict[str, Any]:
+        """A score or an outcome as JSON has it, in SI."""
+        left_out = ("e_c_pp", "pressures", *({"p_max"} - set(self.available)))
+        return {name: value for name, value in of._asdict().items() if name not in left_out}
 
     def print(self) -> None:
         """The tables for people."""
         loads = ", ".join(dict.fromkeys(show(c.load, "mass", 4) for c in self.cases))
         print_table(*_settings_table(self.tuned), title=f"{self.crane.name}: settings, before → after")
-        rows = [row for i, t in enumerate(self.tuned) for row in _outcome_rows(t, self.held_out[i])]
-        goal = self.tuned[0].objective.value
-        title = f"{len(self.cases)} scenarios with {loads}; objective: {goal}"
-        print_table(OUTCOME_HEADER, rows, title=title, left=2)
-        header = ("mean error p-p, highest pressure", *(t.controller.name for t in self.tuned))
+        title = f"{len(self.cases)} scenarios with {loads}; objective: {self.tuned[0].objective.value}"
+        print_table(*_outcome_table(self.crane, self.available, self.tuned, self.held_out), title=title, left=2)
+        what = "mean error p-p, highest pressure" if "p_max" in self.available else "mean error p-p"
+        header = (what, *(t.controller.name for t in self.tuned))
         varied = [[name, *map(_brief, results)] for name, results in self.varied.items()]
         print_table(header, varied, title="Tuned controllers on a winch that deviates from its crane file")
         for t in self.tuned:
@@ -306,36 +312,29 @@ def _scenario(case: Scenario) -> dict[str, Any]:
     }
 
 
-OUTCOME_HEADER = (
-    "controller",
-    "settings",
-    "score",
-    "mean error\np-p",
-    "worst error\np-p",
-    "highest\npressure",
-    "pump\nuse",
-    "hold-out\nmean error",
-    "hold-out\nworst",
-    "hold-out\npressure",
-    "status",
-)
-
-
-def _outcome_rows(t: Tuned, held_out: tuple[Outcome, Outcome]) -> list[list[str]]:
-
+def _outcome_table(
+    crane: Crane, available: Sequence[str], tuned: list[Tuned], held_out: list[tuple[Outcome, Outcome]]
+) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: every controller before and at its best, on the scenarios and on waves that it never saw;
+    available: numbers of its runs."""
+    errors = [f"{text}\np-p" for text in ("mean error", "worst error")]
+    pressure = ["highest\npressure"] if "p_max" in available else []
+    use = "pump\nuse" if crane.circuits else "command\nused"
+    unseen = [f"hold-out\n{text}" for text in ("mean error", "worst", *(["pressure"] if pressure else []))]
     rows = []
-    for label, score, outcome in (("before", t.before, held_out[0]), ("at its best", t.after, held_out[1])):
-        e = [
-            f"{x * 1e3:.1f} mm"
-            for x in (score.e_c_pp_mean, score.e_c_pp_worst, outcome.e_c_pp_mean, outcome.e_c_pp_worst)
-        ]
-        p = [_pressure(x, 4) for x in (score.p_max, outcome.p_max)]
-        beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in outcome.beyond)]) or "ok"
-        name = t.start.name if label == "before" else ""
-        rows.append(
-            [name, label, f"{score.score:.3f}", e[0], e[1], p[0], f"{score.u_p_max:.0%}", e[2], e[3], p[1], beyond]
-        )
-    return rows
+    for t, outcomes in zip(tuned, held_out, strict=True):
+        for label, score, outcome in zip(("before", "at its best"), (t.before, t.after), outcomes, strict=True):
+            beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in outcome.beyond)]) or "ok"
+            name = t.start.name if label == "before" else ""
+            seen, other = _rating(score), _rating(outcome)
+            rows.append([name, label, f"{score.score:.3f}", *seen, f"{score.u_p_max:.0%}", *other, beyond])
+    return ["controller", "settings", "score", *errors, *pressure, use, *unseen, "status"], rows
+
+
+def _rating(of: Score | Outcome) -> list[str]:
+    """Mean and worst error, and the highest pressure where the winch has one."""
+    errors = [f"{x * 1e3:.1f} mm" for x in (of.e_c_pp_mean, of.e_c_pp_worst)]
+    return errors if math.isnan(of.p_max) else [*errors, show(of.p_max, "pressure", 4)]
 
 
 def _settings_table(tuned: list[Tuned]) -> tuple[list[str], list[list[str]]]:
@@ -360,14 +359,9 @@ def _short(text: str) -> str:
 
 
 def _brief(o: Outcome) -> str:
-
     beyond = f" ({'; '.join(o.beyond)})" if o.beyond else ""
-    return f"{o.e_c_pp_mean * 1e3:.1f} mm, {_pressure(o.p_max, 3)}{beyond}"
-
-
-def _pressure(p: float, digits: int) -> str:
-    """A pressure with its unit; a dash where the winch type has none."""
-    return "-" if math.isnan(p) else show(p, "pressure", digits)
+    pressure = "" if math.isnan(o.p_max) else f", {show(o.p_max, 'pressure', 3)}"
+    return f"{o.e_c_pp_mean * 1e3:.1f} mm{pressure}{beyond}"
 
 
 def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, quiet: bool) -> None:

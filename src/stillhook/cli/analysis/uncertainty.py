@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
 
-FILES = ("uncertainty.nc", "uncertainty.json", "bands.png", "exceedance.png")
+FILES = ("uncertainty.nc", "uncertainty.json", "bands.png")
 INDICES = "sensitivity.png"
 CASE = {
     "crane": "nov-250t",
@@ -248,13 +248,13 @@ def _write(
     out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indices: list[Sensitivity], *, quiet: bool
 ) -> None:
     """NetCDF, numbers and pictures."""
-    from stillhook.analysis.uncertainty.figures import band_figure, exceedance_figure, index_figure
+    from stillhook.analysis.uncertainty.figures import band_figure, index_figure
 
     title = str(run.attrs["title"]).removeprefix("Stillhook: ")
-    series, numbers, bands, exceedance = FILES
+    series, numbers, bands = FILES
 
     def pictures() -> dict[str, Any]:
-        figures = {bands: band_figure(run, title), exceedance: exceedance_figure(run, limits, title)}
+        figures = {bands: band_figure(run, title, limits)}
         return figures | ({INDICES: index_figure(indices, title)} if indices else {})
 
     write_out(out, {series: run, numbers: data}, pictures=pictures, quiet=quiet)

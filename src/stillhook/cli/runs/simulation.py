@@ -409,7 +409,9 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
         [row["name"], row["described"], *(cell(name, row[name]) for name in LOWERING_COLUMNS)]
         for row in answer["stages"]
     ]
-    print_table(["stage", "description", *LOWERING_HEADERS], rows, left=2)
+    of_command = () if file.crane.circuits else (OF_DRIVE["saturation_time"],)
+    heads = (*LOWERING_HEADERS[: -1 if of_command else None], *of_command)
+    print_table(["stage", "description", *heads], rows, left=2)
     print(f"status: {answer['status']}")
     allowed = (file.crane.SWL + file.crane.hook_mass) * G
     print(

@@ -361,4 +361,5 @@ def _held_still(crane: Crane, case: Lowering) -> HeldLoad:
         gas_held=False,
         manual=manual,
         compensates=compensates,
+        modes=(plain.mode,) if compensates else (),
     )

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 from stillhook.control.commands import marginal_gain
+from stillhook.control.interface import Sensed
+from stillhook.control.registry import code_of
 from stillhook.engine.inputs import CycleInputs, MotionDemand, standing
 from stillhook.engine.pack.capacity import wire_weight
 from stillhook.engine.pack.winch import (
@@ -22,6 +24,7 @@ from stillhook.engine.pack.winch import (
     torque_limit,
     wire_speed_max,
 )
+from stillhook.engine.scenario.standing_error import is_proportional, proportional_error, standing_error
 from stillhook.errors import ScenarioError
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
@@ -380,10 +383,14 @@ def _event_notes(case: Scenario) -> list[str]:
     ]
 
 
+WORKED_OFF = 0.01
+"""Part of the error of a proportional law below which a controller has worked it off [-]."""
+
+
 class HeldLoad(NamedTuple):
     """What a winch holds and how: weight W [N], diameter of the layer in use d [m], displacement of the active motors
     alpha [-], peak-to-peak motion of the tip to compensate s_tip_pp [m], gas pressure held; manual at some time,
-    compensating at some time.
+    compensating at some time, and with which controllers where they are known.
     """
 
     W: float
@@ -393,14 +400,31 @@ class HeldLoad(NamedTuple):
     gas_held: bool
     manual: bool
     compensates: bool
+    modes: tuple[Mode, ...] = ()
 
     @classmethod
     def of(cls, crane: Crane, case: Scenario, s_tip_pp: float) -> Self:
         """A scenario's."""
         d = layer_diameter_at(crane, case.s_w)
-        manual = not any(m.compensates for m in (case.mode, *(m for _, m in case.modes)))
+        modes = tuple(m for m in (case.mode, *(m for _, m in case.modes)) if m.compensates)
         alpha = alpha_wanted(crane, case, crane.drum.d_max / d, 0.0)
-        return cls(load_record(crane, case).W, d, alpha, s_tip_pp, case.gas_held, manual, not manual)
+        return cls(load_record(crane, case).W, d, alpha, s_tip_pp, case.gas_held, not modes, bool(modes), modes)
+
+    def standing_errors(self, crane: Crane, u: float) -> dict[str, float]:
+        """Control error that stays while the pumps hold a command u [-] against leakage, by the controller under which
+        it does [m]; the largest of proportional ones as "P control", none where a law works it off."""
+        K_wire, most = crane.drum.d_max / self.d, proportional_error(crane, u)
+        y = Sensed(*(0.0,) * len(Sensed._fields))._replace(F=self.W, alpha_m=self.alpha, K_wire=K_wire, f_pump=1.0)
+        out: dict[str, float] = {}
+        for mode in self.modes:
+            y = y._replace(mode=code_of(mode))
+            if is_proportional(crane, mode.law, u, y):
+                out["P control"] = most
+                continue
+            left = standing_error(crane, mode.law, u, wire_speed_max(crane, self.alpha, self.d), y)
+            if left > WORKED_OFF * most:
+                out[mode.value] = left
+        return out if self.modes else {"P control": most}
 
 
 def type_notes(crane: Crane, held: HeldLoad) -> list[str]:

@@ -357,10 +357,12 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
             f" {show(relief, 'pressure')} up to the relief valves: the load will sink"
         )
     if held.compensates:
-        e_c = show(leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12), "length")
-        out.append(
-            f"the load is held by the pumps against leakage: under P control expect a standing offset of about {e_c}"
-        )
+        errors = held.standing_errors(crane, leak / (A.pumps.D_max * A.pumps.omega_p))
+        out += [
+            f"the load is held by the pumps against leakage: under {law} expect a standing offset of about"
+            f" {show(e_c, 'length')}"
+            for law, e_c in errors.items()
+        ]
     if held.manual and crane.brake is None:  # else the brake holds at rest
         sinks = show(leak / D * r_eff, "speed", 2)
         out.append(f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}")

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from stillhook.analysis.loop_stability.transfer import SampledLoop, full_cycles, hold_matrices
 from stillhook.base.arrays import FloatArray
 
 
+class Cycle(NamedTuple):
+    """A cycle of the PLC about a point: commands (m) and what it carries on (r), by state and what was carried (n + r),
+    and by the position feedback's share of the speed command."""
+
+    commands: FloatArray
+    carried: FloatArray
+    commands_by_feedback: FloatArray
+    carried_by_feedback: FloatArray
+
+
 def closed_by_plc(
     plant: tuple[FloatArray, FloatArray, FloatArray],
-    cycle: tuple[FloatArray, FloatArray, FloatArray],
+    cycle: Cycle,
     *,
     t_cycle: float,
     computing: float,
@@ -18,24 +30,24 @@ def closed_by_plc(
 ) -> SampledLoop:
     """The position loop at K_p = 1 with all other loops of the PLC closed, sampled exactly.
 
-    Parameters: plant A (n, n), B (n, m) by all commands, C (n,) the wire hoisted; cycle K (m, n + r) and M (r, n + r),
-    commands and what the PLC carries on by state and what was carried, and g (m,), the commands by the position
-    feedback's share; t_cycle, computing time and delay of the position feedback [s].
+    Parameters: plant A (n, n), B (n, m) by all commands, C (n,) the wire hoisted; cycle; t_cycle, computing time and
+    delay of the position feedback [s].
 
     All commands of a cycle take effect a computing time after it, those of the load cell, of measured pressures and of
-    the displacement as well as the position feedback's; `delay` is of the latter alone.
+    the displacement as well as the position feedback's; `delay` is of the latter alone. What the feedback does to a
+    controller's memory comes a computing time late too, at most a cycle, which takes margin and gives none.
     Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
     """
-    (A, B, C), (K, M, g) = plant, cycle
+    (A, B, C), (K, M, g, h) = plant, cycle
     size, carried, commands = len(A), len(M), B.shape[1]
-    n_own, late, early = _held(A, B, t_cycle, computing)
+    n_own, own_late, own_early = _held(A, B, t_cycle, computing)
     n, by_late, by_early = _held(A, (B @ g)[:, None], t_cycle, delay + computing)
-    history = n_own + (1 if np.any(early) else 0)
+    history = n_own + (1 if np.any(own_early) else 0)
     total = size + carried + history * commands
     Phi = np.zeros((total, total))
     Phi[:size, :size] = hold_matrices(A, B, t_cycle)[0]
     Phi[size : size + carried, : size + carried] = M
-    for past, gamma in ((n_own, late), (n_own + 1, early)):
+    for past, gamma in ((n_own, own_late), (n_own + 1, own_early)):
         if past == 0:
             Phi[:size, : size + carried] += gamma @ K
         elif past <= history:
@@ -46,14 +58,14 @@ def closed_by_plc(
         Phi[at : at + commands, : size + carried] = K
         Phi[at + commands :, at : total - commands] = np.eye((history - 1) * commands)
     pad = np.zeros(total - size)
-    return SampledLoop(
-        Phi,
-        np.concatenate([by_late[:, 0], pad]),
-        np.concatenate([by_early[:, 0], pad]),
-        np.concatenate([C, pad]),
-        t_cycle,
-        n,
-    )
+    late, early = (np.concatenate([by[:, 0], pad]) for by in (by_late, by_early))
+    remembers = bool(np.any(h))
+    if remembers:
+        part = full_cycles(delay + computing, t_cycle)[1] / t_cycle
+        late[size : size + carried] += (1.0 - part) * h
+        early[size : size + carried] += part * h
+    states = (size, size + carried) if remembers else None
+    return SampledLoop(Phi, late, early, np.concatenate([C, pad]), t_cycle, n, states)
 
 
 def _held(A: FloatArray, B: FloatArray, t_cycle: float, delay: float) -> tuple[int, FloatArray, FloatArray]:
@@ -66,4 +78,4 @@ def _held(A: FloatArray, B: FloatArray, t_cycle: float, delay: float) -> tuple[i
     return n, first, hold - first
 
 
-__all__ = ["closed_by_plc"]
+__all__ = ["Cycle", "closed_by_plc"]

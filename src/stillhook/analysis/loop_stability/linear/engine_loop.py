@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
+from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
 from stillhook.analysis.loop_stability.linear.differences import STEP, slopes, step_of
 from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
 from stillhook.analysis.loop_stability.linear.keyed import Keyed
@@ -228,11 +228,12 @@ def engine_loop(point: EnginePoint, *, delay: float = 0.0) -> SampledLoop:
     position feedback, to which the PLC's computing time is added."""
     control = point.crane.control
     linear = engine_linear(point)
-    K, M, g = _control_slopes(point, linear.states)
-    A, B, K, M = _standing(linear, K, M)
+    cycle = _control_slopes(point, linear.states)
+    A, B, K, M = _standing(linear, cycle.commands, cycle.carried)
     out = np.zeros(len(linear.states))
     out[linear.states.index("s_w")] = -1.0
-    return closed_by_plc((A, B, out), (K, M, g), t_cycle=control.t_cycle, computing=control.computing, delay=delay)
+    cycle = cycle._replace(commands=K, carried=M)
+    return closed_by_plc((A, B, out), cycle, t_cycle=control.t_cycle, computing=control.computing, delay=delay)
 
 
 def _standing(
@@ -251,9 +252,9 @@ def _standing(
     return A, B, K, M
 
 
-def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of one PLC cycle: commands, and what is carried on, by state and what was carried; and the commands by the
-    position feedback's share u_fb of the speed command.
+def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> Cycle:
+    """One PLC cycle: commands, and what is carried on, by state, by what was carried, and by the position feedback's
+    share u_fb of the speed command.
 
     The soft feedback with which the point was come to stays in force, for commands need not be linear in the speed
     command (spool with overlap); what it makes of s_w is taken out by `_standing`.
@@ -267,8 +268,11 @@ def _control_slopes(point: EnginePoint, states: tuple[str, ...]) -> tuple[FloatA
     names = (*states, *REMEMBERED, *("" for _ in carried))
     start = numbers[varied]
     steps = [step_of(name, value) for name, value in zip(names, start, strict=True)]
-    J = slopes(cycles_at(point.driver, before, varied), start, steps)[[*range(u), *(u + i for i in remembered)]]
+    results = [*range(u), *(u + i for i in remembered)]
+    J = slopes(cycles_at(point.driver, before, varied), start, steps)[results]
     h, K_p, datum = STEP["u"], point.params.plc.gains.K_p, point.memory.datum
     moved = np.array([[datum - h / K_p], [datum + h / K_p]])
-    more, less = cycles_at(point.driver, before, [n + fields.index("datum")])(moved)[:, :u]
-    return J[:u], J[u:], (more - less) / (2.0 * h)
+    more, less = cycles_at(point.driver, before, [n + fields.index("datum")])(moved)[:, results]
+    by_feedback = (more - less) / (2.0 * h)
+    by_feedback[u : u + len(REMEMBERED)] = 0.0
+    return Cycle(J[:u], J[u:], by_feedback[:u], by_feedback[u:])

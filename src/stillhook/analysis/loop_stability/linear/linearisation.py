@@ -9,27 +9,29 @@ in here; the two are compared in docs/validation/paper-e-stability.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.linear.closing import closed_by_plc
+from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
 from stillhook.analysis.loop_stability.linear.differences import STEP, Batch, jacobian, slopes, step_of
 from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
+from stillhook.control.interface import Reading, Sensed
 from stillhook.control.plc import Memory
-from stillhook.control.registry import DEFAULT_MODE, code_of
+from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
 from stillhook.engine.pack.winch import NO_LIMIT, controllers_of, plc_record
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.hydraulics.swash import Servo
-from stillhook.spec.crane import Crane
+from stillhook.physics.load_path.drum import K_wire
+from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import Mode
 from stillhook.winches.records import Tick, Tip
 
@@ -220,16 +222,14 @@ def plc_loop(
     """The position loop of the complete plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held
     for a cycle too.
 
-    These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the
-    passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; all commands are the
-    PLC's computing time late.
+    These are what the controller remembers of the feedback (an integral part), the motors' law through measured alpha_m
+    and load cell, the feedforward of alpha_m to the pumps, and the passive circuit's torque control and make-up.
+    delay [s] is that of the position feedback alone; all commands are the PLC's computing time late.
     """
     control = crane.control
-    commands = [name for name in point.command._fields if name.startswith("u_")]
-    g = np.array([1.0 if name == "u_p" else 0.0 for name in commands])
     return closed_by_plc(
         _plant(point),
-        (*_control_slopes(_Plc(crane, point, Mode(mode)), crane), g),
+        _control_slopes(_Plc(crane, point, Mode(mode)), crane),
         t_cycle=control.t_cycle,
         computing=control.computing,
         delay=delay,
@@ -274,9 +274,9 @@ class _Plc:
         return u, m, laws
 
 
-def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
-    """Commands and memory of a cycle by state and memory before it, K_p = 0: rows as the commands, and as `REMEMBERED`
-    with what the controller carries."""
+def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
+    """Commands and memory of a cycle by state and memory before it, K_p = 0, and by the feedback: rows as the commands,
+    and as `REMEMBERED` with what the controller carries."""
     point, settings = plc.point, plc_record(crane)
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory = plc.memory(point.u_m)
@@ -293,7 +293,40 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
         numbers[varied],
         [*(step_of(name) for name in states), STEP["F"], STEP["p"], STEP["u"], *steps],
     )[results]
-    return J[: len(given)], J[len(given) :]
+    by_feedback = _law_slopes(crane, point, plc.tick.mode)
+    g = np.array([by_feedback[0].get(name, 0.0) for name in (n for n in point.command._fields if n.startswith("u_"))])
+    h = np.array([*(0.0,) * len(REMEMBERED), *by_feedback[1]])
+    return Cycle(J[: len(given)], J[len(given) :], g, h)
+
+
+FEEDBACK_STEP, FEEDBACK_DIGITS = 1e-3, 9
+"""Half width of the differences by the feedback [-], and decimals to which they are sure: a law that adds it to the
+command has exactly 1."""
+
+
+def _law_slopes(crane: Crane, point: OperatingPoint, code: float) -> tuple[dict[str, float], list[float]]:
+    """What a law demands of pumps and motors, by name, and what it remembers, by the position feedback: of the law
+    alone, for pumps at their stop follow nothing."""
+    law = mode_of_code(code).law
+    ratio = float(K_wire(point.geometry.d, point.params.hoist.drum))
+    y = Sensed(*(0.0,) * len(Sensed._fields))._replace(
+        v_tip=point.tip.v, mode=code, f_pump=1.0, F=point.F_w, alpha_m=point.alpha_m, K_wire=ratio
+    )
+    plc, own = plc_record(crane), own_settings(crane.control, law)
+    u_ff = -plc.gains.K_1 * y.v_tip * ratio * y.alpha_m
+    shared = [plc, *([] if own is None else [own]), *([] if law.memory is None else [law.memory()])]
+
+    def after(u_fb: float) -> tuple[Any, Sequence[float]]:
+        result = law.cycle(Reading(y=y, e_c=-u_fb / max(plc.gains.K_p, 1e-12), F=y.F, u_ff=u_ff, u_fb=u_fb), *shared)
+        return (result, ()) if law.memory is None else result
+
+    (more, kept_more), (less, kept_less) = after(FEEDBACK_STEP), after(-FEEDBACK_STEP)
+
+    def slope(a: float, b: float) -> float:
+        return float(np.round((a - b) / (2.0 * FEEDBACK_STEP), FEEDBACK_DIGITS))
+
+    demands = {name: slope(getattr(more, name), getattr(less, name)) for name in ("u_p", "u_m")}
+    return demands, [slope(a, b) for a, b in zip(kept_more, kept_less, strict=True)]
 
 
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:

@@ -1,0 +1,122 @@
+"""What a hurried or careless person types into the commands of the analyses: one line that says what is wrong, and exit
+code 2."""
+
+from __future__ import annotations
+
+import shlex
+
+import pytest
+
+from stillhook.cli import run
+
+REFUSED = {
+    "stability nov-250t": (
+        ("--alpha-m 1.2", "alpha_m = 1.2: the displacement over its maximum must be above 0 and at most 1"),
+        ("--layer 13", 'layer = 13: "nov-250t" has layers 1 to 12'),
+        ("--delay '-1 s'", "delay = -1 s: allowed is 0 up to 10 s"),
+        ("--full", "--full needs --v-tip"),
+        ("--full --v-tip '10 m/min' --layer 3", "--layer: belongs to the published model"),
+        ("--layer 3 --load '100 t'", "--layer applies to the published loop only. Leave one of them out."),
+        ("--layer 3 --controller ns", "--controller: --layer applies to the published loop only"),
+        ("--v-tip '200 m/min' --full", "beyond the stop"),
+        ("--v-tip '200 m/min'", "the winch comes to none of the places that were looked at"),
+        ("--v-tip '0 m/min'", "a winch at rest sticks"),
+        ("--mode scc", "scc"),
+        ("--controller manual", "the operator moves the winch"),
+        ("--controller position", "is for another kind of drive"),
+        ("--out /dev/null", "/dev/null"),
+        ("--load '300 t'", "exceeds the SWL"),
+        ("--s-w nonsense", '--s-w = "nonsense": not a number, a space and a unit'),
+        ("--full --v-tip '60 m/min' --load ''", '--load = "": empty'),
+    ),
+    "envelope nov-100t-pure-active": (
+        ("--load '400 t'", "exceeds the SWL"),
+        ("--load 40", "unit"),
+        ("--layer 99", "layers 1 to 10"),
+        ("--modes nss", "did you mean"),
+        ("--modes ns,ns", "named twice"),
+    ),
+    "map nov-250t": (
+        ("--controllers foo", "Unknown controller"),
+        ("--controllers ,", "name at least one"),
+        ("--speeds '10 s'", "is not one of m/s"),
+        ("--loads '300 t'", "exceeds the SWL"),
+        ("--loads ''", "empty"),
+        ("--loads '-5 %'", "below 0"),
+        ("--loads '20 % to 100 %'", "a range needs its step"),
+        ("--loads '20 % to 100 % by 0.0001 %'", "at most 1000"),
+        ("--layer 13", "layers 1 to 12"),
+        ("--metric x", "not one of e_c_pp"),
+        ("--period '25 s'", "a complete wave"),
+        ("--period '-12 s'", "must be above 0"),
+        ("--motion still", "is stationary"),
+        ("--motion 'sine 1 m 6 s' --period '8 s'", "its own periods"),
+        ("--metric settling --period '8 s'", "--period: a settling test"),
+        ("--duration '5 s'", "warm_up"),
+        ("--s-w '9000 m'", "can pay out"),
+        ("--scheduler garbage --loads '100 t' --speeds '40 m/min'", "no Dask scheduler answers (missing port"),
+    ),
+    "tune nov-250t": (
+        ("--controllers scc", 'did you mean "ssc"?'),
+        ("--controllers ns,ns", "named twice"),
+        ("--free K_q", "K_q"),
+        ("--free ''", "name at least one setting"),
+        ("--controllers ns --free u_thr", "u_thr"),
+        ("--objective speed", "worst-error"),
+        ("--limit 'p_max < 3 bar'", "p_max <= ..."),
+        ("--limit 'p_max <= 300'", "no unit"),
+        ("--budget 3", "from 20 on"),
+        ("--loads '400 t'", "exceeds the SWL"),
+        ("--loads '-1 t'", "below 0"),
+        ("--speeds '3 knots'", "knots"),
+        ("--delay '3 s' --controllers strong-ssc", "0 up to 1 s"),
+        ("--seed -1", "seed"),
+    ),
+    "uncertainty": (
+        ("--draws 0", "draws = 0"),
+        ("--draws 1.5", "as an integer. See --help."),
+        ("--seed -1", "seed = -1"),
+        ("--limit 'e_c_pp < 1 m'", "write a name, <= or >="),
+        ("--limit 'foo <= 1 m'", "there are "),
+        ("--modes sss", 'did you mean "ssc"'),
+        ("--modes ssc,ssc", "named twice"),
+        ("--at-most 2", "--at-most"),
+        ("--factors nowhere.toml", "no such file"),
+        ("--load '300 t' --draws 4", "exceeds the SWL"),
+        ("--motion nowhere.csv", "no such file"),
+        ("case.toml --load '1 t'", "the case file defines it"),
+        ("case.toml", "no such file"),
+        ("--scheduler nowhere", "nowhere"),
+        ("--attribute", "Give it as --limit"),
+    ),
+    "compare": (
+        ("--drives hydraulic", 'unknown drive "hydraulic". Choose active-passive'),
+        ("--drives pure-active,pure-active", '"pure-active" is named twice'),
+        ("--drives ,", "name at least one. Choose active-passive"),
+        ("--drives pure-active --modes ns", "Leave one of them out."),
+        ("--drives pure-active --load '300 t'", "exceeds the SWL"),
+        ("--drives pure-active --draws -1", "give a whole number from 0"),
+        ("--drives pure-active --full-plan", "Give --plan."),
+        ("--draws 4", "belongs to --drives"),
+        ("--drives pure-active --plan no-such-plan", "no-such-plan"),
+        *(
+            (f"--drives electric,cylinder --top-speed '{v}'", f'--top-speed "{v}"' if "nan" not in v else "--top-speed")
+            for v in ("1e6 m/min", "0 m/s", "-1 m/s", "nan m/s")
+        ),
+    ),
+}
+"""Command -> what is added to it, and words of the line in which it is refused."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "line"), [(f"{command} {more}", line) for command, rows in REFUSED.items() for more, line in rows]
+)
+def test_bad_input_is_one_line_and_exit_code_2(words: str, line: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(shlex.split(words)) == 2
+    said = capfd.readouterr()
+    errors = [text for text in said.err.splitlines() if not text.startswith("compiling the winch model")]
+    assert len(errors) == 1, said.err
+    assert line in errors[0]
+    assert "factor" not in errors[0] or "factors" in words  # what is wrong with nothing drawn is no factor's fault
+    assert said.out == ""
