@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
+from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.formats.vessel.aqwa import is_aqwa, read_aqwa
 from stillhook.formats.vessel.capytaine import read_capytaine
 from stillhook.formats.vessel.csv import read_rao_csv
-from stillhook.formats.vessel.described import read_description
 from stillhook.formats.vessel.hydrostar import is_hydrostar, read_hydrostar
 from stillhook.formats.vessel.orcaflex import read_orcaflex
 from stillhook.formats.vessel.re1 import read_re1
-from stillhook.formats.vessel.supplement import NOTHING, Supplement
+from stillhook.formats.vessel.supplement import NOTHING, read_description
 from stillhook.formats.vessel.wamit import is_wamit, read_wamit
 from stillhook.library.catalogue import vessel_file, vessels
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
@@ -52,54 +52,48 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
 
 def read_untested(path: str | os.PathLike[str]) -> Rao:
     """The same without the test: a file of motions, or the one that a vessel description names."""
-    file = _existing_file(path)
+    file, head = first_bytes(_existing_file(path), 8, "vessel file", SeaError)
     stated = NOTHING
     if file.suffix.lower() == ".toml" and kind_of_toml(_text(file)) in (FileKind.VESSEL, None):
         file, stated = read_description(file)
-        file = _existing_file(file)
-    with file.open("rb") as stream:
-        binary = stream.read(8).startswith((b"\x89HDF", b"CDF"))
-    if binary:
+        file, head = first_bytes(_existing_file(file), 8, "vessel file", SeaError)
+    if head.startswith((b"\x89HDF", b"CDF")):
         return read_capytaine(file, stated)
     text = _text(file)
     if kind := kind_of_toml(text):
         raise SeaError(f"{file.name} is {kind.noun}, not a vessel file: {kind.read_by}. Read as vessels are {FORMS}.")
-    form = next((form for form in TEXT_FORMS if form.recognises(file, text)), None)
+    ending = file.suffix.lower()
+    form = next((form for form in TEXT_FORMS if form.recognises(text) or ending == form.ending), None)
     if form is None:
         raise SeaError(f"{file.name}: is not a known vessel file. Supported: {FORMS}.")
     stated.allow(file.name, form.noun, *form.open)
-    return form.read(file, text, stated)
+    return form.read(file, text, stated) if form.open else form.read(file, text)
 
 
 class TextForm(NamedTuple):
-    """A form of text file: what it is called, what may be stated of it beside it, how it is recognised by its content
-    (or by the ending of its name) and how it is read."""
+    """A form of text file: what it is called, how it is recognised by its content (or by the ending of its name), how
+    it is read, and what may be stated of it beside it."""
 
     noun: str
-    open: tuple[str, ...]
-    recognises: Callable[[Path, str], bool]
-    read: Callable[[Path, str, Supplement], Rao]
+    recognises: Callable[[str], bool]
+    read: Callable[..., Rao]
+    open: tuple[str, ...] = ()
+    ending: str | None = None
 
 
 TEXT_FORMS = (
+    TextForm("HydroStar .rao files", is_hydrostar, read_hydrostar),
     TextForm(
-        "HydroStar .rao files", (), lambda _, text: is_hydrostar(text), lambda f, text, _: read_hydrostar(f, text)
+        "ShipX/VERES .re1 files", lambda text: "TRANSFER FUNCTION" in text[:1000].upper(), read_re1, ending=".re1"
     ),
-    TextForm(
-        "ShipX/VERES .re1 files",
-        (),
-        lambda file, text: file.suffix.lower() == ".re1" or "TRANSFER FUNCTION" in text[:1000].upper(),
-        lambda file, text, _: read_re1(file, text),
-    ),
-    TextForm("OrcaFlex models", ("vessel_type", "draught"), lambda _, text: "VesselTypes:" in text, read_orcaflex),
+    TextForm("OrcaFlex models", lambda text: "VesselTypes:" in text, read_orcaflex, ("vessel_type", "draught")),
     TextForm(
         "CSV files with declared conventions",
-        (),
-        lambda _, text: text.startswith("#") or "omega [rad/s]" in text[:1000],
-        lambda file, text, _: read_rao_csv(file, text),
+        lambda text: text.startswith("#") or "omega [rad/s]" in text[:1000],
+        read_rao_csv,
     ),
-    TextForm("AQWA .lis files", ("body",), lambda _, text: is_aqwa(text), read_aqwa),
-    TextForm("WAMIT .4 files", ("body", "length_scale", "depth"), lambda _, text: is_wamit(text), read_wamit),
+    TextForm("AQWA .lis files", is_aqwa, read_aqwa, ("body",)),
+    TextForm("WAMIT .4 files", is_wamit, read_wamit, ("body", "length_scale", "depth")),
 )
 """The first that recognises a file reads it."""
 
@@ -109,16 +103,12 @@ def _existing_file(path: str | os.PathLike[str]) -> Path:
     file = Path(path)
     if not file.exists() and str(path) in vessels():
         return vessel_file(str(path))
-    if file.is_dir():
-        raise SeaError(f"{quote(str(file))} is a folder. Give a vessel file.")
-    if not file.is_file():
+    if not file.exists():
         near = nearest(str(path), vessels())
         raise SeaError(
             f"{quote(str(path))}: no such vessel file, and no vessel of the library, which has"
             f" {', '.join(vessels())}{near}"
         )
-    if not os.access(file, os.R_OK):
-        raise SeaError(f"{file.name}: cannot be read (permission denied). Check your rights.")
     if file.stat().st_size > LARGEST_FILE:
         raise SeaError(
             f"{file.name}: {file.stat().st_size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read. Check the"
@@ -129,8 +119,7 @@ def _existing_file(path: str | os.PathLike[str]) -> Path:
 
 def _text(file: Path) -> str:
     data = file.read_bytes()
-    if data.startswith((b"\x1f\x8b", b"PK")):
-        raise SeaError(f"{file.name}: is compressed. Unpack it.")
+    refuse_foreign(file.name, data, SeaError, "Unpack it, or export the motions as text.")
     if not data.strip():
         raise SeaError(f"{file.name}: is empty. Supported: {FORMS}.")
     if b"\0" in data:

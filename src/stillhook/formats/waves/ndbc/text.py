@@ -8,11 +8,7 @@ run backwards; records come out ascending. Missing numbers are 9s (99, 999, 9999
 
 from __future__ import annotations
 
-import gzip
-import math
 import os
-import stat
-import zlib
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -22,23 +18,16 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
+from stillhook.formats.table.file import refuse_foreign, unpacked
+from stillhook.formats.table.text import HEAD, numbers_of
 from stillhook.units import quote
 
-LARGEST_TEXT = 200_000_000
-"""Characters; a year of hourly spectra has 3 million, of 10 min weather 5 million."""
 FILLS = (999.0, 9999.0)
 """What represents a missing number in NDBC's files, besides MM."""
 SHORT_FILL = 99.0
 """And in columns whose numbers are smaller: densities, heights and periods; not in directions, of which 99 deg is
 one."""
 _DATES = ("YY", "YYYY", "yr")
-_FOREIGN = (
-    (b"PK\x03\x04", "zip or Excel"),
-    (b"\x89HDF", "HDF5 or NetCDF"),
-    (b"CDF", "NetCDF"),
-    (b"%PDF", "PDF"),
-    (b"<", "web page"),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,49 +46,16 @@ class Records:
 def read_text(path: str | os.PathLike[str]) -> str:
     """The text of a plain or gz file. Errors: SeaError of one line for what cannot be read, is cut short or is no
     text."""
-    data = read_bytes(path)
+    name, data = Path(path).name, unpacked(path, "file of waves", SeaError)
+    instead = "Give a text file of NDBC, plain or gz, or say what it is with --format."
+    refuse_foreign(name, data[:HEAD], SeaError, instead)
     try:
         text = "\0" if b"\0" in data else data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = "\0"
     if text == "\0":
-        raise SeaError(f"{Path(path).name}: is not a text file. Give a text file of NDBC, plain or gz.")
+        raise SeaError(f"{name}: is not a text file. Give a text file of NDBC, plain or gz.")
     return text
-
-
-def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """What a plain or gz file holds. Errors: SeaError of one line for what cannot be read, is cut short or is of
-    another kind."""
-    file = Path(path)
-    try:
-        mode = file.stat().st_mode
-        if not stat.S_ISREG(mode):
-            raise SeaError(
-                f"{file}: is {'a folder' if stat.S_ISDIR(mode) else 'not an ordinary file'}. Give one file of waves."
-            )
-        with file.open("rb") as raw:
-            compressed = raw.read(2) == b"\x1f\x8b"
-        with gzip.open(file, "rb") if compressed else file.open("rb") as stream:
-            data = stream.read(LARGEST_TEXT + 1)
-    except FileNotFoundError:
-        raise SeaError(f"{quote(str(file))}: no such file. Check the name and the folder.") from None
-    except (EOFError, zlib.error, gzip.BadGzipFile) as problem:
-        raise SeaError(f"{file.name}: the gz file is cut short or damaged ({problem}). Fetch it again.") from None
-    except (OSError, ValueError) as problem:
-        raise SeaError(
-            f"{quote(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check your rights."
-        ) from None
-    if len(data) > LARGEST_TEXT:
-        raise SeaError(
-            f"{file.name}: holds more than {LARGEST_TEXT / 1e6:g} million characters. Give one year of one buoy."
-        )
-    for magic, content in _FOREIGN:
-        if data.lstrip().startswith(magic):
-            raise SeaError(
-                f"{file.name}: is a {content} file. Give a text file of NDBC, plain or gz, or say what it is with"
-                " --format."
-            )
-    return data
 
 
 def is_ndbc(text: str) -> bool:
@@ -198,31 +154,16 @@ def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ..
                 f"{records.name}: line {line}: {len(row)} values where the header names {count}. The file is cut or"
                 " mixed: fetch it again."
             )
-    try:
-        values = np.array([row[columns] for row in records.rows], dtype=np.float64)
-        plain = bool(np.all(np.isfinite(values)))
-    except ValueError:
-        plain = False
-    if not plain:
-        values = np.array(
-            [
-                [_number(w, records.name, line) for w in row[columns]]
-                for row, line in zip(records.rows, records.lines, strict=True)
-            ]
-        )
-    return np.where(np.isin(values, fills), np.nan, values)
-
-
-def _number(word: str, name: str, line: int) -> float:
-    if word == "MM":
-        return math.nan
-    try:
-        value = float(word)
-    except ValueError:
-        raise SeaError(f"{name}: line {line}: {quote(word)} is not a number. Correct or remove the line.") from None
-    if not math.isfinite(value):
-        raise SeaError(f"{name}: line {line}: {quote(word)} is not a finite number. Write missing values as 999.")
-    return value
+    words = [word for row in records.rows for word in row[columns]]
+    values = numbers_of(words)
+    for i in np.flatnonzero(~np.isfinite(values)).tolist():
+        if words[i] != "MM":
+            line = records.lines[i * len(records.rows) // len(words)]
+            raise SeaError(
+                f"{records.name}: line {line}: {quote(words[i])} is not a finite number. Correct or remove the line, or"
+                " write missing values as 999."
+            )
+    return np.where(np.isin(values, fills), np.nan, values).reshape(len(records.rows), -1)
 
 
 WPM: FloatArray = np.concatenate(
