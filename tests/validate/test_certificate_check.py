@@ -3,6 +3,7 @@
 import hashlib
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from tests.validate.staged_certificate import drawn, staged, write
@@ -26,7 +27,7 @@ from stillhook.validate.report import figures as pictures_of
 def found(monkeypatch) -> dict[str, float]:
     """Measures that a later validation finds otherwise."""
     values: dict[str, float] = {}
-    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
+    monkeypatch.setattr(pictures_of, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
     monkeypatch.setattr(certificate_check, "validate", lambda campaign, progress=None: staged(campaign, **values))
     return values
 
