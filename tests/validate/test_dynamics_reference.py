@@ -5,8 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from trials.campaigns.reference import write_campaign
-from trials.campaigns.schedule import sea_trials
+from trials.campaigns import sea_trials, write_campaign
 
 from stillhook.validate.data_set.campaign import Kind, load_campaign
 from stillhook.validate.data_set.records.read import read_records

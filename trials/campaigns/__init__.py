@@ -10,8 +10,9 @@ python -m trials.campaigns sea-trials OUT --defect leakage
 """
 
 from trials.campaigns.defects import Defect, defect_of
-from trials.campaigns.own import trials, write_campaign
+from trials.campaigns.own import trials
 from trials.campaigns.plc_log import WrittenCampaign
 from trials.campaigns.schedule import Plan, sea_trials
+from trials.campaigns.write import write_campaign
 
 __all__ = ["Defect", "Plan", "WrittenCampaign", "defect_of", "sea_trials", "trials", "write_campaign"]

@@ -15,7 +15,7 @@ from pathlib import Path
 from stillhook.errors import StillhookError
 from stillhook.identify.system_friction.fitting.uncertainty import crane_with
 from stillhook.library import cranes, load_crane, load_set
-from trials.campaigns import WrittenCampaign, friction, own
+from trials.campaigns import WrittenCampaign, friction, trials, write_campaign
 from trials.campaigns.defects import DEFECTS, Defect, size_of
 from trials.campaigns.motor_map import synthetic_map, write_map
 from trials.campaigns.plc_log import Instruments, Noise
@@ -47,11 +47,9 @@ def arguments() -> argparse.ArgumentParser:
 def sea_trials(given: argparse.Namespace) -> WrittenCampaign:
     defect = Defect(given.defect) if given.defect else None
     size = size_of(defect, given.size, "--size") if defect and given.size else None
-    plan = own.trials(given.crane if given.crane in cranes() else load_crane(given.crane))
+    plan = trials(given.crane if given.crane in cranes() else load_crane(given.crane))
     real = load_crane(given.real) if given.real else None
-    return own.write_campaign(
-        given.out, plan=plan, seed=given.seed, defect=defect, size=size, apart=given.apart, real=real
-    )
+    return write_campaign(given.out, plan=plan, seed=given.seed, defect=defect, size=size, apart=given.apart, real=real)
 
 
 def friction_tests(given: argparse.Namespace) -> WrittenCampaign:

@@ -18,7 +18,7 @@ import numpy as np
 import pandas
 
 from stillhook.library.examples import DATA, FRICTION_TESTS, MOTOR_MAP, SEA_TRIALS
-from trials.campaigns import friction, reference
+from trials.campaigns import friction, write_campaign
 from trials.campaigns.motor_map import synthetic_map, write_map
 from trials.campaigns.plc_log import AHC_COLUMNS, COLUMNS, Column, WrittenCampaign, decimals, unit_factor
 from trials.campaigns.schedule import Plan, sea_trials
@@ -57,7 +57,7 @@ def short_trials() -> Plan:
 def write_sea_trials(out: Path) -> None:
     """Example of `stillhook validate`, with a sample every 20 ms."""
     with TemporaryDirectory() as folder:
-        written = reference.write_campaign(Path(folder) / "tests", plan=short_trials())
+        written = write_campaign(Path(folder) / "tests", plan=short_trials())
         store(written, AHC_COLUMNS, out, every=2)
     text = (out / "campaign.toml").read_text(encoding="utf-8")
     text = text.replace("synthetic = true\n", 'synthetic = true\ncriteria = "criteria.toml"\n')

@@ -9,52 +9,39 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.control.interface import SPEED
 from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
-from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.problem import Result, run_cases, summarise
+from stillhook.engine.scenario.problem import run_cases, summarise
 from stillhook.errors import ValidateError
-from stillhook.library import crane_toml, load_crane
-from stillhook.library.examples import CAMPAIGN_FILE, LOG_FOLDER, MARK, REFERENCE_FILE
+from stillhook.library import load_crane
+from stillhook.library.examples import MARK
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.spec.scenario import Sensors as CaseSensors
 from stillhook.units import KINDS
 from stillhook.validate.ahc.measures import judged_signal
 from stillhook.validate.ahc.replay import with_gains
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.dynamics.model import C_H, C_LEAK, VISCOUS, bent, scaled
-from stillhook.winches.records import CommonSignals, Tick
-from trials.campaigns import reference
-from trials.campaigns.defects import CLOCK, DEFECTS, FRICTION, STATED_DELAY, Defect, defect_of, defect_text
+from stillhook.winches.records import CommonSignals
+from trials.campaigns.defects import CLOCK, DEFECTS, FRICTION, STATED_DELAY, Defect
 from trials.campaigns.plc_log import (
     AHC_COLUMNS,
     BITS,
-    Calibration,
     Clock,
     Column,
     Sensor,
     Sensors,
-    WrittenCampaign,
     ahc_sensors,
-    check_campaign_folder,
-    log_file,
-    logged,
-    write_log,
 )
-from trials.campaigns.reference import CRANE_FILE, NOISE, READ, campaign_text
-from trials.campaigns.schedule import Plan, PlannedTest, Sea, sea_trials
+from trials.campaigns.schedule import Plan, PlannedTest, Run, Sea, sea_trials
 from trials.reference_plant import plant as reference_plant
 
 OWN = "the twin's own equations: it tests the procedure, not the physics"
@@ -172,93 +159,81 @@ def trials(crane: str | Crane) -> Plan:
     return replace(plan, tests=tuple(adapted(t) for t in tests), source=f"{plan.source}; by {OWN}")
 
 
-@dataclass(frozen=True)
-class Run:
-    """One test as it was run: its case, result and status."""
+class OfTwin:
+    """The twin's crane with the hidden deviations of a seed, or another crane under its PLC; see
+    `trials.campaigns.write.SimulatedCrane`."""
 
-    case: Scenario
-    result: Result
-    status: str
+    basis = OWN
 
+    def __init__(
+        self, plan: Plan, seed: int, defect: Defect | None, size: float | None, *, apart: bool, real: Crane | None
+    ) -> None:
+        self.twin = plan.crane
+        if real is not None and real.plant != self.twin.plant:
+            raise ValidateError(
+                f'real: "{real.name}" is of winch type "{real.plant.value}", the twin of "{self.twin.plant.value}".'
+                " Choose a crane of the twin's type."
+            )
+        if apart:
+            raise ValidateError(
+                f'apart: only campaigns of a reference plant have it, and winch type "{self.twin.plant.value}" has'
+                " none. Leave it out."
+            )
+        self.seed, self.columns = seed, columns_of(self.twin)
+        self.made = deviations(self.twin, seed, defect, size)
+        self.crane = self.made.crane(self.twin if real is None else _under_plc_of(self.twin, real))
 
-def write_campaign(
-    out: str | Path,
-    *,
-    plan: Plan | None = None,
-    seed: int = 0,
-    defect: Defect | str | None = None,
-    size: float | None = None,
-    apart: bool = False,
-    real: Crane | None = None,
-    threads: int = 2,
-) -> WrittenCampaign:
-    """Write a synthetic validation campaign of any winch type: by the reference plant where the type has one
-    (`trials.campaigns.reference.write_campaign`, which says what the parameters are), else by the type's own
-    engine. real: crane that the logs are of in place of the plan's, which its PLC takes it for: any number of the crane
-    file may differ, so that it shows whether validation detects it; not where the type has a reference plant.
+    @property
+    def delay(self) -> float:
+        return self.made.delay
 
-    Errors: ValidateError, SpecError, SimulationError of one line; nothing is left half-written.
-    """
-    plan = plan or sea_trials()
-    _check_real(plan, real)
-    if plan.crane.plant == reference_plant.OF:
-        return reference.write_campaign(
-            out,
-            plan=plan,
-            seed=seed,
-            defect=defect,
-            size=size,
-            apart=apart,
-            threads=threads,
-        )
-    if apart:
-        raise ValidateError(
-            f'apart: only campaigns of a reference plant have it, and winch type "{plan.crane.plant.value}" has none.'
-            " Leave it out."
-        )
-    folder, named = Path(out), None if defect is None else defect_of(defect)
-    reference.check_seed(seed, named, size)
-    made = deviations(plan.crane, seed, named, size)
-    check_campaign_folder(folder)
-    check_folder(folder, (CRANE_FILE,))
-    files = [log_file(t.name) for t in plan.tests]
-    crane = made.crane(plan.crane if real is None else _under_plc_of(plan.crane, real))
+    @property
+    def clock(self) -> Clock:
+        return self.made.clock
 
-    with ThreadPoolExecutor(threads) as pool:
-        runs = list(pool.map(lambda i: _run(crane, plan, i, seed, made), range(len(plan.tests))))
-    columns = columns_of(plan.crane)
-    sensors = _sensors(plan.crane, columns, runs, np.random.default_rng([seed, 4]))
-    with atomic_folder(folder) as part:
-        (part / LOG_FOLDER).mkdir()
-        for i, (done, file) in enumerate(zip(runs, files, strict=True)):
-            _write(part / file, plan, i, seed, made, done, columns, sensors)
-        if not plan.crane_name:
-            (part / CRANE_FILE).write_text(crane_toml(plan.crane), encoding="utf-8")
-        words = f'crane "{crane.name}" in place of the twin; ' if real is not None else ""
-        words += "none" if named is None else f"{named}: {defect_text(named, size)}"
-        (part / REFERENCE_FILE).write_text(_reference(plan, seed, words, made, sensors), encoding="utf-8")
-        text = campaign_text(plan, seed, STATED_DELAY, files, sensors, columns, OWN)
-        (part / CAMPAIGN_FILE).write_text(text, encoding="utf-8")
-    notes = [
-        f'test "{t.name}": went beyond limits: {done.status}'
-        for t, done in zip(plan.tests, runs, strict=True)
-        if done.status != "ok"
-    ]
-    return WrittenCampaign.of(folder, files, sensors, notes)
+    @property
+    def gap(self) -> float:
+        return self.made.gap
 
+    def run(self, case: Scenario) -> Run:
+        n_sub = steps_per_cycle(self.crane, None, SERIES_STEP)
+        [result] = run_cases([self.crane], [case], n_sub=n_sub, lanes=1, every=1)
+        if result.ending is not Ending.DONE or result.series is None:
+            raise ValidateError(
+                f'test "{case.name}": the simulation of the crane diverges at {result.t_end:.4g} s. Check the crane'
+                " file."
+            )
+        time: FloatArray = result.dt * np.arange(len(result.series), dtype=np.float64)
+        signals = {c.name: result.column(c.name) for c in self.columns}
+        return Run(case, time, signals, str(summarise(self.crane, case, result)["status"]))
 
-def _check_real(plan: Plan, real: Crane | None) -> None:
-    if real is None:
-        return
-    if plan.crane.plant == reference_plant.OF:
-        raise ValidateError(
-            f'real: winch type "{real.plant.value}" has a reference plant with parameters of its own. State a defect.'
-        )
-    if real.plant != plan.crane.plant:
-        raise ValidateError(
-            f'real: "{real.name}" is of winch type "{real.plant.value}", the twin of "{plan.crane.plant.value}".'
-            " Choose a crane of the twin's type."
-        )
+    def sensors(self, runs: Sequence[Run]) -> Sensors:
+        """Those of the drive's own signals have a range that the tests leave room in."""
+        rng = np.random.default_rng([self.seed, 4])
+        r_eff = 0.5 * self.twin.drum.d_max / self.twin.i_hD
+        fastest = motor_speed_max(self.twin, self.twin.plant.type.least_displacement(self.twin))
+        known = ahc_sensors(self.twin, max(fastest, wire_speed_max(self.twin) / r_eff), {})
+        out = {}
+        for c in self.columns:
+            if c.name in known:
+                out[c.name] = known[c.name]
+                continue
+            largest = ROOM * max(float(np.abs(run.signals[c.name]).max()) for run in runs)
+            largest = _round_up(largest) if largest > 0.0 else UNUSED
+            gain = 1.0 + CALIBRATION * float(rng.uniform(-1.0, 1.0))
+            out[c.name] = Sensor(-largest, largest, 2.0 * largest / 2**BITS, noise=SENSOR_NOISE * largest, gain=gain)
+        return out
+
+    def measured(
+        self, true: dict[str, FloatArray], inputs: Mapping[str, FloatArray], t: FloatArray
+    ) -> dict[str, FloatArray]:
+        return true | {"F_w": self.made.cell_gain * true["F_w"] + self.made.cell_zero + inputs["n_F"]}
+
+    def faulty(self, signals: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        return signals | {"F_w": signals["F_w"] / self.made.cell_unit}
+
+    def text(self, seed: int, defect: str, sensors: Sensors) -> str:
+        return _reference(self.twin, seed, defect, self.made, sensors)
 
 
 def _under_plc_of(twin: Crane, real: Crane) -> Crane:
@@ -283,36 +258,6 @@ def columns_of(crane: Crane) -> tuple[Column, ...]:
     return (*common, *own)
 
 
-def _run(crane: Crane, plan: Plan, i: int, seed: int, made: Deviations) -> Run:
-    noise_seed = int(np.random.SeedSequence([seed, i]).generate_state(1)[0])
-    case = plan.tests[i].case(CaseSensors(delay=f"{made.delay!r} s", seed=noise_seed, **NOISE), seed, i)
-    [result] = run_cases([crane], [case], n_sub=steps_per_cycle(crane, None, SERIES_STEP), lanes=1, every=1)
-    if result.ending is not Ending.DONE or result.series is None:
-        raise ValidateError(
-            f'test "{case.name}": the simulation of the crane diverges at {result.t_end:.4g} s. Check the crane file.'
-        )
-    return Run(case, result, str(summarise(crane, case, result)["status"]))
-
-
-def _sensors(crane: Crane, columns: Sequence[Column], runs: Sequence[Run], rng: np.random.Generator) -> Sensors:
-    """Sensors of the columns; those of the drive's own signals have a range that the tests leave room in."""
-    r_eff = 0.5 * crane.drum.d_max / crane.i_hD
-    fastest = motor_speed_max(crane, crane.plant.type.least_displacement(crane))
-    known = ahc_sensors(crane, max(fastest, wire_speed_max(crane) / r_eff), {})
-    out = {}
-    for c in columns:
-        if c.name in known:
-            out[c.name] = known[c.name]
-            continue
-        largest = ROOM * max(float(np.abs(run.result.column(c.name)).max()) for run in runs)
-        largest = _round_up(largest) if largest > 0.0 else UNUSED
-        calibration = Calibration(1.0 + CALIBRATION * float(rng.uniform(-1.0, 1.0)))
-        out[c.name] = Sensor(
-            -largest, largest, 2.0 * largest / 2**BITS, noise=SENSOR_NOISE * largest, gain=calibration.gain
-        )
-    return out
-
-
 UNUSED = 1.0
 """Range of the sensor of a signal that stays 0 in every test, such as a resistor's that never burns [SI]."""
 
@@ -323,42 +268,13 @@ def _round_up(x: float) -> float:
     return math.ceil(x / unit) * unit
 
 
-def _write(
-    path: Path,
-    plan: Plan,
-    i: int,
-    seed: int,
-    made: Deviations,
-    run: Run,
-    columns: Sequence[Column],
-    sensors: Sensors,
-) -> None:
-    """The log of one test."""
-    rng = np.random.default_rng([seed, i, 2])
-    n, t_cycle = len(run.result.series), plan.crane.control.t_cycle  # type: ignore[arg-type]
-    rows = CycleInputs(plan.crane, run.case).rows(0, n)
-    inputs = {field: rows[:, k] for k, field in enumerate(Tick._fields)}
-    true: dict[str, FloatArray] = {c.name: run.result.column(c.name) for c in columns}
-    true |= {name: inputs[column] for name, column in READ.items()}
-    true["s_w"] = true["s_w"] + inputs["n_s"]
-    true["F_w"] = made.cell_gain * true["F_w"] + made.cell_zero + inputs["n_F"]
-    signals = {c.name: logged(true[c.name], sensors[c.name], t_cycle, rng) for c in columns}
-    signals["F_w"] = signals["F_w"] / made.cell_unit
-    test = plan.tests[i]
-    t: FloatArray = run.result.dt * np.arange(n, dtype=np.float64)
-    time: FloatArray = np.round(made.clock.stamps(t, rng), 4)
-    gap = made.gap if test is max(plan.tests, key=lambda t: t.duration) else 0.0
-    keep = abs(time - 0.5 * test.duration) >= 0.5 * gap
-    write_log(path, time[keep], {name: x[keep] for name, x in signals.items()}, columns, sensors)
-
-
-def _reference(plan: Plan, seed: int, defect: str, made: Deviations, sensors: Sensors) -> str:
+def _reference(twin: Crane, seed: int, defect: str, made: Deviations, sensors: Sensors) -> str:
     """TOML: seed, defect in words, the hidden deviations [SI]."""
     lines = [
         f"# {MARK}, by {OWN}. Deviations of the crane of the logs.",
         f"seed = {seed}",
         f"defect = {json.dumps(defect)}",
-        f"twin = {json.dumps(plan.crane.name)}",
+        f"twin = {json.dumps(twin.name)}",
         "\n[crane]",
         f"friction = {made.friction!r}  # over the twin's",
         f"inertia = {made.inertia!r}  # gears and bare drum, over the twin's",

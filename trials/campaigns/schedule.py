@@ -12,6 +12,7 @@ from itertools import accumulate
 
 import numpy as np
 
+from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import drum_record, wire_speed_max
 from stillhook.library import load_crane
@@ -198,3 +199,13 @@ def turns(v: float) -> Operator:
         for side in (1.0, -1.0):
             legs += [(0.3, side * part * v), (6.0, side * part * v), (0.3, 0.0), (4.0, 0.0)]
     return _profile(tuple(legs))
+
+
+@dataclass(frozen=True)
+class Run:
+    """One test as it was run: its case, time (n,) [s], true signals (n,) by name [SI], and its status."""
+
+    case: Scenario
+    time: FloatArray
+    signals: dict[str, FloatArray]
+    status: str
