@@ -52,24 +52,19 @@ def _frictions() -> list[dict[str, Any]]:
     from stillhook.identify.system_friction.result import provenance
     from stillhook.library import frictions, load_friction, load_losses, motors
 
-    rows = []
-    for kind, item in (
-        *(("system friction", load_friction(name)) for name in frictions()),
-        *(("motor", load_losses(name)) for name in motors()),
-    ):
-        values = (item.system if kind == "system friction" else item.motor).model_dump()
-        evidence = None if item.evidence is None else item.evidence.model_dump()
-        rows.append(
-            {
-                "set": item.name,
-                "kind": kind,
-                "title": item.title,
-                "values": values,
-                "evidence": evidence,
-                "sources": provenance(item),
-            }
-        )
-    return rows
+    sets = [("system friction", s, s.system) for s in map(load_friction, frictions())]
+    every: list[tuple[str, Any, Any]] = [*sets, *(("motor", s, s.motor) for s in map(load_losses, motors()))]
+    return [
+        {
+            "set": item.name,
+            "kind": kind,
+            "title": item.title,
+            "values": values.model_dump(),
+            "evidence": None if item.evidence is None else item.evidence.model_dump(),
+            "sources": provenance(item),
+        }
+        for kind, item, values in every
+    ]
 
 
 def _controllers() -> list[dict[str, Any]]:
