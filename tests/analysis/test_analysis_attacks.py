@@ -16,7 +16,7 @@ from stillhook.cli import run
 
 FEW = ["--loads", "100 t", "--speeds", "40 m/min"]
 TUNE = ["tune", "nov-250t", "--controllers", "ssc"]
-DRAW = ["uncertainty", "--modes", "ssc"]
+DRAW = ["uncertainty", "--controllers", "ssc"]
 
 
 def _on_terminal(columns: int, *arguments: str) -> str:
@@ -51,7 +51,7 @@ def _on_terminal(columns: int, *arguments: str) -> str:
 @pytest.mark.parametrize("columns", [60, 80])
 def test_narrow_terminal_shows_every_number_whole(columns: int) -> None:
     """No number is cut and no column lost on a terminal that is narrower than the table."""
-    shown = _on_terminal(columns, "envelope", "nov-250t", "--load", "100 t", "--modes", "ns,hs,ssc")
+    shown = _on_terminal(columns, "envelope", "nov-250t", "--loads", "100 t", "--controllers", "ns,hs,ssc")
     for whole in ("86.93 m/min", "2771 rev/min", "108.3 bar", "+25.7 %", "-4.7 %", "over HS", "ssc"):
         assert whole in shown, whole
     assert max(len(line) for line in shown.splitlines() if line.startswith(("│", "┃"))) <= columns
@@ -81,7 +81,7 @@ def test_controller_file_cannot_take_the_name_of_another_row(
 def test_band_of_one_draw_is_no_band(capfd: pytest.CaptureFixture[str]) -> None:
     """A single draw has no spread, and a heavy lift in HS with an open relief valve is no working controller: both are
     said."""
-    assert run(["uncertainty", "--load", "250 t", "--modes", "hs", "--draws", "1", "--seed", "3"]) == 1
+    assert run(["uncertainty", "--load", "250 t", "--controllers", "hs", "--draws", "1", "--seed", "3"]) == 1
     said = capfd.readouterr().out
     assert "too few draws for a 5 to 95 % band" in said
     assert "hs: every draw goes beyond a limit" in said

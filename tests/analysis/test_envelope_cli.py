@@ -13,7 +13,7 @@ from stillhook.cli.analysis.envelope import OUT_FILES
 from stillhook.variables import BY_NAME
 
 CRANE = "nov-100t-pure-active"
-FAST = ["envelope", CRANE, "--modes", "ns,ssc"]
+FAST = ["envelope", CRANE, "--controllers", "ns,ssc"]
 
 
 def answer(capsys, *arguments, code=0):
@@ -54,7 +54,7 @@ def test_every_key_is_in_the_nomenclature(capsys):
 
 @pytest.mark.slow
 def test_a_load_that_no_mode_may_carry_ends_with_1_and_null(capsys):
-    found = answer(capsys, "envelope", CRANE, "--modes", "hs", "--load", "90 t", code=1)
+    found = answer(capsys, "envelope", CRANE, "--controllers", "hs", "--loads", "90 t", code=1)
     (row,) = (r for r in found["rows"] if r["mode"] == "hs")
     assert row["v_w_top"] is None
     assert row["binds"] == "load of the mode"
@@ -69,7 +69,7 @@ def test_table_tells_speed_and_limit_in_human_units(capsys, tmp_path, units, bin
     limit."""
     file = tmp_path / "units.toml"
     file.write_text(f'base = "{CRANE}"\n[hpu]\n{units}\n')
-    assert run(["envelope", str(file), "--modes", "ns,ssc", "--load", "40 t", "--load", "80 t"]) == 0
+    assert run(["envelope", str(file), "--controllers", "ns,ssc", "--loads", "40 t", "--loads", "80 t"]) == 0
     out = capsys.readouterr().out
     assert "m/min" in out
     assert "pump flow" in out

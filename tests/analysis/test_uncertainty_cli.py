@@ -30,7 +30,10 @@ def test_bands_of_every_mode_in_one_table(capsys):
 
 @pytest.mark.thorough
 def test_json_has_named_keys_and_everything_that_was_asked_for(capsys):
-    assert command(["uncertainty", *SHORT, "--modes", "hs,ssc", "--sobol", "--limit", "e_c_pp <= 1 m", "--json"]) == 0
+    assert (
+        command(["uncertainty", *SHORT, "--controllers", "hs,ssc", "--sobol", "--limit", "e_c_pp <= 1 m", "--json"])
+        == 0
+    )
     data = json.loads(capsys.readouterr().out)
     assert set(data) <= set(BY_NAME)
     assert set(data["cases"]) == {"hs", "ssc"}
@@ -68,7 +71,7 @@ def test_a_case_file_runs_in_its_own_mode_and_results_are_written_whole(tmp_path
 
 @pytest.mark.thorough
 def test_a_stopped_run_goes_on_from_its_store(tmp_path, capsys):
-    given = ["uncertainty", *SHORT, "--modes", "ssc", "--store", str(tmp_path / "store"), "--json"]
+    given = ["uncertainty", *SHORT, "--controllers", "ssc", "--store", str(tmp_path / "store"), "--json"]
     assert command(given) == 0
     first = capsys.readouterr().out
     assert any((tmp_path / "store").iterdir())
@@ -80,7 +83,7 @@ def test_a_stopped_run_goes_on_from_its_store(tmp_path, capsys):
 def test_a_limit_is_attributed_to_factors_and_pairs_of_them(tmp_path, capsys):
     (tmp_path / "factors.toml").write_text('[factors]\nleakage = { uniform = [1.0, 3.0] }\nboost = "default"\n')
     factors = ("--factors", str(tmp_path / "factors.toml"))
-    given = ["uncertainty", *SHORT, "--modes", "ssc", *factors, "--limit", "e_c_pp >= 15 cm", "--attribute"]
+    given = ["uncertainty", *SHORT, "--controllers", "ssc", *factors, "--limit", "e_c_pp >= 15 cm", "--attribute"]
     command(given)
     out = capsys.readouterr().out
     assert "closes the gap" in out.split("leakage")[-2] + out.split("leakage")[-1]

@@ -60,10 +60,10 @@ def found(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, dict[st
 @pytest.mark.parametrize(
     "words",
     [
-        f"envelope {PURE} --load '60 t' --modes ns,ssc",
+        f"envelope {PURE} --loads '60 t' --controllers ns,ssc",
         f"map {PURE} --controllers ns,ssc --loads '60 t' --speeds '10 m/min'",
         f"tune {PURE} --controllers ssc --loads '60 t' --speeds '10 m/min' --periods '10 s' --budget 20",
-        f"uncertainty --crane {PURE} --load '60 t' --modes ns,ssc --draws 16",
+        f"uncertainty --crane {PURE} --load '60 t' --controllers ns,ssc --draws 16",
     ],
     ids=lambda words: words.split()[0],
 )

@@ -439,7 +439,13 @@ class TestCaseFiles:
     @pytest.mark.slow
     @pytest.mark.parametrize(
         "option",
-        [["--motion", "x" * 5000], ["--motion", "a\0b"], ["--modes", "ns\nhs"], ["--modes", "ns,ns"], ["--crane", "/"]],
+        [
+            ["--motion", "x" * 5000],
+            ["--motion", "a\0b"],
+            ["--controllers", "ns\nhs"],
+            ["--controllers", "ns,ns"],
+            ["--crane", "/"],
+        ],
     )
     def test_odd_arguments_are_one_line(self, capsys, option):
         refusal(capsys, "compare", *option)
@@ -473,12 +479,12 @@ def strict(text: str) -> object:
 
 
 class TestOutput:
-    FAST = ("compare", "--motion", SWELL, "--duration", "35 s", "--modes", "ssc", "--step", "5 ms")
+    FAST = ("compare", "--motion", SWELL, "--duration", "35 s", "--controllers", "ssc", "--step", "5 ms")
 
     @pytest.mark.slow
     @pytest.mark.parametrize("tip", ["still", "sine 20 m 12 s"])
     def test_json_is_strict_and_alone(self, capsys, tip):
-        command(["compare", "--motion", tip, "--duration", "35 s", "--modes", "manual,ssc", "--json"])
+        command(["compare", "--motion", tip, "--duration", "35 s", "--controllers", "manual,ssc", "--json"])
         out = capsys.readouterr()
         assert set(strict(out.out)) == {"manual", "ssc"}
 
@@ -544,7 +550,7 @@ class TestOutput:
 
 
 class TestCache:
-    FAST = ("compare", "--motion", "still", "--duration", "31 s", "--modes", "ssc", "--json")
+    FAST = ("compare", "--motion", "still", "--duration", "31 s", "--controllers", "ssc", "--json")
 
     @pytest.mark.thorough
     def test_two_that_start_with_a_cold_cache_agree_and_damage_is_mended(self, tmp_path):

@@ -278,7 +278,6 @@ def test_commands_say_how_far_the_twin_is_validated(file, capsys):
     assert command(["crane", "nov-250t", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["twin"] == "twin: not validated (level 1: no certificate)"
     asked = [
-        "--crane",
         str(file),
         "--load",
         "200 t",
@@ -286,7 +285,7 @@ def test_commands_say_how_far_the_twin_is_validated(file, capsys):
         "1000 m",
         "--motion",
         "sine 0.8 m 9 s",
-        "--modes",
+        "--controllers",
         "ns,ssc",
         "--duration",
         "40 s",
@@ -333,7 +332,7 @@ def test_draws_and_envelope_and_tuning_say_it(file, capsys):
             "1000 m",
             "--motion",
             "sine 0.8 m 9 s",
-            "--modes",
+            "--controllers",
             "ssc",
             "--draws",
             "4",
@@ -342,7 +341,7 @@ def test_draws_and_envelope_and_tuning_say_it(file, capsys):
         ]
     )
     assert "outside the validated envelope: load 200 t" in capsys.readouterr().out
-    command(["envelope", str(file), "--load", "100 t"])
+    command(["envelope", str(file), "--loads", "100 t"])
     assert "validated for: payload on the hook 82 t to 164 t" in capsys.readouterr().out
 
 

@@ -95,7 +95,7 @@ class TestCalc:
 
 class TestCompare:
     def test_one_object_a_mode_with_the_documented_keys(self, capsys):
-        result = answer(capsys, "compare", "--modes", "ns,ssc", *FAST)
+        result = answer(capsys, "compare", "--controllers", "ns,ssc", *FAST)
         assert list(result) == ["ns", "ssc"]
         for summary in result.values():
             assert set(summary) >= SUMMARY_KEYS
@@ -103,7 +103,7 @@ class TestCompare:
 
     @pytest.mark.thorough
     def test_files_are_written_and_repeat_the_run(self, capsys, tmp_path):
-        assert run(["compare", "--modes", "ssc", *FAST, "--out", str(tmp_path / "out")]) == 0
+        assert run(["compare", "--controllers", "ssc", *FAST, "--out", str(tmp_path / "out")]) == 0
         assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["panels.png", "runs.nc", "summary.json"]
         stored = json.loads((tmp_path / "out" / "summary.json").read_text())
         capsys.readouterr()
@@ -112,7 +112,19 @@ class TestCompare:
 
     def test_a_winch_without_an_answer_says_no(self, capsys):
         assert (
-            run(["compare", "--modes", "ns", "--motion", "sine 4 m 12 s", "--duration", "45 s", "--warm-up", "15 s"])
+            run(
+                [
+                    "compare",
+                    "--controllers",
+                    "ns",
+                    "--motion",
+                    "sine 4 m 12 s",
+                    "--duration",
+                    "45 s",
+                    "--warm-up",
+                    "15 s",
+                ]
+            )
             == 1
         )
         out = capsys.readouterr().out
@@ -120,9 +132,7 @@ class TestCompare:
         assert "above the 88.95 m/min that ns reaches" in out
 
     def test_pure_active_crane_is_never_called_good_with_a_standing_offset(self, capsys):
-        result = answer(
-            capsys, "compare", "--crane", "nov-100t-pure-active", "--load", "100 t", "--modes", "ns,hs", *FAST
-        )
+        result = answer(capsys, "compare", "nov-100t-pure-active", "--load", "100 t", "--controllers", "ns,hs", *FAST)
         assert "offset" in result["ns"]["status"].split(", ")
         assert "relief" in result["hs"]["status"]
         assert any("standing offset" in note for note in result["ns"]["notes"])
@@ -144,9 +154,9 @@ class TestRefusals:
             (["compare", "--s-w", "5000 m"], "of wire that"),
             (["compare", "--motion", "sine 2.8 12"], "--motion"),
             (["compare", "--motion", "nothing.csv"], "no such file"),
-            (["compare", "--modes", "ns,fast"], 'mode "fast" is not one of'),
-            (["compare", "--modes", ","], "modes: empty"),
-            (["compare", "--crane", "nov-25t"], "nov-25t"),
+            (["compare", "--controllers", "ns,fast"], 'mode "fast" is not one of'),
+            (["compare", "--controllers", ","], "modes: empty"),
+            (["compare", "nov-25t"], "nov-25t"),
             (["compare", "--step", "3 ms"], "not a whole part of the PLC cycle"),
             (["compare", "--duration", "20 s"], "warm_up 30 s leaves nothing"),
             (["run", "nothing.toml"], "no such file"),
@@ -215,7 +225,7 @@ class TestRefusals:
 
     def test_output_that_cannot_be_written_leaves_nothing(self, capsys, tmp_path):
         (tmp_path / "taken").write_text("")
-        assert run(["compare", "--modes", "ssc", *FAST, "--out", str(tmp_path / "taken" / "deeper")]) == 2
+        assert run(["compare", "--controllers", "ssc", *FAST, "--out", str(tmp_path / "taken" / "deeper")]) == 2
         assert "cannot be written" in capsys.readouterr().err
 
 
@@ -229,7 +239,7 @@ class TestShape:
     @pytest.mark.thorough
     def test_every_command_has_help_with_an_example(self, capsys):
         for command in (
-            ["cranes"],
+            ["list", "cranes"],
             ["crane"],
             ["run"],
             ["compare"],
@@ -241,7 +251,7 @@ class TestShape:
 
     @pytest.mark.slow
     def test_cranes_are_listed_and_shown_with_sources(self, capsys):
-        assert [c["name"] for c in answer(capsys, "cranes")] == list(cranes())
+        assert [c["name"] for c in answer(capsys, "list", "cranes")] == list(cranes())
         fields = answer(capsys, "crane", "nov-250t")["fields"]
         assert all(f["source"] and f["kind"] for f in fields.values())
 
@@ -249,6 +259,6 @@ class TestShape:
     def test_a_user_file_on_a_library_crane_works_the_same(self, capsys, tmp_path: Path):
         file = tmp_path / "mine.toml"
         file.write_text('base = "nov-250t"\nname = "mine"\n[control]\nK_p = "0.3 1/m"\n')
-        stiff = answer(capsys, "compare", "--crane", str(file), "--modes", "ssc", *FAST)
-        plain = answer(capsys, "compare", "--modes", "ssc", *FAST)
+        stiff = answer(capsys, "compare", str(file), "--controllers", "ssc", *FAST)
+        plain = answer(capsys, "compare", "--controllers", "ssc", *FAST)
         assert stiff["ssc"]["e_c_pp"] < plain["ssc"]["e_c_pp"]

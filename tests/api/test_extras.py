@@ -43,7 +43,7 @@ def lines(text: str) -> list[str]:
 @pytest.mark.parametrize(
     ("arguments", "files"),
     [
-        (["compare", "--modes", "ssc", *SHORT], {"runs.nc", "summary.json"}),
+        (["compare", "--controllers", "ssc", *SHORT], {"runs.nc", "summary.json"}),
         (["sea", "jonswap Hs=2 m Tp=9 s"], {"sea.json"}),
         (["map", *MAP], {"map.nc", "map.json"}),
         (["friction", "compare", "crane-1"], {"friction-sets.json"}),
@@ -63,7 +63,7 @@ def test_a_command_leaves_its_pictures_out_with_one_line(tmp_path: Path, argumen
 
 @pytest.mark.slow
 def test_a_map_is_identified_and_its_page_has_no_picture(tmp_path: Path) -> None:
-    assert command("identify", "example-map", "map.csv", folder=tmp_path).returncode == 0
+    assert command("example", "motor-map", "map.csv", folder=tmp_path).returncode == 0
     done = command("identify", "motor", "map.csv", "--out", "out", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert lines(done.stderr).count(PICTURES) == 1

@@ -39,13 +39,13 @@ READERS = {
     FileKind.LIFT: ("lower",),
     FileKind.CASE: ("run",),
     FileKind.CRANE: ("crane",),
-    FileKind.PAYLOAD: ("payload", "show"),
+    FileKind.PAYLOAD: ("payload"),
     FileKind.CAMPAIGN: ("validate",),
     FileKind.FRICTION_CAMPAIGN: ("identify", "friction"),
     FileKind.FRICTION: ("friction", "compare"),
     FileKind.FACTORS: ("uncertainty", "--factors"),
     FileKind.CONTROLLER: ("map", "nov-250t", "--controllers"),
-    FileKind.ALPHA: ("weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--table"),
+    FileKind.ALPHA: ("weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--forecast-factors"),
 }
 
 
@@ -125,8 +125,8 @@ def test_a_file_named_within_another_is_told_by_its_kind(files, tmp_path, capsys
 
 
 def test_vessel_files_and_toml_files_are_told_apart(files, capsys):
-    assert "is a lift file, not a vessel file" in refusal(capsys, "vessel", "check", files[FileKind.LIFT])
-    assert "is a vessel file, not TOML: stillhook vessel check reads it" in refusal(
+    assert "is a lift file, not a vessel file" in refusal(capsys, "vessel", "--check", files[FileKind.LIFT])
+    assert "is a vessel file, not TOML: stillhook vessel reads it" in refusal(
         capsys, "crane", LIBRARY / "vessels" / "supply-vessel-82m.csv"
     )
 

@@ -85,25 +85,25 @@ def vessel(path: Path, spike: float = 0.0) -> Path:
 
 @pytest.mark.slow
 def test_a_motion_that_no_ship_makes_is_refused_with_its_place(tmp_path, capsys):
-    assert command(["vessel", "check", str(vessel(tmp_path / "rides.csv"))]) == 0
-    assert command(["vessel", "check", str(vessel(tmp_path / "spike.csv", 9e3))]) == 1
+    assert command(["vessel", "--check", str(vessel(tmp_path / "rides.csv"))]) == 0
+    assert command(["vessel", "--check", str(vessel(tmp_path / "spike.csv", 9e3))]) == 1
     assert "heave of 9e+03 m/m at 6.28 s and 90 deg is not a ship's motion" in capsys.readouterr().out
-    assert "is not a ship's motion" in refusal(capsys, "vessel", "show", tmp_path / "spike.csv")
+    assert "is not a ship's motion" in refusal(capsys, "vessel", tmp_path / "spike.csv")
 
 
 @pytest.mark.thorough
 def test_vessel_files_that_are_none_say_what_they_are(tmp_path, capsys):
-    assert "is empty" in refusal(capsys, "vessel", "check", file(tmp_path / "a.re1", ""))
+    assert "is empty" in refusal(capsys, "vessel", "--check", file(tmp_path / "a.re1", ""))
     assert "is not a text file" in refusal(
-        capsys, "vessel", "check", file(tmp_path / "b.re1", "1 2 3\n".encode("utf-16"))
+        capsys, "vessel", "--check", file(tmp_path / "b.re1", "1 2 3\n".encode("utf-16"))
     )
     titles = " MOTION TRANSFER FUNCTIONS\n Run name:\n Ship name: S\n"
-    assert "ends after line 3" in refusal(capsys, "vessel", "check", file(tmp_path / "c.re1", titles))
+    assert "ends after line 3" in refusal(capsys, "vessel", "--check", file(tmp_path / "c.re1", titles))
     numbers = "\n\n ShipX exported data\n 1025 9.81\n 82800 19200 6000\n"
-    assert "Lengths are in m" in refusal(capsys, "vessel", "check", file(tmp_path / "d.re1", titles + numbers))
+    assert "Lengths are in m" in refusal(capsys, "vessel", "--check", file(tmp_path / "d.re1", titles + numbers))
     feet = vessel(tmp_path / "e.csv").read_text().replace("heave re [m/m]", "heave re [ft/ft]")
     assert 'has no column "heave re [m/m]", but "heave re [ft/ft]"' in refusal(
-        capsys, "vessel", "check", file(tmp_path / "e.csv", feet)
+        capsys, "vessel", "--check", file(tmp_path / "e.csv", feet)
     )
 
 
@@ -111,7 +111,7 @@ def test_vessel_files_that_are_none_say_what_they_are(tmp_path, capsys):
 def test_a_name_beyond_the_terminals_letters_is_shown_in_others(tmp_path):
     ship = vessel(tmp_path / "schön.csv")
     plain = os.environ | {"PYTHONIOENCODING": "ascii"}
-    command = [sys.executable, "-c", "from stillhook.cli import main; main()", "vessel", "show", str(ship)]
+    command = [sys.executable, "-c", "from stillhook.cli import main; main()", "vessel", str(ship)]
     done = subprocess.run(command, capture_output=True, env=plain, check=False)
     assert done.returncode == 0, done.stderr
     assert b"sch\\xf6n.csv" in done.stdout
@@ -127,32 +127,30 @@ def test_a_name_beyond_the_terminals_letters_is_shown_in_others(tmp_path):
     ],
 )
 def test_a_payload_in_a_wrong_unit_is_refused(old, new, said, tmp_path, capsys):
-    assert said in refusal(capsys, "payload", "show", file(tmp_path / "p.toml", ANCHOR.replace(old, new)))
+    assert said in refusal(capsys, "payload", file(tmp_path / "p.toml", ANCHOR.replace(old, new)))
 
 
 def test_parts_are_no_heavier_than_the_whole_and_there_are_some(tmp_path, capsys):
     whole = 'name = "t"\nmass = "150 t"\nshape = "assembly"\n[parts]\n'
-    assert "give at least 1" in refusal(capsys, "payload", "show", file(tmp_path / "p.toml", whole))
+    assert "give at least 1" in refusal(capsys, "payload", file(tmp_path / "p.toml", whole))
     part = (
         '[parts.f]\nshape = "frame"\ncount = 2\nmass = "80 t"\ndiameter = "0.8 m"\nlength = "120 m"\nheight = "4 m"\n'
     )
-    assert "its parts weigh 160 t, it 150 t" in refusal(
-        capsys, "payload", "show", file(tmp_path / "p.toml", whole + part)
-    )
-    assert command(["payload", "show", str(file(tmp_path / "p.toml", whole + part.replace("80", "75")))]) == 0
+    assert "its parts weigh 160 t, it 150 t" in refusal(capsys, "payload", file(tmp_path / "p.toml", whole + part))
+    assert command(["payload", str(file(tmp_path / "p.toml", whole + part.replace("80", "75")))]) == 0
 
 
 def test_water_in_a_wrong_unit_is_refused(capsys):
-    assert "900 to 1300 kg/m^3" in refusal(capsys, "payload", "show", "mud-mat-25t", "--rho", "1.025 kg/m^3")
+    assert "900 to 1300 kg/m^3" in refusal(capsys, "payload", "mud-mat-25t", "--rho", "1.025 kg/m^3")
 
 
 def test_a_sheet_says_where_every_number_is_from(tmp_path, capsys):
     given = 'name = "m"\nmass = "60 t"\nheight = "4 m"\nC_D = 3.1\nsource = "model test 17"\n'
-    out = told(capsys, "payload", "show", file(tmp_path / "levels.toml", given + LEVELS))
+    out = told(capsys, "payload", file(tmp_path / "levels.toml", given + LEVELS))
     assert "model test 17" in out
     assert "given in" not in out
     assert "DNV" not in out
-    out = told(capsys, "payload", "show", file(tmp_path / "anchor.toml", ANCHOR))
+    out = told(capsys, "payload", file(tmp_path / "anchor.toml", ANCHOR))
     assert all(name in out for name in ("C_D", "C_s", "engaged", "seabed.settlement"))
     assert "mass over that of steel" in out
     assert "e-1" not in out

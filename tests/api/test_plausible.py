@@ -25,6 +25,7 @@ from stillhook.spec.lift.shapes import Shape
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.plausible import RANGES, implausible_values, marked, ranges_of
 from stillhook.units import KINDS, show
+from stillhook.winches.joints.registry import UNITS
 
 COUNTS = {"Sensors.seed", "PowerLoss.unit"}
 """Whole numbers that choose and do not measure."""
@@ -58,9 +59,12 @@ def numbers_of(model: type[BaseModel], seen: set[type[BaseModel]]) -> typing.Ite
             yield model, name, count
 
 
+UNITS_OF_LIFTS = [module.Unit for module in UNITS.values()]
+
+
 def every_number() -> list[tuple[type[BaseModel], str, int]]:
     seen: set[type[BaseModel]] = set()
-    return [row for model in (Crane, Scenario, Payload, Lowering) for row in numbers_of(model, seen)]
+    return [row for model in (Crane, Scenario, Payload, Lowering, *UNITS_OF_LIFTS) for row in numbers_of(model, seen)]
 
 
 @pytest.mark.slow
@@ -227,13 +231,12 @@ class TestCommands:
             run(
                 [
                     "compare",
-                    "--crane",
                     soft,
                     "--load",
                     "10 t",
                     "--motion",
                     "sine 0.5 m 10 s",
-                    "--modes",
+                    "--controllers",
                     "ns",
                     "--duration",
                     "40 s",
@@ -246,7 +249,7 @@ class TestCommands:
         assert "wire.E 0.09 GPa is implausible" in out
 
     def test_an_envelope_carries_the_note(self, soft, capsys):
-        assert run(["envelope", soft, "--load", "10 t", "--modes", "ns", "--json"]) == 0
+        assert run(["envelope", soft, "--loads", "10 t", "--controllers", "ns", "--json"]) == 0
         assert "wire.E 0.09 GPa is implausible" in capsys.readouterr().out
 
     def test_an_impossible_crane_exits_with_2_in_one_line(self, tmp_path, capsys):

@@ -58,7 +58,10 @@ def test_help_of_the_program_needs_no_numbers_and_no_command() -> None:
     modules = imported("--help")
     heavy = {*ALWAYS_HEAVY, "numpy", "scipy", "xarray", "polars", "pydantic", "rich.markdown", "rich.traceback"}
     assert heavy & modules == set()
-    assert {name for name in modules if name.startswith("stillhook.cli.")} == {"stillhook.cli.groups"}
+    assert {name for name in modules if name.startswith("stillhook.cli.")} == {
+        "stillhook.cli.groups",
+        "stillhook.cli.names",
+    }
 
 
 @pytest.mark.slow

@@ -155,7 +155,7 @@ def test_a_unit_of_the_user_is_refused_in_one_line(command: str, unit: str, line
 def refusal(text: str, folder: Path, name: str = "mine.py") -> str:
     """The one line in which a module is refused."""
     (folder / name).write_text(text, encoding="utf-8")
-    run = python("-m", "stillhook", "cranes", extensions=[folder / name], folder=folder)
+    run = python("-m", "stillhook", "list", "cranes", extensions=[folder / name], folder=folder)
     assert Answer(run.returncode, run.stderr).refused, run.stderr
     return run.stderr.removeprefix("error: ").strip()
 
@@ -199,7 +199,7 @@ def test_a_winch_type_that_cannot_be_one_is_refused(before: str, after: str, lin
 
 @pytest.mark.slow
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    run = python("-m", "stillhook", "cranes", extensions=[tmp_path / "gone.py"], folder=tmp_path)
+    run = python("-m", "stillhook", "list", "cranes", extensions=[tmp_path / "gone.py"], folder=tmp_path)
     assert Answer(run.returncode, run.stderr).refused
     assert "no file" in run.stderr
 
@@ -210,7 +210,7 @@ def test_an_exception_in_a_module_names_its_file_and_line(example: Path) -> None
     text = module.read_text(encoding="utf-8")
     module.write_text(text.replace("e = crane.torque_drive\n", "e = crane.torqe_drive\n"), encoding="utf-8")
     line = text.splitlines().index("    e = crane.torque_drive") + 1
-    command = ("-m", "stillhook", "compare", "--crane", "my-winch.toml", "--load", "30 t", "--modes", "position")
+    command = ("-m", "stillhook", "compare", "my-winch.toml", "--load", "30 t", "--controllers", "position")
     run = python(*command, extensions=[module], folder=example)
     assert Answer(run.returncode, run.stderr).refused, run.stderr
     assert f"error: torque_drive.py, line {line}: AttributeError:" in run.stderr
@@ -249,7 +249,7 @@ def test_an_offset_is_foreseen_by_the_law_of_the_controller(example: Path) -> No
     found = {
         crane: re.findall(
             r"(\S+): the load is held .* under (.+) expect a standing offset of about ([\d.]+) m",
-            said(example, "ssc_pi.py", "compare", "--crane", crane, "--modes", "ssc,ssc-pi", *MOTION),
+            said(example, "ssc_pi.py", "compare", crane, "--controllers", "ssc,ssc-pi", *MOTION),
         )
         for crane in ("nov-100t-pure-active", "short.toml")
     }

@@ -91,7 +91,7 @@ def dataset(data: xarray.Dataset) -> dict[str, Any]:
 def fresh_cache() -> Iterator[None]:
     """A cache with the compiled kernels but without results of earlier runs, so that these are computed by the present code."""
     cli(
-        "compare", "--modes", "ssc", "--motion", "sine 1 m 10 s", "--duration", "2 s", "--warm-up", "1 s"
+        "compare", "--controllers", "ssc", "--motion", "sine 1 m 10 s", "--duration", "2 s", "--warm-up", "1 s"
     )  # kernels exist from here on
     before = os.environ.get(CACHE)
     real = Path(before or platformdirs.user_cache_dir("stillhook", appauthor=False))
@@ -145,7 +145,7 @@ def trials(*names: str, most_lines: int | None = None) -> str:
 
 @case
 def cranes() -> Any:
-    return [cli("cranes"), *(sheet(row["name"]) for row in cli("cranes")["json"])]
+    return [cli("list", "cranes"), *(sheet(row["name"]) for row in cli("list", "cranes")["json"])]
 
 
 def sheet(crane: str) -> dict[str, Any]:
@@ -177,20 +177,20 @@ def calc() -> Any:
 @case
 def friction() -> Any:
     compared = cli("friction", "compare", "crane-1", "crane-2", "--load", "100 t", "--out", "out")
-    return [cli("friction", "sets"), compared]
+    return [cli("list", "frictions"), compared]
 
 
 @case
 def payload() -> Any:
-    names = [row["payload"] for row in cli("payload", "list")["json"]]
-    return [cli("payload", "list"), *(cli("payload", "show", name) for name in names)]
+    names = [row["payload"] for row in cli("list", "payloads")["json"]]
+    return [cli("list", "payloads"), *(cli("payload", name) for name in names)]
 
 
 @case
 def vessel() -> Any:
     names = ("construction-vessel-130m", "supply-vessel-82m")
-    shown = [cli("vessel", "show", name, "--at", "x=-20 m, y=-18 m") for name in names]
-    return [cli("vessel", "list"), *shown, *(cli("vessel", "check", name) for name in names)]
+    shown = [cli("vessel", name, "--at", "x=-20 m, y=-18 m") for name in names]
+    return [cli("list", "vessels"), *shown, *(cli("vessel", "--check", name) for name in names)]
 
 
 # Waves and tip
@@ -318,7 +318,7 @@ def compare() -> Any:
     motion = ("--motion", "sine 1 m 10 s", "--duration", "30 s", "--warm-up", "10 s", "--delay", "50 ms")
     modes = "ns,hs,ssc,ssc-cubic,level-1,level-2,manual"
     both = (("nov-250t", "100 t"), ("nov-100t-pure-active", "60 t"))
-    return {crane: cli("compare", "--crane", crane, "--load", load, "--modes", modes, *motion) for crane, load in both}
+    return {crane: cli("compare", crane, "--load", load, "--controllers", modes, *motion) for crane, load in both}
 
 
 # Lowering
@@ -363,10 +363,10 @@ def lower_many_lanes() -> Any:
 
 @case
 def envelope() -> Any:
-    modes = ("--modes", "ns,hs,ssc,ssc-cubic")
+    modes = ("--controllers", "ns,hs,ssc,ssc-cubic")
     return [
-        cli("envelope", "nov-150t", "--load", "90 t", "--load", "120 t", *modes),
-        cli("envelope", "nov-100t-pure-active", "--load", "50 t", "--layer", "5", *modes),
+        cli("envelope", "nov-150t", "--loads", "90 t", "--loads", "120 t", *modes),
+        cli("envelope", "nov-100t-pure-active", "--loads", "50 t", "--layer", "5", *modes),
     ]
 
 
@@ -410,7 +410,16 @@ def tune() -> Any:
 def uncertainty() -> Any:
     limits = ("--limit", "e_c_pp <= 12 cm", "--duration", "25 s", "--warm-up", "10 s")
     return cli(
-        "uncertainty", "--crane", "nov-250t", "--draws", "8", "--modes", "ns,ssc,strong-ssc", "--load", "100 t", *limits
+        "uncertainty",
+        "--crane",
+        "nov-250t",
+        "--draws",
+        "8",
+        "--controllers",
+        "ns,ssc,strong-ssc",
+        "--load",
+        "100 t",
+        *limits,
     )
 
 
@@ -453,7 +462,7 @@ def validate_dynamics() -> Any:
 def certificate() -> Any:
     out = [cli("validate", trials("limits"), "--out", "out")["exit_code"]]
     (file,) = [path for path in Path("out").glob("*.json") if path.name in ("certificate.json", "not-passed.json")]
-    return [*out, file.name, cli("certificate", "show", str(file)), cli("certificate", "check", str(file), "--quick")]
+    return [*out, file.name, cli("certificate", str(file)), cli("certificate", "--check", str(file), "--quick")]
 
 
 # Planning and weather

@@ -150,7 +150,7 @@ def test_what_cannot_be_drawn_is_one_line(make, text):
 @pytest.mark.thorough
 def test_the_command_prints_median_and_band(tmp_path, capsys):
     path = str(save_set(KNOWN, tmp_path / "my.friction.toml"))
-    options = ["--crane", "nov-150t", "--load", "60 t", "--motion", "sine 1 m 9 s", "--n", "16"]
+    options = ["--crane", "nov-150t", "--load", "60 t", "--motion", "sine 1 m 9 s", "--draws", "16"]
     assert command(["friction", "draws", path, *options, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     band = data["band_90"]["p_max"]
@@ -158,7 +158,7 @@ def test_the_command_prints_median_and_band(tmp_path, capsys):
     assert command(["friction", "draws", path, *options]) == 0
     said = capsys.readouterr().out
     assert "highest pressure of both sides" in said
-    assert command(["friction", "draws", path, *options, "--mode", "manual", "--json"]) == 0
+    assert command(["friction", "draws", path, *options, "--controller", "manual", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["band_90"]["e_c_pp"] == {"low": None, "median": None, "high": None}
     assert command(["friction", "draws", path, path, *options]) == 2
     assert "two sets of one kind" in capsys.readouterr().err

@@ -128,12 +128,12 @@ def test_the_table_has_a_row_a_set_with_half_the_band_where_it_is_known():
 
 @pytest.mark.slow
 def test_the_sets_of_the_library_are_listed_with_their_sources(capsys):
-    assert command(["friction", "sets"]) == 0
+    assert command(["list", "frictions"]) == 0
     said = capsys.readouterr().out
     for name in ("crane-1", "crane-2", "L4593", "crane-2-second-loop", "A6VM215", "A6VM215-crane-2-second-loop"):
         assert name in said
     assert "paper D table 3, crane 1" in said
-    assert command(["friction", "sets", "--json"]) == 0
+    assert command(["list", "frictions", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert {d["kind"] for d in data} == {"system friction", "motor"}
     assert all(d["sources"] for d in data)

@@ -98,7 +98,7 @@ def test_check_says_what_a_plan_asks_and_runs_nothing(tmp_path, capsys, monkeypa
 
 @pytest.mark.thorough
 def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
-    assert run(["plan", "example", str(tmp_path / "mine")]) == 0
+    assert run(["example", "plan", str(tmp_path / "mine")]) == 0
     assert "template-to-1500m.toml --check" in capsys.readouterr().out
     assert run(["plan", str(tmp_path / "mine" / "template-to-1500m.toml"), "--check"]) == 0
 
@@ -112,7 +112,10 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
         (["no-such-lift.toml"], "no-such-lift.toml"),
         (["template-to-1500m", "elsewhere"], 'a folder follows "example" only'),
         (["template-to-1500m", "--tier", "tmie"], 'Unknown tier "tmie". Choose closed-form, frequency or time.'),
-        (["template-to-1500m", "--quick", "--alpha", "nobody"], '--alpha "nobody": no such table of alpha factors'),
+        (
+            ["template-to-1500m", "--quick", "--forecast-factors", "nobody"],
+            '--forecast-factors "nobody": no such table of alpha factors',
+        ),
         (
             ["template-to-1500m", "--quick", "--tier", "time"],
             "--quick with --tier time: --quick is --tier frequency. Leave one of them out.",

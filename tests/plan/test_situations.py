@@ -92,11 +92,11 @@ def test_a_check_tells_phases_times_rules_and_weather(capsys: pytest.CaptureFixt
 def test_an_example_is_copied_once_and_never_over_what_is_there(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["plan", "example", str(tmp_path / "mine")]) == 0
+    assert run(["example", "plan", str(tmp_path / "mine")]) == 0
     assert sorted(path.name for path in (tmp_path / "mine").iterdir()) == [
         "SYNTHETIC-load-chart.csv",
         "template-120t.toml",
         "template-to-1500m.toml",
     ]
-    assert run(["plan", "example", str(tmp_path / "mine")]) == 2
+    assert run(["example", "plan", str(tmp_path / "mine")]) == 2
     assert "is there already" in capsys.readouterr().err

@@ -31,7 +31,7 @@ def file(tmp_path: Path) -> str:
 
 @pytest.mark.slow
 def test_the_library_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["vessel", "list"]) == 0
+    assert run(["list", "vessels"]) == 0
     text = capsys.readouterr().out
     assert all(name in text for name in vessels())
 
@@ -39,7 +39,7 @@ def test_the_library_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_file_is_shown_with_its_reference_point_range_and_largest_motions(
     capsys: pytest.CaptureFixture[str], file: str
 ) -> None:
-    assert run(["vessel", "show", file]) == 0
+    assert run(["vessel", file]) == 0
     text = capsys.readouterr().out
     assert "reference point: middle" in text
     assert "8 periods from 4.189 to 62.83 s, 12 headings at most 30 deg apart, deep water" in text
@@ -47,8 +47,8 @@ def test_a_file_is_shown_with_its_reference_point_range_and_largest_motions(
 
 
 def test_the_answer_for_machines_has_known_names_and_si_units(capsys: pytest.CaptureFixture[str], file: str) -> None:
-    shown = answer(capsys, "vessel", "show", file, "--at", "x=-20 m, y=5 m")
-    checked = answer(capsys, "vessel", "check", file)
+    shown = answer(capsys, "vessel", file, "--at", "x=-20 m, y=5 m")
+    checked = answer(capsys, "vessel", "--check", file)
     nested = [key for row in (*shown["peaks"], *checked["motions"]) for key in row]
     assert not {key for key in (*shown, *checked, *nested) if key not in BY_NAME} - NESTED
     assert shown["water_depth"] is None
@@ -61,7 +61,7 @@ def test_the_answer_for_machines_has_known_names_and_si_units(capsys: pytest.Cap
 
 @pytest.mark.thorough
 def test_a_picture_and_the_numbers_are_written(capsys: pytest.CaptureFixture[str], file: str, tmp_path: Path) -> None:
-    assert run(["vessel", "show", file, "--at", "x=-20 m, y=5 m", "--out", str(tmp_path / "out")]) == 0
+    assert run(["vessel", file, "--at", "x=-20 m, y=5 m", "--out", str(tmp_path / "out")]) == 0
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["vessel.json", "vessel.png"]
 
 
@@ -69,12 +69,12 @@ def test_a_vessel_that_does_not_ride_is_shown_with_its_numbers_by_check_and_refu
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     wrong = str(write_rao_csv(replace(SHIP, H=np.conj(SHIP.H)), tmp_path / "wrong.csv", source="closed form"))
-    assert run(["vessel", "check", wrong]) == 1
+    assert run(["vessel", "--check", wrong]) == 1
     text = capsys.readouterr().out
     assert "wrong" in text
     assert "It would fit with time the other way" in text
-    assert not answer(capsys, "vessel", "check", wrong, code=1)["passed"]
-    assert "wrong.csv" in refusal(capsys, "vessel", "show", wrong)
+    assert not answer(capsys, "vessel", "--check", wrong, code=1)["passed"]
+    assert "wrong.csv" in refusal(capsys, "vessel", wrong)
 
 
 @pytest.mark.slow

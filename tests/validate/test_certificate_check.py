@@ -220,33 +220,33 @@ def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
 
 @pytest.mark.thorough
 def test_check_answers_by_its_exit_code(file, tmp_path, capsys):
-    assert command(["certificate", "check", str(file)]) == 0
+    assert command(["certificate", "--check", str(file)]) == 0
     out = capsys.readouterr().out
     assert out.startswith("VALID: ")
     assert "recomputed: identical to the byte" in out
     assert "PDF in the same folder: the same to the byte" in out
     edit(tmp_path / "logs/1.csv", "0.1,0.1", "0.1,0.9")
-    assert command(["certificate", "check", str(file), "--quick"]) == 1
+    assert command(["certificate", "--check", str(file), "--quick"]) == 1
     assert 'changed: log logs/1.csv of test "1": changed since.' in capsys.readouterr().out
-    assert command(["certificate", "check", str(file), "--quick", "--json"]) == 1
+    assert command(["certificate", "--check", str(file), "--quick", "--json"]) == 1
     told = json.loads(capsys.readouterr().out)
     assert told["holds"] is False
     edit(file, '"passed": true', '"passed": false')
-    assert command(["certificate", "check", str(file)]) == 2
+    assert command(["certificate", "--check", str(file)]) == 2
     assert "was changed after it was written" in capsys.readouterr().err
-    assert command(["certificate", "check", str(tmp_path / "logs/1.csv")]) == 2
+    assert command(["certificate", "--check", str(tmp_path / "logs/1.csv")]) == 2
 
 
 @pytest.mark.slow
 def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
-    assert command(["certificate", "show", str(file)]) == 0
+    assert command(["certificate", str(file)]) == 0
     out = capsys.readouterr().out
     assert out.startswith("SYNTHETIC Sea trial\nPASSED: ")
     assert "82 t to 164 t" in out
     assert "Level 2, variant 3" in out
-    assert command(["certificate", "show", str(file), "--json"]) == 0
+    assert command(["certificate", str(file), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["envelope"]["load"] == [82e3, 164e3]
-    assert command(["certificate", "show", str(tmp_path / "nothing.json")]) == 2
+    assert command(["certificate", str(tmp_path / "nothing.json")]) == 2
     assert "no such file" in capsys.readouterr().err
 
 
@@ -256,11 +256,13 @@ def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsy
     data.pop("digest")
     data["envelope"]["load"] = [1e3, 250e3]
     file.write_text(canonical({**data, "digest": digest_of(data)}), encoding="utf-8")  # reads as genuine
-    assert command(["certificate", "show", str(file)]) == 0
+    assert command(["certificate", str(file)]) == 0
     assert UNSIGNED in " ".join(capsys.readouterr().out.split())
-    assert command(["certificate", "check", str(file), "--quick"]) == 0
+    assert command(["certificate", "--check", str(file), "--quick"]) == 0
     assert UNSIGNED in capsys.readouterr().out
-    assert command(["certificate", "check", str(file), "--json"]) == 1  # computed again from the logs it does not hold
+    assert (
+        command(["certificate", "--check", str(file), "--json"]) == 1
+    )  # computed again from the logs it does not hold
     assert json.loads(capsys.readouterr().out)["unsigned"] == UNSIGNED
     assert Text(UNSIGNED) in document(data | {"digest": digest_of(data)}).section("How to check this document").parts
 

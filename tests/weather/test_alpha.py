@@ -215,7 +215,16 @@ class TestTablesOfCells:
     )
     def test_a_table_that_is_wrong_is_refused_in_one_line_with_exit_code_2(self, tmp_path, capsys, text, says):
         (tmp_path / "own.csv").write_text(text, encoding="utf-8")
-        command = ["weather", "alpha", "--hs", "2 m", "--t-pop", "12 h", "--table", str(tmp_path / "own.csv")]
+        command = [
+            "weather",
+            "alpha",
+            "--hs",
+            "2 m",
+            "--t-pop",
+            "12 h",
+            "--forecast-factors",
+            str(tmp_path / "own.csv"),
+        ]
         assert run(command) == 2
         line = capsys.readouterr().err.strip()
         assert "\n" not in line
@@ -228,7 +237,17 @@ class TestTablesOfCells:
 
     def test_the_command_takes_it(self, tmp_path, capsys):
         (tmp_path / "own.csv").write_text(REMARKS + CELLS, encoding="utf-8")
-        command = ["weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--table", str(tmp_path / "own.csv"), "--json"]
+        command = [
+            "weather",
+            "alpha",
+            "--hs",
+            "2 m",
+            "--t-pop",
+            "24 h",
+            "--forecast-factors",
+            str(tmp_path / "own.csv"),
+            "--json",
+        ]
         assert run(command) == 0
         found = json.loads(capsys.readouterr().out)
         assert (found["alpha"], found["case_by_case"]) == (0.73, False)

@@ -123,7 +123,7 @@ class TestCommand:
             (["--column", "Hs"], "write a name"),
             (["--ship", "north"], "--ship"),
             (["--horizon", "3"], "no unit"),
-            (["--table", "none"], "There are dnv-os-h101"),
+            (["--forecast-factors", "none"], "There are dnv-os-h101"),
         ],
     )
     def test_mistakes_are_one_line_and_code_2(self, file, capsys, more, says):

@@ -28,8 +28,8 @@ DEBUG = "STILLHOOK_DEBUG"
 """Environment variable that shows the traceback of an internal error."""
 
 COMMANDS = {
-    "list": Entry("listing", "list_kind"),
-    "crane": Entry("crane", "show_crane"),
+    "list": Entry("library.listing", "list_kind"),
+    "crane": Entry("library.crane", "show_crane"),
     "run": Entry("runs.simulation", "run"),
     "compare": Entry("runs.simulation", "compare"),
     "envelope": Entry("analysis.envelope", "envelope"),
@@ -48,8 +48,8 @@ COMMANDS = {
     "fmu": Entry("export.fmu", "fmu"),
     "convert": Entry("export.convert", "convert"),
     "external": Entry("export.external", "external"),
-    "example": Entry("example", "example"),
-    "calc": Entry("crane", "calc"),
+    "example": Entry("library.example", "example"),
+    "calc": Entry("library.crane", "calc"),
     "certificate": Entry("validate", "certificate"),
     "identify": Entry(
         "identify",

@@ -188,7 +188,7 @@ def test_the_windows_libraries_give_the_same_under_wine(made: Export, rows: Path
 @pytest.mark.thorough
 def test_the_command_writes_a_folder_whose_python_function_runs(tmp_path: Path, capsys):
     out = tmp_path / "winch"
-    assert command(["external", "orcaflex", "nov-250t", "--out", str(out), "--platform", str(OWN), "--json"]) == 0
+    assert command(["external", "orcaflex", "nov-250t", "--out", str(out), "--platforms", str(OWN), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert {Path(f).name for f in data["files"]} == {p.name for p in out.iterdir()}
     names = {"README.txt", "parameters.txt", "winch.yml", "stillhook_winch.py", "stillhook_winch.c", "crane.toml"}
@@ -224,7 +224,7 @@ def test_a_gas_charge_for_another_load_is_refused(tmp_path: Path):
 def test_wrong_choices_leave_nothing_behind(tmp_path: Path, capsys, nov, case):
     for arguments, line in (
         (["foo", "nov-250t"], 'host = "foo": choose orcaflex or simo.'),
-        (["simo", "nov-250t", "--platform", "vax"], 'platform "vax" is none of'),
+        (["simo", "nov-250t", "--platforms", "vax"], 'platforms "vax" is none of'),
     ):
         assert command(["external", *arguments, "--out", str(tmp_path / "none")]) == 2
         assert line in capsys.readouterr().err

@@ -45,7 +45,7 @@ WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
 
 def stability(
     name: CraneName,
-    controller: Annotated[str | None, typer.Option("--controller", "--mode", help=CONTROLLER_HELP)] = None,
+    controller: Annotated[str | None, typer.Option("--controller", help=CONTROLLER_HELP)] = None,
     alpha_m: Annotated[list[float] | None, typer.Option("--alpha-m", help=ALPHA_HELP)] = None,
     layer: Annotated[
         int | None, typer.Option(help="The published loop alone, on a layer of the drum, as a table (a reference).")

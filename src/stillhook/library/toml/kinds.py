@@ -128,7 +128,4 @@ def kind_of_text(text: str) -> str:
     start = text[:1000]
     if not ("omega [rad/s]" in start or "TRANSFER FUNCTION" in start.upper() or "VesselTypes:" in text[:100_000]):
         return ""
-    return (
-        "is a vessel file, not TOML: stillhook vessel reads --check it, and the lift files and plans that name it as"
-        " vessel"
-    )
+    return "is a vessel file, not TOML: stillhook vessel reads it, and the lift files and plans that name it as vessel"

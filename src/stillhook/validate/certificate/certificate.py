@@ -97,7 +97,7 @@ ALWAYS = (
     (
         "The verdict applies to the crane file as supplied, the code named here, and these logs. It lapses when one of"
         " them changes;"
-        " stillhook certificate verifies --check this."
+        " stillhook certificate --check verifies this."
     ),
     (
         "Conditions are judged one by one (a box). Not every combination inside the ranges was tested; between tests"

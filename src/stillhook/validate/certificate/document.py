@@ -72,7 +72,7 @@ PROCEDURE = (
 
 ANNEX = (
     "Lines, steps with their figures, criteria, numbers and crane file behind the certificate of the same crane and"
-    " date. The JSON file of the certificate holds the SHA-256 of this document; stillhook certificate compares --check"
+    " date. The JSON file of the certificate holds the SHA-256 of this document; stillhook certificate --check compares"
     " it. The number above is that of the contents without this annex."
 )
 

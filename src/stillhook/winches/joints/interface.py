@@ -1,40 +1,14 @@
 """What joins hook and payload: one module with what a file gives, its equations, and what it shows of a run.
 
-A joint module has
+`Joint` is the contract: what every module has. A type checker checks a module against it: `joint: Joint = my_joint`;
+`stillhook.winches.joints.registry` does when it is loaded.
 
-NAME, TITLE
-    Name that lift files write (`[compensator]` with `type = "..."`), and one line that says what it is.
-Unit
-    The table of a lift file: a `JointUnit`, which packs itself for a run.
-Link
-    NamedTuple of floats, what the equations read of a unit besides the slings.
-pull(x, v, z, A_up, R_up, A_down, R_down, h, sling, link)
-    `physics.load_path.rope.Pull` over a step h [s] of the implicit midpoint rule: force [N] between hook and payload,
-    never negative, and the speeds of both ends in its middle [m/s]. x stretch [m] and v its rate [m/s] at the start,
-    upper less lower end; z height of the payload's underside above still water with nothing stretched [m]; A [kg] and
-    R [kg m/s] of the bodies, which would move at R / A without it.
-mean(x, v, z, rate, h, sling, link)
-    The same force at the rate in the middle of the step [N], and the part of it that the sea does [N].
-energy(x, sling, link)
-    Energy stored at a stretch x, slings included [J]: what the audit finds missing of the work is a loss.
-Signals, signals(x, rate, sling, link)
-    Columns of a series, each annotated with a `base.variable.Row`, and a row of them.
-Stats, blank(), fold(a, t, h, x, rate, sea, grounded, sling, link)
-    Statistics of a stage, of nothing yet, and with one more step that ends at t [s]; grounded 1 once the load touched
-    the seabed. SUMMED, LOWEST: fields that add up over stages, and of which the least counts; of all others the
-    largest counts.
-NUMBERS, numbers(stats)
-    Rows of the numbers of a run and of a stage by name, and the numbers; NaN for what did not happen.
-summary(unit, run)
-    A run in one line, from its numbers.
-LIMIT, notes(stats)
-    Word in a run's status where a limit was passed, and a line for each limit that was; none: no limit.
-EXTENSION
-    Name among Signals of how much longer than its shortest it is [m].
-STOPS
-    Names among NUMBERS of times at an end of its way [s]; () where it has no ends.
+Functions with `@scalar` are compiled: SI, floats and records in, floats and records out. They must not keep anything
+between calls, or branch with work on one side only: sixteen runs go side by side.
 
-All but `blank`, `numbers` and `notes` are `scalar` functions of floats and records.
+Letters: x stretch of all that joins hook and payload, upper less lower end [m], v its rate at the start of a step and
+rate that in its middle [m/s], h the step [s]; A [kg] and R [kg m/s] of the two bodies, which would move at R / A
+without it; sling `physics.load_path.rope.Sling`, link the module's own record.
 """
 
 from __future__ import annotations
@@ -48,7 +22,10 @@ from numpy.typing import ArrayLike
 from pydantic import Field, ValidationError
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.variable import Row
 from stillhook.errors import ScenarioError
+from stillhook.physics.load_path.rope import Pull, Sling
+from stillhook.physics.scalar import scalar
 from stillhook.tables.table import Source, Spec, first_problem
 
 NEVER = 1.0e300
@@ -139,3 +116,105 @@ class JointUnit(Spec):
 def happened(value: float) -> float:
     """A statistic as a number; NaN for what did not happen."""
     return value if abs(value) < NEVER else math.nan
+
+
+class Joint(Protocol):
+    """A module of a unit between hook and slings."""
+
+    @property
+    def NAME(self) -> str:
+        """Name that lift files write: `[compensator]` with `type = "..."`."""
+
+    @property
+    def TITLE(self) -> str:
+        """One line that says what it is."""
+
+    @property
+    def Unit(self) -> type[JointUnit]:
+        """The table of a lift file, a `JointUnit`, which packs itself for a run."""
+
+    @property
+    def Link(self) -> type[tuple[Any, ...]]:
+        """Record that its equations read of a unit, besides the slings."""
+
+    @property
+    def Signals(self) -> type[tuple[Any, ...]]:
+        """Columns of a series, each annotated with a Row."""
+
+    @property
+    def Stats(self) -> type[tuple[Any, ...]]:
+        """Statistics of a stage, from every step."""
+
+    @property
+    def SUMMED(self) -> tuple[str, ...]:
+        """Fields of Stats that add up over stages; of LOWEST the least counts, of all others the largest."""
+
+    @property
+    def LOWEST(self) -> tuple[str, ...]:
+        """Fields of Stats of which the least counts over stages."""
+
+    @property
+    def NUMBERS(self) -> Mapping[str, Row]:
+        """Rows of the numbers of a run and of a stage, by name."""
+
+    @property
+    def EXTENSION(self) -> str:
+        """Name among Signals of how much longer than its shortest it is [m]."""
+
+    @property
+    def STOPS(self) -> tuple[str, ...]:
+        """Names among NUMBERS of times at an end of its way [s]; () where it has no ends."""
+
+    @property
+    def LIMIT(self) -> str:
+        """Word in a run's status where `notes` says that a limit was passed."""
+
+    @scalar
+    def pull(
+        self,
+        x: float,
+        v: float,
+        z: float,
+        A_up: float,
+        R_up: float,
+        A_down: float,
+        R_down: float,
+        h: float,
+        sling: Sling,
+        link: Any,
+    ) -> Pull:
+        """Force over a step of the implicit midpoint rule, never negative, and the speeds of both ends in its middle.
+
+        z height of the payload's underside above still water with nothing stretched [m].
+        """
+
+    @scalar
+    def mean(self, x: float, v: float, z: float, rate: float, h: float, sling: Sling, link: Any) -> tuple[float, float]:
+        """The same force at the rate in the middle of the step [N], and the part of it that the sea does [N]."""
+
+    @scalar
+    def energy(self, x: float, sling: Sling, link: Any) -> float:
+        """Energy stored at a stretch, slings included [J]: what the audit finds missing of the work is a loss."""
+
+    @scalar
+    def signals(self, x: float, rate: float, sling: Sling, link: Any) -> Any:
+        """A row of Signals."""
+
+    @scalar
+    def fold(
+        self, a: Any, t: float, h: float, x: float, rate: float, sea: float, grounded: float, sling: Sling, link: Any
+    ) -> Any:
+        """Stats with one more step that ends at t [s], x there; sea its part of the force [N]; grounded 1 once the load
+        touched the seabed."""
+
+    def blank(self) -> Any:
+        """Stats of nothing yet."""
+
+    def numbers(self, stats: Any) -> dict[str, float]:
+        """The numbers of NUMBERS, NaN for what did not happen."""
+
+    def notes(self, stats: Any) -> list[str]:
+        """A line for each limit that was passed."""
+
+    def summary(self, unit: Any, run: Mapping[str, float]) -> str:
+        """A run in one line, from its numbers."""
