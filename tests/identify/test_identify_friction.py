@@ -328,7 +328,6 @@ def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, c
     [
         (["--keep-Y-2", "perhaps"], '--keep-Y-2 = "perhaps": not one of auto, yes, no.'),
         (["--variant", "simplex"], '--variant = "simplex": not one of box, krus, complex-rf.'),
-        (["--intervals", "wide"], 'intervals = "wide": not one of profile, bootstrap, mcmc.'),
         (["--like", "crane-9"], "crane-9"),
         (["--map", "none.csv"], "none.csv"),
         (["--out", "campaign-file-below/x"], "campaign-file-below"),

@@ -8,7 +8,7 @@ import pytest
 from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.result import (
+from stillhook.identify.system_friction.compare import (
     FASTEST,
     PARTS,
     band,

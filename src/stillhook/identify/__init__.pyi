@@ -9,9 +9,9 @@ from stillhook.identify.system_friction.campaign.file import Campaign as Campaig
 from stillhook.identify.system_friction.campaign.file import load_campaign as load_campaign
 from stillhook.identify.system_friction.campaign.staircase import campaign_plan as campaign_plan
 from stillhook.identify.system_friction.campaign.staircase import write_campaign as write_campaign
-from stillhook.identify.system_friction.fitting.uncertainty import draw_cranes as draw_cranes
 from stillhook.identify.system_friction.identify import Friction as Friction
 from stillhook.identify.system_friction.identify import friction as friction
-from stillhook.identify.system_friction.identify import second_loop as second_loop
+from stillhook.identify.system_friction.second_loop import second_loop as second_loop
+from stillhook.library.draws import draw_cranes as draw_cranes
 from stillhook.logs.log import Log as Log
 from stillhook.logs.log import read_log as read_log

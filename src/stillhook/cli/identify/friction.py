@@ -40,9 +40,6 @@ def friction(
     keep_Y_2: Annotated[
         str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")
     ] = "auto",
-    intervals: Annotated[
-        str, typer.Option(help="95 % intervals: profile, bootstrap, or mcmc (extra mcmc).")
-    ] = "profile",
     loops: Annotated[
         int, typer.Option(min=0, max=10, help="Rounds of the second loop: refine the motor loss on the crane's tests.")
     ] = 0,
@@ -71,7 +68,6 @@ def friction(
             campaign,
             like=like,
             keep_Y_2=_keep_constant_term(keep_Y_2),
-            intervals=intervals,
             loops=loops,
             loss_map=loss_map,
             variant=method,
@@ -161,8 +157,8 @@ def example_campaign(
     Example: stillhook identify example-campaign L4593 my-tests
     """
     from stillhook.identify.system_friction.campaign.staircase import campaign_plan, write_campaign
-    from stillhook.identify.system_friction.fitting.uncertainty import crane_with
     from stillhook.library import load_crane, load_set
+    from stillhook.library.draws import crane_with
     from stillhook.logs.synthetic import Instruments, noise_of
 
     plan, instruments = campaign_plan(name), Instruments(noise=noise_of(noise), seed=seed)
