@@ -21,6 +21,7 @@ from trials.campaigns.plc_log import Instruments, noise_of
 from stillhook import identify, load_crane
 from stillhook.identify.system_friction.campaign.measure import measure
 from stillhook.identify.system_friction.campaign.pairs import on_grid
+from stillhook.identify.system_friction.compare import drum_torque, speeds, split
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, fit_system, predicted
 from stillhook.identify.system_friction.fitting.model import (
     Y_NAMES,
@@ -32,19 +33,17 @@ from stillhook.identify.system_friction.fitting.model import (
     motor_loss_at,
     system_friction,
 )
-from stillhook.identify.system_friction.fitting.uncertainty import crane_with
 from stillhook.identify.system_friction.identify import (
     JUDGED_FROM,
     Friction,
-    SecondLoop,
     held_out_errors,
     nominal_share,
-    second_loop,
     thesis_check,
 )
-from stillhook.identify.system_friction.result import drum_torque, speeds, split
+from stillhook.identify.system_friction.second_loop import SecondLoop, second_loop
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
+from stillhook.library.draws import crane_with
 from stillhook.library.parameter_sets import load_losses
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane

@@ -15,8 +15,8 @@ from stillhook.engine.inputs import NO_CERTIFICATE, doubts, twin_line
 from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import SpecError
 from stillhook.formats.results import rerun
-from stillhook.identify.system_friction.fitting.uncertainty import crane_with
 from stillhook.library import changed, crane_from_toml, crane_toml, load_friction, set_toml
+from stillhook.library.draws import crane_with
 from stillhook.sea.motion.recorded import wave_periods, window_spans
 from stillhook.spec.crane import content
 from stillhook.spec.scenario import PowerLoss

@@ -101,15 +101,7 @@ def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(writt
     assert "System friction per motor shaft" in printed
     assert "Held-out tests, from 250 rev/min on" in printed
     names = {p.name for p in out.iterdir()}
-    assert {
-        "friction.toml",
-        "report.html",
-        "summary.json",
-        "points.csv",
-        "stretches.csv",
-        "error.png",
-        "system-friction.png",
-    } <= names
+    assert {"friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv", "error.png"} <= names
     optimum = load_friction(out / "friction.toml")
     assert "SYNTHETIC" in optimum.title
     assert optimum.evidence is not None
@@ -223,28 +215,19 @@ def test_a_speed_in_another_unit_is_refused_by_the_wire_that_was_paid_out(noisy,
 
 
 @pytest.mark.thorough
-def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
-    path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', 'load = "0 t"'))
-    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 1
-    assert 'NOT USABLE: test "3": the pressures carry 107 t, the campaign file states 0 t' in capsys.readouterr().out
-    assert not (tmp_path / "out" / "friction.toml").exists()
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(("stated", "code"), [("98 t", 1), ("103 t", 0)])
-def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_stands_in_it(
+@pytest.mark.parametrize(("stated", "code"), [("0 t", 1), ("98 t", 1), ("103 t", 0)])
+def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_is_in_it(
     noisy, tmp_path, capsys, stated, code
 ):
     path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', f'load = "{stated}"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == code
-    printed = capsys.readouterr().out
-    assert f"the campaign file states {stated}" in printed
+    printed, file = capsys.readouterr().out, tmp_path / "out" / "friction.toml"
+    assert f"the pressures carry 107 t, the campaign file states {stated}" in printed
     assert ("NOT USABLE: test" in printed) == (code == 1)
-    file = tmp_path / "out" / "friction.toml"
     assert file.exists() == (code == 0)
     if code == 0:
         assert file.read_text().startswith('# WARNING: test "')
-        assert any("the campaign file states 103 t" in s for s in load_friction(file).evidence.statements)
+        assert any(f"the campaign file states {stated}" in s for s in load_friction(file).evidence.statements)
 
 
 @pytest.mark.thorough
@@ -269,34 +252,31 @@ def test_a_set_says_so_when_a_lift_is_beyond_its_loads(noisy, tmp_path, capsys):
     assert "system friction" not in str(simulate(crane, Scenario(load="0 t", s_w="0 m", duration="31 s")).notes.item())
 
 
+@pytest.fixture
+def copied(noisy, tmp_path):
+    """A copy of the campaign, whose logs may be changed."""
+    return Path(shutil.copytree(noisy.folder, tmp_path / "c"))
+
+
 @pytest.mark.thorough
-def test_a_staircase_run_twice_gives_pairs_of_the_same_weight(noisy, tmp_path):
+def test_a_staircase_run_twice_gives_pairs_of_the_same_weight(copied):
     """Nearly equal speeds must not make a steep slope of friction over speed, by which a speed's uncertainty would swamp the pressure's."""
-    shutil.copytree(noisy.folder, tmp_path / "c")
-    log = tmp_path / "c" / "logs" / "2.csv"
-    head = [line for line in log.read_text().splitlines() if not line[0].isdigit()]
-    rows = [line.split(",") for line in log.read_text().splitlines() if line[0].isdigit()]
+    log, path = copied / "logs" / "2.csv", copied / "campaign.toml"
+    lines = log.read_text().splitlines()
+    rows = [line.split(",") for line in lines if line[0].isdigit()]
     end = float(rows[-1][0]) + 0.01
-    again = [[f"{float(row[0]) + end:.2f}", *row[1:]] for row in rows]
-    log.write_text("\n".join([*head, *(",".join(row) for row in (*rows, *again))]) + "\n")
-    path = tmp_path / "c" / "campaign.toml"
-    points = identify.friction(
-        edited_in_place(path, lambda text: only(text, lambda t: '"2"' in t or '"5"' in t)), proposals=0
-    ).points
+    again = [",".join([f"{float(row[0]) + end:.2f}", *row[1:]]) for row in rows]
+    log.write_text("\n".join([*lines, *again]) + "\n")
+    path.write_text(only(path.read_text(), lambda t: '"2"' in t or '"5"' in t))
+    points = identify.friction(path, proposals=0).points
     twice, once = (points.u_dp[points.test == k] for k in (0, 1))
     assert len(twice) > 1.5 * len(once)
     assert twice.max() < 3.0 * np.median(once)
 
 
-def edited_in_place(path: Path, change) -> Path:
-    path.write_text(change(path.read_text()))
-    return path
-
-
 @pytest.mark.thorough
-def test_holes_in_the_wire_counter_are_filled_and_told(noisy, tmp_path):
-    shutil.copytree(noisy.folder, tmp_path / "c")
-    log = tmp_path / "c" / "logs" / "2.csv"
+def test_holes_in_the_wire_counter_are_filled_and_told(copied):
+    log, path = copied / "logs" / "2.csv", copied / "campaign.toml"
     head, *rows = log.read_text().splitlines()
     at = rows[0].split(",").index("Wire paid out")
     for i in range(10_000, 14_000):
@@ -304,11 +284,10 @@ def test_holes_in_the_wire_counter_are_filled_and_told(noisy, tmp_path):
         cells[at] = ""
         rows[i] = ",".join(cells)
     log.write_text("\n".join([head, *rows]) + "\n")
-    path = tmp_path / "c" / "campaign.toml"
     path.write_text(path.read_text().replace("layer = 11\n", ""))
-    optimum = identify.friction(path, proposals=0)
-    assert any(s.code == "wire" and "s_w is missing in" in s.text for s in optimum.statements)
-    assert max(h.worst for h in optimum.held_out) < CLAIM
+    result = identify.friction(path, proposals=0)
+    assert any(s.code == "wire" and "s_w is missing in" in s.text for s in result.statements)
+    assert max(h.worst for h in result.held_out) < CLAIM
 
 
 def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, capsys):
@@ -327,7 +306,6 @@ def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, c
     [
         (["--keep-Y-2", "perhaps"], '--keep-Y-2 = "perhaps": not one of auto, yes, no.'),
         (["--variant", "simplex"], '--variant = "simplex": not one of box, krus, complex-rf.'),
-        (["--intervals", "wide"], 'intervals = "wide": not one of profile, bootstrap, mcmc.'),
         (["--like", "crane-9"], "crane-9"),
         (["--map", "none.csv"], "none.csv"),
         (["--out", "campaign-file-below/x"], "campaign-file-below"),
@@ -348,12 +326,10 @@ def test_bad_options_are_refused_in_one_line_and_nothing_is_written(
     assert {p.name for p in tmp_path.iterdir()} == before
 
 
-def test_a_log_that_is_no_staircase_is_refused_in_one_line(noisy, tmp_path, capsys):
-    shutil.copytree(noisy.folder, tmp_path / "c")
-    log = tmp_path / "c" / "logs" / "1.csv"
-    lines = log.read_text().splitlines(keepends=True)
-    log.write_text("".join(lines[:1500]))
-    assert run(["identify", "friction", str(tmp_path / "c" / "campaign.toml")]) == 2
+def test_a_log_that_is_no_staircase_is_refused_in_one_line(copied, capsys):
+    log = copied / "logs" / "1.csv"
+    log.write_text("".join(log.read_text().splitlines(keepends=True)[:1500]))
+    assert run(["identify", "friction", str(copied / "campaign.toml")]) == 2
     line = capsys.readouterr().err.strip()
     assert "\n" not in line
     assert line.startswith('error: campaign.toml: test "1": ')

@@ -4,11 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from tests.identify.refusals import refused
 
 from stillhook import load_crane
 from stillhook.cli import run as command
-from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.result import (
+from stillhook.identify.system_friction.compare import (
     FASTEST,
     PARTS,
     band,
@@ -64,16 +64,12 @@ def test_the_band_holds_95_of_100_draws():
     item, T_d = with_evidence(), 1.5e6
     omega = np.array([0.0, 100.0, 500.0, 1500.0]) * RPM
     drawn = draw(item, 4000, np.random.default_rng(5))
-    totals = np.array(
-        [
-            split(
-                FrictionSet("d", "d", item.system.model_copy(update=dict(zip(drawn.names, row, strict=True))), {}),
-                T_d,
-                omega,
-            ).total
-            for row in drawn.values
-        ]
-    )
+
+    def total(row):
+        system = item.system.model_copy(update=dict(zip(drawn.names, row, strict=True)))
+        return split(FrictionSet("d", "d", system, {}), T_d, omega).total
+
+    totals = np.array([total(row) for row in drawn.values])
     half = band(item.system, item.evidence, T_d, omega)
     inside = np.mean(np.abs(totals - split(item, T_d, omega).total) < half, axis=0)
     assert inside == pytest.approx(np.full(4, 0.95), abs=0.015)
@@ -83,13 +79,10 @@ def test_drum_torque_is_the_weight_of_load_and_hook_on_the_layer():
     outer, inner = (drum_torque(CRANE, 100e3, n) for n in (None, 1))
     assert outer == pytest.approx(103e3 * G * 0.5 * (2.25 + 21 * 0.077))
     assert inner == pytest.approx(103e3 * G * 0.5 * (2.25 + 0.077))
-    for make, text in (
-        (lambda: drum_torque(CRANE, 100e3, 12), 'layer = 12: the drum of "nov-150t" has layers 1 to 11.'),
-        (lambda: drum_torque(CRANE, 151e3), 'load 151 t: "nov-150t" lifts 0 t to 150 t. Give a load in between.'),
-    ):
-        with pytest.raises(StillhookError) as caught:
-            make()
-        assert str(caught.value) == text
+    line = 'layer = 12: the drum of "nov-150t" has layers 1 to 11.'
+    assert refused(drum_torque, CRANE, 100e3, 12) == line
+    line = 'load 151 t: "nov-150t" lifts 0 t to 150 t. Give a load in between.'
+    assert refused(drum_torque, CRANE, 151e3) == line
 
 
 def test_what_the_data_do_not_reach_and_cannot_tell_is_said():
@@ -141,28 +134,20 @@ def test_the_sets_of_the_library_are_listed_with_their_sources(capsys):
 
 @pytest.mark.thorough
 def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
-    path = str(save_set(with_evidence(), tmp_path / "mine.toml"))
-    assert (
-        command(["friction", "compare", "crane-1", path, "--drum-torque", "1.5 MN m", "--out", str(tmp_path / "out")])
-        == 0
-    )
-    said = capsys.readouterr().out
+    def compared(*arguments):
+        assert command(["friction", "compare", *map(str, arguments)]) == 0
+        return capsys.readouterr().out
+
+    out, path = tmp_path / "out", save_set(with_evidence(), tmp_path / "mine.toml")
+    said = compared("crane-1", path, "--drum-torque", "1.5 MN m", "--out", out)
     assert "45.9" in said
     assert " ± " in said
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["friction-sets.json", "friction-sets.png"]
-    assert (tmp_path / "out" / "friction-sets.png").read_bytes().startswith(b"\x89PNG")
-    (tmp_path / "other").mkdir()
-    again = str(save_set(with_evidence(), tmp_path / "other" / "mine.toml"))
-    assert command(["friction", "compare", path, again, path, "--json"]) == 0
-    assert [s["set"] for s in json.loads(capsys.readouterr().out)["sets"]] == [
-        path,
-        again,
-    ]  # two files of one name are distinguished
-    assert (
-        command(["friction", "compare", "crane-1", "--load", "100 t", "--crane", "nov-150t", "--layer", "3", "--json"])
-        == 0
-    )
-    data = json.loads(capsys.readouterr().out)
+    assert sorted(p.name for p in out.iterdir()) == ["friction-sets.json", "friction-sets.png"]
+    assert (out / "friction-sets.png").read_bytes().startswith(b"\x89PNG")
+    again = save_set(with_evidence(), out / "mine.toml")
+    sets = json.loads(compared(path, again, path, "--json"))["sets"]
+    assert [s["set"] for s in sets] == [str(path), str(again)]  # two files of one name are distinguished
+    data = json.loads(compared("crane-1", "--load", "100 t", "--crane", "nov-150t", "--layer", "3", "--json"))
     assert data["T_d"] == pytest.approx(drum_torque(CRANE, 100e3, 3))
 
 

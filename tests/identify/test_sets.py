@@ -1,13 +1,12 @@
 """Parameter sets with their uncertainty: files, what is refused, and how they drop into a crane file."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.identify.refusals import refused
 
 from stillhook import load_crane, simulate
-from stillhook.errors import StillhookError
 from stillhook.formats.results import load_run, rerun, save_run
 from stillhook.library import (
     FrictionSet,
@@ -51,11 +50,12 @@ def written(folder: Path, text: str, name: str = "my.friction.toml") -> Path:
     return path
 
 
-def refusal(make) -> str:
-    with pytest.raises(StillhookError) as caught:
-        make()
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+def crane(folder: Path, text: str) -> Path:
+    """A crane file of this text on the library's nov-150t."""
+    return written(folder, f'base = "nov-150t"\n{text}', "mine.toml")
+
+
+OWN = '[friction]\nlibrary = "my.friction.toml"\n'
 
 
 # Reading and writing
@@ -114,27 +114,22 @@ def test_a_crane_file_names_a_set_by_its_path_seen_from_its_own_folder(tmp_path,
     folder.mkdir()
     written(folder, FRICTION + EVIDENCE)
     save_set(load_losses("A6VM215-crane-2-second-loop"), folder / "my-motor.toml")
-    crane_file = written(
-        folder,
-        'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n[active.motor]\ntype = "my-motor.toml"\n',
-        "mine.toml",
-    )
+    crane_file = crane(folder, OWN + '[active.motor]\ntype = "my-motor.toml"\n')
     monkeypatch.chdir(tmp_path)
-    crane = load_crane(crane_file)
-    assert crane.friction.system == load_friction(folder / "my.friction.toml").system
-    assert crane.active.motor.loss == load_losses("A6VM215-crane-2-second-loop").motor.loss
-    assert crane.active.motor.count == 3
-    assert crane.sources["friction.system.Y_1"].text == "tests of spring"
+    machine = load_crane(crane_file)
+    assert machine.friction.system == load_friction(folder / "my.friction.toml").system
+    assert machine.active.motor.loss == load_losses("A6VM215-crane-2-second-loop").motor.loss
+    assert machine.active.motor.count == 3
+    assert machine.sources["friction.system.Y_1"].text == "tests of spring"
     other = written(tmp_path, 'base = "cranes/mine.toml"\n[friction.system]\nY_5 = "0.02 N m s/rad"\n', "other.toml")
     changed = load_crane(other)
     assert changed.friction.system.Y_5 == 0.02
-    assert changed.friction.system.Y_1 == crane.friction.system.Y_1
+    assert changed.friction.system.Y_1 == machine.friction.system.Y_1
 
 
 def test_what_a_crane_file_says_itself_wins_over_the_set(tmp_path):
     written(tmp_path, FRICTION)
-    text = 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n[friction.system]\nY_4 = "150 rev/min"\n'
-    system = load_crane(written(tmp_path, text, "mine.toml")).friction.system
+    system = load_crane(crane(tmp_path, OWN + '[friction.system]\nY_4 = "150 rev/min"\n')).friction.system
     assert system.Y_4 == pytest.approx(150.0 * np.pi / 30.0)
     assert system.Y_3 == 1.5
 
@@ -142,25 +137,30 @@ def test_what_a_crane_file_says_itself_wins_over_the_set(tmp_path):
 @pytest.mark.thorough
 def test_a_stored_crane_and_a_stored_run_need_no_file_of_their_sets_any_more(tmp_path):
     path = written(tmp_path, FRICTION)
-    crane = load_crane(written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n', "mine.toml"))
-    run = simulate(crane, Scenario(load="50 t", s_w="100 m", duration="2 s", warm_up="1 s", tip="sine 1 m 8 s"))
+    machine = load_crane(crane(tmp_path, OWN))
+    run = simulate(machine, Scenario(load="50 t", s_w="100 m", duration="2 s", warm_up="1 s", tip="sine 1 m 8 s"))
     save_run(run, tmp_path / "run.nc")
     path.unlink()
-    assert crane_from_toml(crane_toml(crane), "stored crane") == crane
+    assert crane_from_toml(crane_toml(machine), "stored crane") == machine
     again = rerun(load_run(tmp_path / "run.nc"))
     assert float(again.p_max) == float(run.p_max)
 
 
-def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path):
-    crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "missing.toml"\n', "mine.toml")
-    assert (
-        refusal(lambda: load_crane(crane_file))
-        == 'mine.toml: friction.library = "missing.toml": no such file. Check the path.'
-    )
-    crane_file = written(tmp_path, 'base = "nov-150t"\n[active.motor]\ntype = "A6VM21"\n', "mine.toml")
-    assert 'mine.toml: active.motor.type = "A6VM21": not in the library' in refusal(lambda: load_crane(crane_file))
-    assert refusal(lambda: load_set("crane-3")).startswith('set "crane-3": the library has')
-    assert refusal(lambda: load_friction("A6VM215")).startswith('friction set = "A6VM215": not in the library')
+@pytest.mark.parametrize(
+    ("call", "argument", "line"),
+    [
+        (load_crane, '[friction]\nlibrary = "missing.toml"\n', 'mine.toml: friction.library = "missing.toml": no such'),
+        (
+            load_crane,
+            '[active.motor]\ntype = "A6VM21"\n',
+            'mine.toml: active.motor.type = "A6VM21": not in the library',
+        ),
+        (load_set, "crane-3", 'set "crane-3": the library has'),
+        (load_friction, "A6VM215", 'friction set = "A6VM215": not in the library'),
+    ],
+)
+def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path, call, argument, line):
+    assert refused(call, crane(tmp_path, argument) if call is load_crane else argument).startswith(line)
 
 
 # What is refused
@@ -171,34 +171,18 @@ def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path)
     [
         ('"Y_4"]', '"Y_9"]', 'evidence.names: "Y_9" is not one of Y_1, Y_2, Y_3, Y_4, Y_5, Y_6.'),
         ('"Y_4"]', '"Y_1"]', "evidence: names: a name comes twice. Name each parameter once."),
-        (
-            "[1e-7, 0.25]]",
-            "[1e-7, 0.25], [0.0, 0.0]]",
-            "evidence: covariance: 3 rows of 2 values for 2 names. Give 2 rows of 2.",
-        ),
+        ("0.25]]", "0.25], [0.0, 0.0]]", "evidence: covariance: 3 rows of 2 values for 2 names. Give 2 rows of 2."),
         ("[1e-7, 0.25]]", "[1e-7]]", "evidence: covariance: 2 rows of 1, 2 values for 2 names. Give 2 rows of 2."),
         (
             "[1e-7, 0.25]]",
             "[2e-7, 0.25]]",
-            "evidence: covariance: it is not symmetric. Give the covariance of each pair twice.",
+            "evidence: covariance: it is not symmetric. Give the covariance of each pair",
         ),
-        (
-            "[1e-7, 0.25]]",
-            "[1e-7, -0.25]]",
-            "evidence: covariance: a variance on its diagonal is negative. Give variances and covariances.",
-        ),
-        (
-            "[[1e-12, 1e-7], [1e-7, 0.25]]",
-            "[[1e-12, 1e-6], [1e-6, 0.25]]",
-            "evidence: covariance: it is not positive semidefinite (least eigenvalue of its correlations -1). Give a covariance matrix.",
-        ),
+        ("0.25]]", "-0.25]]", "evidence: covariance: a variance on its diagonal is negative. Give variances and"),
+        ("1e-7], [1e-7", "1e-6], [1e-6", "evidence: covariance: it is not positive semidefinite (least eigenvalue of "),
         ("dof = 120", "dof = 0", "evidence: dof = 0: it must be greater than 0."),
         ('"25 rev/min"', '"25 bar"', 'evidence: omega_m[0] = "25 bar": unit "bar" is not one of rad/s, rev/min, rpm.'),
-        (
-            '"25 rev/min"',
-            '"2500 rev/min"',
-            "evidence: omega_m = ['2500 rev/min', '1200 rev/min']: its second value is below its first. Write the lower end first.",
-        ),
+        ('"25 rev', '"2500 rev', "evidence: omega_m = ['2500 rev/min', '1200 rev/min']: its second value is below its"),
         ("dof = 120", "dog = 120", "evidence: dog: unknown field"),
         ("[evidence]", "[[evidence]]", "evidence = [{"),
         ('title = "My crane"', "title = 3", "title = 3: give a text."),
@@ -208,25 +192,17 @@ def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path)
     ],
 )
 def test_a_mistake_in_a_set_is_one_line_that_says_where_and_what(tmp_path, old, new, text):
-    path = written(tmp_path, (FRICTION + EVIDENCE).replace(old, new))
-    line = refusal(lambda: load_friction(path))
+    line = refused(load_friction, written(tmp_path, (FRICTION + EVIDENCE).replace(old, new)))
     assert line.startswith(f"my.friction.toml: {text}")
-    crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n', "mine.toml")
-    assert refusal(lambda: load_crane(crane_file)) == line
+    assert refused(load_crane, crane(tmp_path, OWN)) == line
 
 
 def test_an_empty_set_and_one_of_the_wrong_kind_are_refused(tmp_path):
-    assert refusal(lambda: load_set(written(tmp_path, "  \n"))) == (
-        "my.friction.toml: empty. Copy a set of the library, or let stillhook identify write one."
-    )
+    assert refused(load_set, written(tmp_path, "  \n")).startswith("my.friction.toml: empty. Copy a set of the library")
     save_set(load_losses("A6VM215"), tmp_path / "motor.toml")
-    assert refusal(lambda: load_friction(tmp_path / "motor.toml")).startswith(
-        "motor.toml is a motor set, not a friction set: stillhook friction draws reads it"
-    )
-    crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "motor.toml"\n', "mine.toml")
-    assert refusal(lambda: load_crane(crane_file)).startswith(
-        "motor.toml is a motor set, not a friction set: stillhook friction draws reads it"
-    )
+    wrong = "motor.toml is a motor set, not a friction set: stillhook friction draws reads it"
+    assert refused(load_friction, tmp_path / "motor.toml").startswith(wrong)
+    assert refused(load_crane, crane(tmp_path, '[friction]\nlibrary = "motor.toml"\n')).startswith(wrong)
 
 
 def test_evidence_is_made_from_the_numbers_of_a_fit_and_checked_as_that_of_a_file():
@@ -240,7 +216,7 @@ def test_evidence_is_made_from_the_numbers_of_a_fit_and_checked_as_that_of_a_fil
     )
     assert made.T_d == (1e5, 2e6)
     assert made.matrix.tolist() == [[1e-12, 1e-7], [1e-7, 0.25]]
-    line = refusal(lambda: Evidence.fitted(["Y_1", "Y_4"], np.array([[1.0, 2.0], [2.0, 1.0]]), dof=5, data="tests"))
+    line = refused(Evidence.fitted, ["Y_1", "Y_4"], np.array([[1.0, 2.0], [2.0, 1.0]]), dof=5, data="tests")
     assert line.startswith("fit: evidence: covariance: it is not positive semidefinite")
 
 
@@ -250,7 +226,7 @@ def test_a_covariance_of_parameters_that_were_held_may_be_zero():
 
 
 def test_nothing_is_written_where_a_folder_is_in_the_way(tmp_path):
-    assert re.search("cannot be written", refusal(lambda: save_set(load_friction("crane-1"), tmp_path)))
+    assert "cannot be written" in refused(save_set, load_friction("crane-1"), tmp_path)
     assert set_toml(load_friction("crane-1")).startswith('title = "System friction of crane 1')
 
 
@@ -259,10 +235,10 @@ def test_a_motor_of_a_set_brings_the_range_in_which_its_loss_was_fitted(tmp_path
     plain = set_toml(load_losses("A6VM215"))
     known = '\n[evidence]\nnames = ["X_4"]\ncovariance = [[0.01]]\ndof = 9\ndata = "a bench"\nD_m = ["110 cm^3/rev", "215 cm^3/rev"]\n'
     written(tmp_path, plain + known + 'dp_m = ["-250 bar", "200 bar"]\n', "ours.toml")
-    crane = written(tmp_path, 'base = "nov-150t"\n[active.motor]\ntype = "ours.toml"\n', "our-crane.toml")
-    motor = load_crane(crane).active.motor
+    machine = load_crane(crane(tmp_path, '[active.motor]\ntype = "ours.toml"\n'))
+    motor = machine.active.motor
     assert motor.D_loss_min * 2e6 * np.pi == pytest.approx(110.0)
     assert motor.dp_loss_max == pytest.approx(250e5)
     assert motor.n_loss_max == load_losses("A6VM215").motor.n_loss_max
-    again = crane_from_toml(crane_toml(load_crane(crane)), "stored")
+    again = crane_from_toml(crane_toml(machine), "stored")
     assert again.active.motor == motor

@@ -131,3 +131,41 @@ def with_loss(crane: Crane, item: LossSet, draws: Draws, i: int, label: str) -> 
             f"{show(crane.active.motor.D_max, 'displacement')}. Choose a set for them."
         )
     return changed(crane, {name: {"motor": {"loss": loss, **loss_range(item.evidence)}} for name in fits})
+
+
+MOST = 10_000
+"""Draws at most: a crane takes a few milliseconds to build."""
+
+
+def draw_cranes(
+    crane: Crane, friction_set: FrictionSet | None = None, loss_set: LossSet | None = None, n: int = 64, seed: int = 0
+) -> list[Crane]:
+    """Cranes that differ in what the evidence of their friction leaves open; the rest of the crane is unchanged.
+
+    Parameters
+    ----------
+    crane: the machine. friction_set: its system friction, see `stillhook.library.load_friction`; loss_set: its motors'
+    loss, for every circuit with motors of that size. Parameters without a covariance keep the value of the set.
+    n, seed: how many draws, and from which seed; the same seed gives the same cranes.
+
+    The parameters are drawn from the normal distribution of the set's covariance; draws with a value that physics does
+    not allow (a negative friction; Y_4 of 0) are drawn again, none is clipped. So the distribution is truncated, and
+    its mean is next to the set's values where one of them is near zero.
+
+    Use: ``simulate(draw_cranes(crane, load_friction("my.friction.toml")), case)``.
+    Errors: IdentifyError of one line where a set has no evidence, or hardly any draw is allowed.
+    """
+    if friction_set is None and loss_set is None:
+        raise IdentifyError("draw_cranes: no set. Give a friction set, a loss set, or both, with evidence.")
+    if type(n) is not int or not 1 <= n <= MOST:
+        raise IdentifyError(f"n = {n!r}: give a whole number of draws from 1 to {MOST}.")
+    streams = np.random.SeedSequence(seed).spawn(2)
+    out = [crane] * n
+    names = [f"draw {i} of {n} (seed {seed})" for i in range(n)]
+    if friction_set is not None:
+        samples = draw(friction_set, n, np.random.default_rng(streams[0]))
+        out = [with_friction(out[i], friction_set, samples, i, name) for i, name in enumerate(names)]
+    if loss_set is not None:
+        samples = draw(loss_set, n, np.random.default_rng(streams[1]))
+        out = [with_loss(out[i], loss_set, samples, i, name) for i, name in enumerate(names)]
+    return out

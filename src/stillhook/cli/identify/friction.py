@@ -36,9 +36,6 @@ def friction(
     keep_Y_2: Annotated[
         str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")
     ] = "auto",
-    intervals: Annotated[
-        str, typer.Option(help="95 % intervals: profile, bootstrap, or mcmc (extra mcmc).")
-    ] = "profile",
     loops: Annotated[
         int, typer.Option(min=0, max=10, help="Rounds of the second loop: refine the motor loss on the crane's tests.")
     ] = 0,
@@ -67,7 +64,6 @@ def friction(
             campaign,
             like=like,
             keep_Y_2=_keep_constant_term(keep_Y_2),
-            intervals=intervals,
             loops=loops,
             loss_map=loss_map,
             variant=method,

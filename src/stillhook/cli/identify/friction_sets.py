@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,8 +17,13 @@ from stillhook.report.terminal import print_json, print_table, progress_bar
 from stillhook.units import number, parse, show
 from stillhook.variables import BY_NAME
 
+if TYPE_CHECKING:
+    import xarray
+
 NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max")
 """What the bands are of."""
+BAND = {"low": 0.05, "median": 0.5, "high": 0.95}
+"""Ends and middle of a printed band, as shares of the draws below."""
 FILES = ("friction-sets.png", "friction-sets.json")
 
 app = typer.Typer(no_args_is_help=True)
@@ -44,7 +50,7 @@ def compare(
 
     Example: stillhook friction compare crane-1 crane-2 --load "100 t" --crane nov-150t --out figures
     """
-    from stillhook.identify.system_friction.result import Split, figure, notes, speeds, split, table
+    from stillhook.identify.system_friction.compare import Split, figure, notes, speeds, split, table
     from stillhook.library import load_friction
 
     check_out(out, FILES)
@@ -74,7 +80,7 @@ def compare(
 
 def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:
     """Drum torque [N m], and what gives it in words."""
-    from stillhook.identify.system_friction.result import drum_torque
+    from stillhook.identify.system_friction.compare import drum_torque
     from stillhook.library import load_crane
 
     if torque is not None:
@@ -133,8 +139,8 @@ def draws(
     12 s"
     """
     from stillhook.engine.simulate import simulate
-    from stillhook.identify.system_friction.fitting.uncertainty import crane_with, draw_cranes, quantiles
     from stillhook.library import load_crane, load_set
+    from stillhook.library.draws import crane_with, draw_cranes
     from stillhook.spec.scenario import Scenario
 
     machine = load_crane(crane)
@@ -145,7 +151,7 @@ def draws(
     middle = crane_with(machine, *(item for item in (friction, loss) if item is not None))
     with progress_bar(f"{n} draws") as bar:
         run = simulate([middle, *samples], case, on_failure="mark", progress=bar)
-    spread = quantiles(run.isel(case=slice(1, None)), NAMES)
+    spread = _bands(run.isel(case=slice(1, None)))
     at_values = {name: float(run[name][0]) for name in spread}
     notes = [note for note in str(run.notes.values[0]).split("; ") if note]
     beyond = [str(s) for s in run.status.values[1:] if s != "ok"]
@@ -167,6 +173,16 @@ def draws(
         if beyond:
             print(f"{len(beyond)} of {n} draws go beyond a limit: {', '.join(sorted(set(beyond)))}")
     raise typer.Exit(1 if beyond else 0)
+
+
+def _bands(run: xarray.Dataset) -> dict[str, dict[str, float]]:
+    """Median and 90 % band of the numbers in `NAMES` that the winch type has, over the draws [SI]."""
+    out = {}
+    for name in (name for name in NAMES if name in run):
+        values = run[name].dropna("case")  # a diverged draw has no numbers, and manual mode no error
+        ends = values.quantile(tuple(BAND.values())).values.tolist() if len(values) else [math.nan] * len(BAND)
+        out[name] = dict(zip(BAND, ends, strict=True))
+    return out
 
 
 def _one_of_each(items: list[Any]) -> tuple[Any, Any]:

@@ -162,10 +162,7 @@ class LossFit:
     dof: int
     aicc: float
     bic: float
-    data: str
     D_max: float
-    range: Mapping[str, tuple[float, float]]
-    """Least and largest setting of the map on each axis: the fit holds inside."""
 
     @property
     def card(self) -> LossCard:
@@ -335,9 +332,7 @@ def _result(
         dof,
         likelihood + 2 * count + 2 * count * (count + 1) / max(N - count - 1, 1),
         likelihood + count * math.log(N),
-        m.source + (" (synthetic)" if m.synthetic else ""),
         m.D_max,
-        m.range(),
     )
 
 

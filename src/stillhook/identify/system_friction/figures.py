@@ -99,20 +99,7 @@ def system_friction_figure(result: Friction) -> Figure:
 
 
 def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str) -> None:
-    n = len(omega)
-    at = Points(
-        names=("curve",),
-        test=np.zeros(n, dtype=np.intp),
-        omega_up=omega,
-        omega_down=omega,
-        dp_up=np.zeros(n),
-        dp_down=np.zeros(n),
-        D_m=np.ones(n),
-        T_d=np.full(n, T_d),
-        count=np.ones(n),
-        u_dp=np.zeros(n),
-        hold_out=np.zeros(n, dtype=bool),
-    )
+    at = Points.planned(omega, T_d, 1.0)
     T = system_friction(omega, at.T_d, result.fit.y)
     half = t_factor(result.fit.dof) * predicted_sd(at, result.fit)
     ax.plot(_rpm(omega), T, color=colour, lw=1.2)

@@ -1,24 +1,14 @@
-"""`friction`: a campaign of crane tests in, system friction with its uncertainty out.
-
-Second loop of paper D section 3: the motor's loss model is opened and refined on crane data, then the system
-friction again.
-
-On the tests that it is fitted to the cost can only fall. Whether the refined model is a better one shows on tests that
-were held out, so both are always reported: a cost that falls there as well has generalised, one that rises has been
-overfitted.
-"""
+"""`friction`: a campaign of crane tests in, system friction with its uncertainty out."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import choice
 from stillhook.base.progress import Progress
 from stillhook.errors import IdentifyError
@@ -32,155 +22,27 @@ from stillhook.identify.system_friction.fitting.fit import (
     Problem,
     Target,
     cost,
-    covariance,
     fit_system,
     predicted,
 )
 from stillhook.identify.system_friction.fitting.model import (
-    X_NAMES,
     Y_NAMES,
     Loss,
     Points,
     Y,
     joined,
     mj4,
-    motor_columns,
     motor_loss_at,
     system_friction_at,
 )
-from stillhook.identify.system_friction.fitting.uncertainty import (
-    bootstrap,
-    posterior,
-    profile_intervals,
-    quantile_intervals,
-)
+from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals
 from stillhook.identify.system_friction.next_tests import Proposal, log_statements, motor_statement, propose, unlike
+from stillhook.identify.system_friction.second_loop import SecondLoop, second_loop
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import SystemFriction
 from stillhook.statistics.complex_method import Optimum, Variant, complex_method
 from stillhook.statistics.estimate import Estimate
-from stillhook.units import parse, show
-from stillhook.winches.circuits.tables import TorqueLoss
-
-NARROW = 0.5
-"""Smallest displacement in the tests over the largest one above which the refined motor model has seen too few
-displacements to be trusted elsewhere: passive motors run at a third of theirs while the active ones run at full."""
-WORSE = 1.05  # cost on held-out tests after the loop over before, above which it has been overfitted
-BETTER = 0.95
-MATERIAL = 0.1
-"""Change of the error per held-out point that is too small to speak of [N m]: a thousandth of the friction."""
-
-
-@dataclass(frozen=True)
-class Costs:
-    """Cost E per motor shaft (eq. 2.8) [N^2 m^2] over the fitted and the held-out points (NaN where none are held out),
-    and the largest error in % of nominal torque over the held-out ones."""
-
-    fitted: float
-    held_out: float
-    worst: float
-
-
-@dataclass(frozen=True)
-class SecondLoop:
-    """``loss`` refined motor parameters; ``covariance`` of the ones in ``X_NAMES`` (SI); ``system`` the friction fitted
-    with them; ``first``, ``second`` costs before and after; ``verdict`` "generalised", "no better", "overfitted" or
-    "untested"; ``statements``.
-    """
-
-    loss: TorqueLoss
-    covariance: FloatArray
-    system: FrictionFit
-    first: Costs
-    second: Costs
-    rounds: int
-    verdict: str
-    statements: tuple[str, ...]
-
-
-def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: int = 1) -> SecondLoop:
-    """Refine the motor model with the system friction locked, then the system friction with the motor model locked.
-
-    Parameters: points measured ones; loss of the first loop (from the supplier's map); fit system friction found with
-    it; rounds of the loop (the thesis: more than one brought nothing). MJ4 is linear in X_1 to X_5, so each step is a
-    non-negative least-squares problem with one answer. Errors: IdentifyError for fewer points than parameters.
-    """
-    if rounds < 1:
-        raise IdentifyError(f"second loop: rounds = {rounds}. Give 1 or more.")
-    fitted_points = points.fitted()
-    if len(fitted_points) < len(X_NAMES) + 2:
-        raise IdentifyError(f"second loop: {len(fitted_points)} points for {len(X_NAMES)} motor parameters. Add tests.")
-    refined, system, spread = loss, fit, np.zeros((len(X_NAMES), len(X_NAMES)))
-    for _ in range(rounds):
-        refined, spread = _motor_fit(fitted_points, system)
-        system = fit_system(
-            points, mj4(refined), used=fit.linear, keep_Y_2="Y_2" in fit.names, prescribed=fit.prescribed
-        )
-    first, second = _costs(points, mj4(loss), fit.y), _costs(points, mj4(refined), system.y)
-    verdict = _verdict(first, second, len(points.held_out()))
-    statements = _statements(points, loss, refined, first, second, verdict)
-    return SecondLoop(refined, spread, system, first, second, rounds, verdict, statements)
-
-
-def _motor_fit(fitted_points: Points, system: FrictionFit) -> tuple[TorqueLoss, FloatArray]:
-    from scipy.optimize import nnls
-
-    sigma = system.noise.sigma
-    A = motor_columns(fitted_points) / sigma[:, None]
-    b = (fitted_points.T_f - system.noise.shift - system_friction_at(fitted_points, system.y)) / sigma
-    size = np.linalg.norm(A, axis=0)
-    x = nnls(A / size, b)[0] / size
-    excess = max(float(np.sum((b - A @ x) ** 2)) / max(len(fitted_points) - len(x), 1), 1.0)
-    refined = TorqueLoss.model_construct(None, **dict(zip(X_NAMES, map(float, x), strict=True)))
-    return refined, covariance(A) * excess
-
-
-def _costs(points: Points, loss: Loss, y: Y) -> Costs:
-    unseen, worst = points.held_out(), math.nan
-    if len(unseen):
-        worst = float(np.max(np.abs(unseen.T_f - predicted(unseen, loss, y)) / unseen.T_N)) * 100.0
-    return Costs(cost(points.fitted(), loss, y), cost(unseen, loss, y) if len(unseen) else math.nan, worst)
-
-
-def _verdict(first: Costs, second: Costs, count: int) -> str:
-    """What the held-out points (count of them) say of the loop."""
-    if math.isnan(first.held_out):
-        return "untested"
-    if abs(second.held_out - first.held_out) < count * MATERIAL**2:
-        return "no better"
-    ratio = second.held_out / max(first.held_out, 1e-30)
-    return "overfitted" if ratio > WORSE else "generalised" if ratio < BETTER else "no better"
-
-
-def _statements(
-    points: Points, old: TorqueLoss, new: TorqueLoss, first: Costs, second: Costs, verdict: str
-) -> tuple[str, ...]:
-    out = [f"cost on the fitted tests {_change(first.fitted, second.fitted)}"]
-    if verdict == "untested":
-        out.append(
-            "no test was held out: it is not known whether the refined model holds elsewhere. Keep the supplier's, or"
-            " hold tests out"
-        )
-    else:
-        out.append(f"cost on the held-out tests {_change(first.held_out, second.held_out)}: {verdict}")
-    vanished_terms = [n for n in X_NAMES if getattr(old, n) > 0.0 and getattr(new, n) <= 0.0]
-    if vanished_terms:
-        out.append(
-            f"{', '.join(vanished_terms)} went to zero: the crane's tests do not show it, or other terms take it over"
-        )
-    D = points.fitted().D_m
-    if float(D.min()) > NARROW * float(D.max()):
-        out.append(
-            f"the fitted tests have {show(float(D.min()), 'displacement', 3)} to"
-            f" {show(float(D.max()), 'displacement', 3)} only: below, the refined motor model is an extrapolation"
-            " (passive motors run there)"
-        )
-    return tuple(out)
-
-
-def _change(before: float, after: float) -> str:
-    return f"{before:.4g} to {after:.4g} N^2 m^2 ({(after / max(before, 1e-30) - 1.0) * 100.0:+.0f} %)"
-
+from stillhook.units import parse
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
 """Speed from which the thesis claims 1 % of the nominal torque (paper D, conclusions) [rad/s]."""
@@ -188,14 +50,6 @@ UPPER = Y(Y_1=2e-4, Y_2=30.0, Y_3=50.0, Y_4=Y_4_MOST, Y_5=0.2, Y_6=2e-4)
 """Upper bounds of the complex method's first population: four times and more above every published parameter."""
 AGREE = 1e-3
 """Relative difference of the two methods' costs that counts as agreement."""
-
-
-class Intervals(StrEnum):
-    """How the 95 % intervals are found."""
-
-    PROFILE = "profile"
-    BOOTSTRAP = "bootstrap"
-    MCMC = "mcmc"
 
 
 @dataclass(frozen=True)
@@ -244,9 +98,9 @@ class Mapped:
 @dataclass(frozen=True)
 class Friction:
     """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points;
-    ``fit`` the system friction; ``intervals`` 95 %; ``check`` the thesis's way next to ours; ``held_out``; ``second``
-    loop, ``mapped`` where requested; ``proposals`` what to test next; ``statements`` what the data cannot determine;
-    ``like`` where filled-in parameters come from.
+    ``fit`` the system friction; ``intervals`` 95 %, by profile likelihood; ``check`` the thesis's way next to ours;
+    ``held_out``; ``second`` loop, ``mapped`` where requested; ``proposals`` what to test next; ``statements`` what the
+    data cannot determine; ``like`` where filled-in parameters come from.
     """
 
     campaign: Campaign
@@ -257,7 +111,6 @@ class Friction:
     design: Design
     fit: FrictionFit
     intervals: Mapping[str, Estimate]
-    method: Intervals
     check: Check
     held_out: tuple[HeldOut, ...]
     second: SecondLoop | None
@@ -282,7 +135,6 @@ def friction(
     *,
     keep_Y_2: bool | None = None,
     like: str | None = None,
-    intervals: Intervals | str = Intervals.PROFILE,
     loops: int = 0,
     loss_map: str | Path | None = None,
     variant: Variant | str = Variant.KRUS,
@@ -297,7 +149,7 @@ def friction(
     source: campaign, or path of its file (see `load_campaign`).
     keep_Y_2: keep the constant term; None: only where the data ask for it.
     like: set of a similar winch (library name or file) for parameters that these tests cannot determine.
-    intervals: "profile", "bootstrap" or "mcmc" (extra ``mcmc``). loops: rounds of paper D's second loop (0: none).
+    loops: rounds of paper D's second loop (0: none).
     loss_map: supplier's map of the motor, to be compared with its fitted model (see `read_map`).
     variant: of the complex method that checks the fit. proposals: how many further tests to propose. seed: of
     everything random. progress: called with the share done, 0..1.
@@ -305,7 +157,7 @@ def friction(
     Errors: LogError, IdentifyError, SpecError, UnitError of one line.
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
-    method, variant = choice(Intervals, intervals, "intervals"), choice(Variant, variant, "variant")
+    variant = choice(Variant, variant, "variant")
     measured = _measured(campaign, progress)
     campaign = replace(campaign, tests=tuple(m.test for m in measured))  # with the wire's weight, as the logs show it
     points, grid = joined([m.points for m in measured]), joined([m.grid_points for m in measured])
@@ -318,15 +170,11 @@ def friction(
     plan = design(points, swl, _like(like))
     keep = plan.keep_Y_2 if keep_Y_2 is None else keep_Y_2
     fit = fit_system(points, loss, keep_Y_2=keep, used=plan.used, prescribed=plan.prescribed)
-    profile = profile_intervals(points, loss, fit)  # what is severe must not depend on the method of the intervals
-    parameter_intervals: Mapping[str, Estimate] = profile
-    if method is not Intervals.PROFILE:
-        draws = bootstrap if method is Intervals.BOOTSTRAP else posterior
-        parameter_intervals = quantile_intervals(draws(points, loss, fit, seed=seed), fit)
+    intervals = profile_intervals(points, loss, fit)
     held_out = held_out_errors(points, loss, fit.y)
     statements = (
         *plan.statements,
-        *judge(points, fit, profile),
+        *judge(points, fit, intervals),
         *_beyond_claim(held_out),
         *motor_statement(campaign, points, fit),
         *unlike(points, fit.y),
@@ -342,8 +190,7 @@ def friction(
         grid=grid,
         design=plan,
         fit=fit,
-        intervals=parameter_intervals,
-        method=method,
+        intervals=intervals,
         check=thesis_check(grid, points, loss, fit, variant, seed),
         held_out=held_out,
         second=second,

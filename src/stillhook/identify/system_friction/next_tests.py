@@ -127,25 +127,12 @@ def _staircase(
     campaign: Campaign, loss: Loss, fit: FrictionFit, load: float, D_m: float, d: float, sigma: float
 ) -> Points:
     """The points that a staircase would give."""
-    omega = np.array(STAIRCASE)
-    n = len(omega)
-    T_d = np.full(n, (load + campaign.crane.hook_mass) * G * 0.5 * d)
-    D = np.full(n, D_m)
-    dp_L = T_d / campaign.crane.i_hD / (campaign.count * D)
-    dp_F = (loss(omega, D, dp_L) + system_friction(omega, T_d, fit.y)) / D
-    return Points(
-        names=("planned",),
-        test=np.zeros(n, dtype=np.intp),
-        omega_up=omega,
-        omega_down=omega,
-        dp_up=dp_L + dp_F,
-        dp_down=dp_L - dp_F,
-        D_m=D,
-        T_d=T_d,
-        count=np.full(n, float(campaign.count)),
-        u_dp=np.full(n, sigma),
-        hold_out=np.zeros(n, dtype=bool),
-    )
+    omega, T_d = np.array(STAIRCASE), (load + campaign.crane.hook_mass) * G * 0.5 * d
+    dp_L = T_d / campaign.crane.i_hD / (campaign.count * D_m)
+    D, torque, at = (np.full(len(omega), x) for x in (D_m, T_d, dp_L))
+    dp_F = (loss(omega, D, at) + system_friction(omega, torque, fit.y)) / D
+    dp = np.stack([at + dp_F, at - dp_F])
+    return Points.planned(omega, T_d, D_m, dp=dp, count=float(campaign.count), u_dp=sigma)
 
 
 UNLIKE = 2.5

@@ -132,7 +132,7 @@ def _parameters(result: Friction) -> Section:
     ]
     equation = (
         "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
-        f"Intervals: 95 %, {result.method.value}. Motor loss: {result.campaign.motor_name} (MJ4)."
+        f"Intervals: 95 %, profile. Motor loss: {result.campaign.motor_name} (MJ4)."
     )
     parts: list[Part] = [
         Text(equation),

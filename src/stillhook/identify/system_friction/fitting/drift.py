@@ -223,14 +223,12 @@ def noise_of(
     y: Y,
     J: FloatArray,
     start: Mapping[str, float] | None = None,
-    *,
-    pair: float | None = None,
 ) -> Noise:
     """Variances of the model from what a fit leaves over.
 
     Parameters: points fitted ones; loss of one motor shaft; y parameters of the fit; J change of the friction torque
     per change of its free parameters, shape (n, k); start standard deviations from which to begin (None: from the size
-    of what is left); pair scatter of dp_F beyond the stretches' own where it is known [Pa]: then it is the only one.
+    of what is left).
     """
     friction = motor_loss_at(points, loss) + system_friction_at(points, y)
     rows = Rows(points, friction)
@@ -239,8 +237,6 @@ def noise_of(
     free = np.concatenate([J / points.D_m[:, None], np.zeros_like(J)]) if rows.timed else J / points.D_m[:, None]
     X = _scaled(np.concatenate([free, rows.fixed], axis=1))
     guess = _guess(rows, data, X)
-    if pair is not None:
-        return _noise(rows, data, np.array([pair**2 * (n == PAIR) for n in rows.names]), X)
     begin = guess if start is None else np.array([start[n] ** 2 for n in rows.names])
     values = _reml(rows, data, X, guess, begin)
     return _noise(rows, data, values, X)

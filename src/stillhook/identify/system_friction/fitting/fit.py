@@ -138,21 +138,14 @@ class Problem:
         self._b = self.whitened(self.T)
         self._reduced: dict[float, _Reduced] = {}
 
-    def whitened(self, A: FloatArray) -> FloatArray:
-        """Rows (n,) or (n, k) as independent ones of unit variance."""
+    def whitened(self, A: FloatArray, *, transposed: bool = False) -> FloatArray:
+        """Rows (n,) or (n, k) as independent ones of unit variance; transposed: such rows as weights of the target."""
         if self.sigma.ndim == 1:
             return np.asarray(A / (self.sigma if A.ndim == 1 else self.sigma[:, None]))
         from scipy.linalg import solve_triangular
 
-        return np.asarray(solve_triangular(self.sigma, A, lower=True, check_finite=False))
-
-    def whitened_transposed(self, A: FloatArray) -> FloatArray:
-        """Whitened rows (n, k) turned into weights of the target itself."""
-        if self.sigma.ndim == 1:
-            return np.asarray(A / self.sigma[:, None])
-        from scipy.linalg import solve_triangular
-
-        return np.asarray(solve_triangular(self.sigma, A, lower=True, trans="T", check_finite=False))
+        trans = "T" if transposed else "N"
+        return np.asarray(solve_triangular(self.sigma, A, lower=True, trans=trans, check_finite=False))
 
     def _at(self, Y_4: float) -> _Reduced:
         if Y_4 in self._reduced:
@@ -233,14 +226,13 @@ def fit_system(
     keep_Y_2: bool | None = None,
     used: tuple[str, ...] = Y_LINEAR,
     prescribed: Mapping[str, float] | None = None,
-    u_extra: float | None = None,
 ) -> FrictionFit:
     """System friction that explains the points together with the motor loss.
 
     Parameters: points measured ones (held-out ones are left out here); loss of one motor shaft; keep_Y_2 keep the
     constant term (None: only where AICc improves by more than ``EVIDENCE``, as eq. 2.13 drops it for want of need);
     used linear parameters that may be free at all; given parameters that keep these values [SI] because the data do not
-    determine them; u_extra scatter of dp_F beyond the stretches' own [Pa] (None: found from the residuals).
+    determine them.
     Errors: IdentifyError for fewer points than parameters.
     """
     fitted, prescribed = points.fitted(), dict(prescribed or {})
@@ -253,14 +245,14 @@ def fit_system(
         )
     target = Target(fitted, fitted.T_f - motor_loss_at(fitted, loss))
     if "Y_2" not in used or keep_Y_2 is True:
-        return _fit(target, loss, used, prescribed, u_extra)
-    full = _fit(target, loss, used, prescribed, u_extra)
+        return _fit(target, loss, used, prescribed)
+    full = _fit(target, loss, used, prescribed)
     without = tuple(n for n in used if n != "Y_2")
-    lean = _fit(target, loss, without, prescribed, u_extra, fixed_noise=full.noise)
+    lean = _fit(target, loss, without, prescribed, fixed_noise=full.noise)
     gain = _aicc(lean) - _aicc(full)
     if keep_Y_2 is None and gain > EVIDENCE:
         return replace(full, evidence={"Y_2": gain})
-    return replace(_fit(target, loss, without, prescribed, u_extra, start=full.noise), evidence={"Y_2": gain})
+    return replace(_fit(target, loss, without, prescribed, start=full.noise), evidence={"Y_2": gain})
 
 
 def _aicc(fit: FrictionFit) -> float:
@@ -274,7 +266,6 @@ def _fit(
     loss: Loss,
     used: tuple[str, ...],
     prescribed: Mapping[str, float],
-    u_extra: float | None,
     *,
     fixed_noise: Noise | None = None,
     start: Noise | None = None,
@@ -294,13 +285,13 @@ def _fit(
         else:
             problem = Problem(target, noise.root, used, prescribed, noise.shift)
         y, _, _, J = solved(problem)
-        noise = noise_of(points, loss, y, J, noise.sd if noise is not None else None, pair=u_extra)
+        noise = noise_of(points, loss, y, J, noise.sd if noise is not None else None)
     assert noise is not None
     problem = Problem(target, noise.root, used, prescribed, noise.shift)
     y, chi2, names, J = solved(problem)
     white = problem.whitened(J)
     nominal_covariance = covariance(white)
-    weights = nominal_covariance @ problem.whitened_transposed(white).T
+    weights = nominal_covariance @ problem.whitened(white, transposed=True).T
     dof = freedom(noise, np.vstack([weights, J.mean(axis=0) @ weights]))
     beyond = float(np.mean((noise.sigma / points.D_m) ** 2 - points.u_dp**2 - DP_FLOOR**2))
     return FrictionFit(

@@ -57,6 +57,39 @@ class Points:
             if len(getattr(self, name)) != len(self.test):
                 object.__setattr__(self, name, np.full(len(self.test), np.nan))
 
+    @classmethod
+    def planned(
+        cls,
+        omega: FloatArray,
+        T_d: float,
+        D_m: float,
+        *,
+        dp: FloatArray | None = None,
+        count: float = 1.0,
+        u_dp: float = 0.0,
+    ) -> Points:
+        """Points of one test that nobody has run, hoisting as fast as lowering.
+
+        Parameters: omega motor speeds, shape (n,); dp pressure drops of hoisting and lowering, shape (2, n) (None: 0);
+        the others as the fields of that name, one number for all points.
+        """
+        n = len(omega)
+        up, down = np.zeros((2, n)) if dp is None else dp
+        constant = {
+            name: np.full(n, value) for name, value in (("D_m", D_m), ("T_d", T_d), ("count", count), ("u_dp", u_dp))
+        }
+        test, hold_out = np.zeros(n, dtype=np.intp), np.zeros(n, dtype=bool)
+        return cls(
+            names=("planned",),
+            test=test,
+            omega_up=omega,
+            omega_down=omega,
+            dp_up=up,
+            dp_down=down,
+            hold_out=hold_out,
+            **constant,
+        )
+
     def __len__(self) -> int:
         return len(self.test)
 
