@@ -21,9 +21,9 @@ from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary import process as reader_process
 from stillhook.formats.binary import reader as binary_reader
 from stillhook.formats.binary.reader import read_binary
-from stillhook.formats.table import ColumnSpec, read_columns
+from stillhook.formats.table import file as file_module
+from stillhook.formats.table.columns import ColumnSpec, read_columns
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.formats.waves.ndbc import text as ndbc_text
 from stillhook.formats.waves.wavespectra import read_wavespectra
 from stillhook.formats.weather.file import read_weather
 from stillhook.logs.log import mapping_from, read_log
@@ -354,7 +354,7 @@ def test_a_spreadsheet_that_unpacks_to_gigabytes_is_refused_before_it_does(tmp_p
     data = bytearray((tmp_path / "map.xlsx").read_bytes())
     struct.pack_into("<I", data, data.index(b"PK\x01\x02") + 24, 4_000_000_000)
     (tmp_path / "map.xlsx").write_bytes(data)
-    assert "map.xlsx: not an Excel file (claims to hold 4 GB in a file of" in refusal(
+    assert "map.xlsx: not a readable Excel file (claims to hold 4 GB in a file of" in refusal(
         FORMATS["Excel map"], tmp_path / "map.xlsx"
     )
 
@@ -370,7 +370,7 @@ def test_a_table_of_more_cells_than_any_map_has_is_refused(tmp_path):
 def test_a_packed_text_that_never_ends_is_read_up_to_the_limit(tmp_path, monkeypatch):
     import gzip
 
-    monkeypatch.setattr(ndbc_text, "LARGEST_TEXT", 1_000_000)
+    monkeypatch.setattr(file_module, "LARGEST", 1_000_000)
     (tmp_path / "buoy.txt.gz").write_bytes(gzip.compress(b" 1" * 600_000))
-    with pytest.raises(StillhookError, match=r"^buoy\.txt\.gz: holds more than 1 million characters\."):
+    with pytest.raises(StillhookError, match=r"^buoy\.txt\.gz: holds more than 1 MB\."):
         read_weather(tmp_path / "buoy.txt.gz")

@@ -285,19 +285,25 @@ def test_a_bridged_gap_costs_what_read_psxn_states(tmp_path: Path, gap: float, e
         (f"{HEADER}\n0,0,0,0\n1,1,1,ä\n".encode("latin-1"), "line 3: is not UTF-8 text."),
         (
             "time [s],surge [m]\n0,1\n",
-            'line 1: no column "heave [m]" among "time [s]", "surge [m]". Begin the file with',
+            'line 1: no column "heave [m]" among "time [s]", "surge [m]". Begin with',
         ),
         ("tid [s],heave [m]\n0,1\n", 'line 1: no column "time [s]" among'),
-        ("time [s],heave [m],heave [m]\n0,1,1\n", 'line 1: 2 columns "heave". Keep one.'),
+        (
+            "time [s],heave [m],heave [m]\n0,1,1\n",
+            'line 1: columns "heave [m]" and "heave [m]" both read as heave. Keep',
+        ),
         ("time [s],tip [m]\n0,1\n", "holds a column tip, so the motion of a crane tip."),
-        (f"{HEADER}\n0,0,0,0\n#\n1,1,x1,0\n2,0,0,0", 'line 4: roll = "x1" is not a finite number. Correct'),
+        (f"{HEADER}\n0,0,0,0\n#\n1,1,x1,0\n2,0,0,0", 'line 4: roll [deg] = "x1" is not a finite number. Correct'),
         (
             f"{HEADER}\n0,0,0,0\n1,nan,0,0\n2,NaN,0,0\n3,0,0,0",
-            'line 3: heave = "nan" is not a finite number (2 such values)',
+            'line 3: heave [m] = "nan" is not a finite number (2 such values)',
         ),
-        (f"{HEADER}\n0,0,0,0\n1,inf,0,0\n2,0,0,0", 'line 3: heave = "inf" is not a finite number'),
-        (f"{HEADER}\n0,0,0,0\n1,,0,0\n2,0,0,0", 'line 3: heave = "" is not a finite number'),
-        (f"{HEADER}\n0,0,0,0\n1,0,0,0\n2,0", 'line 4: roll = "" is not a finite number. The file seems cut off there.'),
+        (f"{HEADER}\n0,0,0,0\n1,inf,0,0\n2,0,0,0", 'line 3: heave [m] = "inf" is not a finite number'),
+        (f"{HEADER}\n0,0,0,0\n1,,0,0\n2,0,0,0", 'line 3: heave [m] = "" is not a finite number'),
+        (
+            f"{HEADER}\n0,0,0,0\n1,0,0,0\n2,0",
+            'line 4: roll [deg] = "" is not a finite number. The file seems cut off there.',
+        ),
         (f"{HEADER}\n0,0,0,0\n1,0,0,0,0\n", "line 3: 5 fields where the header has 4. A decimal comma needs"),
         (f"{HEADER}\n0,0\n1,0,0,0\n", "line 2: 2 fields where the header has 4. Correct the line."),
         (f"{HEADER}\n0,0,0,0\n1,1,0,0\n1,2,0,0\n", "line 4: time repeats 1 s after 1 s (1 in all)."),
@@ -305,7 +311,7 @@ def test_a_bridged_gap_costs_what_read_psxn_states(tmp_path: Path, gap: float, e
         (f"{HEADER}\n0,0,0,0\n1,1,1,1\n", "2 samples. A motion needs 6 or more."),
         (
             "time [UTC],heave [m]\nyesterday,1\n2014-08-01T00:00:00Z,2",
-            'line 2: time = "yesterday" is not an ISO 8601 stamp',
+            'line 2: time [UTC] = "yesterday" is not an ISO 8601 stamp',
         ),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import LogError, UnitError
-from stillhook.formats.csv_table import SCALES
+from stillhook.formats.table.units import SCALES
 from stillhook.logs.log import mapping_from, read_log, read_mapping
 from stillhook.logs.mapping import factors
 from stillhook.units import KINDS, parse

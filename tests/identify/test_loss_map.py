@@ -147,7 +147,7 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         (text(head=(*HEAD[:2], "dp [MPa]", HEAD[3])), ["row 3", "2000 bar", "Check the number"]),
         (text(head=("D_m [cm^3/rev]", "n [rev/min]", "dp [bar]", "dp_m [bar]")), ["both read as dp_m"]),
         (text(head=(HEAD[0], "n [rad/s]", *HEAD[2:])).replace(",1500,", ",15000,"), ["rev/min", "Check"]),
-        (text().replace("1500", "15oo", 1), ["row 5", "n [rev/min]", "15oo", "no number"]),
+        (text().replace("1500", "15oo", 1), ["row 5", "n [rev/min]", "15oo", "not a finite number"]),
         (text(CELLS[:5]), ["5 cells", "at least 10"]),
         (text()[:-1].replace("\n200,", "\n200;"), ["3 fields where the header has 4"]),
         (text().replace(".", ","), ["5 fields where the header has 4", "decimal comma"]),
@@ -162,10 +162,10 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         ),
         (text(head=(*HEAD[:3], "eta_hm [1]")), ["efficiency above 100 %", "Check columns and units"]),
         (text([(*c[:3], 0.9) for c in CELLS], (*HEAD[:3], "eta_hm [%]")), ["at most 0.9 %", 'heading as "eta_hm [1]"']),
-        (text([*CELLS[:3], ("x" * 200_000, 1, 2, 3)]), ["row 5", "no number"]),
-        (text([*CELLS[:3], (True, 1, 2, 3), *CELLS[4:]]), ["row 5", '"True"', "no number"]),
-        (text([*CELLS[:3], ("1e999", 1, 2, 3), *CELLS[4:]]), ["row 5", "no number"]),
-        (text([*CELLS[:3], ("1_00", 1, 2, 3), *CELLS[4:]]), ["row 5", "no number"]),
+        (text([*CELLS[:3], ("x" * 200_000, 1, 2, 3)]), ["row 5", "not a finite number"]),
+        (text([*CELLS[:3], (True, 1, 2, 3), *CELLS[4:]]), ["row 5", '"True"', "not a finite number"]),
+        (text([*CELLS[:3], ("1e999", 1, 2, 3), *CELLS[4:]]), ["row 5", "not a finite number"]),
+        (text([*CELLS[:3], ("1_00", 1, 2, 3), *CELLS[4:]]), ["row 5", "not a finite number"]),
         (b"D_m [cm^3/rev],n [rev/min],dp [bar],T_f [N m]\n100,500,100,\xff\n", ["line 2", "UTF-8"]),
     ],
 )
@@ -179,7 +179,11 @@ def test_what_cannot_be_read_is_refused_with_row_and_column(tmp_path, content, p
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "part"),
-    [("map.xls", ".xls is not read"), ("map.xlsx", "not an Excel file"), ("map.parquet", "not a Parquet file")],
+    [
+        ("map.xls", ".xls is not read"),
+        ("map.xlsx", "not a readable Excel file"),
+        ("map.parquet", "not a readable Parquet file"),
+    ],
 )
 def test_files_that_are_not_what_they_are_called_are_refused(tmp_path, name, part):
     assert part in refused(tmp_path, b"\xd0\xcf\x11\xe0 nonsense", name)
@@ -287,7 +291,7 @@ def test_errors_of_a_spreadsheet_are_refused_and_blanks_left_out(tmp_path):
     assert any("empty cell (row 14)" in f for f in m.findings)
     book.active.append([200, 800, 100, "#DIV/0!"])
     book.save(tmp_path / "map.xlsx")
-    with pytest.raises(LogError, match=r'row 15: column "T_f \[N m\]" = "#DIV/0!": no number'):
+    with pytest.raises(LogError, match=r'row 15: T_f \[N m\] = "#DIV/0!" is not a finite number'):
         read_map(tmp_path / "map.xlsx")
 
 

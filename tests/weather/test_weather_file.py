@@ -184,7 +184,7 @@ class TestColumns:
         [
             ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,-2\n", "line 3: hs = -2 m is no height of weather"),
             ("time,hs\n2013-02-01 01:00,150\n", "line 2: hs = 150 m is no height of weather"),
-            ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,abc\n", 'line 3: hs = "abc" is no number'),
+            ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,abc\n", 'line 3: hs = "abc" is not a finite number'),
             ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,1,3\n", "line 3: 3 fields where the header has 2"),
             (
                 "time,hs,swh\n2013-02-01 01:00,1,1\n",

@@ -24,7 +24,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LogError, UnitError
-from stillhook.formats.csv_table import SCALES, hint, our_unit
+from stillhook.formats.table.units import SCALES, STAMPS, hint, our_unit
 from stillhook.logs.checks.findings import Checked, checked, counted, limit_of
 from stillhook.logs.checks.frozen_signals import standstill
 from stillhook.logs.checks.signs import check_signs
@@ -32,7 +32,6 @@ from stillhook.logs.clock import Merged, Other, merged
 from stillhook.logs.formats.open import open_log
 from stillhook.logs.formats.source import EXAMPLES, Chunk, Source, Want, is_stamp, master
 from stillhook.logs.mapping import (
-    STAMPS,
     allowed,
     factors,
     mapping_from,

@@ -24,7 +24,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, ValidationError, field_validator
 
 from stillhook.errors import LogError, SpecError, UnitError
-from stillhook.formats.csv_table import PURE, hint, our_unit
+from stillhook.formats.table.units import PURE, STAMPS, hint, our_unit
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.types import Signal
@@ -32,7 +32,6 @@ from stillhook.tables.table import Number, Spec, first_problem, pure_number
 from stillhook.units import KINDS, parse, quote
 from stillhook.variables import PHYSICAL
 
-STAMPS = "UTC"  # unit of a time column that holds ISO 8601 stamps
 _HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?\s*")
 
 

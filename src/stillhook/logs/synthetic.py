@@ -19,7 +19,7 @@ from stillhook.base.atomic import check_folder
 from stillhook.base.choice import choice
 from stillhook.base.extras import need
 from stillhook.errors import IdentifyError, SimulationError
-from stillhook.formats.csv_table import PURE
+from stillhook.formats.table.units import PURE
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.statistics.time_lag import low_pass

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import stat
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
+from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.sea.motion.recorded import FEWEST_POINTS
 from stillhook.sea.vessel.ship_motion import ReadReport, ShipMotion
 from stillhook.units import parse, quote
@@ -35,7 +35,6 @@ HARDLY_TURNS = 0.05  # deg: a standard deviation of an angle below this in a sea
 STANDSTILL = 10.0  # s: a heave that keeps its last digit so long was not measured in a seaway
 _HEAD = 65536  # bytes looked at to distinguish one kind of file from another
 _CONTROL = bytes((*range(9), *range(14, 32)))  # more than one in a hundred of these is not a text file
-_FOREIGN = ((b"\x1f\x8b", "gzip"), (b"PK\x03\x04", "zip or Excel"), (b"\x89HDF", "HDF5 or NetCDF"), (b"%PDF", "PDF"))
 
 
 @dataclass(frozen=True)
@@ -61,24 +60,8 @@ class RawLog:
 
 def head_of(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
     """The path and the first bytes of a text file; MotionError in one line for everything else."""
-    file = Path(path)
-    try:
-        if stat.S_ISDIR(file.stat().st_mode):
-            raise MotionError(f"{file}: is a folder. Give one log file in it.")
-        if not stat.S_ISREG(file.stat().st_mode):
-            raise MotionError(f"{file}: is not an ordinary file. Give a CSV or a log of $PSXN,23 lines.")
-        with file.open("rb") as stream:
-            head = stream.read(_HEAD)
-    except FileNotFoundError:
-        raise MotionError(f"{file}: no such file. Check the name and the folder.") from None
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or str(problem)
-        raise MotionError(f"{quote(str(file))}: cannot be read ({reason}). Check the name and your rights.") from None
-    for magic, name in _FOREIGN:
-        if head.startswith(magic):
-            raise MotionError(
-                f"{file.name}: is a {name} file. Give the log as plain text (unpack it or save it as CSV)."
-            )
+    file, head = first_bytes(path, _HEAD, "log file", MotionError)
+    refuse_foreign(file.name, head, MotionError, "Give the log as plain text (unpack it or save it as CSV).")
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise MotionError(f"{file.name}: is UTF-16 text. Save it as CSV UTF-8.")
     if not head.strip(b"\xef\xbb\xbf \t\r\n"):

@@ -26,7 +26,7 @@ origin: the point that moves so and where a wave crest passes at phase 0, in wor
 source, note: free, note as often as wanted. name, axes, time or phase, heading, mirror, origin must be there, nothing
 is assumed. Frequency: "omega [rad/s]", "frequency [Hz]" or "period [s]"; phases in deg or rad; rotations all in rad/m
 or all in deg/m. Rows in any order; every heading has every frequency, once. Blank lines do not count. Columns are
-separated by comma, semicolon or tab.
+separated by comma, semicolon or tab, with the latter two decimals may have a comma.
 """
 
 from __future__ import annotations
@@ -43,7 +43,9 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
-from stillhook.formats.csv_table import csv_table
+from stillhook.formats.table.columns import split_heading
+from stillhook.formats.table.dialect import one_newline
+from stillhook.formats.table.text import TextTable, headed_table
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import Convention, one_side, to_rao
 from stillhook.units import quote
@@ -65,20 +67,16 @@ _MIRRORS = {"port-starboard": True, "none": False}
 
 
 @dataclass(frozen=True)
-class _Table:
-    """Head and rows of a file: what it declares, each with its line; columns; rows of numbers, each with its line."""
+class _Head:
+    """What a file declares, each with its line, its notes, and its table."""
 
-    file: str
     declared: Mapping[str, tuple[int, str]]
     notes: tuple[str, ...]
-    columns: tuple[str, ...]
-    header: int
-    rows: FloatArray
-    lines: Sequence[int]
+    table: TextTable
 
     def wrong(self, key: str, allowed: str) -> SeaError:
         line, text = self.declared[key]
-        return SeaError(f"{self.file}: line {line}: {key}: {quote(text)}: {allowed}")
+        return SeaError(f"{self.table.name}: line {line}: {key}: {quote(text)}: {allowed}")
 
     def choice(self, key: str, choices: Mapping[str, int]) -> int:
         value = " ".join(self.declared[key][1].lower().split())
@@ -89,14 +87,13 @@ class _Table:
 
 def read_rao_csv(path: Path, text: str) -> Rao:
     """The vessel in a CSV with declared conventions, given its path and text. Errors: SeaError of one line."""
-    table = _declared(path.name, text.replace("\r\n", "\n").replace("\r", "\n"))
-    rotation = _rotation(table)
-    H, sign = _motions(table, rotation)
-    convention = _convention(table, sign)
-    omega, heading, grid = _grid(table, H)
-    source = ", ".join(t for t in (f"{path.name} (CSV)", table.declared.get("source", (0, ""))[1]) if t)
-    notes = (*table.notes, f"read as CSV: {convention.describe()}")
-    name, origin = table.declared["name"][1], table.declared["origin"][1]
+    head = _declared(path.name, one_newline(text))
+    H, sign = _motions(head, _rotation(head.table))
+    convention = _convention(head, sign)
+    omega, heading, grid = _grid(head.table, H)
+    source = ", ".join(t for t in (f"{path.name} (CSV)", head.declared.get("source", (0, ""))[1]) if t)
+    notes = (*head.notes, f"read as CSV: {convention.describe()}")
+    name, origin = head.declared["name"][1], head.declared["origin"][1]
     return to_rao(
         convention, name=name, omega=omega, heading=heading, H=grid, source=source, origin=origin, notes=notes
     )
@@ -135,8 +132,8 @@ def write_rao_csv(
     return target
 
 
-def _declared(file: str, text: str) -> _Table:
-    """The head of a file and its rows of numbers."""
+def _declared(file: str, text: str) -> _Head:
+    """The head of a file and its table."""
     declared: dict[str, tuple[int, str]] = {}
     notes: list[str] = []
     for number, line in enumerate(text.split("\n"), start=1):
@@ -153,10 +150,7 @@ def _declared(file: str, text: str) -> _Table:
         raise SeaError(
             f"{file}: does not state its {', '.join(missing)}. Begin with lines such as {example}; nothing is assumed."
         )
-    table = csv_table(file, text, SeaError, start="Give a header of columns and rows below it.")
-    lines = [int(number) for number in table.lines]
-    rows = np.array([_numbers(file, n, cells) for n, cells in zip(lines, table.rows, strict=True)])
-    return _Table(file, declared, tuple(notes), table.headings, table.header_line, rows, lines)
+    return _Head(declared, tuple(notes), headed_table(file, text, SeaError, "Give a header of columns and rows below."))
 
 
 EXAMPLES = {
@@ -185,112 +179,93 @@ def _declare(
     declared[key] = (number, value)
 
 
-def _numbers(file: str, number: int, cells: Sequence[str]) -> list[float]:
-    values = []
-    for text in cells:
-        try:
-            values.append(float(text))
-        except ValueError:
-            raise SeaError(
-                f"{file}: line {number}: {quote(text)} is not a number. Correct it; decimals have a point."
-            ) from None
-        if not np.isfinite(values[-1]):
-            raise SeaError(f"{file}: line {number}: {quote(text)} is not a finite number. Correct it.")
-    return values
-
-
 def _unit(dof: str, rotation: str) -> str:
     return "m/m" if dof in DOFS[:3] else f"{rotation}/m"
 
 
-def _rotation(table: _Table) -> str:
+def _rotation(table: TextTable) -> str:
     """Unit of all rotations."""
     units = {
         c[c.index("[") + 1 : -3]
-        for c in table.columns
+        for c in table.headings
         for dof in DOFS[3:]
         if c.startswith((f"{dof} re [", f"{dof} amplitude ["))
     }
     if len(units) > 1:
         mixed = " and ".join(f"{u}/m" for u in sorted(units))
-        raise SeaError(f"{table.file}: line {table.header}: rotations in {mixed}. Give all in one unit.")
+        raise SeaError(f"{table.header}: rotations in {mixed}. Give all in one unit.")
     return units.pop() if units <= set(ANGLES) and units else "rad"
 
 
-def _column(table: _Table, names: Sequence[str]) -> tuple[str, FloatArray]:
+def _column(table: TextTable, *names: str) -> tuple[str, FloatArray]:
     """The column that has one of the names, in any case."""
-    lower = [c.lower() for c in table.columns]
+    lower = [c.lower() for c in table.headings]
     matches = [(n, i) for n in names for i, c in enumerate(lower) if c == n.lower()]
     if len(matches) != 1:
         expected = " or ".join(f'"{n}"' for n in names)
-        similar = (
-            []
-            if matches
-            else [c for c in table.columns if c.split("[")[0].strip().lower() in {n.split(" [")[0] for n in names}]
-        )
+        short = {split_heading(n)[0] for n in names}
+        similar = [] if matches else [c for c in table.headings if split_heading(c)[0] in short]
         near = f", but {quote(similar[0])}" if similar else ""
         count = "has more than one column" if matches else "has no column"
-        raise SeaError(f"{table.file}: line {table.header}: {count} {expected}{near}. Name each once, with its unit.")
-    return matches[0][0], table.rows[:, matches[0][1]]
+        raise SeaError(f"{table.header}: {count} {expected}{near}. Name each once, with its unit.")
+    name, place = matches[0]
+    return name, table.numbers(place)
 
 
-def _motions(table: _Table, rotation: str) -> tuple[ComplexArray, int]:
+def _motions(head: _Head, rotation: str) -> tuple[ComplexArray, int]:
     """Transfer functions (6, rows) [m/m, rad/m] as written, and the sign of time."""
-    polar = any(" amplitude" in c.lower() for c in table.columns)
+    table = head.table
+    polar = any(" amplitude" in c.lower() for c in table.headings)
     key, choices, other = ("phase", _PHASES, "time") if polar else ("time", _TIMES, "phase")
-    if key not in table.declared or other in table.declared:
+    if key not in head.declared or other in head.declared:
         columns = "amplitude and phase" if polar else "re and im"
         line = f'"# {key}: {next(iter(choices))}"'
         raise SeaError(
-            f"{table.file}: columns of {columns} go with one line such as {line}, and none of {other}. Say it."
+            f"{table.name}: columns of {columns} go with one line such as {line}, and none of {other}. Say it."
         )
     H = np.empty((len(DOFS), len(table.rows)), dtype=np.complex128)
     for d, dof in enumerate(DOFS):
         unit = _unit(dof, rotation)
         scale = 1.0 if d < 3 else ANGLES[rotation]
         if polar:
-            amplitude = _column(table, [f"{dof} amplitude [{unit}]"])[1]
-            name, phase = _column(table, [f"{dof} phase [deg]", f"{dof} phase [rad]"])
+            amplitude = _column(table, f"{dof} amplitude [{unit}]")[1]
+            name, phase = _column(table, f"{dof} phase [deg]", f"{dof} phase [rad]")
             H[d] = scale * amplitude * np.exp(1j * phase * ANGLES[name[-4:-1]])
         else:
-            H[d] = scale * (_column(table, [f"{dof} re [{unit}]"])[1] + 1j * _column(table, [f"{dof} im [{unit}]"])[1])
-    return H, table.choice(key, choices)
+            re, im = (_column(table, f"{dof} {part} [{unit}]")[1] for part in ("re", "im"))
+            H[d] = scale * (re + 1j * im)
+    return H, head.choice(key, choices)
 
 
-def _convention(table: _Table, sign: int) -> Convention:
-    axes = _AXES.fullmatch(" ".join(table.declared["axes"][1].lower().split()))
+def _convention(head: _Head, sign: int) -> Convention:
+    axes = _AXES.fullmatch(" ".join(head.declared["axes"][1].lower().split()))
     if axes is None:
-        raise table.wrong(
+        raise head.wrong(
             "axes", 'write "x forward, y port, z up", with aft, starboard and down in their place where they are so.'
         )
-    heading = _HEADING.fullmatch(" ".join(table.declared["heading"][1].lower().split()))
+    heading = _HEADING.fullmatch(" ".join(head.declared["heading"][1].lower().split()))
     if heading is None or heading[1] + heading[2] not in ("travelto", "goingto", "comefrom", "comingfrom"):
-        raise table.wrong(
+        raise head.wrong(
             "heading", 'write "waves travel to, counter-clockwise from bow", or come from, clockwise, stern.'
         )
-    mirror = bool(table.choice("mirror", _MIRRORS))
+    mirror = bool(head.choice("mirror", _MIRRORS))
     x, y, z = axes.groups()
     try:
         return Convention(x, y, z, sign, heading[2], heading[3], heading[4], mirror)  # type: ignore[arg-type]
     except SeaError as e:
-        raise table.wrong("axes", str(e)) from None
+        raise head.wrong("axes", str(e)) from None
 
 
-def _grid(table: _Table, H: ComplexArray) -> tuple[FloatArray, FloatArray, ComplexArray]:
+def _grid(table: TextTable, H: ComplexArray) -> tuple[FloatArray, FloatArray, ComplexArray]:
     """Frequencies (n,) [rad/s], headings (m,) [rad] as the table counts and transfer functions (6, m, n) of rows in any
     order."""
-    name, column = _column(table, list(FREQUENCIES))
+    name, column = _column(table, *FREQUENCIES)
     if (column <= 0.0).any():
         worst = int(np.argmin(column))
-        raise SeaError(
-            f"{table.file}: line {table.lines[worst]}: {name} is {column[worst]:g}, and must be above 0. Leave the row"
-            " out."
-        )
+        raise SeaError(f"{table.at(worst)}: {name} is {column[worst]:g}, and must be above 0. Leave the row out.")
     factor = FREQUENCIES[name]
-    degrees, unit = (
-        _column(table, ["heading [deg]", "heading [rad]"])[1],
-        _column(table, ["heading [deg]", "heading [rad]"])[0][-4:-1],
-    )
+    column_name, degrees = _column(table, "heading [deg]", "heading [rad]")
+    unit = column_name[-4:-1]
     waves, k = np.unique(column, return_inverse=True)
     headings, j = np.unique(degrees, return_inverse=True)
     count = np.zeros((len(headings), len(waves)), dtype=np.intp)
@@ -299,7 +274,7 @@ def _grid(table: _Table, H: ComplexArray) -> tuple[FloatArray, FloatArray, Compl
         if holes.any():
             a, b = np.argwhere(holes)[0]
             place = f"{name.split()[0]} {waves[b]:g} at heading {headings[a]:g} {unit}"
-            raise SeaError(f"{table.file}: {place} {problem}. Every heading has every {name.split()[0]}, once.")
+            raise SeaError(f"{table.name}: {place} {problem}. Every heading has every {name.split()[0]}, once.")
     grid = np.empty((len(DOFS), len(headings), len(waves)), dtype=np.complex128)
     grid[:, j, k] = H
     omega = factor * waves if factor > 0.0 else -factor / waves

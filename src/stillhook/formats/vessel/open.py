@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
+from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.formats.vessel.aqwa import is_aqwa, read_aqwa
 from stillhook.formats.vessel.capytaine import read_capytaine
 from stillhook.formats.vessel.csv import read_rao_csv
@@ -52,14 +53,12 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
 
 def read_untested(path: str | os.PathLike[str]) -> Rao:
     """The same without the test: a file of motions, or the one that a vessel description names."""
-    file = _existing_file(path)
+    file, head = first_bytes(_existing_file(path), 8, "vessel file", SeaError)
     stated = NOTHING
     if file.suffix.lower() == ".toml" and kind_of_toml(_text(file)) in (FileKind.VESSEL, None):
         file, stated = read_description(file)
-        file = _existing_file(file)
-    with file.open("rb") as stream:
-        binary = stream.read(8).startswith((b"\x89HDF", b"CDF"))
-    if binary:
+        file, head = first_bytes(_existing_file(file), 8, "vessel file", SeaError)
+    if head.startswith((b"\x89HDF", b"CDF")):
         return read_capytaine(file, stated)
     text = _text(file)
     if kind := kind_of_toml(text):
@@ -109,16 +108,12 @@ def _existing_file(path: str | os.PathLike[str]) -> Path:
     file = Path(path)
     if not file.exists() and str(path) in vessels():
         return vessel_file(str(path))
-    if file.is_dir():
-        raise SeaError(f"{quote(str(file))} is a folder. Give a vessel file.")
-    if not file.is_file():
+    if not file.exists():
         near = nearest(str(path), vessels())
         raise SeaError(
             f"{quote(str(path))}: no such vessel file, and no vessel of the library, which has"
             f" {', '.join(vessels())}{near}"
         )
-    if not os.access(file, os.R_OK):
-        raise SeaError(f"{file.name}: cannot be read (permission denied). Check your rights.")
     if file.stat().st_size > LARGEST_FILE:
         raise SeaError(
             f"{file.name}: {file.stat().st_size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read. Check the"
@@ -129,8 +124,7 @@ def _existing_file(path: str | os.PathLike[str]) -> Path:
 
 def _text(file: Path) -> str:
     data = file.read_bytes()
-    if data.startswith((b"\x1f\x8b", b"PK")):
-        raise SeaError(f"{file.name}: is compressed. Unpack it.")
+    refuse_foreign(file.name, data, SeaError, "Unpack it, or export the motions as text.")
     if not data.strip():
         raise SeaError(f"{file.name}: is empty. Supported: {FORMS}.")
     if b"\0" in data:

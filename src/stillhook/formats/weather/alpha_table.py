@@ -13,15 +13,15 @@ from itertools import pairwise
 from pathlib import Path
 
 from stillhook.base.choice import nearest
-from stillhook.errors import StillhookError, WeatherError
-from stillhook.formats.table import Columns, ColumnSpec, read_columns
+from stillhook.errors import UnitError, WeatherError
+from stillhook.formats.table.columns import Columns, ColumnSpec, read_columns
 from stillhook.units import parse, quote, show
 from stillhook.weather.alpha import DEFAULT, TEXTS, AlphaTable, alpha_tables, load_alpha_table
 
 COLUMNS = (
-    ColumnSpec("T_POP", "hours", ("tpop", "t-pop", "planned_operation_period"), "T_POP [h]"),
-    ColumnSpec("Hs", "length", ("h_s", "hm0", "op_lim"), "Hs [m]"),
-    ColumnSpec("alpha", "", ("alpha_factor", "factor"), "alpha [1]"),
+    ColumnSpec("T_POP", "hours", ("tpop", "t-pop", "planned_operation_period"), "T_POP [h]", required=True),
+    ColumnSpec("Hs", "length", ("h_s", "hm0", "op_lim"), "Hs [m]", required=True),
+    ColumnSpec("alpha", "", ("alpha_factor", "factor"), "alpha [1]", required=True),
 )
 ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".parquet", ".pq")
 """Files that hold a table of one row a cell."""
@@ -38,17 +38,12 @@ def read_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> Al
     if name_or_path in alpha_tables() or Path(name_or_path).suffix.lower() not in ENDINGS:
         return load_alpha_table(name_or_path, option)
     try:
-        columns = read_columns(name_or_path, COLUMNS)
-        return _table(columns)
-    except StillhookError as e:
-        raise e if isinstance(e, WeatherError) else WeatherError(str(e)) from None
+        return _table(read_columns(name_or_path, COLUMNS, error=WeatherError))
+    except UnitError as e:
+        raise WeatherError(str(e)) from None
 
 
 def _table(columns: Columns) -> AlphaTable:
-    for spec in COLUMNS:
-        if spec.name not in columns.values:
-            have = ", ".join(quote(h) for h in (*columns.headings.values(), *columns.unused)) or "none"
-            raise WeatherError(f"{columns.source}: no column {quote(spec.example)}; it has {have}. Add it.")
     cells: dict[tuple[float, float], float] = {}
     rows = zip(columns.numbers, *(columns.values[spec.name] for spec in COLUMNS), strict=True)
     for number, T_POP, Hs, alpha in rows:
@@ -71,7 +66,7 @@ def _table(columns: Columns) -> AlphaTable:
                     f"{columns.source}: no alpha for T_POP {T / 3600.0:g} h at Hs {show(H, 'length')}. Every time has"
                     " every height."
                 )
-    texts = _remarks(columns.comments, columns.source)
+    texts = _remarks(columns.table.comments, columns.source)
     ends = {
         name: parse(texts.pop(name, usual), "hours", f"{columns.source}: {name}") for name, usual in RESTRICTED.items()
     }
@@ -100,6 +95,7 @@ def _remarks(comments: Sequence[str], source: str) -> dict[str, str]:
     allowed = (*TEXTS, *RESTRICTED)
     said: dict[str, str] = {}
     for line in comments:
+        line = line.lstrip().lstrip("# ")
         name, colon, text = line.partition(":")
         if not colon or not text.strip() or len(name.split()) != 1:
             continue

@@ -20,6 +20,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
+from stillhook.formats.table.dialect import MISSING
+from stillhook.formats.table.text import TextTable
 from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
 from stillhook.units import quote
 
@@ -68,7 +70,6 @@ weather on the median."""
 FILLS = (999.0, 9999.0, 99999.0, -99.0, -999.0, -9999.0, -32768.0, 999.9, -999.9, 9.96920996838687e36, 1e20)
 SHORT_FILLS = (99.0, 99.9, 99.99)
 """Represent a missing number too, but in directions, of which 99 deg is one."""
-MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "none", "mm", "missing", "*"}
 _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 
@@ -175,20 +176,18 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
     return None
 
 
-def numbers(
-    cells: Sequence[str], column: Column, lines: Sequence[int], decimal: str, name: str
-) -> tuple[FloatArray, str]:
+def numbers(table: TextTable, column: Column, *, signed: bool = False) -> tuple[FloatArray, str]:
     """A column (n,) in SI (directions in rad, in the file's sense), NaN where missing, and what marks of missing
-    numbers it had, in words.
+    numbers it had, in words. signed: of either sign, as parts of the wind are.
 
     Errors: WeatherError with the line, for words that are no number and for numbers that no weather has.
     """
-    texts = [c.replace(",", ".") for c in cells] if decimal == "," else list(cells)
-    try:
-        x = np.array(texts, dtype=np.float64)
-    except ValueError:
-        x = np.array([_number(text, column, line, name) for text, line in zip(texts, lines, strict=True)])
-    return in_si(x, column, lambda i: f"{name}: line {lines[i]}: {column.heading} = {cells[i]} {column.unit}")
+    x = table.numbers(column.place, MISSING)
+    sign = np.where(np.signbit(x), -1.0, 1.0) if signed else 1.0
+    size, marks = in_si(
+        x * sign, column, lambda i: f"{table.at(i)}: {column.heading} = {table.rows[i][column.place]} {column.unit}"
+    )
+    return np.asarray(sign * size), marks
 
 
 def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[FloatArray, str]:
@@ -224,21 +223,6 @@ def _in_another_unit(x: float, column: Column) -> str:
                 f'; if the numbers are in {unit}, say --column "{column.name}={without_unit(column.heading)} [{unit}]"'
             )
     return ""
-
-
-def _number(text: str, column: Column, line: int, name: str) -> float:
-    if text.strip().lower() in MISSING:
-        return math.nan
-    try:
-        if "_" in text:
-            raise ValueError
-        return float(text)
-    except ValueError:
-        raise WeatherError(
-            f"{name}: line {line}: {column.heading} = {quote(text)} is no number. Correct the line, or empty the"
-            " cell if it"
-            " is missing."
-        ) from None
 
 
 SENSES = {

@@ -2,7 +2,7 @@
 place, files of NDBC.
 
 Separators ; tab | , and blanks, decimal comma, comments (#), lines before the header, a row of units: see
-`stillhook.formats.csv_table`; times: see `stillhook.formats.weather.times`; columns and units: see
+`stillhook.formats.table.dialect`; times: see `stillhook.formats.weather.times`; columns and units: see
 `stillhook.formats.weather.columns`. Records must ascend in time, each time once; gaps are kept as gaps.
 
 **Directions.** A file that does not say what its directions mean is read without them, and a note says so: `sense` must
@@ -19,16 +19,17 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import LogError, SeaError, WeatherError
-from stillhook.formats.csv_table import COMMENTS, Dialect, csv_rows, dialect_of
-from stillhook.formats.waves.ndbc.text import SHORT_FILL, is_ndbc, read_bytes, read_records
+from stillhook.errors import SeaError, WeatherError
+from stillhook.formats.table.dialect import COMMENTS
+from stillhook.formats.table.file import refuse_foreign, unpacked
+from stillhook.formats.table.text import HEAD, TextTable, table_found
+from stillhook.formats.waves.ndbc.text import SHORT_FILL, is_ndbc, read_records
 from stillhook.formats.waves.ndbc.text import numbers as ndbc_numbers
 from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.formats.weather.columns import (
@@ -54,23 +55,9 @@ from stillhook.weather.series import Weather
 
 __all__ = ["SENSES", "read_weather"]
 
-HEAD = 1 << 16
 _TIMES = HEADINGS["times"]
 _BLANK_IN_TIME = re.compile(rb"(\d) (\d{1,2}:\d\d)")
-
-
-@dataclass(frozen=True)
-class _Table:
-    """Rows of a file as text, with the line of each; comments are its lines of remarks."""
-
-    name: str
-    dialect: Dialect
-    rows: list[list[str]] = field(repr=False)
-    lines: list[int] = field(repr=False)
-    comments: tuple[str, ...]
-
-    def column(self, place: int) -> list[str]:
-        return [row[place] for row in self.rows]
+START = "Write one above the first row, such as time,Hs [m],Tp [s],wind [m/s]."
 
 
 def read_weather(
@@ -99,30 +86,32 @@ def read_weather(
         return read_netcdf(
             path, sense=sense, columns_as=columns_as or {}, time_column=time_column, zone=zone, step=step
         )
-    try:
-        data = read_bytes(path)
-        if is_ndbc(data[:HEAD].decode("latin-1")) and not _has_separators(data):
+    data = unpacked(path, "file of weather", WeatherError)
+    refuse_foreign(path.name, data[:HEAD], WeatherError, "Export the place as CSV.")
+    in_blanks = not _has_separators(data[:HEAD])
+    if in_blanks and is_ndbc(data[:HEAD].decode("latin-1")):
+        try:
             return _read_ndbc(path, step)
-    except SeaError as problem:
-        raise WeatherError(_ours(str(problem))) from None
+        except SeaError as problem:
+            raise WeatherError(str(problem)) from None
     if date_order is not None and date_order not in ORDERS:
         raise WeatherError(f"--date-order {quote(date_order)}: is not one of {', '.join(ORDERS)}.")
-    table = _table(data, path.name)
+    head = data[:HEAD] if in_blanks else _BLANK_IN_TIME.sub(rb"\1T\2", data[:HEAD])  # a blank in a time is none
+    table = table_found(path.name, data, WeatherError, "table", START, head)
     time, used, notes = _times(table, time_column, date_order, time_zone)
     _ascending(time, table)
-    headings = ["" if i in used else h for i, h in enumerate(table.dialect.headings)]
-    recognised = columns(headings, table.dialect.units, columns_as or {}, path.name)
+    headings = ["" if i in used else h for i, h in enumerate(table.headings)]
+    recognised = columns(headings, table.units, columns_as or {}, path.name)
     if not recognised:
         have = ", ".join(quote(h) for h in headings if h)
         raise WeatherError(
             f"{path.name}: no column of weather among {have}. Name them: --column Hs=... --column wind=..."
         )
-    read = [(c, *numbers(table.column(c.place), c, table.lines, table.dialect.decimal, path.name)) for c in recognised]
+    read = [(c, *numbers(table, c)) for c in recognised]
     values, more = assembled(read, table.comments, path.name, sense)
     for u, v in wind_parts(headings) if "wind" not in values else ():
         parts = [Column("wind", i, headings[i], "m/s", False) for i in (u, v)]
-        east, north = (_signed_numbers(table, part, path.name) for part in parts)
-        values |= wind_of(east, north)
+        values |= wind_of(*(numbers(table, part, signed=True)[0] for part in parts))
         more.append(f"wind from its parts {headings[u]} and {headings[v]}")
         recognised += parts
     unread = [h for i, h in enumerate(headings) if h and i not in {c.place for c in recognised}]
@@ -130,76 +119,26 @@ def read_weather(
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 
-def _signed_numbers(table: _Table, column: Column, name: str) -> FloatArray:
-    """A part of the wind [m/s], which may be negative; NaN where missing."""
-    cells = [cell.strip().removeprefix("-") for cell in table.column(column.place)]
-    size = numbers(cells, column, table.lines, table.dialect.decimal, name)[0]
-    sign = np.array([-1.0 if cell.strip().startswith("-") else 1.0 for cell in table.column(column.place)])
-    return np.asarray(sign * size)
-
-
-def _ours(text: str) -> str:
-    """A message of a reader of logs or spectra in the words of weather."""
-    theirs_ours = (
-        ("Give a log with", "Give a table with"),
-        ("Export the log", "Export the table"),
-        ("one file of waves", "one file of weather"),
-        ("Give a text file of NDBC, plain or gz, or say what it is with --format", "Export the place as CSV"),
-    )
-    for theirs, ours in theirs_ours:
-        text = text.replace(theirs, ours)
-    return text
-
-
-def _has_separators(data: bytes) -> bool:
+def _has_separators(head: bytes) -> bool:
     """Whether the line above the first row has a separator other than blanks."""
     above = b""
-    for line in data[:HEAD].splitlines():
+    for line in head.splitlines():
         if line.strip()[:1].isdigit():
             break
         above = line if line.strip() and not line.lstrip().startswith(COMMENTS) else above
     return any(sign in above for sign in (b",", b";", b"\t", b"|"))
 
 
-def _table(data: bytes, name: str) -> _Table:
-    head = data[:HEAD]
-    if _has_separators(data):  # the blank within a time is none
-        head = _BLANK_IN_TIME.sub(rb"\1T\2", head)
-    try:
-        dialect = dialect_of(head, name, len(data) <= HEAD)
-        text = data.decode(dialect.encoding).removeprefix("\ufeff")
-    except LogError as problem:
-        raise WeatherError(_ours(str(problem))) from None
-    except UnicodeDecodeError as problem:
-        raise WeatherError(
-            f"{name}: byte {problem.start} is no text in {dialect.encoding}. Save the table as CSV UTF-8."
-        ) from None
-    if not dialect.header_line:
-        raise WeatherError(
-            f"{name}: has no line of headings. Write one above the first row, such as time,Hs [m],Tp [s],wind [m/s]."
-        )
-    signs = tuple(c.decode() for c in COMMENTS)
-    numbered = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    remarks = [(number, line) for number, line in numbered if line.lstrip().startswith(signs)]
-    above = [row for row in numbered if row not in remarks and row[0] < dialect.header_line]
-    remarks = sorted([*remarks, *above])
-    comments = [line.lstrip("#/% \t").rstrip(";,\t| ").strip() for n, line in remarks if n != dialect.header_line]
-    below = [row for row in numbered if row[0] >= dialect.first_line and not row[1].lstrip().startswith(signs)]
-    rows, numbers_of_lines = csv_rows(name, below, dialect.separator, dialect.fields, WeatherError)
-    return _Table(name, dialect, rows, numbers_of_lines.tolist(), tuple(c for c in comments if c))
-
-
 def _times(
-    table: _Table, time_column: str | None, order: str | None, time_zone: str | None
+    table: TextTable, time_column: str | None, order: str | None, time_zone: str | None
 ) -> tuple[NDArray[np.datetime64], set[int], list[str]]:
     """Times of the rows [UTC], the columns that they are in, and notes on how they were read."""
-    names = [bare(h)[0] for h in table.dialect.headings]
+    names = [bare(h)[0] for h in table.headings]
     if time_column is not None:
-        places = [i for i, h in enumerate(table.dialect.headings) if h.strip().lower() == time_column.strip().lower()]
+        places = [i for i, h in enumerate(table.headings) if h.strip().lower() == time_column.strip().lower()]
         if len(places) != 1:
             raise WeatherError(
-                f"{table.name}: --time {quote(time_column)}: no such column. It"
-                f" has {', '.join(table.dialect.headings)}."
+                f"{table.name}: --time {quote(time_column)}: no such column. It has {', '.join(table.headings)}."
             )
     else:
         places = [i for i, n in enumerate(names) if _is_stamp(n)][:1]
@@ -207,7 +146,7 @@ def _times(
         zone, note = _zone(table, list(parts.values()), time_zone)
         return _from_parts(table, parts) - zone, set(parts.values()), [note]
     if not places:
-        have = ", ".join(map(quote, table.dialect.headings))
+        have = ", ".join(map(quote, table.headings))
         raise WeatherError(f"{table.name}: no column of times among {have}. Name it: --time HEADING.")
     texts = table.column(places[0])
     if (found := counted(texts)) is not None:
@@ -238,12 +177,12 @@ def _is_stamp(name: str) -> bool:
 
 
 def _zone(
-    table: _Table, places: Sequence[int], time_zone: str | None, stamps: Zone | None = None
+    table: TextTable, places: Sequence[int], time_zone: str | None, stamps: Zone | None = None
 ) -> tuple[np.timedelta64, str]:
     """What the times of a table are ahead of UTC, and a note on it. The zone stands in the stamps, which were read with
     it (nothing is ahead then), in the names or units of their columns, or in the remarks above; stated by the user
     where the file says nothing. Errors: WeatherError where file and user differ, and for local times."""
-    headings, units = table.dialect.headings, table.dialect.units
+    headings, units = table.headings, table.units
     texts = [*(headings[i] for i in places), *(units[i] for i in places if i < len(units))]
     stated = next((zone for text in texts if (zone := zone_in(text)) is not None), None)
     stated = stated or zone_of_remarks(table.comments)
@@ -282,7 +221,7 @@ def _parts(names: Sequence[str]) -> dict[str, int]:
     return {part: place for part, place in found.items() if place >= 0 and not (of_year and part == "month")}
 
 
-def _from_parts(table: _Table, parts: Mapping[str, int]) -> NDArray[np.datetime64]:
+def _from_parts(table: TextTable, parts: Mapping[str, int]) -> NDArray[np.datetime64]:
     texts = [" ".join(row[p] for p in parts.values()) for row in table.rows]
     try:
         of = {part: np.array([int(float(c)) for c in table.column(p)], dtype=np.int64) for part, p in parts.items()}
@@ -308,7 +247,7 @@ def _from_parts(table: _Table, parts: Mapping[str, int]) -> NDArray[np.datetime6
     return stamped(year, month, day, second, table.lines, table.name, texts)
 
 
-def _ascending(time: NDArray[np.datetime64], table: _Table) -> None:
+def _ascending(time: NDArray[np.datetime64], table: TextTable) -> None:
     """Refuse times that come twice or go back, with the lines."""
     wrong = np.flatnonzero(np.diff(time) <= np.timedelta64(0, "s"))
     if len(wrong) == 0:

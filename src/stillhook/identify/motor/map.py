@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.errors import LogError
-from stillhook.formats.table import Columns, ColumnSpec, read_columns
+from stillhook.formats.table.columns import Columns, ColumnSpec, read_columns
 from stillhook.library import motor as library_motor
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
 from stillhook.physics.hydraulics.motor_losses import LossMotor, notch_loss
@@ -51,9 +51,9 @@ WIDE, SLICES = 0.05, 12
 SYNTHETIC = "synthetic"
 
 SETTINGS = (
-    ColumnSpec("D_m", "displacement", ("d", "displacement", "vg", "v_g"), "D_m [cm^3/rev]"),
-    ColumnSpec("omega_m", "rotation", ("n", "n_m", "speed", "rpm", "omega"), "n [rev/min]"),
-    ColumnSpec("dp_m", "pressure", ("dp", "delta_p", "pressure", "pressure_drop", "p"), "dp [bar]"),
+    ColumnSpec("D_m", "displacement", ("d", "displacement", "vg", "v_g"), "D_m [cm^3/rev]", required=True),
+    ColumnSpec("omega_m", "rotation", ("n", "n_m", "speed", "rpm", "omega"), "n [rev/min]", required=True),
+    ColumnSpec("dp_m", "pressure", ("dp", "delta_p", "pressure", "pressure_drop", "p"), "dp [bar]", required=True),
 )
 LOSSES = (
     ColumnSpec("T_f", "torque", ("t_fm", "loss", "torque_loss"), "T_f [N m]"),
@@ -146,19 +146,13 @@ def read_map(
 
     Columns: D_m, omega_m (or n), dp_m (or dp), and one of T_f (torque loss), T_shaft (torque at the shaft of the
     driving motor) or eta_hm (hydromechanical efficiency T_shaft / (D_m dp_m)), with the unit in the heading or in the
-    mapping file (see `stillhook.formats.table`).
+    mapping file (see `stillhook.formats.table.columns`).
     Parameters: D_max full displacement, text with its unit; without it the largest of the map.
     Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are left out and
     reported in `findings`.
     Errors: LogError, UnitError of one line with file, row and column.
     """
     table = read_columns(path, (*SETTINGS, *LOSSES), mapping)
-    missing = [w for w in SETTINGS if w.name not in table.values]
-    if missing:
-        have = ", ".join(quote(h) for h in (*table.headings.values(), *table.unused))
-        raise LogError(
-            f'{table.source}: no column "{missing[0].example}" among {have}. Name it so, or map it with --mapping.'
-        )
     _in_range(table)
     notes: list[str] = []
     loss = _loss(table, notes)
@@ -186,7 +180,7 @@ def read_map(
             f"{table.source}: displacement {show(float(D.max()), 'displacement')} is beyond the motor's full"
             f" {show(full, 'displacement')}. Check the unit in the heading and the motor."
         )
-    synthetic = SYNTHETIC in " ".join((table.source, *table.comments)).lower()
+    synthetic = SYNTHETIC in " ".join((table.source, *table.table.comments)).lower()
     return _with_thin_axes(LossMap(D, n, dp, T_f, full, table.source, synthetic, tuple(notes)))
 
 

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
-from stillhook.formats.csv_table import COMMENTS, Dialect, dialect_of, numbers_of
+from stillhook.formats.table.dialect import COMMENTS, Dialect, dialect_of
+from stillhook.formats.table.text import numbers_of
 from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
 from stillhook.logs.formats.twincat import twincat_dialect
 from stillhook.units import quote

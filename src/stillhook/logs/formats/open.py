@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import stat
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -18,11 +17,11 @@ from stillhook.base.extras import how_to_get, installed
 from stillhook.errors import LogError, UnreadableError
 from stillhook.formats.binary import process as reader_process
 from stillhook.formats.binary.reader import Reader, time_limit
+from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.logs.formats.columnar import open_hdf, open_mat, open_mdf, open_tdms
 from stillhook.logs.formats.csv import open_csv
 from stillhook.logs.formats.parquet import ParquetLog
 from stillhook.logs.formats.source import Chunk, Source, Want, master
-from stillhook.units import quote
 
 T = TypeVar("T")
 
@@ -75,35 +74,11 @@ class BinaryLog:
 
 
 _HEAD = 512
-_FOREIGN = (
-    (b"\x1f\x8b", "gzip"),
-    (b"PK\x03\x04", "zip or Excel"),
-    (b"%PDF", "PDF"),
-    (b"\xd0\xcf\x11\xe0", "old Excel"),
-    (b"7z\xbc\xaf", "7z"),
-)
 
 
 def open_log(path: str | os.PathLike[str]) -> Source:
     """The log at a path, opened. Errors: LogError of one line for what is not a log."""
-    file = Path(path)
-    try:
-        if stat.S_ISDIR(file.stat().st_mode):
-            raise LogError(f"{file}: is a folder. Give one log file in it.")
-        if not stat.S_ISREG(file.stat().st_mode):
-            raise LogError(f"{file}: is not an ordinary file. Give a log file.")
-        with file.open("rb") as stream:
-            head = stream.read(2 * _HEAD)
-    except FileNotFoundError:
-        raise LogError(f"{file}: no such file. Check the name and the folder.") from None
-    except (OSError, ValueError) as problem:
-        raise LogError(
-            f"{quote(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check the name and"
-            " your rights."
-        ) from None
-    for magic, name in _FOREIGN:
-        if head.startswith(magic):
-            raise LogError(f"{file.name}: is a {name} file. Unpack it, or save the log as CSV or Parquet.")
+    file, head = first_bytes(path, 2 * _HEAD, "log file", LogError)
     if not head:
         raise LogError(f"{file.name}: is empty. Give a log with a header and rows of numbers.")
     return _opened(file, head)
@@ -123,6 +98,7 @@ def _opened(file: Path, head: bytes) -> Source:
         return BinaryLog(file, "HDF5", open_hdf)
     if head.startswith(b"MATLAB "):
         return BinaryLog(file, "MAT", open_mat)
+    refuse_foreign(file.name, head, LogError, "Unpack it, or save the log as CSV or Parquet.")
     return open_csv(file)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from stillhook.formats.csv_table import Dialect, decimal_of, encoding_of, split_row
+from stillhook.formats.table.dialect import Dialect, decimal_of, head_text, split_row
 
 _HEAD = re.compile(r"Name[\t;,].*?[\r\n].*?SampleTime\[(ms|s|us)\]", re.DOTALL)
 NAME, UNIT = "Name", "Unit"
@@ -17,8 +17,7 @@ NAME, UNIT = "Name", "Unit"
 def twincat_dialect(head: bytes, name: str) -> Dialect | None:
     """The dialect of an export of TwinCAT Scope; None for any other file. Errors: LogError where decimal signs
     differ."""
-    encoding = encoding_of(head)
-    text = head.decode(encoding, errors="replace").removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    encoding, text = head_text(head)
     match = _HEAD.match(text)
     if match is None:
         return None
@@ -43,7 +42,7 @@ def twincat_dialect(head: bytes, name: str) -> Dialect | None:
     return Dialect(
         encoding,
         separator,
-        decimal_of(cells, separator, name, [first + 1 + i for i in range(len(cells))]),
+        decimal_of(cells, [first + 1 + i for i in range(len(cells))], name),
         first + 1,
         at + 1,
         headings,

@@ -22,17 +22,17 @@ from pydantic import Field
 
 from stillhook import units as u
 from stillhook.errors import PlanError
-from stillhook.formats.table import Columns, ColumnSpec, read_columns
+from stillhook.formats.table.columns import Columns, ColumnSpec, read_columns
 from stillhook.plan.definition.phases import IN_AIR, Phase
 from stillhook.sea.vessel.boom import Boom
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
 from stillhook.tables.table import Number, Spec, Text
-from stillhook.units import quote, show
+from stillhook.units import show
 
 COLUMNS = (
-    ColumnSpec("radius", "length", ("r", "working_radius", "outreach"), "radius [m]"),
-    ColumnSpec("SWL", "mass", ("capacity", "safe_working_load", "rated_capacity"), "SWL [t]"),
+    ColumnSpec("radius", "length", ("r", "working_radius", "outreach"), "radius [m]", required=True),
+    ColumnSpec("SWL", "mass", ("capacity", "safe_working_load", "rated_capacity"), "SWL [t]", required=True),
     ColumnSpec("Hs", "length", ("h_s", "hm0", "significant_wave_height"), "Hs [m]"),
     ColumnSpec("DAF", "", ("dynamic_factor", "design_daf"), "DAF [1]"),
     ColumnSpec("side_lead", "angle", ("side-lead", "sidelead"), "side_lead [deg]"),
@@ -218,14 +218,10 @@ def _within(chart: LoadChart, crane: Crane) -> None:
 def read_load_chart(path: str | Path) -> LoadChart:
     """A load chart from a CSV or XLSX file.
 
-    Errors: LogError, UnitError, PlanError of one line that names file and row: a column that is missing or has no
+    Errors: UnitError, PlanError of one line that names file and row: a column that is missing or has no
     unit, an empty cell, numbers that no crane has, radii of a height that do not rise, more SWL in a higher sea.
     """
-    columns = read_columns(path, COLUMNS)
-    for spec in COLUMNS[:2]:
-        if spec.name not in columns.values:
-            have = ", ".join(quote(h) for h in (*columns.headings.values(), *columns.unused)) or "none"
-            raise PlanError(f"{columns.source}: no column {quote(spec.example)}; it has {have}. Add it.")
+    columns = read_columns(path, COLUMNS, error=PlanError)
     for name in columns.values:
         _check_column(columns, name)
     chart = LoadChart(columns.source, _rows(columns), _digest(columns))
@@ -251,7 +247,7 @@ def _rows(columns: Columns) -> tuple[tuple[tuple[float, ChartPoint], ...], ...]:
     heights = values["Hs"] if "Hs" in values else np.full(len(columns.numbers), math.inf)
     rows = []
     for Hs in np.unique(heights):
-        places = np.flatnonzero(heights == Hs)
+        places = np.flatnonzero(heights == Hs).tolist()
         points = []
         for i in places:
             others = {name: float(values[name][i]) for name in ChartPoint._fields if name in values}

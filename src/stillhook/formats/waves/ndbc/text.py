@@ -8,11 +8,8 @@ run backwards; records come out ascending. Missing numbers are 9s (99, 999, 9999
 
 from __future__ import annotations
 
-import gzip
 import math
 import os
-import stat
-import zlib
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -22,23 +19,16 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
+from stillhook.formats.table.file import refuse_foreign, unpacked
+from stillhook.formats.table.text import HEAD
 from stillhook.units import quote
 
-LARGEST_TEXT = 200_000_000
-"""Characters; a year of hourly spectra has 3 million, of 10 min weather 5 million."""
 FILLS = (999.0, 9999.0)
 """What represents a missing number in NDBC's files, besides MM."""
 SHORT_FILL = 99.0
 """And in columns whose numbers are smaller: densities, heights and periods; not in directions, of which 99 deg is
 one."""
 _DATES = ("YY", "YYYY", "yr")
-_FOREIGN = (
-    (b"PK\x03\x04", "zip or Excel"),
-    (b"\x89HDF", "HDF5 or NetCDF"),
-    (b"CDF", "NetCDF"),
-    (b"%PDF", "PDF"),
-    (b"<", "web page"),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,49 +47,16 @@ class Records:
 def read_text(path: str | os.PathLike[str]) -> str:
     """The text of a plain or gz file. Errors: SeaError of one line for what cannot be read, is cut short or is no
     text."""
-    data = read_bytes(path)
+    name, data = Path(path).name, unpacked(path, "file of waves", SeaError)
+    instead = "Give a text file of NDBC, plain or gz, or say what it is with --format."
+    refuse_foreign(name, data[:HEAD], SeaError, instead)
     try:
         text = "\0" if b"\0" in data else data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = "\0"
     if text == "\0":
-        raise SeaError(f"{Path(path).name}: is not a text file. Give a text file of NDBC, plain or gz.")
+        raise SeaError(f"{name}: is not a text file. Give a text file of NDBC, plain or gz.")
     return text
-
-
-def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """What a plain or gz file holds. Errors: SeaError of one line for what cannot be read, is cut short or is of
-    another kind."""
-    file = Path(path)
-    try:
-        mode = file.stat().st_mode
-        if not stat.S_ISREG(mode):
-            raise SeaError(
-                f"{file}: is {'a folder' if stat.S_ISDIR(mode) else 'not an ordinary file'}. Give one file of waves."
-            )
-        with file.open("rb") as raw:
-            compressed = raw.read(2) == b"\x1f\x8b"
-        with gzip.open(file, "rb") if compressed else file.open("rb") as stream:
-            data = stream.read(LARGEST_TEXT + 1)
-    except FileNotFoundError:
-        raise SeaError(f"{quote(str(file))}: no such file. Check the name and the folder.") from None
-    except (EOFError, zlib.error, gzip.BadGzipFile) as problem:
-        raise SeaError(f"{file.name}: the gz file is cut short or damaged ({problem}). Fetch it again.") from None
-    except (OSError, ValueError) as problem:
-        raise SeaError(
-            f"{quote(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check your rights."
-        ) from None
-    if len(data) > LARGEST_TEXT:
-        raise SeaError(
-            f"{file.name}: holds more than {LARGEST_TEXT / 1e6:g} million characters. Give one year of one buoy."
-        )
-    for magic, content in _FOREIGN:
-        if data.lstrip().startswith(magic):
-            raise SeaError(
-                f"{file.name}: is a {content} file. Give a text file of NDBC, plain or gz, or say what it is with"
-                " --format."
-            )
-    return data
 
 
 def is_ndbc(text: str) -> bool:
