@@ -180,7 +180,7 @@ def test_a_file_that_cannot_be_finished_leaves_nothing(run, tmp_path, monkeypatc
         file.write_text("half")
         raise OSError(28, os.strerror(28))
 
-    monkeypatch.setattr(FORMATS["csv"], "write", broken)
+    monkeypatch.setitem(FORMATS, "csv", FORMATS["csv"]._replace(write=broken))
     with pytest.raises(stillhook.StillhookError, match=r"run\.csv"):
         write_table(of_run(run), tmp_path / "run.csv")
     assert list(tmp_path.iterdir()) == []

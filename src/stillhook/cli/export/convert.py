@@ -52,8 +52,7 @@ def convert(
         refuse({"--case": case}, "belongs to a run, and this is a log. Leave it out.")
         content = chosen(_log(source, mapping, every), signals=names)
     write_table(content, target, kind)
-    rows = sum(len(t.columns[0].values) for t in content.tables)
-    columns = [c.name for c in content.tables[0].columns]
+    rows, columns = sum(map(len, content.tables.values())), list(content.first.columns)
     if json:
         print_json({"file": str(target), "format": kind, "rows": rows, "columns": columns})
     else:
@@ -68,7 +67,9 @@ def _run(source: Path) -> Content:
 
 
 def _log(source: Path, mapping: Path | None, every: str | None) -> Content:
-    from stillhook.formats.out.table import TIME, Column, Content, Table
+    import pandas as pd
+
+    from stillhook.formats.out.table import TIME, Content
     from stillhook.logs.log import read_log
     from stillhook.logs.mapping import read_mapping
     from stillhook.units import KINDS
@@ -78,9 +79,12 @@ def _log(source: Path, mapping: Path | None, every: str | None) -> Content:
         raise StillhookError(f"{source}: no such file. Give a run (NetCDF) or a log.")
     rows = read_mapping(mapping) if mapping is not None else None
     log = read_log(source, rows) if every is None else read_log(source, rows, every=every)
-    columns = [Column(TIME, log.t, "s", "time from the first sample")]
-    for name, values in log.signals.items():
-        kind = log.kind(name)
-        meaning = BY_NAME[name].meaning if name in BY_NAME else ""
-        columns.append(Column(name, values, KINDS[kind].si if kind else "1", meaning))
-    return Content((Table("", tuple(columns)),), {"title": f"means of {log.source}"})
+    kinds = {name: log.kind(name) for name in log.signals}
+    units = {name: KINDS[kind].si if kind else "1" for name, kind in kinds.items()}
+    meanings = {name: BY_NAME[name].meaning if name in BY_NAME else "" for name in log.signals}
+    return Content(
+        {"": pd.DataFrame({TIME: log.t, **log.signals})},
+        {TIME: "s"} | units,
+        {TIME: "time from the first sample"} | meanings,
+        {"title": f"means of {log.source}"},
+    )

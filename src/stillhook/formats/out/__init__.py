@@ -1,1 +1,1 @@
-"""Runs and logs as tables of other programs; a format is a file with SUFFIX, TITLE and write."""
+"""Runs and logs as tables of other programs."""
