@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 
 from stillhook.errors import MotionError, StillhookError, UnitError
 from stillhook.formats.motion.open import read_ship_motion, read_tip_motion
-from stillhook.formats.motion.psxn import read_psxn
 from stillhook.sea.motion.motion import Sine, Sum
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.vessel.ship_motion import tip_motion
@@ -91,13 +90,13 @@ def test_a_seapath_log_gives_heave_up_and_angles_in_radians(tmp_path: Path) -> N
 
 def test_the_altitude_tells_when_the_sign_of_heave_is_wrong(tmp_path: Path) -> None:
     up = written(tmp_path, psxn_lines(sign=1.0))
-    wrong, right = read_psxn(up), read_psxn(up, heave="up")
+    wrong, right = read_ship_motion(up), read_ship_motion(up, heave="up")
     assert np.allclose(wrong.heave, -right.heave)
     assert 'so use heave="up"' in wrong.report.cautions[0]
     assert right.report.cautions == ()
     assert right.report.heave == "up"
     silent = written(tmp_path, psxn_lines(sign=1.0, altitude=False), "silent.txt")
-    assert read_psxn(silent).report.cautions == ()
+    assert read_ship_motion(silent).report.cautions == ()
 
 
 def test_the_instrument_clock_is_free_of_the_delays_of_the_logger(tmp_path: Path) -> None:
@@ -108,7 +107,7 @@ def test_the_instrument_clock_is_free_of_the_delays_of_the_logger(tmp_path: Path
         for line in group
     ]
     file = written(tmp_path, lines)
-    logger, instrument = read_psxn(file), read_psxn(file, time="instrument")
+    logger, instrument = read_ship_motion(file), read_ship_motion(file, time="instrument")
     assert logger.report.jitter > 0.1
     assert any("jitter" in caution for caution in logger.report.cautions)
     assert instrument.report.jitter < 1e-9
@@ -118,7 +117,7 @@ def test_the_instrument_clock_is_free_of_the_delays_of_the_logger(tmp_path: Path
 
 def test_the_instrument_clock_passes_midnight(tmp_path: Path) -> None:
     file = written(tmp_path, psxn_lines(day=MIDNIGHT - timedelta(seconds=30)))
-    assert np.allclose(read_psxn(file, time="instrument").t, T)
+    assert np.allclose(read_ship_motion(file, time="instrument").t, T)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +132,7 @@ def test_the_instrument_clock_passes_midnight(tmp_path: Path) -> None:
 def test_times_of_receipt_in_several_spellings(tmp_path: Path, before: str) -> None:
     body = [line for line in psxn_lines() if "PSXN,23" in line]
     file = written(tmp_path, [before.format(i) + line.split(" ", 1)[1] for i, line in enumerate(body)])
-    assert np.allclose(read_psxn(file).t, T)
+    assert np.allclose(read_ship_motion(file).t, T)
 
 
 def test_damaged_lines_are_left_out_and_counted(tmp_path: Path) -> None:
@@ -148,7 +147,7 @@ def test_damaged_lines_are_left_out_and_counted(tmp_path: Path) -> None:
     lines.insert(samples[50] + 1, lines[samples[50]])  # twice
     lines.append(lines[samples[45]])  # back in time
     lines.insert(7, "\x00\xff garbage $$$ \x1b*")
-    report = read_psxn(written(tmp_path, lines)).report
+    report = read_ship_motion(written(tmp_path, lines)).report
     assert dict(report.counts) == {
         "lines": 243,
         "$PSXN,23 lines": 62,
@@ -249,7 +248,7 @@ def test_fast_logs_are_thinned_unless_told_otherwise(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("gap", "error"), [(3.0, 0.06), (4.0, 0.2), (5.0, 0.6)])
-def test_a_bridged_gap_costs_what_read_psxn_states(tmp_path: Path, gap: float, error: float) -> None:
+def test_a_bridged_gap_costs_what_is_stated(tmp_path: Path, gap: float, error: float) -> None:
     # A sea of 0.84 m standard deviation, the worst of fifty.
     periods, amplitudes = (5.0, 6.0, 7.0, 8.5, 9.6, 11.0, 13.0, 15.0), (0.1, 0.15, 0.3, 0.5, 0.7, 0.6, 0.4, 0.2)
     t, worst = T[(T <= 30.0) | (T - gap >= 30.0)], 0.0
@@ -416,12 +415,12 @@ def test_logs_without_usable_lines_say_why(
 
 
 def test_gaps_of_a_log_name_line_place_and_way_out(tmp_path: Path) -> None:
-    text = refused(lambda: read_psxn(written(tmp_path, psxn_lines(T[(T < 20) | (T >= 30)]))))
+    text = refused(lambda: read_ship_motion(written(tmp_path, psxn_lines(T[(T < 20) | (T >= 30)]))))
     assert "line 80: gap of 11 s from 19 s on is longer than max_gap 5 s." in text
     assert 'such as start="30 s", or raise max_gap.' in text
     backwards = [*psxn_lines(T[:20]), *psxn_lines(T[:10]), *psxn_lines(T[30:])]
     assert "max_gap 5 s (times running backwards 10). Choose" in refused(
-        lambda: read_psxn(written(tmp_path, backwards))
+        lambda: read_ship_motion(written(tmp_path, backwards))
     )
 
 
@@ -432,7 +431,7 @@ def test_samples_faster_than_the_instrument_clock_are_refused(tmp_path: Path) ->
         if "ZDA" not in line or i % 30 == 0
     ]
     assert "share the instrument time of the one before" in refused(
-        lambda: read_psxn(written(tmp_path, lines), time="instrument")
+        lambda: read_ship_motion(written(tmp_path, lines), time="instrument")
     )
 
 

@@ -11,7 +11,6 @@ import pytest
 from scipy.signal import coherence, csd
 
 from stillhook.formats.motion.open import motion_form, read_ship_motion, read_tip_motion
-from stillhook.formats.motion.psxn import read_psxn
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.vessel.ship_motion import ShipMotion, tip_motion
 
@@ -77,7 +76,7 @@ def test_the_altitude_shows_that_the_file_counts_heave_down(log: Path, ship: Shi
     assert together[waves].min() > 0.99
     assert np.abs(np.degrees(np.angle(cross[waves]))).max() < 3.0
     assert (
-        read_psxn(log, heave="up")
+        read_ship_motion(log, heave="up")
         .report.cautions[0]
         .startswith("the $..GGA altitude moves against the heave (correlation -1.00)")
     )
@@ -92,7 +91,7 @@ def test_the_bow_rises_before_the_ship_as_it_does_in_a_head_sea(ship: ShipMotion
 
 
 def test_both_clocks_tell_the_same_motion(log: Path, heave: Recorded) -> None:
-    other = tip_motion(read_psxn(log, time="instrument"), ("0 m", "0 m", "0 m")).about_mean()
+    other = tip_motion(read_ship_motion(log, time="instrument"), ("0 m", "0 m", "0 m")).about_mean()
     t = np.arange(5.0, 700.0, 0.1)
     # A few milliseconds of jitter at a heave velocity of up to 2.3 m/s.
     assert np.abs(other.sample(t)[0] - heave.sample(t)[0]).max() < 0.03

@@ -15,18 +15,12 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
 from stillhook.formats.motion.ship_log import (
-    DEFAULT_MAX_GAP,
-    HeaveSign,
     RawLog,
     evened,
-    finish,
     head_of,
-    sign_of,
 )
 from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values, split_heading
 from stillhook.formats.table.text import TextTable, decoded, headed_table, heading_names
-from stillhook.sea.motion.recorded import Recorded
-from stillhook.sea.vessel.ship_motion import ShipMotion, sea_worthy
 
 COLUMNS = {
     "time": ColumnSpec("time", "time", (), "time [s]", required=True),
@@ -36,12 +30,6 @@ COLUMNS = {
     "pitch": ColumnSpec("pitch", "angle", (), "pitch [deg]"),
 }
 START = 'Begin with a line such as "time [s],heave [m],roll [deg],pitch [deg]" or "time [s],tip [m]".'
-
-
-def _load(path: str | os.PathLike[str]) -> TextTable:
-    file, _ = head_of(path)
-    text = decoded(file.name, file.read_bytes(), MotionError)
-    return headed_table(file.name, text, MotionError, START, pad_last=True)
 
 
 def _increasing(table: TextTable, t: FloatArray) -> None:
@@ -55,8 +43,15 @@ def _increasing(table: TextTable, t: FloatArray) -> None:
         )
 
 
-def _raw(table: TextTable, height: str) -> RawLog:
-    """Time and the column `height` (heave or tip) in SI, with roll and pitch next to heave where the file has them."""
+def raw_csv(path: str | os.PathLike[str], height: str) -> RawLog:
+    """Time and the column `height` (heave or tip) in SI, with roll and pitch next to heave where the file has them.
+
+    Errors: MotionError or UnitError of one line with file, line and column for a missing column, a missing or unknown
+    unit, a value that is not a number, times that do not increase.
+    """
+    file, _ = head_of(path)
+    text = decoded(file.name, file.read_bytes(), MotionError)
+    table = headed_table(file.name, text, MotionError, START, pad_last=True)
     if height == "heave" and place_of(table, COLUMNS["heave"]) is None and place_of(table, COLUMNS["tip"]) is not None:
         raise MotionError(f"{table.name}: holds a column tip, so the motion of a crane tip. Read it without tip=.")
     columns: dict[str, FloatArray] = {}
@@ -81,42 +76,6 @@ def _raw(table: TextTable, height: str) -> RawLog:
         cautions=cautions,
         column=height,
     )
-
-
-def read_ship_csv(
-    path: str | os.PathLike[str],
-    *,
-    heave: HeaveSign = "up",
-    max_gap: str = DEFAULT_MAX_GAP,
-    start: str | None = None,
-    duration: str | None = None,
-) -> ShipMotion:
-    """Ship motion from a CSV with time and heave, and roll and pitch where a crane tip off the sensor is needed.
-
-    Parameters as `read_psxn` has them; heave counts up by default. Errors: MotionError or UnitError of one line with
-    file, line and column for a missing column, a missing or unknown unit, a value that is not a number, times that
-    do not increase, gaps longer than max_gap, a heave beyond 20 m or that never changes, angles beyond 45 deg.
-    """
-    table = _load(path)
-    sign = sign_of(heave, table.name)
-    return finish(_raw(table, "heave"), heave=sign, max_gap=max_gap, start=start, duration=duration)
-
-
-def read_tip_csv(
-    path: str | os.PathLike[str],
-    *,
-    max_gap: str = DEFAULT_MAX_GAP,
-    start: str | None = None,
-    duration: str | None = None,
-    every: str | None = "0.5 s",
-) -> Recorded:
-    """Crane-tip motion from a CSV with time and tip, the height of the crane tip, positive up.
-
-    Parameters and errors as in `read_ship_csv`; every as in `tip_motion`.
-    """
-    piece = finish(_raw(_load(path), "tip"), heave="up", max_gap=max_gap, start=start, duration=duration)
-    motion = Recorded(piece.t, piece.heave, source=piece.report.source, report=piece.report.describe())
-    return sea_worthy(motion, every)
 
 
 def has_column(path: str | os.PathLike[str], name: str) -> bool:

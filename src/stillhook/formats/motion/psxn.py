@@ -30,16 +30,11 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
 from stillhook.formats.motion.ship_log import (
-    DEFAULT_MAX_GAP,
     HeaveSign,
     RawLog,
     evened,
-    finish,
     head_of,
-    sign_of,
 )
-from stillhook.sea.vessel.ship_motion import ShipMotion
-from stillhook.units import quote
 
 INVALID = b"2"  # quality flag in $PSXN,20: 0 normal, 1 reduced performance, 2 invalid
 AGREEMENT = 0.5  # correlation of altitude and heave steps beyond which their relative sign is beyond doubt
@@ -141,32 +136,18 @@ _SLASHED = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})(?=T)")
 _DAY_FIRST = re.compile(rb"(?m)^\D{0,12}(1[3-9]|2\d|3[01])/\d{1,2}/\d{4}")
 
 
-def read_psxn(
-    path: str | os.PathLike[str],
-    *,
-    heave: HeaveSign = "down",
-    time: Literal["logger", "instrument"] = "logger",
-    max_gap: str = DEFAULT_MAX_GAP,
-    start: str | None = None,
-    duration: str | None = None,
-) -> ShipMotion:
-    """Ship motion from a log of $PSXN,23 lines.
+def raw_psxn(path: str | os.PathLike[str], heave: HeaveSign, time: Literal["logger", "instrument"]) -> RawLog:
+    """The samples of a log of $PSXN,23 lines.
 
-    Parameters: path; heave, which way the file counts it: "down" as the Seapath manual has it (default) or "up";
-    time: "logger" for the time of receipt, which every line has (default), or "instrument" for the last $..ZDA or
-    $..GGA, free of the delays of the network; max_gap, the longest stretch without samples that the curve may
-    bridge: at 1 Hz, a gap of 3 s costs up to 5 cm of a 0.84 m (standard deviation) sea, 4 s 18 cm, 5 s 50 cm;
-    start and duration, a piece of the log counted from its first usable sample.
+    Parameters: path; heave, which way the file counts it; time: "logger" for the time of receipt, which every line has,
+    or "instrument" for the last $..ZDA or $..GGA, free of the delays of the network.
 
-    Left out and counted in the report: lines with a wrong or no checksum, with missing fields, flagged invalid by
-    $PSXN,20, without time, with the time of the sample before (duplicates) and with times running backwards. The
-    report also says if the altitude in $..GGA contradicts the stated sign of heave.
-    Errors: MotionError, one line, for a file without usable lines, gaps longer than max_gap, impossible values.
+    Left out and counted: lines with a wrong or no checksum, with missing fields, flagged invalid by $PSXN,20, without
+    time, with the time of the sample before (duplicates) and with times running backwards. A caution says if the
+    altitude in $..GGA contradicts the stated sign of heave.
+    Errors: MotionError, one line, for a file without usable lines.
     """
     file, head = head_of(path)
-    sign = sign_of(heave, file.name)
-    if time not in ("logger", "instrument"):
-        raise MotionError(f'{file.name}: time = {quote(time)} is not one of "logger", "instrument".')
     scan = _Scan(instrument=time == "instrument", day_first=bool(_DAY_FIRST.search(head + _tail_of(file))))
     number = 0
     with file.open("rb") as stream:
@@ -180,9 +161,8 @@ def read_psxn(
     rows = np.column_stack((times, rows[:, 1:]))
     if scan.slashed:
         notes = (*notes, f"dates are read as {'day/month' if scan.day_first else 'month/day'}/year")
-    raw_log = _in_order(file.name, rows, scan.counts, time, sign)
-    raw_log = replace(raw_log, cautions=(*notes, *raw_log.cautions))
-    return finish(raw_log, heave=sign, max_gap=max_gap, start=start, duration=duration)
+    raw_log = _in_order(file.name, rows, scan.counts, time, heave)
+    return replace(raw_log, cautions=(*notes, *raw_log.cautions))
 
 
 def _tail_of(file: Path) -> bytes:

@@ -128,7 +128,7 @@ def _in_kilo(content: Content) -> pd.DataFrame:
     """The only time series. Errors: ConvertError where there are several."""
     if len(content.tables) > 1:
         names = ", ".join(units.quote(case) for case in list(content.tables)[:6])
-        raise ConvertError(f"a time history holds one case, and here are {names}. Choose one with --case.")
+        raise ConvertError(f"a time history holds one case, and there are {names}. Choose one with --case.")
     return content.first * [1e-3 if content.units[name] in IN_KILO else 1.0 for name in content.first.columns]
 
 
