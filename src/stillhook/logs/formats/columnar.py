@@ -1,13 +1,13 @@
-"""Logs as columns of arrays: MAT v5 and v7.3 (and other HDF5); MDF4 (asammdf) and TDMS (nptdms).
+"""Logs as columns of arrays: MAT v5 and v7.3 (and other HDF5); MDF4 (asammdf), TDMS (nptdms) and Parquet (polars).
 
-The readers of the last two are extras: pip install "stillhook[logs]".
+The readers of the last three are extras: pip install "stillhook[logs]".
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,18 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.binary.reader import refuse_bomb
-from stillhook.logs.formats.source import EXAMPLES, NANO, Chunk, Want, from_sample, master
+from stillhook.formats.table.text import numbers_of
+from stillhook.logs.formats.source import (
+    EXAMPLES,
+    NANO,
+    Chunk,
+    Want,
+    from_sample,
+    joined,
+    master,
+    stamps_to_seconds,
+    with_words,
+)
 from stillhook.units import quote
 
 FEWEST_ROWS = 64  # of a piece, however small the pieces
@@ -57,6 +68,8 @@ class ArraysLog:
     lengths: Sequence[int]
     times: Sequence[Slice] = ()
     row: str = "sample"
+    masked: str = "invalid"
+    """What a cell is called that the format marks as missing."""
     time_base: bool = field(init=False)
     headings: tuple[str, ...] = field(init=False)
     units: tuple[str, ...] = field(init=False)
@@ -71,8 +84,9 @@ class ArraysLog:
 
     def sample(self, place: int) -> str:
         """The first cell of a column."""
-        first = self.columns[place].read(0, 1)
-        return str(first[0]) if len(first) else ""
+        column = self.columns[place]
+        first = np.ma.asarray(column.read(0, min(FEWEST_ROWS, column.length)))
+        return next((text for text in _texts(first) if text), "")
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
         """The requested columns of one time base in slices."""
@@ -85,45 +99,50 @@ class ArraysLog:
             yield Chunk(base, values, from_sample(begin), end / length, texts)
 
     def _column(self, want: Want, begin: int, end: int, texts: dict[Want, tuple[str, ...]]) -> FloatArray:
-        place = want.places[0]
+        columns = [self._cells(place, begin, end) for place in want.places]
+        cells, mask = columns[0].data, np.ma.getmaskarray(columns[0])
+        heading = "" if want.places[0] < 0 else quote(self.headings[want.places[0]])
+        if cells.dtype.kind in "mM":
+            if want.stamps is None and heading:
+                raise LogError(f"{self.name}: column {heading} holds dates or times, not numbers. Map another column.")
+            missing = np.isnat(cells) | mask
+            nanoseconds = cells.astype(f"{cells.dtype.kind}8[ns]").astype(np.int64)
+            return np.where(missing, np.nan, nanoseconds * NANO)
+        if want.stamps is not None:
+            if self.time_base:
+                raise LogError(
+                    f"{self.name}: channel {heading} holds no stamps. Leave out time: the file carries its own."
+                )
+            return stamps_to_seconds(joined([_texts(column) for column in columns]), want.stamps)
+        if cells.dtype.kind in "fiub":
+            values = np.where(mask, np.nan, cells.astype(np.float64))
+            words = [*([self.masked] if mask.any() else []), *(["nan"] if np.isnan(values[~mask]).any() else [])]
+        else:
+            cells_as_text = _texts(columns[0])
+            values = with_words(numbers_of(cells_as_text), cells_as_text, want)
+            words = list(dict.fromkeys(cells_as_text[i] for i in np.flatnonzero(~np.isfinite(values))))
+        if not np.isfinite(values).all():
+            texts[want] = tuple(words[:EXAMPLES]) or ("nan",)
+        return values
+
+    def _cells(self, place: int, begin: int, end: int) -> Any:
+        """Cells of a column, or stamps of a time base, as a masked array. Errors: LogError where some are missing."""
         read = self.times[master(place)] if place < 0 else self.columns[place].read
-        raw = np.ma.asarray(read(begin, end))
-        mask, cells = np.ma.getmaskarray(raw), np.asarray(raw.data)
+        cells = np.ma.asarray(read(begin, end))
         if len(cells) != end - begin:
             raise LogError(
                 f"{self.name}: channel {quote(self.headings[place])} holds fewer samples than its time base. The"
                 " file is cut off."
             )
-        if cells.dtype.kind == "M":
-            return np.asarray(cells.astype("datetime64[ns]").astype(np.int64) * NANO, dtype=np.float64)
-        if want.stamps is not None:
-            heading = quote(self.headings[place])
-            if self.time_base:
-                raise LogError(
-                    f"{self.name}: channel {heading} holds no stamps. Leave out time: the file carries its own."
-                )
-            raise LogError(f'{self.name}: column {heading} holds numbers, not stamps. Give its unit, such as "s".')
-        if cells.dtype.kind in "fiub":
-            values = np.where(mask, np.nan, cells.astype(np.float64))
-            words: list[str] = ["invalid"] if mask.any() else []
-        else:
-            values, words = _numbers(cells, dict(want.words))
-        if not np.isfinite(values).all():
-            texts[want] = tuple(words[:EXAMPLES]) or ("nan",)
-        return values
+        return cells
 
 
-def _numbers(cells: Any, numbers_of_words: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
-    """Cells of text as numbers, words that represent one among them; and examples of those that are none."""
-    values, words = np.full(len(cells), np.nan), []
-    lower = {word.lower(): value for word, value in numbers_of_words.items()}
-    for i, cell in enumerate(cells):
-        text = cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell)
-        try:
-            values[i] = lower[text.strip().lower()] if text.strip().lower() in lower else float(text)
-        except ValueError:
-            words.append(text)
-    return values, list(dict.fromkeys(words))
+def _texts(cells: Any) -> list[str]:
+    """Cells as texts without blanks around them, empty where masked."""
+    if cells.dtype.kind == "M":
+        cells = cells.astype(str)
+    texts = [cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell) for cell in cells.data.tolist()]
+    return ["" if hidden else text.strip() for text, hidden in zip(texts, np.ma.getmaskarray(cells), strict=True)]
 
 
 def _by_length(name: str, columns: Sequence[ArrayColumn]) -> ArraysLog:
@@ -267,3 +286,27 @@ def open_tdms(path: Path) -> ArraysLog:
     return ArraysLog(
         path.name, columns, [length for length, *_ in bases], [partial(times, *c) for c in clocks] if timed else ()
     )
+
+
+def open_parquet(path: Path) -> ArraysLog:
+    """A Parquet file; its columns are of one table."""
+    import polars as pl
+
+    frame = pl.scan_parquet(path, glob=False)
+    schema, length = frame.collect_schema(), int(frame.select(pl.len()).collect().item())
+    refuse_bomb(path, NUMBER * length * len(schema), at_once=False)
+
+    def read(heading: str, begin: int, end: int) -> Any:
+        cells = frame.select(pl.col(heading)).slice(begin, end - begin).collect()[heading]
+        mask = cells.is_null().to_numpy()
+        if cells.dtype == pl.Date:
+            cells = cells.cast(pl.Datetime("ns"))
+        elif isinstance(cells.dtype, pl.Datetime) and cells.dtype.time_zone:
+            cells = cells.dt.replace_time_zone(None)
+        elif not cells.dtype.is_temporal():
+            numbers = cells.dtype.is_numeric() or cells.dtype == pl.Boolean
+            cells = cells.cast(pl.Float64) if numbers and mask.any() else cells
+        return np.ma.masked_array(cells.to_numpy(), mask=mask)
+
+    columns = [ArrayColumn(heading, length, partial(read, heading)) for heading in schema]
+    return ArraysLog(path.name, columns, [length], masked="")

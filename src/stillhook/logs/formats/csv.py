@@ -25,7 +25,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.table.dialect import COMMENTS, Dialect, dialect_of
 from stillhook.formats.table.text import numbers_of
-from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
+from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, joined, stamps_to_seconds, with_words
 from stillhook.logs.formats.twincat import twincat_dialect
 from stillhook.units import quote
 
@@ -106,7 +106,7 @@ class CsvLog:
         for want in wants:
             place = want.places[0]
             if want.stamps is not None:
-                cells = words[place] if len(want.places) == 1 else _joined(words[place], words[want.places[1]])
+                cells = joined([words[p] for p in want.places])
                 read = stamps_to_seconds(cells, want.stamps)
             elif place in words:
                 cells = words[place]
@@ -194,11 +194,6 @@ class CsvLog:
                 f"{self.name}: lines from {block.first_line} on read as {len(table)} rows where there are {block.rows}."
             )
         return table
-
-
-def _joined(days: Sequence[str], times: Sequence[str]) -> list[str]:
-    """Stamps of two columns, empty where either is."""
-    return [f"{day} {time}" if day and time else "" for day, time in zip(days, times, strict=True)]
 
 
 def open_csv(path: Path) -> CsvLog:

@@ -18,9 +18,8 @@ from stillhook.errors import LogError, UnreadableError
 from stillhook.formats.binary import process as reader_process
 from stillhook.formats.binary.reader import Reader, time_limit
 from stillhook.formats.table.file import first_bytes, refuse_foreign
-from stillhook.logs.formats.columnar import open_hdf, open_mat, open_mdf, open_tdms
+from stillhook.logs.formats.columnar import open_hdf, open_mat, open_mdf, open_parquet, open_tdms
 from stillhook.logs.formats.csv import open_csv
-from stillhook.logs.formats.parquet import ParquetLog
 from stillhook.logs.formats.source import Chunk, Source, Want, master
 
 T = TypeVar("T")
@@ -87,7 +86,7 @@ def open_log(path: str | os.PathLike[str]) -> Source:
 def _opened(file: Path, head: bytes) -> Source:
     if head.startswith(b"PAR1"):
         _need("polars", "Parquet", file)
-        return BinaryLog(file, "Parquet", ParquetLog)
+        return BinaryLog(file, "Parquet", open_parquet)
     if head.startswith((b"MDF ", b"UnFinMF")):
         _need("asammdf", "MDF", file)
         return BinaryLog(file, "MDF", open_mdf)

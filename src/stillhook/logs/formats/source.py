@@ -95,6 +95,13 @@ class Source(Protocol):
         ...
 
 
+def joined(columns: Sequence[list[str]]) -> list[str]:
+    """Stamps of one column, or of two (date and time), empty where either is."""
+    if len(columns) == 1:
+        return columns[0]
+    return [f"{day} {time}" if day and time else "" for day, time in zip(*columns, strict=True)]
+
+
 def with_words(read: FloatArray, cells: Sequence[str], want: Want) -> FloatArray:
     """Numbers with those filled in that stand in the file as words. cells: texts without blanks around them."""
     if not want.words:
