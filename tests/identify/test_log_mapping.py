@@ -114,7 +114,7 @@ def test_rows_that_are_wrong_are_told(table, text):
 
 def test_an_unknown_name_is_told_with_the_nearest():
     text = said({"p_A": {"column": "PT101", "unit": "bar"}})
-    assert text.startswith('test.toml: signals.p_A: "p_A" is not a signal of Stillhook (did you mean p_')
+    assert text.startswith('test.toml: signals.p_A: "p_A" is not a signal of Stillhook; did you mean "p_')
     assert 'For a name of your own give what it measures, such as quantity = "pressure" (one of length,' in text
 
 

@@ -176,7 +176,7 @@ class TestBadFiles:
             (OLD.splitlines()[0] + "\n", "has a header and no records"),
             (OLD[:-8], "line 3: 3 values where the header names 4. The file is cut or mixed"),
             (OLD.replace("   .50", "  -.50"), "line 2: negative energy -0.5 m^2/Hz at 0.06 Hz"),
-            (OLD.replace("   .50", "  five"), 'line 2: "five" is not a number'),
+            (OLD.replace("   .50", "  five"), 'line 2: "five" is not a finite number'),
             (OLD.replace("   .50", "   nan"), 'line 2: "nan" is not a finite number'),
             (OLD.replace("96 01 01 01", "96 01 -1 01"), 'line 3: "96 01 -1 01" is not a date and hour'),
             (OLD.replace("96 01 01 01", "96 13 01 01"), 'line 3: "96 13 01 01" is not a date and hour'),

@@ -17,12 +17,13 @@ from __future__ import annotations
 import difflib
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationError, field_validator
 
+from stillhook.base.choice import nearest
 from stillhook.errors import LogError, SpecError, UnitError
 from stillhook.formats.table.units import PURE, STAMPS, hint, our_unit
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -153,9 +154,9 @@ def _kind(name: str, quantity: Any, where: str) -> str:
     quantity_of_name = "time" if name == "time" else PHYSICAL[name].kind if name in PHYSICAL else None
     if quantity is None:
         if quantity_of_name is None:
+            near = nearest(name, ("time", *PHYSICAL))
             raise LogError(
-                f"{where}: {quote(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of"
-                " your own give what "
+                f"{where}: {quote(name)} is not a signal of Stillhook{near} For a name of your own give what "
                 f'it measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
             )
         return quantity_of_name
@@ -221,11 +222,6 @@ def _end(end: Any, kind: str, where: str) -> float:
         return pure_number(end)
     except ValueError as problem:
         raise LogError(f"{where}: {quote(end)}: {problem}") from None
-
-
-def _near(name: str, among: Iterable[str]) -> str:
-    matches = difflib.get_close_matches(str(name), list(among), n=3, cutoff=0.6)
-    return f" (did you mean {' or '.join(matches)}?)" if matches else ""
 
 
 def split_heading(heading: str) -> tuple[str, str]:

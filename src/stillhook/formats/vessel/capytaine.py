@@ -26,7 +26,6 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError, UnreadableError
 from stillhook.formats.binary.reader import read_dataset
-from stillhook.formats.vessel.inertia import inertia_matrix
 from stillhook.formats.vessel.supplement import NOTHING, Supplement, description
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import CAPYTAINE, SAME_HEADING, to_rao
@@ -209,6 +208,27 @@ def _solved(file: str, data: xarray.Dataset) -> ComplexArray:
             f"{file}: the equation of motion has no solution. Check inertia_matrix and hydrostatic_stiffness."
         ) from None
     return np.asarray(np.moveaxis(H, (1, 2, 0), (0, 1, 2)))
+
+
+def inertia_matrix(mass: float, radii: FloatArray, lever: FloatArray) -> FloatArray:
+    r"""Mass matrix (6, 6) [kg, kg m, kg m^2] about a point P, with r from P to the centre of gravity and S(r) the
+    matrix of r x:
+
+    .. math:: M = \begin{pmatrix} m I & -m S(r) \\ m S(r) & m K^2 - m S(r) S(r) \end{pmatrix}
+
+    with K = diag(k_xx, k_yy, k_zz), the radii of gyration about axes through the centre of gravity: products of inertia
+    about them are 0 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, chapter 3).
+
+    mass [kg]; radii (3,) of gyration about the centre of gravity, roll, pitch, yaw [m]; lever (3,) from the point to
+    the centre of gravity [m].
+    """
+    x, y, z = lever
+    S = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    M = np.zeros((6, 6))
+    M[:3, :3] = mass * np.eye(3)
+    M[:3, 3:], M[3:, :3] = -mass * S, mass * S
+    M[3:, 3:] = mass * (np.diag(radii**2) - S @ S)
+    return M
 
 
 APART = 0.05

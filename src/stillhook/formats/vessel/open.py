@@ -14,11 +14,10 @@ from stillhook.formats.table.file import first_bytes, refuse_foreign
 from stillhook.formats.vessel.aqwa import is_aqwa, read_aqwa
 from stillhook.formats.vessel.capytaine import read_capytaine
 from stillhook.formats.vessel.csv import read_rao_csv
-from stillhook.formats.vessel.described import read_description
 from stillhook.formats.vessel.hydrostar import is_hydrostar, read_hydrostar
 from stillhook.formats.vessel.orcaflex import read_orcaflex
 from stillhook.formats.vessel.re1 import read_re1
-from stillhook.formats.vessel.supplement import NOTHING, Supplement
+from stillhook.formats.vessel.supplement import NOTHING, read_description
 from stillhook.formats.vessel.wamit import is_wamit, read_wamit
 from stillhook.library.catalogue import vessel_file, vessels
 from stillhook.library.toml.kinds import FileKind, kind_of_toml
@@ -63,42 +62,38 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
     text = _text(file)
     if kind := kind_of_toml(text):
         raise SeaError(f"{file.name} is {kind.noun}, not a vessel file: {kind.read_by}. Read as vessels are {FORMS}.")
-    form = next((form for form in TEXT_FORMS if form.recognises(file, text)), None)
+    ending = file.suffix.lower()
+    form = next((form for form in TEXT_FORMS if form.recognises(text) or ending == form.ending), None)
     if form is None:
         raise SeaError(f"{file.name}: is not a known vessel file. Supported: {FORMS}.")
     stated.allow(file.name, form.noun, *form.open)
-    return form.read(file, text, stated)
+    return form.read(file, text, stated) if form.open else form.read(file, text)
 
 
 class TextForm(NamedTuple):
-    """A form of text file: what it is called, what may be stated of it beside it, how it is recognised by its content
-    (or by the ending of its name) and how it is read."""
+    """A form of text file: what it is called, how it is recognised by its content (or by the ending of its name), how
+    it is read, and what may be stated of it beside it."""
 
     noun: str
-    open: tuple[str, ...]
-    recognises: Callable[[Path, str], bool]
-    read: Callable[[Path, str, Supplement], Rao]
+    recognises: Callable[[str], bool]
+    read: Callable[..., Rao]
+    open: tuple[str, ...] = ()
+    ending: str | None = None
 
 
 TEXT_FORMS = (
+    TextForm("HydroStar .rao files", is_hydrostar, read_hydrostar),
     TextForm(
-        "HydroStar .rao files", (), lambda _, text: is_hydrostar(text), lambda f, text, _: read_hydrostar(f, text)
+        "ShipX/VERES .re1 files", lambda text: "TRANSFER FUNCTION" in text[:1000].upper(), read_re1, ending=".re1"
     ),
-    TextForm(
-        "ShipX/VERES .re1 files",
-        (),
-        lambda file, text: file.suffix.lower() == ".re1" or "TRANSFER FUNCTION" in text[:1000].upper(),
-        lambda file, text, _: read_re1(file, text),
-    ),
-    TextForm("OrcaFlex models", ("vessel_type", "draught"), lambda _, text: "VesselTypes:" in text, read_orcaflex),
+    TextForm("OrcaFlex models", lambda text: "VesselTypes:" in text, read_orcaflex, ("vessel_type", "draught")),
     TextForm(
         "CSV files with declared conventions",
-        (),
-        lambda _, text: text.startswith("#") or "omega [rad/s]" in text[:1000],
-        lambda file, text, _: read_rao_csv(file, text),
+        lambda text: text.startswith("#") or "omega [rad/s]" in text[:1000],
+        read_rao_csv,
     ),
-    TextForm("AQWA .lis files", ("body",), lambda _, text: is_aqwa(text), read_aqwa),
-    TextForm("WAMIT .4 files", ("body", "length_scale", "depth"), lambda _, text: is_wamit(text), read_wamit),
+    TextForm("AQWA .lis files", is_aqwa, read_aqwa, ("body",)),
+    TextForm("WAMIT .4 files", is_wamit, read_wamit, ("body", "length_scale", "depth")),
 )
 """The first that recognises a file reads it."""
 

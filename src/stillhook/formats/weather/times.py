@@ -10,7 +10,7 @@ above 12, else from the order in which times ascend evenly; where both would do,
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,13 +25,24 @@ Times = NDArray[np.datetime64]
 ORDERS = ("ymd", "mdy", "dmy")
 _NAMES = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _MONTHS = {name: f"{i:02d}" for i, name in enumerate(_NAMES, start=1)}
-_CLOCK = r"(?:[T\s,]+(\d{1,2})(?::(\d{1,2})(?::(\d{1,2})(?:[.,]\d+)?)?)?\s*([AaPp][Mm])?)?"
-_ZONE = r"\s*(Z|(?:UTC|GMT)?\s?[+-]\d{1,2}:?(?:\d{2})?|[A-Z]{3,4})?"
-_DATE = re.compile(rf"(\d{{1,4}})([-/.])(\d{{1,2}}|[A-Za-z]{{3}})\2(\d{{1,4}}){_CLOCK}{_ZONE}")
-_DIGITS = re.compile(r"(\d{4})(\d{2})(\d{2})T?(?:(\d{2})(?:(\d{2})(?:(\d{2}))?)?)?" + _ZONE)
-_DIGITS_POINT = re.compile(r"(\d{4})(\d{2})(\d{2})[._-](\d{2})(\d{2})(\d{2})" + _ZONE)
-_HOUR_BEHIND = re.compile(r"(\d{4})-(\d{2})-(\d{2})-(\d{1,2})" + _ZONE)
-_DAY_OF_YEAR = re.compile(rf"(\d{{4}})[-/. ]?(\d{{3}}){_CLOCK}{_ZONE}")
+_CLOCK = (
+    r"(?:[T\s,]+(?P<hour>\d{1,2})(?::(?P<minute>\d{1,2})(?::(?P<second>\d{1,2})(?:[.,]\d+)?)?)?"
+    r"\s*(?P<half>[AaPp][Mm])?)?"
+)
+_ZONE = r"\s*(?P<zone>Z|(?:UTC|GMT)?\s?[+-]\d{1,2}:?(?:\d{2})?|[A-Z]{3,4})?"
+_WRITTEN = tuple(
+    re.compile(way + _ZONE)
+    for way in (
+        rf"(?P<a>\d{{1,4}})(?P<sign>[-/.])(?P<b>\d{{1,2}}|[A-Za-z]{{3}})(?P=sign)(?P<c>\d{{1,4}}){_CLOCK}",
+        r"(?P<a>\d{4})(?P<b>\d{2})(?P<c>\d{2})[._-](?P<hour>\d{2})(?P<minute>\d{2})(?P<second>\d{2})",
+        r"(?P<a>\d{4})(?P<b>\d{2})(?P<c>\d{2})T?(?:(?P<hour>\d{2})(?:(?P<minute>\d{2})(?P<second>\d{2})?)?)?",
+        r"(?P<a>\d{4})-(?P<b>\d{2})-(?P<c>\d{2})-(?P<hour>\d{1,2})",
+        rf"(?P<a>\d{{4}})[-/. ]?(?P<days>\d{{3}}){_CLOCK}",
+    )
+)
+"""Ways to write a date and time: a, b, c of the date in the order of the text; days of the year in place of the last
+two."""
+_DIGITS = _WRITTEN[1:3]
 _COUNTED = re.compile(r"\d+(?:\.\d+)?")
 _PLAIN = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}(?::\d{2})?Z?")
 FIRST_YEAR, LAST_YEAR = 1800, 2200
@@ -75,9 +86,10 @@ def counted(texts: Sequence[str]) -> tuple[Times, str] | None:
 
 def _are_dates(texts: Sequence[str]) -> bool:
     """Whether digits are dates such as 2013123123 in place of a count."""
-    match = [_DIGITS.fullmatch(text) or _DIGITS_POINT.fullmatch(text) for text in (texts[0], texts[-1])]
+    match = [next((m for way in _DIGITS if (m := way.fullmatch(text))), None) for text in (texts[0], texts[-1])]
     return all(
-        m is not None and 1 <= int(m[2]) <= 12 and 1 <= int(m[3]) <= 31 and 1800 <= int(m[1]) < 2200 for m in match
+        m is not None and 1 <= int(m["b"]) <= 12 and 1 <= int(m["c"]) <= 31 and FIRST_YEAR <= int(m["a"]) < LAST_YEAR
+        for m in match
     )
 
 
@@ -151,38 +163,26 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
     """Three numbers of the date in the order of the text, seconds of the day in UTC, and the sign between the
     numbers."""
     text = text.strip().strip('"')
-    if match := _DATE.fullmatch(text):
-        a, sign, b, c, hour, minute, second, half, zone = match.groups()
-        if b.isalpha():
-            b, sign = _MONTHS.get(b.lower(), "0"), "name"
-        return (
-            int(a),
-            int(b),
-            int(c),
-            _second(hour, minute, second, half, zone, where, text),
-            sign if len(a) < 4 else "iso",
+    match = next((m for way in _WRITTEN if (m := way.fullmatch(text))), None)
+    if match is None:
+        raise WeatherError(
+            f"{where}: {quote(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Correct"
+            " the line, or name the column of times with --time."
         )
-    if match := _DIGITS_POINT.fullmatch(text) or _DIGITS.fullmatch(text):
-        y, m, d, hour, minute, second, zone = match.groups()
-        return int(y), int(m), int(d), _second(hour, minute, second, None, zone, where, text), "iso"
-    if match := _HOUR_BEHIND.fullmatch(text):
-        y, m, d, hour, zone = match.groups()
-        return int(y), int(m), int(d), _second(hour, None, None, None, zone, where, text), "iso"
-    if match := _DAY_OF_YEAR.fullmatch(text):
-        y, days, hour, minute, second, half, zone = match.groups()
-        month, day = calendar_of(int(y), int(days), where)
-        return int(y), month, day, _second(hour, minute, second, half, zone, where, text), "iso"
-    raise WeatherError(
-        f"{where}: {quote(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Correct"
-        " the line,"
-        " or name the column of times with --time."
-    )
+    part = match.groupdict()
+    second, a, sign = _second(part, where, text), part["a"], part.get("sign") or "iso"
+    if "days" in part:
+        return int(a), *calendar_of(int(a), int(part["days"]), where), second, "iso"
+    b = part["b"]
+    if b.isalpha():
+        b, sign = _MONTHS.get(b.lower(), "0"), "name"
+    return int(a), int(b), int(part["c"]), second, sign if len(a) < 4 else "iso"
 
 
-def _second(
-    hour: str | None, minute: str | None, second: str | None, half: str | None, zone: str | None, where: str, text: str
-) -> int:
-    h, m, s = (int(x or 0) for x in (hour, minute, second))
+def _second(part: Mapping[str, str | None], where: str, text: str) -> int:
+    """Seconds of the day in UTC."""
+    half, zone = part.get("half"), part["zone"]
+    h, m, s = (int(part.get(name) or 0) for name in ("hour", "minute", "second"))
     if half is not None:
         if not 1 <= h <= 12:
             raise WeatherError(

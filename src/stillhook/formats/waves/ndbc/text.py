@@ -8,7 +8,6 @@ run backwards; records come out ascending. Missing numbers are 9s (99, 999, 9999
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import dataclass
 from datetime import datetime
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.formats.table.file import refuse_foreign, unpacked
-from stillhook.formats.table.text import HEAD
+from stillhook.formats.table.text import HEAD, numbers_of
 from stillhook.units import quote
 
 FILLS = (999.0, 9999.0)
@@ -155,31 +154,16 @@ def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ..
                 f"{records.name}: line {line}: {len(row)} values where the header names {count}. The file is cut or"
                 " mixed: fetch it again."
             )
-    try:
-        values = np.array([row[columns] for row in records.rows], dtype=np.float64)
-        plain = bool(np.all(np.isfinite(values)))
-    except ValueError:
-        plain = False
-    if not plain:
-        values = np.array(
-            [
-                [_number(w, records.name, line) for w in row[columns]]
-                for row, line in zip(records.rows, records.lines, strict=True)
-            ]
-        )
-    return np.where(np.isin(values, fills), np.nan, values)
-
-
-def _number(word: str, name: str, line: int) -> float:
-    if word == "MM":
-        return math.nan
-    try:
-        value = float(word)
-    except ValueError:
-        raise SeaError(f"{name}: line {line}: {quote(word)} is not a number. Correct or remove the line.") from None
-    if not math.isfinite(value):
-        raise SeaError(f"{name}: line {line}: {quote(word)} is not a finite number. Write missing values as 999.")
-    return value
+    words = [word for row in records.rows for word in row[columns]]
+    values = numbers_of(words)
+    for i in np.flatnonzero(~np.isfinite(values)).tolist():
+        if words[i] != "MM":
+            line = records.lines[i * len(records.rows) // len(words)]
+            raise SeaError(
+                f"{records.name}: line {line}: {quote(words[i])} is not a finite number. Correct or remove the line, or"
+                " write missing values as 999."
+            )
+    return np.where(np.isin(values, fills), np.nan, values).reshape(len(records.rows), -1)
 
 
 WPM: FloatArray = np.concatenate(
