@@ -3,15 +3,15 @@
 import json
 
 import pytest
+from tests import commands
 
 from stillhook.cli import run
 from stillhook.library.catalogue import payloads, read_payload
 from stillhook.variables import BY_NAME
 
 
-def answer(capsys, *arguments: str):
-    assert run(["payload", *arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
+def answer(capsys, *arguments):
+    return commands.answer(capsys, "payload", *arguments)
 
 
 def test_the_list_names_every_payload(capsys):

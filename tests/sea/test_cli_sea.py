@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from tests import commands
 
 from stillhook.cli import run
 from stillhook.variables import BY_NAME
@@ -14,17 +15,11 @@ NDBC = "YY MM DD hh   .030   .040   .050   .060\n96 01 01 00    .00   4.00   2.0
 
 
 def answer(capsys, *arguments):
-    assert run(["sea", *arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
+    return commands.answer(capsys, "sea", *arguments)
 
 
 def refusal(capsys, *arguments):
-    assert run(["sea", *arguments]) == 2
-    out = capsys.readouterr()
-    assert out.out == ""
-    (line,) = out.err.strip().splitlines()
-    assert line.startswith("error: ")
-    return line
+    return commands.refusal(capsys, "sea", *arguments)
 
 
 class TestWavesAsText:

@@ -2,10 +2,12 @@
 
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests import commands
 
 from stillhook.cli import run
 from stillhook.sea.motion.text import motion_from_json
@@ -13,6 +15,7 @@ from stillhook.variables import BY_NAME
 
 WAVE = "jonswap Hs=1 m Tp=8 s gamma=3.3"
 AT = "x=-20 m, y=-18 m"
+HEAD_ON = ("--at", AT, "--wave", WAVE, "--heading", "0 deg")
 
 
 @pytest.fixture
@@ -27,40 +30,41 @@ def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stillhook.report.save.save_figure", lambda figure, path: path.touch())
 
 
-def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
-    assert run(["tip", *arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
+@pytest.fixture
+def answer(capsys: pytest.CaptureFixture[str]) -> Callable[..., dict]:
+    return lambda *arguments: commands.answer(capsys, "tip", *arguments)
 
 
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line of an error; nothing else is printed and the exit code is 2."""
-    assert run(["tip", *arguments]) == 2
-    out = capsys.readouterr()
-    assert out.out == ""
-    lines = out.err.strip().splitlines()
-    assert len(lines) == 1, lines
-    return lines[0]
+@pytest.fixture
+def refusal(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    return lambda *arguments: commands.refusal(capsys, "tip", *arguments)
 
 
-def test_the_line_of_the_handbook_gives_the_tips_numbers(capsys, vessel):
-    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg")
+@pytest.fixture
+def beam(vessel: str) -> tuple[str, ...]:
+    """The tip in beam sea."""
+    return ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg")
+
+
+def test_the_line_of_the_handbook_gives_the_tips_numbers(answer, vessel):
+    found = answer("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg")
     assert found["T_z"] == pytest.approx(2.0 * math.pi * found["sigma_z"] / found["sigma_v"])
     assert found["sea"]["H_m0"] == pytest.approx(1.0)
     assert 0.14 < found["sigma_z"] < 0.15
     assert "ends at a period of 2 s" in found["notes"][0]
 
 
-def test_every_number_has_its_row_among_the_variables(capsys, vessel):
-    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg")
+def test_every_number_has_its_row_among_the_variables(answer, beam):
+    found = answer(*beam)
     for name, value in found.items():
         if isinstance(value, float):
             assert name in BY_NAME, name
 
 
 @pytest.mark.slow
-def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(capsys, vessel):
+def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(answer, vessel):
     plain, unit, own = (
-        answer(capsys, "--vessel", vessel, "--at", AT, "--wave", wave, *heading)["sigma_z"]
+        answer("--vessel", vessel, "--at", AT, "--wave", wave, *heading)["sigma_z"]
         for wave, heading in (
             (WAVE, ("--heading", "135 deg")),
             (WAVE, ("--heading", "0.375 rev")),
@@ -71,26 +75,26 @@ def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(c
 
 
 @pytest.mark.slow
-def test_short_crested_waves_differ_from_long_crested_ones(capsys, vessel):
+def test_short_crested_waves_differ_from_long_crested_ones(answer, vessel):
     long, short = (
-        answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "75 deg", *more)["sigma_z"]
+        answer("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "75 deg", *more)["sigma_z"]
         for more in ((), ("--spread", "4"))
     )
     assert 0.8 * long < short < 0.99 * long
 
 
 @pytest.mark.slow
-def test_a_crane_in_place_of_a_tip_is_the_tip_that_it_has(capsys, vessel):
+def test_a_crane_in_place_of_a_tip_is_the_tip_that_it_has(answer, beam, vessel):
     crane = ("--pedestal", "x=-20 m, y=-6 m, z=15 m", "--slew", "270 deg", "--main", "24 m 60 deg")
-    by_crane = answer(capsys, "--vessel", vessel, *crane, "--wave", WAVE, "--heading", "90 deg")
-    by_hand = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg")
+    by_crane = answer("--vessel", vessel, *crane, "--wave", WAVE, "--heading", "90 deg")
+    by_hand = answer(*beam)
     assert by_crane["sigma_a"] == pytest.approx(by_hand["sigma_a"])
     assert by_crane["at"]["z"] == pytest.approx(15.0 + 24.0 * math.sqrt(3.0) / 2.0)
 
 
 @pytest.mark.slow
-def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(capsys, vessel):
-    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "all")
+def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(answer, capsys, vessel):
+    found = answer("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "all")
     by_heading = {round(math.degrees(row["beta"])): row["sigma_v"] for row in found["headings"]}
     assert len(by_heading) == 24
     assert by_heading[90] > 1.8 * by_heading[270]  # tip to starboard, waves from starboard
@@ -99,18 +103,10 @@ def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(capsy
 
 
 @pytest.mark.slow
-def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_path):
+def test_out_writes_picture_series_and_summary_that_agree(answer, beam, tmp_path):
     out = tmp_path / "tip"
     found = answer(
-        capsys,
-        "--vessel",
-        vessel,
-        "--at",
-        AT,
-        "--wave",
-        WAVE,
-        "--heading",
-        "90 deg",
+        *beam,
         "--duration",
         "10 min",
         "--out",
@@ -128,38 +124,30 @@ def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_pa
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
-def test_the_same_seed_writes_the_same_series_and_another_does_not(capsys, vessel, tmp_path):
-    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "5 min")
+def test_the_same_seed_writes_the_same_series_and_another_does_not(answer, beam, tmp_path):
+    given = (*beam, "--duration", "5 min")
     texts = []
     for seed in ("4", "5", "4"):
-        answer(capsys, *given, "--seed", seed, "--out", str(tmp_path))
+        answer(*given, "--seed", seed, "--out", str(tmp_path))
         texts.append((tmp_path / "tip.json").read_text())
     assert texts[0] == texts[2] != texts[1]
 
 
 @pytest.mark.usefixtures("no_picture")
-def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_path):
+def test_exact_rotations_are_told_beside_the_linear_motion(answer, vessel, tmp_path):
     wave = "jonswap Hs=3 m Tp=9 s gamma=1"
     series = ("--duration", "10 min", "--exact", "--out", str(tmp_path / "o"))
-    found = answer(capsys, "--vessel", vessel, "--at", f"{AT}, z=30 m", "--wave", wave, "--heading", "90 deg", *series)
+    found = answer("--vessel", vessel, "--at", f"{AT}, z=30 m", "--wave", wave, "--heading", "90 deg", *series)
     assert "off the linear motion" in found["series"]["report"]
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
-def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsys):
+def test_a_case_file_runs_on_the_series_that_was_written(answer, beam, tmp_path):
     from stillhook.formats.case_file import load_case
 
     answer(
-        capsys,
-        "--vessel",
-        vessel,
-        "--at",
-        AT,
-        "--wave",
-        WAVE,
-        "--heading",
-        "90 deg",
+        *beam,
         "--duration",
         "5 min",
         "--out",
@@ -174,46 +162,37 @@ def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsy
 
 
 @pytest.mark.slow
-def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
+def test_a_log_of_a_motion_sensor_gives_the_same_numbers(answer, refusal, shared_data):
     log = str(shared_data / "ship_motion_palmer" / "NBP1406_seap-2014-08-01.txt")
-    at_sensor, at_tip = (
-        answer(capsys, "--log", log, "--at", at) for at in ("x=0 m, y=0 m, z=0 m", "x=40 m, y=0 m, z=20 m")
-    )
+    at_sensor, at_tip = (answer("--log", log, "--at", at) for at in ("x=0 m, y=0 m, z=0 m", "x=40 m, y=0 m, z=20 m"))
     assert at_sensor["sigma_z"] == pytest.approx(1.0961, rel=0.01)
     assert at_tip["sigma_v"] > at_sensor["sigma_v"]
     assert "read as" in at_tip["notes"][0]
-    assert "--at: z is missing" in refusal(capsys, "--log", log, "--at", AT)
-    assert 'as --at "x=-20 m' in refusal(capsys, "--log", log)
+    assert "--at: z is missing" in refusal("--log", log, "--at", AT)
+    assert 'as --at "x=-20 m' in refusal("--log", log)
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
-def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vessel, tmp_path):
+def test_the_series_that_was_written_has_the_numbers_of_the_spectra(answer, refusal, beam, tmp_path):
     given = (
-        "--vessel",
-        vessel,
-        "--at",
-        AT,
-        "--wave",
-        WAVE,
-        "--heading",
-        "90 deg",
+        *beam,
         "--duration",
         "40 min",
         "--out",
         str(tmp_path),
     )
     spectra, series = (
-        answer(capsys, *given),
-        answer(capsys, "--log", str(tmp_path / "tip.json"), "--duration", "40 min"),
+        answer(*given),
+        answer("--log", str(tmp_path / "tip.json"), "--duration", "40 min"),
     )
     for name in ("sigma_z", "sigma_v", "sigma_a", "T_z", "v_mpm"):
         assert series[name] == pytest.approx(spectra[name], rel=0.01), name  # 10 s of 40 min are left out
-    assert "Leave --at out" in refusal(capsys, "--log", str(tmp_path / "tip.json"), "--at", f"{AT}, z=1 m")
+    assert "Leave --at out" in refusal("--log", str(tmp_path / "tip.json"), "--at", f"{AT}, z=1 m")
 
 
 @pytest.mark.thorough
-def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp_path, monkeypatch):
+def test_measured_directions_are_turned_by_the_ships_heading(answer, refusal, beam, vessel, tmp_path, monkeypatch):
     """A sea that comes from the east is on the starboard beam of a ship that heads north, and dead ahead of one that heads east."""
     from stillhook.sea.spectra.directions import Directional
     from stillhook.sea.spectra.measured import SpectrumSeries
@@ -230,55 +209,46 @@ def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp
     at = ("--vessel", vessel, "--at", AT, "--wave", str(file), "--record", "0")
     for ship, heading in (("0 deg", "90 deg"), ("90 deg", "180 deg"), ("180 deg", "270 deg")):
         by_ship, by_heading = (
-            answer(capsys, *at, "--ship", ship)["sigma_z"],
-            answer(capsys, *at, "--heading", heading)["sigma_z"],
+            answer(*at, "--ship", ship)["sigma_z"],
+            answer(*at, "--heading", heading)["sigma_z"],
         )
         assert by_ship == pytest.approx(by_heading)
-    assert "Give --ship, where the bow points" in refusal(capsys, *at)
-    assert "already has directions" in refusal(capsys, *at, "--ship", "0 deg", "--spread", "4")
+    assert "Give --ship, where the bow points" in refusal(*at)
+    assert "already has directions" in refusal(*at, "--ship", "0 deg", "--spread", "4")
 
 
 @pytest.mark.thorough
-def test_measured_spectra_are_taken_record_by_record(capsys, vessel, shared_data, tmp_path):
+def test_measured_spectra_are_taken_record_by_record(answer, refusal, vessel, shared_data, tmp_path):
     """The sea of the record, 38 bands; and what the command asks for when it is not determined enough."""
     buoy = str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz")
     at = ("--vessel", vessel, "--at", AT, "--wave", buoy)
-    found = answer(capsys, *at, "--record", "1996-01-05T12:00", "--heading", "90 deg")
+    found = answer(*at, "--record", "1996-01-05T12:00", "--heading", "90 deg")
     assert found["sea"]["H_m0"] == pytest.approx(2.46, abs=0.005)
     assert found["sea"]["T_p"] == pytest.approx(1.0 / 0.06)
     assert found["sigma_z"] < 2.0 * found["sea"]["H_m0"] / 4.0
-    assert "Choose one with --record" in refusal(capsys, *at, "--heading", "90 deg")
-    assert "has no directions. Give --heading" in refusal(capsys, *at, "--record", "0")
-    assert "no directions are taken from it" in refusal(
-        capsys, *at, "--record", "0", "--heading", "90 deg", "--ship", "30 deg"
-    )
+    assert "Choose one with --record" in refusal(*at, "--heading", "90 deg")
+    assert "has no directions. Give --heading" in refusal(*at, "--record", "0")
+    assert "no directions are taken from it" in refusal(*at, "--record", "0", "--heading", "90 deg", "--ship", "30 deg")
     met = tmp_path / "met.txt"
     met.write_text(
         "#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD\n#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT\n"
         "2019 08 01 00 00 999  99.0 99.0  1.50  9.00  6.00 270\n"
     )
     assert "no spectra" in refusal(
-        capsys, "--vessel", vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90 deg"
+        "--vessel", vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90 deg"
     )
 
 
 @pytest.mark.slow
-def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(capsys, vessel):
+def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(answer, beam, capsys):
     given = (
-        "--vessel",
-        vessel,
-        "--at",
-        AT,
-        "--wave",
-        WAVE,
-        "--heading",
-        "90 deg",
+        *beam,
         "--duration",
         "1 h",
         "--seeds",
         "12",
     )
-    found = answer(capsys, *given)
+    found = answer(*given)
     for name in ("z_mpm", "v_mpm", "a_mpm"):
         met = found["maxima"][name]
         assert met["low"] < met["value"] < met["high"]
@@ -307,10 +277,10 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
         (("--at", AT, "--wave", WAVE, "--heading", "180"), '--heading = "180": no unit; write "180 deg"'),
         (("--at", AT, "--wave", WAVE, "--heading", "400 deg"), '--heading = "400 deg": not between 0 deg and 360 deg'),
         (("--at", AT, "--wave", f"{WAVE} heading=-30 deg"), '"-30 deg": not between 0 deg and 360 deg'),
-        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--spread", "0"), "spread 0"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--duration", "1 s"), "too few for a largest value"),
+        ((*HEAD_ON, "--spread", "0"), "spread 0"),
+        ((*HEAD_ON, "--duration", "1 s"), "too few for a largest value"),
         (
-            ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--duration", "-1 s"),
+            (*HEAD_ON, "--duration", "-1 s"),
             "--duration -1 s: is not longer than 0 s",
         ),
         (("--at", AT, "--wave", "waves/gone.txt", "--heading", "0 deg"), '--wave "waves/gone.txt": no such file'),
@@ -327,31 +297,31 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
             ("--pedestal", f"{AT}, z=5 m", "--slew", "0 deg", "--main", "20 m", "--wave", WAVE, "--heading", "0 deg"),
             "is not a length and an angle",
         ),
-        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--exact"), "--exact: is for the series"),
+        ((*HEAD_ON, "--exact"), "--exact: is for the series"),
         (
-            ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--record", "0"),
+            (*HEAD_ON, "--record", "0"),
             "--record: belongs to a file of measured waves",
         ),
-        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seeds", "2"), "seeds = 2: give 5 to 1000"),
+        ((*HEAD_ON, "--seeds", "2"), "seeds = 2: give 5 to 1000"),
         (("--at", AT, "--wave", WAVE, "--heading", "all", "--seeds", "20"), "--seeds: is for one heading"),
         (("--at", AT, "--wave", f"{WAVE} heading=20 deg", "--heading", "all"), "already have a heading"),
         (("--at", AT, "--wave", WAVE, "--log", "x.csv"), "belongs to a vessel in waves"),
         (
-            ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seed", "-1", "--out", "never-made"),
+            (*HEAD_ON, "--seed", "-1", "--out", "never-made"),
             "whole number of 0 or more",
         ),
         (
-            ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--amplitudes", "wild", "--out", "never-made"),
+            (*HEAD_ON, "--amplitudes", "wild", "--out", "never-made"),
             "not one of fixed, rayleigh",
         ),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(capsys, vessel, tmp_path, monkeypatch, arguments, text):
+def test_bad_input_is_one_line_and_exit_code_2(refusal, vessel, tmp_path, monkeypatch, arguments, text):
     monkeypatch.chdir(tmp_path)
-    assert text in refusal(capsys, "--vessel", vessel, *arguments)
+    assert text in refusal("--vessel", vessel, *arguments)
     assert not list(tmp_path.iterdir())
 
 
-def test_a_vessel_that_is_not_there_or_not_given_is_one_line(capsys):
-    assert "--vessel: missing" in refusal(capsys)
-    assert "no-such" in refusal(capsys, "--vessel", "no-such.re1", "--at", AT, "--wave", WAVE, "--heading", "0 deg")
+def test_a_vessel_that_is_not_there_or_not_given_is_one_line(refusal):
+    assert "--vessel: missing" in refusal()
+    assert "no-such" in refusal("--vessel", "no-such.re1", "--at", AT, "--wave", WAVE, "--heading", "0 deg")

@@ -1,11 +1,11 @@
 """stillhook vessel: list, show, check, as a user meets them."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.commands import answer, refusal
 from tests.sea.plank import plank
 
 from stillhook.cli import run
@@ -27,19 +27,6 @@ NESTED = {
 @pytest.fixture
 def file(tmp_path: Path) -> str:
     return str(write_rao_csv(SHIP, tmp_path / "plank.csv", source="closed form"))
-
-
-def answer(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -> dict:
-    assert run([*arguments, "--json"]) == code
-    return json.loads(capsys.readouterr().out)
-
-
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert run(list(arguments)) == 2
-    out = capsys.readouterr()
-    assert out.out == ""
-    assert len(out.err.strip().splitlines()) == 1
-    return out.err
 
 
 @pytest.mark.slow

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from tests.sea.other_programs import refused
 from tests.sea.plank import plank_motions
 
-from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.sea.vessel.rao import DOFS, Rao, wavenumber
 
@@ -248,13 +248,6 @@ def test_frequencies_at_the_ends_of_the_scale_are_left_out(tmp_path: Path) -> No
     data = data_set()
     far = data.isel(omega=[0, 0]).assign_coords(omega=[0.0, np.inf])
     assert_plank(read_vessel(written(tmp_path, xarray.concat([data, far], "omega", data_vars="minimal"))))
-
-
-def refused(path: Path) -> str:
-    with pytest.raises(SeaError) as caught:
-        read_vessel(path)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 @pytest.mark.thorough

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.sea.other_programs import refused
 from tests.sea.plank import plank
 
 from stillhook.errors import SeaError
@@ -135,15 +136,6 @@ def test_a_table_that_names_its_first_heading_again_after_a_turn_is_read(tmp_pat
     rows = table()
     again = [[w, 360.0, *rest] for w, b, *rest in rows if b == 0.0]
     assert_same(read_vessel(written(tmp_path, head(), columns(), rows + again)))
-
-
-def refused(path: Path) -> str:
-    with pytest.raises(SeaError) as caught:
-        read_vessel(path)
-    text = str(caught.value)
-    assert "\n" not in text
-    assert text.startswith("vessel.csv")
-    return text
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.sea.other_programs import refused
 from tests.sea.plank import plank_motions
 
-from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.sea.vessel.rao import wavenumber
 
@@ -149,14 +149,6 @@ def test_what_the_file_leaves_out_is_said(tmp_path: Path) -> None:
         "not in the file, OrcaFlex's defaults: RAOWaveUnit amplitude, SwayPositive port" in note
         for note in read_vessel(path).notes
     )
-
-
-def refused(path: Path) -> str:
-    with pytest.raises(SeaError) as caught:
-        read_vessel(path)
-    assert str(caught.value).startswith("plank.yml")
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from tests import commands
 
 from stillhook.cli import run
 from stillhook.variables import BY_NAME
@@ -32,16 +33,11 @@ def file(tmp_path):
 
 
 def answer(capsys, *arguments):
-    assert run(["weather", *arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
+    return commands.answer(capsys, "weather", *arguments)
 
 
 def refusal(capsys, *arguments):
-    assert run(["weather", *arguments]) == 2
-    out = capsys.readouterr()
-    assert out.out == ""
-    (line,) = out.err.strip().splitlines()
-    return line
+    return commands.refusal(capsys, "weather", *arguments)
 
 
 class TestPersistence:
