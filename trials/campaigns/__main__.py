@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.fitting.uncertainty import crane_with
 from stillhook.library import cranes, load_crane, load_set
+from stillhook.library.draws import crane_with
 from trials.campaigns import WrittenCampaign, friction, trials, write_campaign
 from trials.campaigns.defects import DEFECTS, Defect, size_of
 from trials.campaigns.motor_map import synthetic_map, write_map

@@ -17,13 +17,16 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.text import TextTable
+from stillhook.formats.weather.times import step_of
 from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
 from stillhook.units import quote
+from stillhook.weather.series import Weather
 
 HEADINGS: Mapping[str, Any] = MappingProxyType(
     tomllib.loads(Path(__file__).with_name("headings.toml").read_text(encoding="utf-8"))
@@ -177,26 +180,24 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
 
 
 def numbers(table: TextTable, column: Column, *, signed: bool = False) -> tuple[FloatArray, str]:
-    """A column (n,) in SI (directions in rad, in the file's sense), NaN where missing, and what marks of missing
-    numbers it had, in words. signed: of either sign, as parts of the wind are.
+    """A column (n,) of a table in SI, and marks of missing numbers, as `in_si`."""
+    return in_si(table.numbers(column.place, MISSING), column, table.at, signed=signed)
 
-    Errors: WeatherError with the line, for words that are no number and for numbers that no weather has.
+
+def in_si(x: FloatArray, column: Column, at: Callable[[int], str], *, signed: bool = False) -> tuple[FloatArray, str]:
+    """Numbers (n,) of a column in SI (directions in rad, in the file's sense), marks of missing ones as NaN, and what
+    marks there were, in words.
+
+    Periods of 0 s, which wave models write into calms, are missing: they would pass for the shortest waves. at: where a
+    record is, for the error; signed: of either sign, as parts of the wind are. Errors: WeatherError for numbers that no
+    weather has.
     """
-    x = table.numbers(column.place, MISSING)
-    sign = np.where(np.signbit(x), -1.0, 1.0) if signed else 1.0
-    size, marks = in_si(
-        x * sign, column, lambda i: f"{table.at(i)}: {column.heading} = {table.rows[i][column.place]} {column.unit}"
-    )
-    return np.asarray(sign * size), marks
+    raw, sign = x, np.where(np.signbit(x), -1.0, 1.0) if signed else 1.0
 
+    def place(i: int) -> str:
+        return f"{at(i)}: {column.heading} = {raw[i]:.10g} {column.unit}"
 
-def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[FloatArray, str]:
-    """Numbers (n,) of a column in SI, marks of missing ones as NaN, and what marks there were, in words.
-
-    Periods of 0 s, which wave models write into calms, are missing: they would pass for the shortest waves. place:
-    where a record is and what it says, for the error. Errors: WeatherError for numbers that no weather has.
-    """
-    kind = KINDS[column.name]
+    x, kind = x * sign, KINDS[column.name]
     fills = np.isin(x, FILLS if kind == "direction" else (*FILLS, *SHORT_FILLS)) | np.isinf(x)
     none = (x == 0.0) & (kind == "period")
     x = np.where(fills | none | np.isnan(x), np.nan, x)
@@ -210,7 +211,7 @@ def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[F
         )
     marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
     noughts = f", {np.count_nonzero(none)} of them 0, first in {place(int(np.argmax(none)))}" if none.any() else ""
-    return x, marks + noughts
+    return np.asarray(sign * x), marks + noughts
 
 
 def _in_another_unit(x: float, column: Column) -> str:
@@ -235,6 +236,43 @@ SENSES = {
 FEWEST = 3
 """Different directions from which it may be seen that they are in radians."""
 _DECLARED = re.compile(r"wave[s]?[ _-]*direction[s]?\s*[:=]\s*(.+)", re.IGNORECASE)
+
+
+def weather_of(
+    name: str,
+    time: NDArray[np.datetime64],
+    headings: Sequence[str],
+    units: Sequence[str],
+    read: Callable[..., tuple[FloatArray, str]],
+    columns_as: Mapping[str, str],
+    sense: DirectionSense | None,
+    step: float | None,
+    *,
+    names: Sequence[str] = (),
+    comments: Sequence[str] = (),
+    notes: Sequence[str] = (),
+) -> Weather:
+    """Weather over times UTC [s] of columns with these headings; names: what to call them in notes, where not by their
+    headings.
+
+    read: a column in SI in the file's sense, NaN where missing, and what marks of missing numbers it had, in words;
+    with signed=True of numbers of either sign. columns_as: as in `columns`. Errors: WeatherError where no column is
+    weather.
+    """
+    names, recognised = names or headings, columns(headings, units, columns_as, name)
+    if not recognised:
+        have = ", ".join(quote(heading) for heading in headings if heading)
+        raise WeatherError(f"{name}: no column of weather among {have}. Name it: --column Hs=... --column wind=...")
+    values, more = assembled([(column, *read(column)) for column in recognised], comments, name, sense)
+    for u, v in wind_parts(headings) if "wind" not in values else ():
+        parts = [Column("wind", i, headings[i], "m/s", False) for i in (u, v)]
+        values |= wind_of(*(read(part, signed=True)[0] for part in parts))
+        more.append(f"wind from its parts {names[u]} and {names[v]}")
+        recognised += parts
+    places = {column.place for column in recognised}
+    if unread := [names[i] for i, heading in enumerate(headings) if heading and i not in places]:
+        more.append(f"not read: {', '.join(unread)}")
+    return Weather(time, values, step_of(time, step, name), name, (*comments, *notes, *more))
 
 
 def assembled(

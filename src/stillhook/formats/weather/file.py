@@ -19,6 +19,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -35,13 +36,9 @@ from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.formats.weather.columns import (
     HEADINGS,
     SENSES,
-    Column,
-    assembled,
     bare,
-    columns,
     numbers,
-    wind_of,
-    wind_parts,
+    weather_of,
 )
 from stillhook.formats.weather.netcdf import is_netcdf, read_netcdf
 from stillhook.formats.weather.times import ORDERS, calendar_of, counted, read_times, stamped, step_of
@@ -101,22 +98,18 @@ def read_weather(
     time, used, notes = _times(table, time_column, date_order, time_zone)
     _ascending(time, table)
     headings = ["" if i in used else h for i, h in enumerate(table.headings)]
-    recognised = columns(headings, table.units, columns_as or {}, path.name)
-    if not recognised:
-        have = ", ".join(quote(h) for h in headings if h)
-        raise WeatherError(
-            f"{path.name}: no column of weather among {have}. Name them: --column Hs=... --column wind=..."
-        )
-    read = [(c, *numbers(table, c)) for c in recognised]
-    values, more = assembled(read, table.comments, path.name, sense)
-    for u, v in wind_parts(headings) if "wind" not in values else ():
-        parts = [Column("wind", i, headings[i], "m/s", False) for i in (u, v)]
-        values |= wind_of(*(numbers(table, part, signed=True)[0] for part in parts))
-        more.append(f"wind from its parts {headings[u]} and {headings[v]}")
-        recognised += parts
-    unread = [h for i, h in enumerate(headings) if h and i not in {c.place for c in recognised}]
-    notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(unread)}"] if unread else [])]
-    return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
+    return weather_of(
+        path.name,
+        time,
+        headings,
+        table.units,
+        partial(numbers, table),
+        columns_as or {},
+        sense,
+        step,
+        comments=table.comments,
+        notes=notes,
+    )
 
 
 def _has_separators(head: bytes) -> bool:

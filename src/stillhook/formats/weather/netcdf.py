@@ -12,8 +12,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
 from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
-from stillhook.formats.weather.columns import Column, assembled, columns, in_si, wind_of, wind_parts
-from stillhook.formats.weather.times import step_of
+from stillhook.formats.weather.columns import Column, in_si, weather_of
 from stillhook.formats.weather.zones import Zone
 from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.weather.series import Weather
@@ -70,28 +69,23 @@ def read_netcdf(
         )
     names = [str(name) for name in data.data_vars if data[name].dtype.kind in "fiu"]
     headings = [_heading(data, name, columns_as) for name in names]
-    recognised = columns(headings, [str(data[name].attrs.get("units", "")) for name in names], columns_as, path.name)
-    if not recognised:
-        raise WeatherError(
-            f"{path.name}: no weather among {', '.join(names)}. Name it: --column Hs=... --column wind=..."
-        )
-    read = [_read(data, names[c.place], c, when, path.name) for c in recognised]
-    values, notes = assembled(read, [], path.name, sense)
-    for u, v in wind_parts(names) if "wind" not in values else ():
-        values |= wind_of(*(np.array(data[names[i]].values, dtype=np.float64).reshape(len(time)) for i in (u, v)))
-        notes.append(f"wind from its parts {names[u]} and {names[v]}")
-        names = [name for i, name in enumerate(names) if i not in (u, v)]
-    known = {headings[c.place] for c in recognised}
-    unread = [name for name in names if _heading(data, name, columns_as) not in known]
     if zone is not None and zone.ahead:
-        time, told = (
-            time - np.timedelta64(round(zone.ahead * 3600.0), "s"),
-            f"times moved by {-zone.ahead:+g} h to UTC, as stated",
-        )
+        time = time - np.timedelta64(round(zone.ahead * 3600.0), "s")
+        note = f"times moved by {-zone.ahead:+g} h to UTC, as stated"
     else:
-        told = "times taken as UTC"
-    notes = [told, *notes, *([f"not read: {', '.join(unread)}"] if unread else [])]
-    return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
+        note = "times taken as UTC"
+    return weather_of(
+        path.name,
+        time,
+        headings,
+        [str(data[name].attrs.get("units", "")) for name in names],
+        lambda column, signed=False: _read(data, names[column.place], column, when, path.name, signed),
+        columns_as,
+        sense,
+        step,
+        names=names,
+        notes=[note],
+    )
 
 
 STANDARD = ("sea_surface_wave_", "sea_surface_wind_wave_", "sea_surface_swell_wave_", "wind_")
@@ -106,7 +100,9 @@ def _heading(data: xarray.Dataset, name: str, columns_as: Mapping[str, str]) -> 
     return standard if alone and name not in columns_as.values() and standard.startswith(STANDARD) else name
 
 
-def _read(data: xarray.Dataset, name: str, column: Column, when: str, where: str) -> tuple[Column, FloatArray, str]:
+def _read(
+    data: xarray.Dataset, name: str, column: Column, when: str, where: str, signed: bool
+) -> tuple[FloatArray, str]:
     variable = data[name]
     if variable.dims != data[when].dims:
         other = ", ".join(f"{d} ({data.sizes[d]})" for d in variable.dims if d not in data[when].dims)
@@ -114,4 +110,4 @@ def _read(data: xarray.Dataset, name: str, column: Column, when: str, where: str
             f"{where}: {name} is over {other or 'no time'} as well. Cut out one place, over time alone, first."
         )
     x = np.array(variable.values, dtype=np.float64)
-    return column, *in_si(x, column, lambda i: f"{where}: record {i}: {name} = {x[i]:g} {column.unit}")
+    return in_si(x, column, lambda i: f"{where}: record {i}", signed=signed)
