@@ -17,8 +17,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from stillhook.analysis.kept import Keyed
 from stillhook.analysis.loop_stability.linear.engine_loop import engine_loop, engine_points, has_time, settled
-from stillhook.analysis.loop_stability.linear.keyed import Keyed
 from stillhook.analysis.loop_stability.linear.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
     GAIN_MARGIN,

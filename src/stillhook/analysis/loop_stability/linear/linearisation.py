@@ -16,8 +16,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
-from stillhook.analysis.loop_stability.linear.differences import STEP, Batch, jacobian, slopes, step_of
-from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
+from stillhook.analysis.loop_stability.linear.differences import (
+    STEP,
+    Batch,
+    cycles_at,
+    jacobian,
+    numbers_of,
+    rates_at,
+    slopes,
+    step_of,
+)
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
