@@ -17,8 +17,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from stillhook.analysis.kept import Keyed
 from stillhook.analysis.loop_stability.linear.engine_loop import engine_loop, engine_points, has_time, settled
-from stillhook.analysis.loop_stability.linear.keyed import Keyed
 from stillhook.analysis.loop_stability.linear.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
     GAIN_MARGIN,
@@ -44,8 +44,8 @@ from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.analysis.steady.limits import Direction, Station, top_of_drive
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint
 from stillhook.analysis.steady.steady_state import moves
-from stillhook.control.interface import Reading, Sensed
 from stillhook.engine.pack.winch import pack, plc_record
+from stillhook.engine.scenario.followed_law import FollowedLaw
 from stillhook.errors import StillhookError
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, own_settings
@@ -237,8 +237,9 @@ def place_limits(
 
 REMEMBERS = 100.0
 """Time for which a law is followed, to see whether its displacement stands [s]."""
-SMALL_FEEDBACK, DISPLACEMENT_STANDS = 1e-3, 1e-9
-"""Feedback that a law must not leave unanswered, and change of a demanded displacement that is rounding [-]."""
+NEARLY_FULL, SMALL_FEEDBACK, DISPLACEMENT_STANDS = 0.9, 1e-3, 1e-9
+"""Feedforward at which it is followed, feedback that it must not leave unanswered, and change of a demanded
+displacement that is rounding [-]."""
 
 
 def _check_law(crane: Crane, mode: Mode) -> None:
@@ -247,25 +248,16 @@ def _check_law(crane: Crane, mode: Mode) -> None:
 
     Errors: StillhookError.
     """
-    law = mode.law
-    plc, own = plc_record(crane), own_settings(crane.control, law)
-    weight = 0.5 * crane.SWL * G
-    y = Sensed(*(0.0,) * len(Sensed._fields))._replace(F=weight, alpha_m=1.0, K_wire=1.0, f_pump=1.0)
-    shared = [plc, *([] if own is None else [own])]
-
-    def cycle(u_fb: float, memory: Any) -> Any:
-        e_c = -u_fb / max(plc.gains.K_p, 1e-12)
-        reading = Reading(y=y, e_c=e_c, F=weight, u_ff=0.9, u_fb=u_fb)
-        return law.cycle(reading, *shared, *([] if law.memory is None else [memory]))
-
-    memory = None if law.memory is None else law.memory()
-    if cycle(SMALL_FEEDBACK, memory) == cycle(-SMALL_FEEDBACK, memory):
+    law = FollowedLaw(crane, mode.law, 0.5 * crane.SWL * G)
+    more, less = (law.after(u, law.start(), NEARLY_FULL) for u in (SMALL_FEEDBACK, -SMALL_FEEDBACK))
+    if more == less:
         raise StillhookError(f'"{mode}" feeds no small position error back: it has no linear loop. Look at runs.')
-    if law.memory is None or by_engine(crane):
+    memory = law.start()
+    if memory is None or by_engine(crane):
         return
     demands = []
-    for _ in range(math.ceil(REMEMBERS / plc.t_cycle)):
-        demand, memory = cycle(0.0, memory)
+    for _ in range(math.ceil(REMEMBERS / crane.control.t_cycle)):
+        demand, memory = law.after(0.0, memory, NEARLY_FULL)
         demands.append(demand.u_m)
     if max(demands) - min(demands) > DISPLACEMENT_STANDS:
         raise StillhookError(

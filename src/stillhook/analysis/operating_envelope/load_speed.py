@@ -107,13 +107,31 @@ def envelope_at(
         raise StillhookError(f"reserve = {reserve:g}: a part of the load, from 0 to 1. Give a value in between.")
     chosen, kg = controllers(_standard(crane) if modes is None else modes, "modes"), list(loads)
     numbers = [crane.drum.layers] if layers is None else list(layers)
-    if not crane.plant.type.steady_operation:
-        return _of_drive(crane, kg, numbers, chosen, progress)
-    wire = [wire_out_on(crane, n) for n in numbers or [0]]
     cranes = [*(c.on(crane) for c in chosen), crane]
-    shape = (len(cranes), len(numbers), len(kg), len(Direction))
-    columns = _columns(shape)
+    attrs: dict[str, Any] = {"crane": crane_toml(crane), "stillhook": __version__}
+    if crane.plant.type.steady_operation:
+        attrs["reserve"] = reserve
+        columns = _of_circuit(crane, cranes, chosen, kg, numbers, reserve, progress)
+    else:
+        columns = _of_drive(crane, cranes, kg, numbers, progress)
     columns["load_most"] = np.array([*(c.mode.law.swl_share * crane.SWL for c in chosen), crane.SWL])
+    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, numbers, kg)))
+    return _dataset(columns, [*(c.name for c in chosen), PHYSICAL], numbers, kg, attrs)
+
+
+def _of_circuit(
+    crane: Crane,
+    cranes: Sequence[Crane],
+    chosen: Sequence[Controller],
+    kg: list[float],
+    layers: list[int],
+    reserve: float,
+    progress: Progress | None,
+) -> dict[str, Any]:
+    """The range of a closed circuit: every limit of every controller and, last, of the machine."""
+    wire = [wire_out_on(crane, n) for n in layers or [0]]
+    shape = (len(cranes), len(layers), len(kg), len(Direction))
+    columns = _columns(shape)
 
     def station_at(i: int, j: int, k: int, n: int) -> Station:
         return Station(cranes[i], kg[k], wire[j], tuple(Direction)[n], reserve)
@@ -127,33 +145,25 @@ def envelope_at(
         top = station.top_of_machine() if at in of_machine else station.top_of_mode(chosen[at[0]].mode)
         _store(columns, at, station, top)
         meter.part(weights.get(at, 1.0))(1.0)
-    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve}
-    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, numbers, kg)))
-    return _dataset(columns, [*(c.name for c in chosen), PHYSICAL], numbers, kg, attrs)
+    return columns
 
 
 def _of_drive(
-    crane: Crane, kg: list[float], layers: list[int], chosen: Sequence[Controller], progress: Progress | None
-) -> xarray.Dataset:
+    crane: Crane, cranes: Sequence[Crane], kg: list[float], layers: list[int], progress: Progress | None
+) -> dict[str, Any]:
     """The range of a winch type that states its own speed limit: v_w_top, omega_m_top and binds alone, for every
     controller the same. A drive whose wire speed is the same on every layer turns no drum: it has no omega_m_top."""
-    cranes = [*(c.on(crane) for c in chosen), crane]
     shape = (len(cranes), len(layers), len(kg), len(Direction))
     v, omega, binds = np.full(shape, math.nan), np.full(shape, math.nan), np.full(shape, "", dtype=object)
-    meter = Meter(math.prod(shape[:3]), progress)
+    meter = Meter(math.prod(shape), progress)
     meter.tell()
-    for i, j, k in np.ndindex(*shape[:3]):
-        for n, direction in enumerate(Direction):
-            top = top_of_drive(cranes[i], kg[k], wire_out_on(crane, layers[j]), direction)
-            v[i, j, k, n], omega[i, j, k, n], binds[i, j, k, n] = top
+    for at in np.ndindex(*shape):
+        i, j, k, n = at
+        s_w = wire_out_on(crane, layers[j])
+        v[at], omega[at], binds[at] = top_of_drive(cranes[i], kg[k], s_w, tuple(Direction)[n])
         meter.part(1.0)(1.0)
-    columns = {"v_w_top": v, "binds": binds}
-    if crane.plant.type.full_wire_speed(crane) is None:
-        columns["omega_m_top"] = omega
-    columns["load_most"] = np.array([*(c.mode.law.swl_share * crane.SWL for c in chosen), crane.SWL])
-    attrs = {"crane": crane_toml(crane), "stillhook": __version__}
-    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, layers, kg)))
-    return _dataset(columns, [*(c.name for c in chosen), PHYSICAL], layers, kg, attrs)
+    turns = crane.plant.type.full_wire_speed(crane) is None
+    return {"v_w_top": v, "binds": binds} | ({"omega_m_top": omega} if turns else {})
 
 
 def _notes(

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.kept import Keyed
 from stillhook.analysis.loop_stability.governing import Governing, by_engine, governing
-from stillhook.analysis.loop_stability.linear.keyed import Keyed
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, Margins, margins
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE

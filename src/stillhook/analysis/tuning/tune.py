@@ -427,21 +427,14 @@ def trials_dataset(tunings: Sequence[Tuned]) -> xarray.Dataset:
 
     from stillhook.analysis.tuning.parameters import described
 
-    rows = [(t, [c.name for c in t.settings], trial) for t in tunings for trial in t.trials]
-    columns: dict[str, Any] = {}
-    names = list(dict.fromkeys(n for _, settings, _ in rows for n in settings))
-    for n in names:
-        values = [dict(zip(settings, trial.values, strict=True)).get(n, np.nan) for _, settings, trial in rows]
-        columns[n] = ("trial", values, dict(zip(("units", "long_name"), described(n)[1:], strict=True)))
-    for n in ("score", "e_c_pp_mean", "e_c_pp_worst", "p_max", "u_p_max", "v_w_capacity"):
-        columns[n] = (
-            "trial",
-            [getattr(trial.score, n) for *_, trial in rows],
-            dict(zip(("units", "long_name"), described(n)[1:], strict=True)),
-        )
-    columns["broken"] = (
-        "trial",
-        ["; ".join(trial.score.broken) for *_, trial in rows],
-        {"long_name": "limits that are not kept"},
-    )
-    return xarray.Dataset(columns, coords={"controller": ("trial", [t.start.name for t, *_ in rows])})
+    rows = [(t, dict(zip([c.name for c in t.settings], k.values, strict=True)), k) for t in tunings for k in t.trials]
+    scores = ("score", "e_c_pp_mean", "e_c_pp_worst", "p_max", "u_p_max", "v_w_capacity")
+    columns = {n: [v.get(n, np.nan) for _, v, _ in rows] for n in dict.fromkeys(n for _, v, _ in rows for n in v)}
+    columns |= {n: [getattr(k.score, n) for *_, k in rows] for n in scores}
+    data: dict[str, Any] = {
+        n: ("trial", column, dict(zip(("units", "long_name"), described(n)[1:], strict=True)))
+        for n, column in columns.items()
+    }
+    broken = ["; ".join(trial.score.broken) for *_, trial in rows]
+    data["broken"] = ("trial", broken, {"long_name": "limits that are not kept"})
+    return xarray.Dataset(data, coords={"controller": ("trial", [t.start.name for t, *_ in rows])})

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 from stillhook.control.commands import marginal_gain
-from stillhook.control.interface import Sensed
-from stillhook.control.registry import code_of
 from stillhook.engine.inputs import CycleInputs, MotionDemand, standing
 from stillhook.engine.pack.capacity import wire_weight
 from stillhook.engine.pack.winch import (
@@ -24,7 +22,7 @@ from stillhook.engine.pack.winch import (
     torque_limit,
     wire_speed_max,
 )
-from stillhook.engine.scenario.standing_error import is_proportional, proportional_error, standing_error
+from stillhook.engine.scenario.followed_law import LEAST_GAIN, FollowedLaw, standing_error
 from stillhook.errors import ScenarioError
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
@@ -413,15 +411,13 @@ class HeldLoad(NamedTuple):
     def standing_errors(self, crane: Crane, u: float) -> dict[str, float]:
         """Control error that stays while the pumps hold a command u [-] against leakage, by the controller under which
         it does [m]; the largest of proportional ones as "P control", none where a law works it off."""
-        K_wire, most = crane.drum.d_max / self.d, proportional_error(crane, u)
-        y = Sensed(*(0.0,) * len(Sensed._fields))._replace(F=self.W, alpha_m=self.alpha, K_wire=K_wire, f_pump=1.0)
-        out: dict[str, float] = {}
+        most, out = u / max(crane.control.K_p, LEAST_GAIN), dict[str, float]()
+        at = {"F": self.W, "K_wire": crane.drum.d_max / self.d, "alpha_m": self.alpha}
         for mode in self.modes:
-            y = y._replace(mode=code_of(mode))
-            if is_proportional(crane, mode.law, u, y):
+            if FollowedLaw(crane, mode.law, **at).is_proportional(u):
                 out["P control"] = most
                 continue
-            left = standing_error(crane, mode.law, u, wire_speed_max(crane, self.alpha, self.d), y)
+            left = standing_error(crane, mode.law, u, wire_speed_max(crane, self.alpha, self.d), **at)
             if left > WORKED_OFF * most:
                 out[mode.value] = left
         return out if self.modes else {"P control": most}

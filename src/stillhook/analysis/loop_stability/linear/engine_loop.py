@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.kept import Keyed
 from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
-from stillhook.analysis.loop_stability.linear.differences import STEP, slopes, step_of
-from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
-from stillhook.analysis.loop_stability.linear.keyed import Keyed
+from stillhook.analysis.loop_stability.linear.differences import STEP, cycles_at, numbers_of, rates_at, slopes, step_of
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray

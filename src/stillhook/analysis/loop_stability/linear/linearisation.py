@@ -9,29 +9,37 @@ in here; the two are compared in docs/validation/paper-e-stability.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
-from stillhook.analysis.loop_stability.linear.differences import STEP, Batch, jacobian, slopes, step_of
-from stillhook.analysis.loop_stability.linear.instants import cycles_at, numbers_of, rates_at
+from stillhook.analysis.loop_stability.linear.differences import (
+    STEP,
+    Batch,
+    cycles_at,
+    jacobian,
+    numbers_of,
+    rates_at,
+    slopes,
+    step_of,
+)
 from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
-from stillhook.control.interface import Reading, Sensed
 from stillhook.control.plc import Memory
 from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
 from stillhook.engine.pack.winch import NO_LIMIT, controllers_of, plc_record
+from stillhook.engine.scenario.followed_law import FollowedLaw
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import K_wire
-from stillhook.spec.crane import Crane, own_settings
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.winches.records import Tick, Tip
 
@@ -307,26 +315,17 @@ command has exactly 1."""
 def _law_slopes(crane: Crane, point: OperatingPoint, code: float) -> tuple[dict[str, float], list[float]]:
     """What a law demands of pumps and motors, by name, and what it remembers, by the position feedback: of the law
     alone, for pumps at their stop follow nothing."""
-    law = mode_of_code(code).law
     ratio = float(K_wire(point.geometry.d, point.params.hoist.drum))
-    y = Sensed(*(0.0,) * len(Sensed._fields))._replace(
-        v_tip=point.tip.v, mode=code, f_pump=1.0, F=point.F_w, alpha_m=point.alpha_m, K_wire=ratio
-    )
-    plc, own = plc_record(crane), own_settings(crane.control, law)
-    u_ff = -plc.gains.K_1 * y.v_tip * ratio * y.alpha_m
-    shared = [plc, *([] if own is None else [own]), *([] if law.memory is None else [law.memory()])]
-
-    def after(u_fb: float) -> tuple[Any, Sequence[float]]:
-        result = law.cycle(Reading(y=y, e_c=-u_fb / max(plc.gains.K_p, 1e-12), F=y.F, u_ff=u_ff, u_fb=u_fb), *shared)
-        return (result, ()) if law.memory is None else result
-
-    (more, kept_more), (less, kept_less) = after(FEEDBACK_STEP), after(-FEEDBACK_STEP)
+    at = {"F": point.F_w, "K_wire": ratio, "alpha_m": point.alpha_m, "v_tip": point.tip.v}
+    law = FollowedLaw(crane, mode_of_code(code).law, **at)
+    u_ff = -law.plc.gains.K_1 * point.tip.v * ratio * point.alpha_m
+    (more, kept_more), (less, kept_less) = (law.after(u, law.start(), u_ff) for u in (FEEDBACK_STEP, -FEEDBACK_STEP))
 
     def slope(a: float, b: float) -> float:
         return float(np.round((a - b) / (2.0 * FEEDBACK_STEP), FEEDBACK_DIGITS))
 
     demands = {name: slope(getattr(more, name), getattr(less, name)) for name in ("u_p", "u_m")}
-    return demands, [slope(a, b) for a, b in zip(kept_more, kept_less, strict=True)]
+    return demands, [slope(a, b) for a, b in zip(kept_more or (), kept_less or (), strict=True)]
 
 
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:
