@@ -8,6 +8,7 @@ from tests.identify.refusals import refused
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.cli import run as command
+from stillhook.errors import StillhookError
 from stillhook.library import FrictionSet, LossSet, changed, load_friction, load_losses
 from stillhook.library.draws import crane_with, draw, draw_cranes
 from stillhook.library.parameter_sets import Evidence, save_set
