@@ -1,0 +1,192 @@
+"""One way to draw: canvases, axes with units, lines with bands, bars with intervals, heat maps, legends, saving.
+
+Pictures are made of these, so that sizes of letters, grids and legends are alike in all of them. Colours are those of
+`stillhook.report.plots.colours`. Nothing here imports matplotlib before the first picture is wanted.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.atomic import atomic_file
+from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.units import KINDS, in_display
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+RESOLUTION = 120
+"""Of pictures in files [dots per inch]."""
+WRAP = 110
+"""Characters of a line of a title."""
+
+
+def canvas(width: float, height: float, title: str = "", *, wrap: int = WRAP) -> Figure:
+    """An empty figure of this size [inch] whose parts do not overlap, with a title folded after so many characters."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    if title:
+        lines = (textwrap.fill(line, wrap) for line in title.splitlines())
+        figure.suptitle("\n".join(lines), fontsize="medium")
+    return figure
+
+
+def panels(
+    rows: int, columns: int, size: tuple[float, float], title: str = "", *, grid: str = "both", **more: Any
+) -> tuple[Figure, NDArray[Any]]:
+    """A figure of a size [inch] with its axes (rows, columns); grid: "both", "x", "y" or "" for none; more: as
+    `Figure.subplots` takes it (sharex, sharey, width_ratios)."""
+    figure = canvas(*size, title)
+    axes = figure.subplots(rows, columns, squeeze=False, **more)
+    for ax in axes.flat if grid else ():
+        ax.grid(axis=grid, alpha=0.3)
+        ax.set_axisbelow(True)
+    return figure, axes
+
+
+def panel(size: tuple[float, float], title: str = "", *, grid: str = "both") -> tuple[Figure, Axes]:
+    """A figure of a size [inch] with one pair of axes."""
+    figure, axes = panels(1, 1, size, title, grid=grid)
+    return figure, axes[0, 0]
+
+
+def hide(axes: Iterable[Axes]) -> None:
+    """Axes that are left over in a rectangle of panels."""
+    for ax in axes:
+        ax.set_visible(False)
+
+
+def display(values: ArrayLike, kind: str) -> FloatArray:
+    """SI values in the display unit of their kind, one of `stillhook.units.KINDS`; as they are without a kind."""
+    numbers = np.asarray(values, dtype=np.float64)
+    return numbers if not kind else in_display(1.0, kind) * numbers
+
+
+def with_unit(words: str, kind: str) -> str:
+    """A quantity with the display unit of its kind: "wire speed [m/min]"; "-" for a pure number."""
+    return f"{words} [{KINDS[kind].display if kind else '-'}]"
+
+
+def axis(ax: Axes, x: str = "", y: str = "", *, zero: str = "", title: str = "", size: str = "medium") -> None:
+    """Words with units along both axes; zero: "x", "y" or "xy", the axes that begin at 0; title above the panel; size
+    of all these letters."""
+    if x:
+        ax.set_xlabel(x, fontsize=size)
+    if y:
+        ax.set_ylabel(y, fontsize=size)
+    if title:
+        ax.set_title(title, fontsize=size)
+    if "x" in zero:
+        ax.set_xlim(left=0.0)
+    if "y" in zero:
+        ax.set_ylim(bottom=0.0)
+
+
+def band(
+    ax: Axes,
+    x: ArrayLike,
+    y: ArrayLike,
+    low: ArrayLike,
+    high: ArrayLike,
+    *,
+    color: str = COLOURS[0],
+    label: str = "",
+    alpha: float = 0.15,
+    where: ArrayLike | None = None,
+    **line: Any,
+) -> None:
+    """A line with its interval as a band of the same colour; where: at which x there is a band."""
+    there = None if where is None else np.asarray(where, dtype=bool).tolist()
+    ax.fill_between(np.asarray(x), np.asarray(low), np.asarray(high), where=there, color=color, alpha=alpha, lw=0)
+    ax.plot(np.asarray(x), np.asarray(y), color=color, label=label or None, **line)
+
+
+def bars(
+    ax: Axes,
+    places: ArrayLike,
+    values: ArrayLike,
+    *,
+    low: ArrayLike | None = None,
+    high: ArrayLike | None = None,
+    width: float = 0.7,
+    horizontal: bool = False,
+    label: str = "",
+    **style: Any,
+) -> None:
+    """Bars, and their intervals as thin lines where they have one (NaN: none); horizontal: places along the y axis."""
+    at = np.asarray(places, dtype=float)
+    draw = ax.barh if horizontal else ax.bar
+    draw(at, np.nan_to_num(np.asarray(values, dtype=float)), width, label=label or None, **style)
+    if low is not None and high is not None:
+        lines = ax.hlines if horizontal else ax.vlines
+        lines(at, np.asarray(low, dtype=float), np.asarray(high, dtype=float), color="black", lw=0.9)
+
+
+def heat(
+    ax: Axes,
+    colours: NDArray[Any],
+    rows: Sequence[str],
+    columns: Sequence[str],
+    texts: Sequence[Sequence[str]] = (),
+    *,
+    inks: NDArray[Any] | None = None,
+    size: str = "small",
+) -> None:
+    """Cells (rows, columns) of these colours (rows, columns, 4), the first row on top, each with its text; inks: colour
+    of each text, black unless stated."""
+    height, width = colours.shape[:2]
+    ax.pcolormesh(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5, colours, edgecolors="white", linewidth=0.8)
+    for i, line in enumerate(texts):
+        for k, text in enumerate(line):
+            ink = "black" if inks is None else str(inks[i, k])
+            ax.text(k, i, text, fontsize=size, color=ink, ha="center", va="center", in_layout=False)
+    ax.set_xlim(-0.5, width - 0.5)
+    ax.set_ylim(height - 0.5, -0.5)
+    ax.set_xticks(range(width), list(columns), fontsize="small")
+    ax.set_yticks(range(height), list(rows), fontsize="small")
+    ax.tick_params(length=0)
+
+
+def threshold(ax: Axes, value: float, label: str = "", *, along: str = "x", note: str = "") -> None:
+    """A dashed grey line at a limit, along the x or the y axis; label for the legend, note at its end."""
+    (ax.axhline if along == "x" else ax.axvline)(value, color=GREY, ls="--", lw=1.0, label=label or None)
+    if note:
+        beside = ax.get_yaxis_transform()
+        ax.text(1.0, value, f"{note} ", color=GREY, transform=beside, ha="right", va="bottom", fontsize="small")
+
+
+def legend(ax: Axes, loc: str = "best", **more: Any) -> None:
+    """A legend inside a panel, without a frame; none where nothing has a label."""
+    if ax.get_legend_handles_labels()[1]:
+        ax.legend(**{"loc": loc, "fontsize": "small", "frameon": False, **more})
+
+
+def legend_above(ax: Axes, columns: int | None = None) -> None:
+    """A legend in lines above a panel."""
+    labels = ax.get_legend_handles_labels()[1]
+    legend(ax, "lower center", bbox_to_anchor=(0.5, 1.0), ncols=columns or len(labels))
+
+
+def legend_below(figure: Figure, axes: Iterable[Axes], columns: int = 6, *, place: str = "lower center") -> None:
+    """One legend of some axes outside of the whole figure, each label once; place: "lower center", "right center"."""
+    pairs = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    style: dict[str, Any] = {"loc": f"outside {place}", "ncols": columns, "fontsize": "small", "frameon": False}
+    if pairs:
+        figure.legend(list(pairs.values()), list(pairs), **style)
+
+
+def save(figure: Figure, path: str | Path) -> Path:
+    """Write a picture; the file appears only when it is complete."""
+    target = Path(path)
+    with atomic_file(target) as part:
+        figure.savefig(part, dpi=RESOLUTION)
+    return target
