@@ -10,7 +10,9 @@ from stillhook.analysis.controllers import compare
 from stillhook.engine.simulate import simulate
 from stillhook.formats.case_file import demo_cases
 from stillhook.formats.lift_file import load_lift
-from stillhook.report.plots.run import four_panels, save_figure, strip
+from stillhook.report import kit
+from stillhook.report.plots.moments import strip
+from stillhook.report.plots.run import four_panels
 
 SHOWN_FROM = 80.0  # s
 
@@ -23,7 +25,7 @@ def main() -> None:
 def anchor() -> None:
     file = load_lift("anchor-to-3000m")
     picture = strip(simulate(file.crane, file.lift), file.lift, title=file.lift.name)
-    save_figure(picture, Path(__file__).with_name("anchor.png"))
+    kit.save(picture, Path(__file__).with_name("anchor.png"))
 
 
 def swell() -> None:
@@ -32,7 +34,7 @@ def swell() -> None:
     data = result.dataset()
     runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
     title = "250 t active/passive crane, 100 t on the hook, 100 m of wire out, tip 2.8 m at 12 s"
-    save_figure(four_panels(runs, title=title, start=SHOWN_FROM), Path(__file__).with_name("swell.png"))
+    kit.save(four_panels(runs, title=title, start=SHOWN_FROM), Path(__file__).with_name("swell.png"))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,8 @@ from stillhook.engine.pack.programme import settings
 from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError
 from stillhook.formats.lift_file import load_lift
-from stillhook.report.plots.run import about_mean, save_animation, time_segments
+from stillhook.report.plots.moments import save_animation, time_segments
+from stillhook.report.plots.run import about_mean
 from stillhook.report.save import ANIMATION, LOWERING_FILES, static_tension
 from stillhook.variables import BY_NAME
 

@@ -24,7 +24,7 @@ def vessel(shared_data: Path) -> str:
 def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of the other files that are written: the picture takes longest and is looked at elsewhere."""
     monkeypatch.setattr("stillhook.report.save.tip_figure", lambda *given: None)
-    monkeypatch.setattr("stillhook.report.save.save_figure", lambda figure, path: path.touch())
+    monkeypatch.setattr("stillhook.report.kit.save", lambda figure, path: path.touch())
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:

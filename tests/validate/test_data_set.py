@@ -8,7 +8,7 @@ import pytest
 from tests.validate.ahc_logs import campaign, record
 from tests.validate.crane_logs import ahc, manual, read, signals, with_clock, write
 
-from stillhook.report.plots.run import save_figure
+from stillhook.report import kit
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import load_campaign
@@ -157,5 +157,5 @@ def test_figures_show_every_test_and_the_motion_of_every_load_case(tmp_path):
     assert texts == ["not logged"]
     assert all("SYNTHETIC" in (f.get_suptitle() or f.axes[0].get_title()) for f in drawn.values())
     for stem, figure in drawn.items():
-        assert save_figure(figure, tmp_path / f"{stem}.png").stat().st_size > 10_000
+        assert kit.save(figure, tmp_path / f"{stem}.png").stat().st_size > 10_000
     assert set(figures(checked(), plan, (rest,))) == {"tests"}

@@ -10,8 +10,8 @@ import numpy as np
 
 from stillhook.engine.pack.payload import COLUMNS, pack_payload
 from stillhook.physics.load_path.payload import WettedLevel
+from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.report.plots.run import new_figure
 from stillhook.spec.lift.payload import RHO_STEEL, Payload
 
 if TYPE_CHECKING:
@@ -88,8 +88,9 @@ def payload_figure(payload: Payload, rho: float) -> Figure:
     record, rows = pack_payload(payload, rho, DEPTH)
     h = rows[:, COLUMNS.index("h")]
     smooth = payload.curve(rho)
-    figure = new_figure(11.0, 4.5)
-    axes = figure.subplots(1, 4, sharey=True)
+    title = f"{payload.name}: {payload.title or 'payload of your own'}"
+    figure, grid = kit.panels(1, 4, (11.0, 4.5), title, sharey=True)
+    axes = grid[0]
     for ax, name, x, y in (
         (axes[0], "displaced volume [m^3]", smooth.V, rows[:, COLUMNS.index("V")]),
         (axes[1], "added mass [t]", smooth.A33 / 1e3, rows[:, COLUMNS.index("A33")] / 1e3),
@@ -97,22 +98,12 @@ def payload_figure(payload: Payload, rho: float) -> Figure:
     ):
         ax.plot(x, smooth.h, color=COLOURS[0], lw=1.2)
         ax.plot(y, h, ".", ms=2, color=COLOURS[1])
-        ax.set_xlabel(name)
+        kit.axis(ax, name)
     axes[2].plot(rows[:-1, SLOPES].ravel() / 1e3, np.repeat(h, 2)[1:-1], color=COLOURS[1], lw=1.2)
-    axes[2].set_xlabel("slamming at 1 m/s [kN]")
+    kit.axis(axes[2], "slamming at 1 m/s [kN]")
     for ax in axes:
         ax.axhline(payload.height, color=GREY, lw=0.8, ls=":")
-        ax.grid(alpha=0.3)
         ax.set_xlim(left=0.0)
-    axes[0].set(ylim=(record.reach, 0.0), ylabel="underside under the surface [m]")
-    axes[0].text(
-        0.03,
-        payload.height,
-        "covered",
-        transform=axes[0].get_yaxis_transform(),
-        va="bottom",
-        fontsize="small",
-        color=GREY,
-    )
-    figure.suptitle(f"{payload.name}: {payload.title or 'payload of your own'}", fontsize="medium")
+    kit.axis(axes[0], y="underside under the surface [m]\n(dotted: covered)")
+    axes[0].set_ylim(record.reach, 0.0)
     return figure

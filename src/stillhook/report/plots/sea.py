@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.report.plots.run import new_figure
 from stillhook.sea.spectra.measured import Measured, SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import WaveSpectrum
 from stillhook.sea.vessel.rao import DOFS, Rao, long_wave_limits, long_wave_scales
@@ -29,8 +28,7 @@ UPPER = 4.0
 
 def spectrum_figure(wave: WaveSpectrum) -> Figure:
     """S over omega, with the mean and zero-crossing frequencies."""
-    figure = new_figure(8.0, 4.5)
-    ax = figure.subplots()
+    figure, ax = kit.panel((8.0, 4.5), wave.describe())
     if isinstance(wave, Measured):
         edges = np.append(wave.omega - wave.width / 2.0, wave.omega[-1] + wave.width[-1] / 2.0)
         ax.stairs(wave.S, edges, color=COLOURS[0], fill=True, alpha=0.4)
@@ -42,46 +40,36 @@ def spectrum_figure(wave: WaveSpectrum) -> Figure:
     for name, T, colour in (("T_m01", wave.T_m01, COLOURS[1]), ("T_m02", wave.T_m02, COLOURS[2])):
         if T > 0.0:
             ax.axvline(2.0 * np.pi / T, color=colour, ls="--", lw=1, label=f"{name} = {T:.3g} s")
-    _axes(ax, "angular frequency [rad/s]", "density S [m² s/rad]")
-    ax.set_ylim(bottom=0.0)
-    ax.legend(title=f"H_m0 = {wave.H_m0:.3g} m", frameon=False)
-    ax.set_title(wave.describe(), fontsize="medium", wrap=True)
+    kit.axis(ax, "angular frequency [rad/s]", "density S [m² s/rad]", zero="y")
+    kit.legend(ax, title=f"H_m0 = {wave.H_m0:.3g} m")
     return figure
 
 
 def series_figure(series: SpectrumSeries | SeaStates) -> Figure:
     """Height and periods over time, and the mean spectrum where there are spectra."""
     spectral = isinstance(series, SpectrumSeries)
-    figure = new_figure(10.0, 8.0 if spectral else 5.5)
-    axes = figure.subplots(3 if spectral else 2, 1)
-    axes[0].plot(series.time, series.H_m0, color=COLOURS[0], lw=0.8)
-    _axes(axes[0], "", "H_m0 [m]")
-    axes[0].set_ylim(bottom=0.0)
-    axes[1].plot(series.time, series.T_p, ".", ms=1.5, color=GREY, label="T_p")
-    axes[1].plot(series.time, series.T_m02, color=COLOURS[2], lw=0.8, label="T_m02")
-    _axes(axes[1], "time (UTC)", "period [s]")
-    axes[1].legend(frameon=False, markerscale=6.0)
-    axes[1].set_ylim(bottom=0.0)
+    title = f"{series.source}: {series.n_valid} of {len(series)} records valid"
+    figure, grid = kit.panels(3 if spectral else 2, 1, (10.0, 8.0 if spectral else 5.5), title)
+    height, period, *rest = grid[:, 0]
+    height.plot(series.time, series.H_m0, color=COLOURS[0], lw=0.8)
+    kit.axis(height, y="H_m0 [m]", zero="y")
+    period.plot(series.time, series.T_p, ".", ms=1.5, color=GREY, label="T_p")
+    period.plot(series.time, series.T_m02, color=COLOURS[2], lw=0.8, label="T_m02")
+    kit.axis(period, "time (UTC)", "period [s]", zero="y")
+    kit.legend(period, markerscale=6.0)
     if isinstance(series, SpectrumSeries) and series.n_valid:
-        _quantiles(axes[2], series)
-    figure.suptitle(f"{series.source}: {series.n_valid} of {len(series)} records valid", fontsize="medium")
-    figure.align_ylabels(axes)
+        _quantiles(rest[0], series)
+    figure.align_ylabels(grid[:, 0])
     return figure
 
 
 def _quantiles(ax: Axes, series: SpectrumSeries) -> None:
+    """Mean density of all records, and the band of 10 % to 90 % of them."""
     S = series.S[series.valid]
     low, high = np.quantile(S, (0.1, 0.9), axis=0)
-    ax.fill_between(series.omega, low, high, color=COLOURS[0], alpha=0.25, lw=0, label="10 % to 90 % of the records")
-    ax.plot(series.omega, S.mean(axis=0), color=COLOURS[0], label="mean")
-    _axes(ax, "angular frequency [rad/s]", "density S [m² s/rad]")
-    ax.set_ylim(bottom=0.0)
-    ax.legend(frameon=False)
-
-
-def _axes(ax: Axes, x: str, y: str) -> None:
-    ax.set(xlabel=x, ylabel=y)
-    ax.grid(alpha=0.3)
+    kit.band(ax, series.omega, S.mean(axis=0), low, high, label="mean, 10 % to 90 % of the records", alpha=0.25)
+    kit.axis(ax, "angular frequency [rad/s]", "density S [m² s/rad]", zero="y")
+    kit.legend(ax)
 
 
 HEADINGS = ((0, "following"), (45, ""), (90, "from starboard"), (135, ""), (180, "head"))
@@ -91,8 +79,8 @@ LONGEST = 30.0  # s: shown of longer tables
 def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
     """Amplitudes over period of six motions, and with a point (x, y) [m] of its vertical motion; dots: the table,
     curves: what is used."""
-    figure = new_figure(11.0, 8.0 if point is None else 10.5)
-    axes = figure.subplots(2 if point is None else 3, 3)
+    title = f"{rao.name}, reference point: {rao.origin or 'not stated'}"
+    figure, axes = kit.panels(2 if point is None else 3, 3, (11.0, 8.0 if point is None else 10.5), title)
     period = np.linspace(2.0 * math.pi / rao.omega[-1], min(LONGEST, 2.0 * math.pi / rao.omega[0]), 800)
     omega = 2.0 * math.pi / period
     for d, (dof, ax) in enumerate(zip(DOFS, axes.flat, strict=False)):
@@ -101,30 +89,19 @@ def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
         _dots(ax, rao, scale, d)
         limit = scale * float(np.abs(long_wave_limits(np.array([_STEEPEST[dof]]))[d, 0]))
         top = ax.get_ylim()[1]
-        ax.plot(
-            period,
-            limit * long_wave_scales(omega, rao.depth)[d],
-            color=GREY,
-            lw=0.8,
-            ls=":",
-            label="body that rides on the water",
-        )
+        water = limit * long_wave_scales(omega, rao.depth)[d]
+        ax.plot(period, water, color=GREY, lw=0.8, ls=":", label="body that rides on the water")
         ax.set_ylim(top=top)
-        ax.set_title(f"{dof} [{unit}]", fontsize="medium")
+        kit.axis(ax, title=f"{dof} [{unit}]")
     if point is not None:
-        _points(figure, axes[2], rao, period, point)
+        _points(axes[2], rao, period, point)
     for ax in axes.flat:
-        ax.grid(alpha=0.3)
         ax.set_ylim(bottom=0.0)
     for ax in [*axes[:2].flat, *axes[2:, :2].flat]:
         ax.set_xlim(period[0], period[-1])
     for ax in axes[-1, : 3 if point is None else 2]:
-        ax.set_xlabel("wave period [s]")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
-    figure.suptitle(
-        "\n".join(textwrap.wrap(f"{rao.name}, reference point: {rao.origin or 'not stated'}", 110)), fontsize="medium"
-    )
+        kit.axis(ax, "wave period [s]")
+    kit.legend_below(figure, [axes[0, 0]])
     return figure
 
 
@@ -155,7 +132,7 @@ def _dots(ax: Any, rao: Rao, scale: float, d: int) -> None:
             ax.plot(2.0 * math.pi / rao.omega, scale * np.abs(rao.H[d, near[0]]), ".", color=colour, ms=3.5)
 
 
-def _points(figure: Any, axes: Any, rao: Rao, period: FloatArray, point: tuple[float, float]) -> None:
+def _points(axes: Any, rao: Rao, period: FloatArray, point: tuple[float, float]) -> None:
     """Vertical motion of the point with waves from starboard, along, and from port."""
     x, y = point
     omega = 2.0 * math.pi / period
@@ -164,15 +141,14 @@ def _points(figure: Any, axes: Any, rao: Rao, period: FloatArray, point: tuple[f
         (axes[1], -1.0, "from port (360 to 180 deg)"),
     ):
         _curves(ax, rao, period, np.abs(rao.vertical(omega, side * _beta(), x, y)))
-        ax.set_title(f"point x {x:g} m, y {y:g} m, waves\n{title} [m/m]", fontsize="medium")
+        kit.axis(ax, title=f"point x {x:g} m, y {y:g} m, waves\n{title} [m/m]")
     angles = np.radians(np.arange(0.0, 361.0, 5.0))
     for T, colour in ((6.0, COLOURS[0]), (8.0, COLOURS[1]), (10.0, COLOURS[2]), (14.0, COLOURS[3])):
         sizes = np.abs(rao.vertical([2.0 * math.pi / T], angles, x, y)[:, 0])
         axes[2].plot(np.degrees(angles), sizes, color=colour, lw=1.3, label=f"{T:g} s")
-    axes[2].set_title("the same over the heading [m/m]", fontsize="medium")
-    axes[2].set_xlabel("waves travel, ccw from the bow [deg]")
+    kit.axis(axes[2], "waves travel, ccw from the bow [deg]", title="the same over the heading [m/m]")
     axes[2].set_xticks(range(0, 361, 90))
-    axes[2].legend(fontsize="small")
+    kit.legend(axes[2])
 
 
 DAY = 24.0 * HOUR
@@ -181,30 +157,27 @@ NAMES = {"H_m0": "Hs [m]", "wind": "wind [m/s]", "T_p": "Tp [s]", "T_m02": "Tz [
 
 def persistence_figure(answer: dict[str, Any]) -> Figure:
     """Shares of the time and waits, month by month, of what `answer.persistence_answer` gives."""
-    figure = new_figure(8.0, 6.5)
-    top, low = figure.subplots(2, 1, sharex=True)
-    months = answer["months"]
+    span = f"{answer['start'][:10]} to {answer['end'][:10]}"
+    title = f"{answer['file']}, {span}: {', '.join(answer['limits'])}"
+    figure, grid = kit.panels(2, 1, (8.0, 6.5), title, grid="y", sharex=True)
+    top, low = grid[:, 0]
+    months, window = answer["months"], f"{answer['window'] / HOUR:g} h"
     place = np.array([m["month"] for m in months])
-    window = f"{answer['window'] / HOUR:g} h"
-    top.bar(place, [100.0 * m["operability"] for m in months], 0.7, color=COLOURS[5], label="inside all limits")
-    top.bar(place, [100.0 * m["start_share"] for m in months], 0.4, color=COLOURS[0], label=f"{window} can start")
-    waits = (
-        ("wait_p50", -0.27, COLOURS[2], "P50"),
-        ("wait_mean", 0.0, COLOURS[0], "mean"),
-        ("wait_p90", 0.27, COLOURS[1], "P90"),
+    shares = (
+        ("operability", 0.7, COLOURS[5], "inside all limits"),
+        ("start_share", 0.4, COLOURS[0], f"{window} can start"),
     )
-    for name, shift, colour, label in waits:
-        low.bar(place + shift, [m[name] / DAY for m in months], 0.25, color=colour, label=label)
-    top.set_ylabel("share of the time [%]")
-    low.set_ylabel(f"wait for {window} [days]")
+    for name, width, colour, label in shares:
+        kit.bars(top, place, [100.0 * m[name] for m in months], width=width, color=colour, label=label)
+    waits = (("wait_p50", COLOURS[2], "P50"), ("wait_mean", COLOURS[0], "mean"), ("wait_p90", COLOURS[1], "P90"))
+    for i, (name, colour, label) in enumerate(waits):
+        kit.bars(low, place + 0.27 * (i - 1), [m[name] / DAY for m in months], width=0.25, color=colour, label=label)
+    kit.axis(top, y="share of the time [%]")
+    kit.axis(low, y=f"wait for {window} [days]")
     low.set_xticks(range(1, 13), MONTHS)
     for ax in (top, low):
-        ax.grid(alpha=0.3, axis="y")
-        ax.set_axisbelow(True)
-        ax.legend(frameon=False, ncols=3, fontsize="small")
+        kit.legend(ax, ncols=3)
         ax.set_ylim(0.0, ax.get_ylim()[1] * 1.12)
-    span = f"{answer['start'][:10]} to {answer['end'][:10]}"
-    figure.suptitle(f"{answer['file']}, {span}: {', '.join(answer['limits'])}", fontsize="medium", wrap=True)
     return figure
 
 
@@ -213,35 +186,26 @@ def forecast_figure(weather: Weather, limits: list[Limit], answer: dict[str, Any
     `forecast.numbers` gives."""
     bounded = [limit for limit in limits if KIND[limit.range.name] != "angle" and np.isfinite(limit.range.high)]
     columns = list(dict.fromkeys(limit.range.name for limit in bounded))
-    figure = new_figure(9.0, 1.5 + 2.4 * len(columns))
+    head, T_R = "GO" if answer["go"] else "NO-GO", answer["T_R"]
+    title = f"{head} at {answer['starts'][0]['time']}; green: the operation may start (T_R {T_R / HOUR:g} h)"
+    figure, grid = kit.panels(len(columns), 1, (9.0, 1.5 + 2.4 * len(columns)), title, sharex=True)
     first = np.datetime64(answer["starts"][0]["time"].rstrip("Z"))
-    last = np.datetime64(answer["starts"][-1]["time"].rstrip("Z")) + np.timedelta64(round(answer["T_R"]), "s")
+    last = np.datetime64(answer["starts"][-1]["time"].rstrip("Z")) + np.timedelta64(round(T_R), "s")
     rows = (weather.time >= first) & (weather.time <= last)
     factor = {f["hs"]: f["alpha"] for f in answer["factors"]}
-    for ax, name in zip(figure.subplots(len(columns), 1, sharex=True, squeeze=False)[:, 0], columns, strict=True):
-        ax.plot(
-            weather.time[rows],
-            weather.columns[name][rows],
-            color=COLOURS[0],
-            marker=".",
-            ms=3,
-            lw=1.2,
-            label="forecast",
-        )
+    for ax, name in zip(grid[:, 0], columns, strict=True):
+        style: dict[str, Any] = {"color": COLOURS[0], "marker": ".", "ms": 3, "lw": 1.2, "label": "forecast"}
+        ax.plot(weather.time[rows], weather.columns[name][rows], **style)
         for limit in (b for b in bounded if b.range.name == name):
             alpha = factor.get(limit.range.high) if name == "H_m0" else None
-            ax.axhline(limit.range.high, color=GREY, ls="--", lw=1, label=limit.text)
+            kit.threshold(ax, limit.range.high, limit.text)
             if alpha is not None:
                 ax.axhline(alpha * limit.range.high, color=COLOURS[1], lw=1.2, label=f"times alpha {alpha:.3g}")
         for start in answer["starts"]:
             if start["go"]:
                 begin = np.datetime64(start["time"].rstrip("Z"))
                 ax.axvspan(begin, begin + np.timedelta64(round(weather.step), "s"), color=COLOURS[2], alpha=0.25, lw=0)
-        ax.set(ylabel=NAMES[name], ylim=(0.0, None))
-        ax.grid(alpha=0.3)
-        ax.legend(frameon=False, fontsize="small", ncols=4, loc="lower right")
+        kit.axis(ax, y=NAMES[name], zero="y")
+        kit.legend(ax, "lower right", ncols=4)
     figure.autofmt_xdate(rotation=25)
-    head = "GO" if answer["go"] else "NO-GO"
-    green = f"green: the operation may start (T_R {answer['T_R'] / HOUR:g} h)"
-    figure.suptitle(f"{head} at {answer['starts'][0]['time']}; {green}", fontsize="medium")
     return figure

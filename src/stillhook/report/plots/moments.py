@@ -1,0 +1,162 @@
+"""Moments of a lowering drawn to scale: side by side as a strip, and as an animation next to the tensions."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stillhook.base.atomic import atomic_file
+from stillhook.report import kit
+from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.report.plots.run import SEABED, STEEL, WATER
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.winches.joints.registry import UNITS
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOMENTS = 8
+"""Pictures in a row of the strip."""
+FRAMES_PER_SECOND, FRAMES = 10, 150
+"""Of an animation; a stretch longer than fifteen seconds runs faster than it did."""
+
+
+class TimeSegment(NamedTuple):
+    """A part of a run that is worth a picture: samples, and what happens."""
+
+    name: str
+    first: int
+    last: int
+
+
+def time_segments(run: xarray.Dataset, lift: Lowering) -> list[TimeSegment]:
+    """The passage through the surface and the landing, where there are such."""
+    z, out = run["z_load"].values, []
+    H = max(lift.payload.height, 2.0)
+    wet = np.flatnonzero((z < 0.6 * H) & (z > -1.8 * H))
+    if len(wet) > MOMENTS:
+        out.append(TimeSegment("through the surface", int(wet[0]), int(wet[-1])))
+    down = np.flatnonzero(z <= -lift.depth)
+    if len(down):
+        above = np.flatnonzero(z[: down[0]] > -lift.depth + 1.0 * H)
+        first = int(above[-1]) if len(above) else 0
+        dt = float(run["time"][1] - run["time"][0])
+        out.append(
+            TimeSegment("landing", first, min(int(down[0] + max(10.0 / dt, 0.2 * (down[0] - first))), len(z) - 1))
+        )
+    return out
+
+
+def strip(run: xarray.Dataset, lift: Lowering, *, title: str = "") -> Figure:
+    """Moments of a lowering side by side: payload, slings, water and seabed, to scale; a row for the surface, one for
+    the seabed."""
+    rows = time_segments(run, lift) or [TimeSegment("", 0, run.sizes["time"] - 1)]
+    views = [_bounds(run, lift, row) for row in rows]
+    heights = [1.5 * 0.5 * (b.high - b.low) / b.half for b in views]
+    size = 13.0, sum(heights) + 0.7 * len(rows) + 0.5
+    text = f"{title} (below each time: tension of the slings)"
+    figure, grid = kit.panels(len(rows), MOMENTS, size, text, grid="", height_ratios=heights)
+    for row, axes, bounds in zip(rows, grid, views, strict=True):
+        for ax, i in zip(axes, np.linspace(row.first, row.last, MOMENTS).astype(int), strict=True):
+            draw(ax, run, lift, int(i), bounds)
+            F = float(kit.display(run["F_sling"][i], "force"))
+            kit.axis(ax, title=f"{float(run['time'][i]):.1f} s\n{F:.0f} kN", size="small")
+        axes[0].set_ylabel(f"{row.name}\nheight above still water [m]")
+        for ax in axes[1:]:
+            ax.set_yticklabels([])
+    return figure
+
+
+class Bounds(NamedTuple):
+    """Heights that a row of pictures shows [m], and half its width."""
+
+    low: float
+    high: float
+    half: float
+
+
+def _bounds(run: xarray.Dataset, lift: Lowering, row: TimeSegment) -> Bounds:
+    z = run["z_load"].values[row.first : row.last + 1]
+    H, rig = lift.payload.height, lift.rigging.height
+    low = float(z.min()) - 0.3 * H - 1.0
+    unit = lift.compensator
+    link = 0.0 if unit is None else unit.shortest + unit.travel
+    high = float(z.max()) + H + rig + link + 0.3 * H + 1.0
+    return Bounds(low, high, max(0.25 * (high - low), 0.75 * _width(lift)))
+
+
+def _width(lift: Lowering) -> float:
+    """Side of a square as large as the payload's projected area [m]."""
+    return max(math.sqrt(lift.payload.covered(lift.rho).A_p), 0.3 * lift.payload.height)
+
+
+def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) -> None:
+    """One moment: sample i, within the bounds."""
+    from matplotlib.patches import Rectangle
+
+    z, eta = float(run["z_load"][i]), float(run["eta"][i])
+    H, half, w = lift.payload.height, bounds.half, 0.5 * _width(lift)
+    top, hook, unit = z + H, z + H + lift.rigging.height, lift.compensator
+    if unit is not None:
+        s = float(run[UNITS[unit.type].EXTENSION][i])
+        ax.plot([0.0, 0.0], [hook, hook + s], color=STEEL, lw=2.0)
+        ax.plot([0.0, 0.0], [hook + s, hook + s + unit.shortest], color="black", lw=5.0, solid_capstyle="butt")
+    ax.fill_between([-half, half], bounds.low, min(max(eta, bounds.low), bounds.high), color=WATER, lw=0)
+    if -lift.depth > bounds.low:
+        ax.fill_between([-half, half], bounds.low, -lift.depth, color=SEABED, lw=0)
+    slack = float(run["F_sling"][i]) <= 0.0
+    ax.add_patch(Rectangle((-w, z), 2.0 * w, H, facecolor=STEEL, edgecolor="black", lw=0.8, alpha=0.9))
+    for side in (-w, w):
+        sag = 0.25 * w if slack else 0.0
+        x, y = [side, 0.5 * side + math.copysign(sag, side), 0.0], [top, 0.5 * (top + hook), hook]
+        ax.plot(x, y, color=COLOURS[1], lw=1.0)
+    wire = hook if unit is None else hook + float(run[UNITS[unit.type].EXTENSION][i]) + unit.shortest
+    ax.plot([0.0, 0.0], [wire, bounds.high], color="black", lw=1.2)
+    ax.plot([0.0], [wire], marker="s", color="black", ms=4)
+    ax.set(xlim=(-half, half), ylim=(bounds.low, bounds.high))
+    ax.set_aspect("equal")
+    ax.set_xticks([])
+
+
+def save_animation(run: xarray.Dataset, lift: Lowering, path: str | Path, *, title: str = "") -> Path:
+    """A GIF of the first stretch worth a picture: payload next to the tensions. The file appears only when it is
+    complete."""
+    from matplotlib.animation import FuncAnimation, PillowWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    row = (time_segments(run, lift) or [TimeSegment("", 0, run.sizes["time"] - 1)])[0]
+    t, count = run["time"].values, row.last - row.first + 1
+    span = float(t[row.last] - t[row.first])
+    frames = max(2, min(FRAMES, round(span * FRAMES_PER_SECOND)))
+    faster = max(1.0, span * FRAMES_PER_SECOND / frames)
+    figure, grid = kit.panels(1, 2, (8.0, 4.5), title, width_ratios=(1.0, 1.6))
+    figure.set_dpi(72)
+    FigureCanvasAgg(figure)
+    left, right = grid[0]
+    bounds, cut = _bounds(run, lift, row), slice(row.first, row.last + 1, max(1, count // 1500))
+    for name, label, colour in (("F_w", "at the crane tip", COLOURS[0]), ("F_sling", "slings", COLOURS[1])):
+        right.plot(t[cut], kit.display(run[name].values[cut], "force"), color=colour, lw=1.0, label=label)
+    kit.axis(right, f"time [s] (shown {faster:.1f} times as fast)", "tension [kN]")
+    kit.legend(right, "upper right")
+    now = right.axvline(t[row.first], color=GREY, lw=1.0)
+
+    def show(i: Any) -> list[Any]:
+        left.clear()
+        draw(left, run, lift, int(i), bounds)
+        kit.axis(left, y="height above still water [m]", title=f"{t[int(i)]:.1f} s", size="small")
+        now.set_xdata([t[int(i)]] * 2)
+        return []
+
+    show(row.first)
+    figure.canvas.draw()
+    figure.set_layout_engine("none")
+    samples = np.linspace(row.first, row.last, frames).astype(int)
+    target = Path(path)
+    with atomic_file(target) as part:
+        FuncAnimation(figure, show, frames=samples, blit=False).save(part, writer=PillowWriter(fps=FRAMES_PER_SECOND))
+    return target
