@@ -13,6 +13,7 @@ from stillhook.plan.definition.lift_plan import Environment
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits
+from stillhook.plan.report.words import sentence
 from stillhook.plan.table import TIERS, Axes, chosen, gathered
 
 pytestmark = pytest.mark.slow
@@ -50,15 +51,16 @@ def test_the_lower_counts_where_runs_allow_far_more(lift):
     Hs, tier, remarks = judged(lift)
     assert Hs == [0.3, 0.5]
     assert tier == [TIERS.index(Tier.FREQUENCY), TIERS.index(Tier.TIME)]
-    (line,) = remarks
-    assert line.startswith("landing, load-motion, SSC: in 1 of 2 cells runs allow Hs 2.00 m")
-    assert "Hs 0.30 m of the frequency-domain method: the lower counts" in line
+    (found,) = remarks
+    assert (found["phase"], found["rule"], found["alternatives"]) == ("landing", "load-motion", ["SSC"])
+    assert (found["n"], found["of"], found["runs"], found["frequency"]) == (1, 2, [2.0, 2.0], [0.3, 0.3])
+    assert "runs allow Hs 2.00 m, more than 1.5 times the Hs 0.30 m" in sentence(found)
 
 
 def test_runs_that_find_no_limit_are_far_above_any(lift):
     Hs, _, remarks = judged(lift, runs=(math.inf, math.inf), other=(0.3, math.inf))
     assert Hs == [0.3, math.inf]
-    assert "runs allow any Hs of the table" in remarks[0]
+    assert "runs allow any Hs of the table" in sentence(remarks[0])
 
 
 @pytest.mark.parametrize(

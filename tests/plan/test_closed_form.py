@@ -80,28 +80,19 @@ def test_the_cap_leaves_a_fifth_of_the_motion_and_changes_nothing_where_nothing_
     )
 
 
-def test_a_twin_told_as_the_cap_says_so(plan):
-    deep = of_kind(plan, PhaseKind.DEEP)
-    assert any("credited with 80%" in note for note in closed_form(plan, deep, SEAS, Alternative.SSC).notes)
-    assert not any("80%" in note for note in closed_form(plan, deep, SEAS, Alternative.NONE).notes)
-
-
 def test_the_method_is_valid_between_the_steepest_waves_and_long_ones(plan):
     seas = Seas(np.array([0.0, 2.0, 6.0, 2.0, 2.0]), np.array([5.0, 9.0, 6.0, 4.0, 25.0]), np.full(5, HEAD))
     assert valid(plan, seas).tolist() == [True, True, False, False, False]
-    assert any("3 of 5 seas are outside" in n for n in closed_form(plan, of_kind(plan, PhaseKind.SPLASH), seas).notes)
+    (found,) = (each for each in remarks(plan, seas) if each["cause"] == "closed-form-range")
+    assert (found["n"], found["of"], found["phases"]) == (3, 5, ["splash zone"])
 
 
-def test_what_a_reader_should_know_is_told_once_with_the_phases_that_it_is_of(plan):
-    lines = remarks(plan, SEAS)
-    assert len(lines) == len(set(lines))
-    assert any(
-        line.startswith(
-            "closed form, lower water, deep, landing, held, landing: the closed form cannot represent a twin"
-        )
-        for line in lines
-    )
-    assert not any("knows a twin" in line for line in remarks(replace(plan, alternatives=(Alternative.NONE,)), SEAS))
+def test_what_a_reader_should_know_is_a_cause_each_with_the_phases_that_it_is_of(plan):
+    phases = {each["cause"]: each["phases"] for each in remarks(plan, SEAS)}
+    assert phases["closed-form-twin"] == ["lower water", "deep", "landing, held", "landing"]
+    assert "closed-form-twin" not in {
+        e["cause"] for e in remarks(replace(plan, alternatives=(Alternative.NONE,)), SEAS)
+    }
 
 
 def test_the_way_ends_where_the_statics_of_a_lowering_are(plan):

@@ -8,8 +8,8 @@ import pytest
 from stillhook import load_crane
 from stillhook.errors import PlanError
 from stillhook.formats.weather.file import read_weather
-from stillhook.plan.answer.dataset import load_plan_result, save_plan
 from stillhook.plan.answer.metadata import RunInputs, answer_digest, winch_remarks, without_runs
+from stillhook.plan.answer.saved import load_plan_result, save_plan
 from stillhook.plan.definition.lift_plan import Environment, WeatherUse
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
 from stillhook.plan.file import load_plan
@@ -125,7 +125,7 @@ def test_an_operation_too_long_for_a_forecast_is_not_reckoned_in_weather(asked):
     longer = replace(asked, T_POP=80 * 3600.0, weather=WeatherUse("SYNTHETIC-norwegian-sea"))
     told = plan(longer, tier="closed-form")
     assert "weather" not in told
-    assert any(line.startswith("not weather restricted") for line in told.facts["remarks"])
+    assert told.caused("not-restricted")
 
 
 TWIN_AND_CAP = (Alternative.CAP, Alternative.SSC)
@@ -195,14 +195,12 @@ def test_every_input_stands_with_its_hash(found):
 
 def test_what_a_plan_did_not_compute_has_its_reason_and_its_facts_have_the_shape_that_a_report_asks(found):
     assert set(found.facts["not_computed"]) == {"landing", "sweep", "convergence"}
-    assert found.facts["not_computed"]["landing"] == "no runs in the time domain were requested: --tier time"
+    assert found.facts["not_computed"]["landing"] == {"cause": "no-runs"}
     check(found)
 
 
 def test_a_planwithout_runs_says_what_the_road_levels_out():
-    found = without_runs(load_plan("template-to-1500m"))
-    assert len(found) == 1
-    assert found[0].startswith("frequency-domain method, upper water")
+    assert without_runs(load_plan("template-to-1500m")) == [{"cause": "mean-drag", "phases": ["upper water"]}]
 
 
 def test_a_plan_with_a_pure_active_winch_tells_that_the_load_sinks_and_stands_off():

@@ -14,25 +14,23 @@ from matplotlib.image import imsave
 from tests.plan.made_up import RULES, made_up
 
 from stillhook.cli import run as command
-from stillhook.cli.plan import show
 from stillhook.errors import PlanError
-from stillhook.plan.answer.dataset import load_plan_result, save_plan
+from stillhook.plan.answer.saved import load_plan_result, save_plan
+from stillhook.plan.definition.failures import cause
 from stillhook.plan.file import load_plan
 from stillhook.plan.report import document as writing
 from stillhook.plan.report.document import document, save_report
 from stillhook.plan.report.figures import limits as drawing
-from stillhook.plan.report.figures.detail import depth, sensitivity
+from stillhook.plan.report.figures.detail import depth
 from stillhook.plan.report.figures.limits import closed_form as figures_of_closed
-from stillhook.plan.report.figures.limits import figures, from_bow, limit_tables, pictures
+from stillhook.plan.report.figures.limits import figures, limit_tables, pictures
 from stillhook.plan.report.summary_page import verdict
 from stillhook.plan.report.words import between, differs, height, named
 from stillhook.plan.result import PlanResult
-from stillhook.plan.table import LimitTable
 from stillhook.report.document import Document, Table
 from stillhook.report.html import html
 from stillhook.report.pdf import pdf
 from stillhook.report.pictures import png
-from stillhook.sea.spectra.directions import relative
 from stillhook.spec.validity import UNSIGNED
 
 pytestmark = pytest.mark.slow
@@ -59,10 +57,8 @@ def stems(result: PlanResult) -> tuple[str, ...]:
         "limits-over-period",
         "limits-credited",
         "limits-twin",
-        "rosette",
         "waiting-by-month",
-        "days-gained",
-        *tuple(result.blocks)[:5],
+        *("depth", "efficiency", "landing", "convergence"),
     )
 
 
@@ -143,9 +139,9 @@ def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
 
 
 def test_what_no_tier_told_is_marked_on_every_page(result):
-    remark = "NOT ASSESSED in some cells, because no tier that was run covers it: splash zone (none)"
+    remark = cause("not-assessed", phases=["splash zone"], alternatives=["none"])
     odd = replace(result, facts={**result.facts, "remarks": [remark]})
-    assert remark in written(odd).marks
+    assert any(mark.startswith("NOT ASSESSED") and "splash zone (none)" in mark for mark in written(odd).marks)
 
 
 def test_no_number_of_this_machine_stands_in_the_report(result):
@@ -170,19 +166,6 @@ def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
     section = written(covered).section("Credit for compensation")
     assert UNSIGNED in texts(section)
     assert UNSIGNED not in told(result)  # no certificate, nothing to sign
-
-
-def test_the_command_line_says_below_what_is_credited_that_the_certificate_is_unsigned(capsys):
-    def printed(certificate: bool) -> list[str]:
-        answer = made_up(certificate=certificate)
-        operation = answer.facts["operation"] | {"alternative": "strong-ssc", "Tp": 8.0, "beta": 0.0}
-        show(replace(answer, facts=answer.facts | {"shown": "strong-ssc", "operation": operation}), None, json=False)
-        return capsys.readouterr().out.splitlines()
-
-    lines = printed(certificate=True)
-    credited = max(i for i, line in enumerate(lines) if line.endswith("; credited with no more than the cap"))
-    assert lines[credited + 1] == UNSIGNED
-    assert UNSIGNED not in printed(certificate=False)
 
 
 def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():
@@ -253,7 +236,6 @@ def test_the_closed_form_stands_beside_what_counts(result):
     assert float(lowering["closed-form"][3]) == pytest.approx(
         float(own.min(["rule", "heading"]).sel(period=8.0)), abs=0.005
     )
-    assert any(re.match(r"lowering: closed form [0-9.]+( to [0-9.]+)? of the limit", t) for t in texts(section))
     drawn = figures_of_closed(result)
     assert np.isfinite(drawn).any()
 
@@ -279,13 +261,6 @@ def test_no_workable_sea_is_said_in_so_many_words(result):
     assert (found.word, found.passed) == ("NO WORKABLE SEA STATE", False)
 
 
-def test_the_rosette_puts_head_seas_at_the_bow_and_starboard_to_the_right():
-    beta = np.radians([0.0, 45.0, 90.0, 150.0, 180.0, 270.0])
-    onto_north = relative(beta, 0.0)  # a ship that heads north: where waves come from is the bearing from the bow
-    assert np.exp(1j * from_bow(beta)) == pytest.approx(np.exp(1j * onto_north))
-    assert np.degrees(from_bow(np.radians([180.0, 90.0, 270.0]))) == pytest.approx([0.0, 90.0, -90.0])
-
-
 @pytest.mark.thorough
 def test_pdf_and_page_of_one_result_are_the_same_bytes_after_a_way_over_the_disk(light, stems, saved):
     again = load_plan_result(saved)
@@ -304,21 +279,11 @@ def test_figures_do_not_follow_the_settings_of_matplotlib(result, monkeypatch):
         assert pictures(result) == plain
 
 
-def test_limits_that_do_not_end_below_the_asked_seas_are_drawn_where_these_end(result):
-    block = result["sensitivity"].copy(deep=True)
-    block["Hs_base"][:], block["Hs_low"][:], block["Hs_high"][:] = np.inf, 3.0, np.nan
-    ax = sensitivity(block, 4.0).axes[0]
-    drawn = {line.get_label(): line.get_xdata() for line in ax.lines}
-    assert list(drawn["as planned"]) == [4.0] * 4
-    assert list(drawn["first value"]) == [3.0] * 4
-    assert np.isnan(drawn["second value"]).all()
-
-
 @pytest.mark.thorough
 def test_every_figure_that_a_report_can_show_is_drawn(result, stems):
     drawn = figures(result)
     assert set(drawn) == set(stems)
-    assert len(png(drawn["rosette"], 40)) > 1000
+    assert len(png(drawn["depth"], 40)) > 1000
 
 
 def test_many_headings_are_parted_over_several_pictures(result):
@@ -343,7 +308,7 @@ def test_the_smallest_of_plans_has_a_report(result, cut):
     small = replace(small, data=small.data.isel(cut))
     names = set(small.data["alternative"].values)
     facts = {**small.facts, "alternatives": [a for a in small.facts["alternatives"] if a["name"] in names]}
-    report = document(replace(small, facts=facts), dots(("limits-over-period", "limits-credited", "rosette")))
+    report = document(replace(small, facts=facts), dots(("limits-over-period", "limits-credited")))
     assert pdf(report).startswith(b"%PDF")
 
 
@@ -355,13 +320,6 @@ def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
     assert table.header[:3] == ("Tp", "best heading", "worst heading")
     Hs = data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
     assert list(table.rows[0][1:3]) == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
-
-
-def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
-    told_first = [row for part in written(result).front if isinstance(part, Table) for row in part.rows]
-    cells = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
-    table = LimitTable(cells, result.data["heading"].values, result.data["period"].values, math.radians(15.0), 4.0)
-    assert ("reading", table.described()) in told_first
 
 
 def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
@@ -407,7 +365,7 @@ def test_names_in_any_letters_are_set(result):
 
 @pytest.mark.thorough
 def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(writing, "pictures", lambda r: dots(("rosette", "depth")))
+    monkeypatch.setattr(writing, "pictures", lambda r: dots(("limits-credited", "depth")))
     monkeypatch.setattr(writing, "pdf", lambda report: b"%PDF")
     assert command(["report", str(saved), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
@@ -417,7 +375,7 @@ def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, t
     assert command(["report", str(saved), "--out", str(tmp_path / "other"), "--figures"]) == 0
     assert sorted(p.name for p in (tmp_path / "other").iterdir()) == [
         "figure-depth.png",
-        "figure-rosette.png",
+        "figure-limits-credited.png",
         "report.html",
         "report.pdf",
     ]
@@ -442,7 +400,7 @@ def test_facts_of_another_kind_are_refused_in_one_line(result, tmp_path):
 
 
 def test_a_report_that_cannot_be_set_leaves_nothing_behind(result, tmp_path, monkeypatch):
-    monkeypatch.setattr(writing, "pictures", lambda r: {"rosette": b"no picture"})
+    monkeypatch.setattr(writing, "pictures", lambda r: {"depth": b"no picture"})
     with pytest.raises(PlanError, match="cannot be set"):
         save_report(result, tmp_path / "out")
     assert not (tmp_path / "out").exists()
@@ -553,7 +511,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
 
 
 def test_what_is_not_computed_is_told_with_its_reason(result):
-    facts = {**result.facts, "not_computed": {"sensitivity": "no rule governs any cell"}}
+    facts = {**result.facts, "not_computed": {"sensitivity": cause("nothing-governs")}}
     assert "Not computed in this run: sensitivity (no rule governs any cell)." in told(
         replace(result, facts=facts, blocks={k: v for k, v in result.blocks.items() if k != "sensitivity"})
     )

@@ -19,6 +19,7 @@ from trials.strangers.seas import barge, motions, vessel
 from stillhook import load_crane, load_lift, load_plan
 from stillhook.formats.vessel.csv import read_rao_csv
 from stillhook.formats.vessel.open import read_vessel
+from stillhook.plan.definition.failures import FAILED, cause
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import limited
 from stillhook.plan.result import PlanResult
@@ -107,8 +108,8 @@ def test_faults_of_limits_are_found_and_only_they():
     assert found(checks.least_of_rules(with_numbers(Hs_limit=raised(1, 0.1))))
     assert found(checks.least_of_rules(with_numbers(op_wf=lambda x: x + 2.0)))
     assert found(checks.more_is_more(with_numbers(op_wf=raised(0, -1.0))))
-    failed = replace(fine, facts={**fine.facts, "remarks": ["NOT COMPUTED: landing (singular)"]})
-    assert found(checks.computed(failed)) == ["NOT COMPUTED: landing (singular)"]
+    failed = replace(fine, facts={**fine.facts, "remarks": [cause(FAILED, what="landing", reason="singular")]})
+    assert found(checks.computed(failed)) == ["landing: singular"]
     assert found(checks.answered(fine, 1))
     assert not found(checks.answered(fine, 0))
 

@@ -14,7 +14,6 @@ from stillhook.engine.lowering.summary import run_numbers_of, stage_numbers_of
 from stillhook.plan.answer.sweep import (
     Pays,
     answer_of,
-    in_words,
     landing_of,
     landing_sweep,
     lower_of,
@@ -27,6 +26,7 @@ from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.report.document import document
 from stillhook.plan.report.figures.limits import figures
+from stillhook.plan.report.sweep import answers, in_words
 from stillhook.plan.table import Axes, Governed
 from stillhook.plan.tiers.time_domain import cells as twin_cells
 from stillhook.plan.tiers.time_domain.cells import Execution
@@ -120,7 +120,7 @@ def test_a_controller_that_moves_less_lands_in_higher_seas_at_every_tolerance(bl
     planned = [row for row in answer["pays"] if all(row[name] == x for name, x in own.items())]
     assert {row["new"] for row in planned} == {"ssc"}
     assert [row["better"] for row in planned] == [1] * len(block["landing_tolerance"])
-    assert answer["answer"][0].startswith(
+    assert answers(block)[0].startswith(
         "120 t, 1500 m, Tp 9 s (as planned): a new controller lands in higher seas from a tolerance of 0.5 m down to 0.05 m; "
     )
 
@@ -128,17 +128,17 @@ def test_a_controller_that_moves_less_lands_in_higher_seas_at_every_tolerance(bl
 @pytest.mark.slow
 def test_controllers_that_move_alike_are_said_to_be_alike(plan, runs, monkeypatch):
     monkeypatch.setitem(MOTION, "ssc", MOTION["hs"])
-    answer = answer_of(landing_sweep(plan, COLUMNS, THREADS))
-    assert not any(row["better"] for row in answer["pays"])
-    assert all("at no tolerance does a new controller land in higher seas" in line for line in answer["answer"])
+    block = landing_sweep(plan, COLUMNS, THREADS)
+    assert not any(row["better"] for row in answer_of(block)["pays"])
+    assert all("at no tolerance does a new controller land in higher seas" in line for line in answers(block))
 
 
 @pytest.mark.slow
 def test_without_a_classic_controller_nothing_is_compared(plan, runs):
     one = replace(plan, alternatives=(Alternative.NONE, Alternative("ssc")))
-    answer = answer_of(landing_sweep(one, COLUMNS, THREADS))
-    assert answer["pays"] == []
-    assert answer["answer"] == ["the plan does not have a new and a classic controller side by side"]
+    block = landing_sweep(one, COLUMNS, THREADS)
+    assert answer_of(block)["pays"] == []
+    assert answers(block) == ["the plan does not have a new and a classic controller side by side"]
 
 
 @pytest.mark.slow
@@ -272,13 +272,15 @@ def test_words_say_where_a_new_controller_pays_and_where_the_classic_one_is_bett
 @pytest.mark.slow
 def test_the_report_shows_the_sweep_or_says_why_there_is_none(block):
     base = made_up()
-    without = document(replace(base, facts={**base.facts, "not_computed": {"sweep": "no landing is compensated"}}), {})
+    without = document(
+        replace(base, facts={**base.facts, "not_computed": {"sweep": {"cause": "no-compensated-landing"}}}), {}
+    )
     (section,) = (s for s in without.sections if "Landing tolerance" in s.title)
     assert "no landing is compensated" in section.parts[0].text
     result = replace(base, blocks={**base.blocks, "sweep": block})
     assert "sweep" in figures(result)
     (section,) = (s for s in document(result, {}).sections if "Landing tolerance" in s.title)
-    assert answer_of(block)["answer"][0] in next(p for p in section.parts if isinstance(p, Bullets)).lines[0]
+    assert answers(block)[0][1:] in next(p for p in section.parts if isinstance(p, Bullets)).lines[0]
     table = next(p for p in section.parts if isinstance(p, Table))
     assert len(table.rows) == block.sizes["variant"] * block.sizes["landing_tolerance"]
 

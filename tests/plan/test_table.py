@@ -182,8 +182,3 @@ def test_no_answer_is_above_the_highest_sea_that_was_asked():
 def test_limits_that_are_not_told_are_read_as_not_workable():
     table = LimitTable(np.array([[np.nan]]), np.array([math.pi]), np.array([8.0]), 0.2, 4.0)
     assert table.at(np.array([8.0]), np.array([math.pi])).tolist() == [0.0]
-
-
-def test_a_table_says_how_it_is_read():
-    assert "within 10 deg" in TABLE.described()
-    assert "above 10 s the limit is 0 m" in TABLE.described()

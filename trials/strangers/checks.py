@@ -71,7 +71,7 @@ def answered(result: PlanResult, code: int) -> Iterator[str]:
 
 def computed(result: PlanResult) -> Iterator[str]:
     """Nothing of a plan is left because its computation failed."""
-    failed = [line for line in result.facts["remarks"] if line.startswith(FAILED)]
+    failed = [f"{each['what']}: {each['reason']}" for each in result.caused(FAILED)]
     yield from failed or [HOLDS]
 
 

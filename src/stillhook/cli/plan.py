@@ -97,9 +97,9 @@ def run(
     seed: int = 0,
 ) -> PlanResult:
     """The plan's result, with its files written where requested."""
-    from stillhook.plan.answer.dataset import OUT_FILES, write_answer
     from stillhook.plan.planning import plan as planned
     from stillhook.plan.planning import tier_of
+    from stillhook.plan.report.document import OUT_FILES, write_answer
 
     options: dict[str, Any] = {"seed": seed} | ({} if alpha is None else {"alpha": alpha})
     last = tier_of(tier)
@@ -138,12 +138,10 @@ def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
     if json:
         print_json(result.facts)
         return
-    from stillhook.plan.report.document import brief
+    from stillhook.plan.report.document import OUT_FILES, brief
 
     print_document(brief(result))
     if out is not None:
-        from stillhook.plan.answer.dataset import OUT_FILES
-
         announce(out, [name for name in OUT_FILES if (out / name).is_file()])
         say_left_out(pdf=True)
 
@@ -162,7 +160,7 @@ def report(results: Results, out: Out = None, figures: Figures = False, json: Js
 
     Example: stillhook report my-plan
     """
-    from stillhook.plan.answer.dataset import PLAN_FILES, load_plan_result
+    from stillhook.plan.answer.saved import PLAN_FILES, load_plan_result
     from stillhook.plan.report.document import check, save_report
     from stillhook.plan.report.summary_page import verdict
 

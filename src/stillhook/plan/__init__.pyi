@@ -1,5 +1,5 @@
-from stillhook.plan.answer.dataset import load_plan_result as load_plan_result
-from stillhook.plan.answer.dataset import save_plan as save_plan
+from stillhook.plan.answer.saved import load_plan_result as load_plan_result
+from stillhook.plan.answer.saved import save_plan as save_plan
 from stillhook.plan.definition.lift_plan import LiftPlan as LiftPlan
 from stillhook.plan.definition.rules import Alternative as Alternative
 from stillhook.plan.definition.rules import Tier as Tier

@@ -24,10 +24,10 @@ from stillhook.plan.answer.spread import with_intervals
 from stillhook.plan.answer.sweep import answer_of, sweep_blocks, where_it_governs
 from stillhook.plan.definition.failures import Failures
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Demand, Tier
+from stillhook.plan.definition.rules import Demand, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limits_in
-from stillhook.plan.result import CREDITS, PlanResult, not_compared
+from stillhook.plan.result import CREDITS, PlanResult
 from stillhook.plan.table import Axes, Certified, certified_in, check_cap, chosen, credited_of, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
@@ -132,7 +132,7 @@ def plan(
         sweep = partial(sweep_blocks, lift_plan, columns, execution, demands, parts("sweep"))
         blocks |= {**twin.blocks, **failures.attempt("landing tolerance, payload and depth", sweep, {})}
     facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
-    facts |= result_facts(lift_plan, of, forecast, value, twin)
+    facts |= result_facts(lift_plan, of, forecast, value, twin, last)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)
     facts |= {"sweep": answer_of(blocks["sweep"])} if "sweep" in blocks else {}
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
@@ -140,9 +140,6 @@ def plan(
     facts["runs"] |= {"wall": time.perf_counter() - begun}
     parts.at(1.0)
     data = dataset_of(lift_plan, of, forecast).assign_attrs(digest=facts["digest"])
-    followed = any(phase.compensated for phase in lift_plan.phases) or Alternative.PHC in axes.alternatives
-    if line := not_compared(data, facts["tiers"], compensated=followed):
-        facts["remarks"].insert(0, line)
     facts["remarks"] = [*failures.remarks, *facts["remarks"]]
     return PlanResult(data, facts, blocks)
 

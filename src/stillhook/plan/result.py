@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from numpy.typing import NDArray
 
-from stillhook.plan.definition.failures import FAILED
+from stillhook.plan.definition.failures import FAILED, Cause
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.units import quote
 from stillhook.variables import attributes
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 Key = TypeVar("Key")
 Member = TypeVar("Member")
 Credit = Literal["twin", "credited"]
+Remark = str | Cause
+"""A cause, or what a reader of files or a winch type says about its own input in a sentence."""
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
 covers the cell."""
@@ -87,7 +89,11 @@ class PlanResult:
     @property
     def failed(self) -> bool:
         """Whether something could not be computed after the runs; the remarks name it."""
-        return any(line.startswith(FAILED) for line in self.facts["remarks"])
+        return bool(self.caused(FAILED))
+
+    def caused(self, *codes: str) -> list[Cause]:
+        """Remarks of these causes."""
+        return [each for each in self.facts["remarks"] if isinstance(each, Mapping) and each["cause"] in codes]
 
     def __getitem__(self, block: str) -> xarray.Dataset:
         """A block by its name. Errors: KeyError where it was not made."""
@@ -117,32 +123,15 @@ def labelled(
     return xarray.Dataset(data, coords, attrs)
 
 
-CENTIMETRES = 2
-"""Digits after the point of a limit [m], as tables print it."""
 CLASSIC = "best-classic"
 """Reference of a new controller's gain: the better classic controller."""
 NEW = tuple(alternative for alternative in Alternative if alternative.twin and not alternative.classic)
 """Controllers that are held against the classic ones."""
-MEANS = {Tier.CLOSED_FORM: "The closed form does", Tier.FREQUENCY: "Closed form and frequency-domain method do"}
 
 
 def ran(tiers: Collection[str]) -> bool:
     """Whether runs of the twin are among the tiers of an answer."""
     return Tier.TIME.value in tiers
-
-
-def equal_in_print(data: xarray.Dataset) -> list[list[str]]:
-    """Alternatives whose own limits are printed alike in every cell, side by side."""
-    limits = data["Hs_limit"].sel(credit=CREDITS[0]).round(CENTIMETRES) + 0.0
-    pairs = ((limits.sel(alternative=name).values.tobytes(), str(name)) for name in data["alternative"].values)
-    return list(grouped(pairs).values())
-
-
-def columns(result: PlanResult) -> list[list[str]]:
-    """Alternatives that share a column of limits: with runs of the twin each has its own."""
-    if ran(result.facts.get("tiers", ())):
-        return [[str(name)] for name in result.data["alternative"].values]
-    return equal_in_print(result.data)
 
 
 def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = ", ") -> list[list[str]]:
@@ -158,23 +147,6 @@ def references(block: xarray.Dataset, tiers: Collection[str]) -> list[str]:
     """References of gains: the better classic controller only with runs of the twin, which compare controllers."""
     over = [str(name) for name in block["over"].values] if "over" in block.dims else []
     return over if ran(tiers) else [name for name in over if name != CLASSIC]
-
-
-def not_compared(data: xarray.Dataset, tiers: Collection[str], *, compensated: bool) -> str:
-    """A line on the controllers that the answer does not compare, empty where there are none; compensated: whether any
-    phase is."""
-    if not compensated:
-        return "No phase is compensated: all alternatives are one winch, and no comparison of them is made."
-    if ran(tiers):
-        return ""
-    twins = [str(name) for name in data["alternative"].values if Alternative(str(name)).twin]
-    if not twins:
-        return ""
-    means = MEANS[Tier.FREQUENCY if Tier.FREQUENCY.value in tiers else Tier.CLOSED_FORM]
-    return (
-        f"{means} not distinguish controllers well enough: none is compared ({', '.join(twins)}), and limits are those"
-        " without compensation and with the flat cap. Runs of the twin (--tier time) compare them."
-    )
 
 
 def for_print(result: PlanResult) -> PlanResult:
@@ -196,7 +168,7 @@ def for_print(result: PlanResult) -> PlanResult:
 
 SHAPE: Mapping[str, Any] = tomllib.loads((files("stillhook.plan") / "facts.toml").read_text(encoding="utf-8"))
 """Shape of the facts where they are present."""
-TYPES = {"text": str, "true or false": bool, "number": int | float, "null": NoneType}
+TYPES = {"text": str, "true or false": bool, "number": int | float, "null": NoneType, "cause": Mapping}
 ROW = 2
 """Texts in a payload's row at least: what it is, and its value."""
 CELL = {"credit", "alternative", "heading", "period"}

@@ -23,7 +23,6 @@ from stillhook.plan.result import grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.spec.validity import CAP, Conditions
-from stillhook.units import show
 
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
 """From the least to the most that is known; a later one counts before an earlier."""
@@ -230,17 +229,6 @@ class LimitTable:
         result = np.minimum(Hs[:, rows[0]], Hs[:, rows[1]])
         result = np.where(beyond, 0.0, result)
         return np.where(np.isnan(Tp), Hs.min(axis=1, keepdims=True), result)
-
-    def described(self) -> str:
-        """Lookup rule of the table, in words."""
-        deg = show(self.heading_tolerance, "angle", 4)
-        lowest, highest = (show(float(T), "time", 4) for T in (self.periods[0], self.periods[-1]))
-        return (
-            f"the most unfavourable heading within {deg} and neighbouring period; below {lowest} the first period"
-            f" applies, above {highest} the limit is 0 m, as for waves that are neither between two headings of"
-            f" the table nor at one; limits are capped at Hs {show(self.Hs_highest, 'length', 3)}, the highest sea"
-            " state analysed"
-        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -97,7 +97,7 @@ def _lift(result: PlanResult, out: Path) -> None:
     """The lift: limiting sea states, what governs, days gained, and where the report is."""
     from stillhook.plan.report.document import PAGE, PDF, marks
     from stillhook.plan.report.summary_page import verdict
-    from stillhook.plan.report.words import CREDITED, TWIN, gain, named, swinging
+    from stillhook.plan.report.words import CREDITED, TWIN, gain, named, sentence
     from stillhook.report.formatting import percent
 
     data = result.data
@@ -128,7 +128,11 @@ def _lift(result: PlanResult, out: Path) -> None:
         padded = zip(cells, widths, strict=False)
         print("  " + " ".join(f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(padded)))
     print("  Limiting Hs [m] by peak period, most unfavourable heading.")
-    for line in (*_other_tolerances(result), *swinging(result), *(f"{mark}." for mark in marks(result))):
+    for line in (
+        *_other_tolerances(result),
+        *map(sentence, result.caused("oscillates")),
+        *(f"{mark}." for mark in marks(result)),
+    ):
         print(textwrap.fill(line, WIDTH, initial_indent="  ", subsequent_indent="  "))
     say_left_out(pdf=True)
     print(f"report: {(out / (PDF if can_set() else PAGE)).resolve()}")
@@ -137,7 +141,9 @@ def _lift(result: PlanResult, out: Path) -> None:
 def _other_tolerances(result: PlanResult) -> list[str]:
     """From which tolerance on a better controller pays, of the lift as planned in each period; none where that was not
     computed."""
-    lines = [str(line) for line in result.facts.get("sweep", {}).get("answer", []) if "(as planned)" in str(line)]
+    from stillhook.plan.report.sweep import answers
+
+    lines = [line for line in answers(result["sweep"]) if "(as planned)" in line] if "sweep" in result else []
     return ["All of it depends on the tolerance, which is assumed:", *(f"{line}." for line in lines)] if lines else []
 
 

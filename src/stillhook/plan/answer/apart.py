@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.plan.definition.failures import Cause, cause
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Tier
 from stillhook.plan.table import TIERS, Axes, Chosen, Gathered
-from stillhook.report.formatting import fixed
 
 APART = 1.5
 """A limit by runs that is more than so many times that of the frequency-domain method does not count."""
@@ -33,21 +33,24 @@ def lower_where_apart(plan: LiftPlan, limits: Gathered, modelled: Chosen) -> Cho
     return replace(modelled, Hs=Hs, low=low, high=high, tier=np.where(taken, BY_FREQUENCY, modelled.tier))
 
 
-def apart_remarks(plan: LiftPlan, limits: Gathered, modelled: Chosen) -> list[str]:
-    """A line for every phase and rule in which the frequency-domain method counts in place of runs."""
+def apart_remarks(plan: LiftPlan, limits: Gathered, modelled: Chosen) -> list[Cause]:
+    """A cause for every phase and rule in which the frequency-domain method counts in place of runs."""
     axes = limits.axes
     taken = _apart(plan, limits) & (modelled.tier == BY_FREQUENCY)
-    lines = []
-    for k, r in zip(*np.nonzero(taken.any(axis=(0, 3, 4))), strict=True):
-        of = taken[:, k, r]
-        names = [a.label for a, each in zip(axes.alternatives, of, strict=True) if each.any()]
-        cells = of[of.any(axis=(1, 2))].size
-        lines.append(
-            f"{axes.phases[k]}, {axes.rules[r]}, {', '.join(names)}: in {int(of.sum())} of {cells} cells"
-            f" runs allow {_heights(limits.Hs[BY_RUNS, :, k, r][of])}, more than {APART:g} times the"
-            f" {_heights(limits.Hs[BY_FREQUENCY, :, k, r][of])} of the frequency-domain method: the lower counts"
+    return [
+        cause(
+            "apart",
+            phase=axes.phases[k],
+            rule=axes.rules[r],
+            alternatives=[a.label for a, each in zip(axes.alternatives, taken[:, k, r], strict=True) if each.any()],
+            n=int(taken[:, k, r].sum()),
+            of=taken[:, k, r][taken[:, k, r].any(axis=(1, 2))].size,
+            factor=APART,
+            runs=_ends(limits.Hs[BY_RUNS, :, k, r][taken[:, k, r]]),
+            frequency=_ends(limits.Hs[BY_FREQUENCY, :, k, r][taken[:, k, r]]),
         )
-    return lines
+        for k, r in zip(*np.nonzero(taken.any(axis=(0, 3, 4))), strict=True)
+    ]
 
 
 def _apart(plan: LiftPlan, limits: Gathered) -> BoolArray:
@@ -66,8 +69,6 @@ def _where(plan: LiftPlan, axes: Axes) -> BoolArray:
     return np.asarray(twin[:, None, None] & follows[:, None] & asks)
 
 
-def _heights(Hs: FloatArray) -> str:
-    """Heights in words [m]."""
-    low, high = float(Hs.min()), float(Hs.max())
-    ends = [fixed(low, 2), "any" if high == np.inf else fixed(high, 2)]
-    return f"Hs {' to '.join(dict.fromkeys(ends))} m" if low < np.inf else "any Hs of the table"
+def _ends(Hs: FloatArray) -> list[float | None]:
+    """Least and largest of heights [m]; None for any."""
+    return [float(x) if np.isfinite(x) else None for x in (Hs.min(), Hs.max())]

@@ -1,17 +1,10 @@
 """From limits of all phases, tiers and rules to the labelled arrays of a result, and the facts that only the answer
-gives.
-
-A plan's result on disk: plan.nc (labelled arrays, blocks as groups) and plan.json (facts and summary). Written whole
-or not at all.
-"""
+gives."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,17 +12,11 @@ from numpy.typing import NDArray
 
 from stillhook._version import __version__
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import atomic_folder
-from stillhook.errors import PlanError, UnreadableError
-from stillhook.formats.binary.reader import read_datasets
-from stillhook.formats.results import save_json
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Tier
-from stillhook.plan.report.document import REPORT_FILES, write_report
-from stillhook.plan.result import BLOCKS, CREDITS, Credit, PlanResult, labelled, odd_fact
+from stillhook.plan.result import CREDITS, Credit, labelled
 from stillhook.plan.table import TIERS, Axes, Certified, Chosen, Gathered, Governed, counting
 from stillhook.plan.weather.value import Forecast
-from stillhook.units import quote
 
 if TYPE_CHECKING:
     import xarray
@@ -231,104 +218,3 @@ def _most(axes: Axes, phase: NDArray[np.int64], rule: NDArray[np.int64]) -> list
     return [
         {"phase": axes.phases[pairs[0, k]], "rule": axes.rules[pairs[1, k]], "cells": int(counts[k])} for k in order
     ]
-
-
-NUMBERS, FACTS = "plan.nc", "plan.json"
-PLAN_FILES = (NUMBERS, FACTS)
-OUT_FILES = (*REPORT_FILES, *PLAN_FILES)
-NEEDED = {"name", "Hs_lowest", "Hs_highest", "heading_tolerance"}
-DIGITS = 18
-"""Most digits of a whole number among the facts."""
-HASH = "numbers_sha256"
-"""Key in the file of facts of the hash of the file of numbers that belongs to it."""
-
-
-def save_plan(result: PlanResult, folder: str | Path) -> Path:
-    """Write a result into a folder; both files appear together when they are complete."""
-    target = Path(folder)
-    with atomic_folder(target) as part:
-        write_plan(result, part)
-    return target
-
-
-def write_answer(result: PlanResult, folder: Path) -> None:
-    """Everything that `stillhook plan --out` leaves: numbers, facts and the report, all of them or none."""
-    with atomic_folder(folder) as part:
-        write_plan(result, part)
-        write_report(result, part)
-
-
-def write_plan(result: PlanResult, part: Path) -> None:
-    """The files of a result in a folder that is moved into place later."""
-    result.data.to_netcdf(part / NUMBERS, engine="h5netcdf", encoding=_packed(result.data))
-    for name in BLOCKS:
-        if name in result:
-            block = result[name]
-            block.to_netcdf(part / NUMBERS, engine="h5netcdf", mode="a", group=name, encoding=_packed(block))
-    save_json({**result.facts, HASH: _hash(part / NUMBERS)}, part / FACTS)
-
-
-def _hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
-    return {name: {"zlib": True} for name in data.data_vars if data[name].ndim and data[name].dtype.kind in "fi"}
-
-
-def load_plan_result(folder: str | Path) -> PlanResult:
-    """The result that `save_plan` wrote. Errors: PlanError, one line, for a folder without one, and for files that are
-    damaged, changed in their shape, or of two plans."""
-    where = Path(folder)
-    if where.name in PLAN_FILES:
-        where = where.parent
-    for name in PLAN_FILES:
-        if not (where / name).is_file():
-            raise PlanError(f"{quote(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
-    facts = _facts(where / FACTS)
-    _check_hash(facts.pop(HASH, None), where)
-    try:
-        data, blocks = read_datasets(where / NUMBERS, BLOCKS)
-    except UnreadableError as problem:
-        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({problem}). Run the plan again.") from None
-    if missing := NEEDED - set(data.attrs):
-        raise PlanError(
-            f"{where / NUMBERS}: not the numbers of a plan, {', '.join(sorted(missing))} missing. Run the plan again."
-        )
-    if data.attrs["name"] != facts["name"] or data.attrs.get("digest", "") != facts.get("digest", ""):
-        raise PlanError(f"{where}: {NUMBERS} and {FACTS} are of two plans. Run the plan again.")
-    return PlanResult(data, facts, blocks)
-
-
-def _in_a_line(e: Exception) -> str:
-    return " ".join(str(e).split())[:120] or type(e).__name__
-
-
-def _check_hash(recorded: object, where: Path) -> None:
-    """Refuse numbers other than those that the facts were written with; facts of older versions have no hash."""
-    try:
-        same = recorded is None or recorded == _hash(where / NUMBERS)
-    except OSError as e:
-        raise PlanError(f"{where / NUMBERS}: cannot be read ({_in_a_line(e)}).") from None
-    if not same:
-        raise PlanError(
-            f"{where / NUMBERS}: not as it was written with {FACTS}: damaged, or of another plan. Run the plan again."
-        )
-
-
-def _checked_int(digits: str) -> int:
-    if len(digits) > DIGITS:
-        raise ValueError(f"a number of {len(digits)} digits")
-    return int(digits)
-
-
-def _facts(path: Path) -> dict[str, Any]:
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"), parse_int=_checked_int)
-    except (OSError, ValueError, RecursionError) as e:
-        raise PlanError(f"{path}: not JSON ({_in_a_line(e)}). Run the plan again.") from None
-    if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):
-        raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
-    if odd := odd_fact(facts):
-        raise PlanError(f"{path}: not the facts of a plan: {odd}. Run the plan again.")
-    return facts

@@ -7,7 +7,7 @@ what stays open.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from stillhook._version import __version__
-from stillhook.control.registry import Mode
 from stillhook.engine.inputs import envelope_line, twin_line
 from stillhook.engine.lowering.summary import held_load
 from stillhook.engine.scenario.checks import type_notes
@@ -23,38 +22,28 @@ from stillhook.kernels.build import results_hash
 from stillhook.plan.answer.apart import apart_remarks
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.reference_cell import reference_of
-from stillhook.plan.answer.swinging import swinging_remarks
 from stillhook.plan.definition.capacities import places, static_tension
+from stillhook.plan.definition.failures import Cause, cause
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import PhaseKind, described
 from stillhook.plan.definition.rules import Alternative, Rule, Tier
 from stillhook.plan.limits import by_height, limited
-from stillhook.plan.report.basis import payload_rows
-from stillhook.plan.report.words import TEXTS
-from stillhook.plan.result import grouped
-from stillhook.plan.table import TIERS, LimitTable, untold
+from stillhook.plan.result import Remark, grouped
+from stillhook.plan.table import TIERS, Chosen, untold
 from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier
 from stillhook.plan.weather.value import Forecast, WeatherValue
+from stillhook.report.payload_sheet import payload_rows
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import CAP, UNSIGNED
 from stillhook.units import show
 from stillhook.weather.alpha import AlphaTable
 from stillhook.weather.series import Weather
 
-DESCRIPTIONS: Mapping[Alternative, str] = {
-    Alternative.NONE: "winch on its brake in every phase: nothing is compensated",
-    Alternative.PHC: "winch on its brake in every phase, a passive heave compensator between hook and slings",
-    Alternative.CAP: f"a flat {CAP:.0%} of the tip's vertical motion taken away where the winch compensates",
-    **{
-        Alternative(mode.value): f"twin of the winch under {mode.law.title}; the crane's own settings"
-        for mode in Mode
-        if mode.compensates
-    },
-    Alternative.STRONG_SSC: (
-        "twin of the winch under semi-secondary control with the gain that its margins allow and an aligned reference"
-    ),
-}
+NOT_COVERED = (*("second-order", "horizontal", "current", "structure", "strength", "wire-life", "ground", "machinery"),)
+"""What no tier of the model holds, for every plan, by code."""
+CENSORED = 0.05
+"""Share of starts without a window above which waits are reported as too short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,9 +103,9 @@ def facts_of(plan: LiftPlan, inputs: RunInputs) -> dict[str, Any]:
             for alternative in plan.alternatives
             for each in limited(plan, phase, alternative)
         ],
-        "alternatives": [{"name": a.value, "description": DESCRIPTIONS[a]} for a in plan.alternatives],
+        "alternatives": [{"name": a.value} for a in plan.alternatives],
         "inputs": _inputs(plan, inputs),
-        "not_covered": list(TEXTS["not_covered"]),
+        "not_covered": list(NOT_COVERED),
     }
 
 
@@ -213,39 +202,25 @@ def _weather_digest(weather: Weather) -> str:
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
-CENSORED = 0.05
-"""Share of starts without a window above which waits are reported as too short."""
-
-
 def result_facts(
-    plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None
+    plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None, tier: Tier
 ) -> dict[str, Any]:
     """Facts that the result adds to the input: shown, alternatives with credit notes, operation, phases with their
-    tiers, runs, remarks."""
+    tiers, runs, remarks. tier: the highest that was run."""
     return {
         "shown": of.shown().value,
-        "alternatives": [
-            {"name": a.value, "description": DESCRIPTIONS[a], "credit_note": credit_note(plan, of, a)}
-            for a in of.axes.alternatives
-        ],
+        "alternatives": [{"name": a.value, "credit_note": credit_note(plan, of, a)} for a in of.axes.alternatives],
         "operation": operation(plan, of, forecast),
         "phases": phases(plan, of, twin),
         "runs": {} if twin is None else dict(twin.runs),
-        "remarks": [*remarks(plan, of, forecast, value), *(without_runs(plan) if twin is None else twin.notes)],
+        "remarks": [*remarks(plan, of, forecast, value, tier), *(without_runs(plan) if twin is None else twin.notes)],
     }
 
 
-def without_runs(plan: LiftPlan) -> list[str]:
+def without_runs(plan: LiftPlan) -> list[Remark]:
     """Remark on limits without runs of the twin."""
     manual = [p.name for p in plan.phases if p.kind is PhaseKind.LOWERING and not p.compensated]
-    if not manual:
-        return []
-    method = f"frequency-domain method, {', '.join(manual)}"
-    return [
-        f"{method}: drag on a sinking load is larger when it moves down than up; the"
-        " method averages the two: slings lose up to a third more of their tension than calculated"
-        " (docs/explanation/lift-plan-frequency.md)"
-    ]
+    return [cause("mean-drag", phases=manual)] if manual else []
 
 
 def phases(plan: LiftPlan, of: Answered, twin: TwinTier | None) -> list[dict[str, Any]]:
@@ -254,28 +229,26 @@ def phases(plan: LiftPlan, of: Answered, twin: TwinTier | None) -> list[dict[str
     out = []
     for k, phase in enumerate(plan.phases):
         tiers = [tier.value for i, tier in enumerate(TIERS) if known[i, k]]
-        reason = "not simulated" if twin is None else twin.reasons.get(phase.name, "")
+        reason = cause("not-simulated") if twin is None else twin.reasons.get(phase.name, "")
         out.append({**described(phase), "tiers": tiers, "reason": reason})
     return out
 
 
-def credit_note(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
-    """Note on the credit of an alternative."""
+def credit_note(plan: LiftPlan, of: Answered, alternative: Alternative) -> Cause:
+    """Why so much of an alternative is credited."""
     if not alternative.twin:
-        return "no twin: credited as calculated"
+        return cause("credited-as-calculated")
     i = of.axes.alternatives.index(alternative)
     if not of.certified.needs[i].any():
-        return "no phase is compensated: there is no compensation to credit"
-    share = float(np.nanmean(of.certified.share[i]))
+        return cause("nothing-to-credit")
+    share, label = float(np.nanmean(of.certified.share[i])), "certificate"
+    certificate = f"SYNTHETIC {label}" if plan.credits_synthetic else label
     if share == 1.0:
-        label = "SYNTHETIC certificate" if plan.credits_synthetic else "certificate"
-        return f"the {label} covers every sea of the compensated phases: credited as simulated"
-    where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the analysed seas and phases"
-    reason = "; ".join(of.certified.reasons[alternative])
-    if not where and f"{CAP:.0%}" in reason:
-        return reason
-    rest = ", elsewhere as simulated, by a SYNTHETIC certificate" if where and plan.credits_synthetic else ""
-    return f"credited with no more than {CAP:.0%} of compensation{where}{rest}: {reason}"
+        return cause("certificate-covers", certificate=certificate)
+    reasons = list(of.certified.reasons[alternative])
+    if share == 0.0:
+        return cause("credited-as-cap" if plan.crane.certified is None else "cap-in-all", cap=CAP, reasons=reasons)
+    return cause("cap-in-part", cap=CAP, share=1.0 - share, certificate=certificate, reasons=reasons)
 
 
 def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any]:
@@ -301,63 +274,49 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
     }
 
 
-def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, str]:
-    """Reasons for missing blocks of a report, by their name."""
+def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, Cause]:
+    """Causes of missing blocks of a report, by their name."""
     still = not any(phase.compensated for phase in plan.phases)
-    reason = (
-        "only the closed form was requested" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
-    )
-    ran = "" if tier is Tier.TIME else "no runs in the time domain were requested: --tier time"
     lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
-    reasons = {
-        "depth": reason,
-        "efficiency": reason,
-        "sensitivity": reason or "no rule governs any cell",
-        "landing": ran or ("no limit was found at the middle period" if lands else "the plan has no landing"),
-        "sweep": ran or "no landing is compensated",
-        "convergence": ran or "no limit was found by runs at the middle period",
+    method = "closed-form-only" if tier is Tier.CLOSED_FORM else "nothing-follows" if still else ""
+    runs = "" if tier is Tier.TIME else "no-runs"
+    codes = {
+        "depth": method,
+        "efficiency": method,
+        "sensitivity": method or "nothing-governs",
+        "landing": runs or ("no-limit" if lands else "no-landing"),
+        "sweep": runs or "no-compensated-landing",
+        "convergence": runs or "no-limit",
     }
-    return {name: text for name, text in reasons.items() if name not in blocks}
+    return {name: cause(code) for name, code in codes.items() if name not in blocks and code}
 
 
-def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
-    """Remarks on the result."""
-    apart = apart_remarks(plan, of.limits, of.modelled)
-    lines = [*swinging_remarks(plan, of.modelled), *apart, *_swell_remark(plan), *plan.notes, *winch_remarks(plan)]
-    untold_phases = untold(of.modelled)
-    for phases, alternatives in grouped((phases, a.value) for a, phases in untold_phases.items()).items():
-        lines.append(
-            f"NOT ASSESSED in some cells, because no tier that was run covers it: {', '.join(phases)}"
-            f" ({', '.join(alternatives)})"
-        )
+def remarks(
+    plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, tier: Tier = Tier.TIME
+) -> list[Remark]:
+    """Remarks on the result; tier: the highest that was run, of which none but runs of the twin compares its
+    controllers."""
+    env, twins = plan.environment, [a.value for a in of.axes.alternatives if a.twin]
+    lines: list[Remark] = []
+    if not any(phase.compensated for phase in plan.phases) and Alternative.PHC not in of.axes.alternatives:
+        lines.append(cause("nothing-compensated"))
+    elif twins and tier is not Tier.TIME:
+        lines.append(cause(f"not-compared-{tier}", twins=twins))
+    lines += [*oscillations(plan, of.modelled), *apart_remarks(plan, of.limits, of.modelled)]
+    if env.swell is not None:
+        lines.append(cause("swell", swell=env.swell.describe()))
+    lines += [*plan.notes, *winch_remarks(plan)]
+    for phases, alternatives in grouped((phases, a.value) for a, phases in untold(of.modelled).items()).items():
+        lines.append(cause("not-assessed", phases=list(phases), alternatives=alternatives))
     if np.isposinf(of.Hs).any():
-        highest = max(plan.environment.Hs)
-        lines.append(
-            f"Limits are capped at Hs {highest:g} m, the highest sea state analysed; higher ones are marked as such"
-        )
+        lines.append(cause("capped", Hs=max(env.Hs)))
     if forecast.reason:
-        lowest = f"{forecast.table.Hs[0]:g} m"
-        used = f"to compare such limits in the weather, the factor of {lowest} is used, which is optimistic for them"
-        lines.append(f"forecast factor: {forecast.reason} Here, {used}: gains over them are at least those reported")
-    if not forecast.restricted:
-        lines.append(
-            "not weather restricted: waiting is not calculated; plan for extremes of the season, or divide the"
-            " operation"
-        )
-    if plan.weather is None:
-        lines.append("no weather specified: waiting is not calculated ([weather] in the plan file)")
-    env, axes = plan.environment, of.axes
-    table = LimitTable(of.Hs[0, 0], np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
-    lines.append(f"Lookup: {table.described()}")
+        lines.append(cause("no-alpha", reason=forecast.reason, Hs=float(forecast.table.Hs[0])))
+    lines += [] if forecast.restricted else [cause("not-restricted")]
+    lines += [] if plan.weather is not None else [cause("no-weather")]
     if value is not None:
         lines += [*value.notes, *_short(value, of.compared)]
     return [*lines, *closed_form.remarks(plan, env.table())]
-
-
-def _swell_remark(plan: LiftPlan) -> list[str]:
-    """That every limit is one of the wind sea beside a swell."""
-    swell = plan.environment.swell
-    return [] if swell is None else [f"every limiting Hs is that of the wind sea, beside a {swell.describe()}"]
 
 
 def winch_remarks(plan: LiftPlan) -> list[str]:
@@ -373,14 +332,37 @@ def winch_remarks(plan: LiftPlan) -> list[str]:
     return notes
 
 
-def _short(value: WeatherValue, compared: Sequence[Alternative]) -> list[str]:
+def _short(value: WeatherValue, compared: Sequence[Alternative]) -> list[Cause]:
     """Alternatives whose reported waits are too short: many starts had no window before the series ended."""
     censored = {
         f"{a.value} ({credit})": float(np.isnan(w).mean()) for (credit, a), w in value.waits.items() if a in compared
     }
-    some = "reported waits are too short: {:.0%} of the starts had no window"
-    never = "never has a window in these years"
-    lines = grouped(
-        (never if share == 1.0 else some.format(share), name) for name, share in censored.items() if share > CENSORED
-    )
-    return [f"{', '.join(names)}: {text}" for text, names in lines.items()]
+    alike = grouped((share, name) for name, share in censored.items() if share > CENSORED)
+    return [
+        cause("no-window" if share == 1.0 else "short-waits", alternatives=names, share=share)
+        for share, names in alike.items()
+    ]
+
+
+OSCILLATION, UNKNOWN = "oscillation_share", "source not stated"
+
+
+def oscillations(plan: LiftPlan, modelled: Chosen) -> list[Cause]:
+    """Where an alternative has no limit at all because the winch oscillates by itself, phase by phase: how fast the
+    wire goes there, how much is allowed, and what is known of the wire's damping, on which that rests."""
+    rules = {rule.key for rule in plan.rules.rules if rule.quantity == OSCILLATION}
+    at = [i for i, key in enumerate(modelled.axes.rules) if key in rules]
+    wire, source = plan.crane.wire, plan.crane.sources.get("wire.zeta")
+    between = [] if None in (wire.zeta_low, wire.zeta_high) else [f"{wire.zeta_low:g} to {wire.zeta_high:g}"]
+    known = [*between, UNKNOWN if source is None else source.kind.value]
+    found = []
+    for i, alternative in enumerate(modelled.axes.alternatives):
+        for k, phase in enumerate(plan.phases):
+            zero = (modelled.Hs[i, k, at] == 0.0).any(axis=0)
+            if zero.any():
+                rule = next(r for r in limited(plan, phase, alternative) if r.rule.quantity == OSCILLATION)
+                allowed = {"limit": rule.limit, "basis": rule.rule.standard}
+                where = {"phase": phase.name, "speed": phase.speed or 0.0, "n": int(zero.sum()), "of": zero.size}
+                what = {"alternative": alternative.label, "zeta": wire.zeta, "known": known}
+                found.append(cause("oscillates", **what, **where, **allowed))
+    return found

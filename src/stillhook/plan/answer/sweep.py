@@ -12,13 +12,13 @@ in the middle one of them. There the frequency-domain method counts as it does i
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Parts, Progress
 from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.winch import drum_record
@@ -367,100 +367,19 @@ def pays_at(block: xarray.Dataset, variant: int) -> list[Pays]:
     return rows
 
 
-PLACES = {
-    "": "as planned",
-    "period": "as planned",
-    "payload": "other payload",
-    "depth": "other depth",
-    "delay": "other sensors",
-}
-"""What a variant is, in words."""
-
-
 def answer_of(block: xarray.Dataset) -> dict[str, Any]:
-    """The sweep in short, for JSON: where it was made, the answer in a sentence for each variant, and the comparison
-    at every tolerance (rows of pays: better 1, 0 where intervals overlap, -1)."""
-    attrs, rows, lines = block.attrs, [], []
-    heights = float(block["height"].values[0]), float(block["height"].values[-1])
-    for v, name in enumerate(block["variant"].values):
-        of, varied = pays_at(block, v), str(block["varied"].values[v])
-        place = PLACES[varied]
-        lines += [f"{name} ({place}): {in_words(of, heights)}"] if of else []
-        rows += [
-            {
-                "Tp": float(block["Tp"].values[v]),
-                "mass": float(block["mass"].values[v]),
-                "depth": float(block["depth"].values[v]),
-                "delay": float(block["delay"].values[v]),
-                "tolerance": each.tolerance,
-                "new": each.new,
-                "classic": each.classic,
-                "Hs_new": [float(x) for x in each.Hs_new],
-                "Hs_classic": [float(x) for x in each.Hs_classic],
-                "better": each.verdict,
-            }
-            for each in of
-        ]
+    """The sweep in short, for JSON: where it was made, and the comparison at every tolerance of every variant (rows of
+    pays: better 1, 0 where intervals overlap, -1)."""
+    rows = []
+    for v in range(block.sizes["variant"]):
+        at = {name: float(block[name].values[v]) for name in ("Tp", "mass", "depth", "delay")}
+        for each in pays_at(block, v):
+            limits = {name: [float(x) for x in getattr(each, name)] for name in ("Hs_new", "Hs_classic")}
+            who = {"tolerance": each.tolerance, "new": each.new, "classic": each.classic}
+            rows.append(at | who | limits | {"better": each.verdict})
     keys = ("phase", "Tp", "beta", "own", "quantities", "n_seeds", "n_runs")
-    left_out = [line for line in str(attrs["left_out"]).split("\n") if line]
-    none = ["the plan does not have a new and a classic controller side by side"]
-    return {key: attrs[key] for key in keys} | {"answer": lines or none, "left_out": left_out, "pays": rows}
-
-
-def in_words(of: Sequence[Pays], heights: tuple[float, float]) -> str:
-    """From which tolerance down the best new controller lands in higher seas, from comparisons over rising tolerances,
-    one at least; heights: ends of the ladder [m]."""
-    better = list(_ranges(of, np.array([each.verdict == 1 for each in of])))
-    worse = list(_ranges(of, np.array([each.verdict == -1 for each in of])))
-    if better:
-        first, last = better[-1]
-        text = f"a new controller lands in higher seas {' and '.join(_span(*each) for each in reversed(better))}"
-        text += f"; {_against(last, heights)}"
-        text += f", and {_against(first, heights)}" if first is not last else ""
-    else:
-        closest = max(of, key=lambda each: min(each.Hs_new[1], heights[1]) - min(each.Hs_classic[2], heights[1]))
-        text = "at no tolerance does a new controller land in higher seas by more than the intervals"
-        text += f"; {_against(closest, heights)}"
-    if worse:
-        text += (
-            f". The classic controller lands in higher seas {' and '.join(_span(*each) for each in reversed(worse))}"
-        )
-    return text
-
-
-def _ranges(of: Sequence[Pays], true: BoolArray) -> Iterator[tuple[Pays, Pays]]:
-    """First and last of every row of neighbours for which something is true."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(int), [0]))))
-    for begin, end in edges.reshape(-1, 2):
-        yield of[int(begin)], of[int(end) - 1]
-
-
-def _span(first: Pays, last: Pays) -> str:
-    if first is last:
-        return f"at a tolerance of {first.tolerance:.3g} m"
-    return f"from a tolerance of {last.tolerance:.3g} m down to {first.tolerance:.3g} m"
-
-
-def _against(each: Pays, heights: tuple[float, float]) -> str:
-    new, classic = (
-        f"{Alternative(name).label} {_limit(Hs, heights)}"
-        for name, Hs in ((each.new, each.Hs_new), (each.classic, each.Hs_classic))
-    )
-    return f"at {each.tolerance:.3g} m: {new} against {classic}"
-
-
-def _limit(Hs: FloatArray, heights: tuple[float, float]) -> str:
-    """A limit with its interval, such as "1.21 m (1.1 to 1.3)"."""
-    value, low, high = (height_in_ladder(float(x), heights) for x in Hs)
-    return f"{value} m ({low} to {high})" if len({value, low, high}) > 1 else f"{value} m"
-
-
-def height_in_ladder(Hs: float, heights: tuple[float, float]) -> str:
-    """A limit [m] as text: "< 0.4" below the ladder, "> 5" above it."""
-    lowest, highest = heights
-    if Hs < lowest:
-        return f"< {lowest:.3g}"
-    return f"> {highest:.3g}" if Hs > highest else f"{Hs:.2f}"
+    left_out = [line for line in str(block.attrs["left_out"]).split("\n") if line]
+    return {key: block.attrs[key] for key in keys} | {"left_out": left_out, "pays": rows}
 
 
 def sweep_blocks(

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from stillhook.errors import StillhookError
 
 NUMERICAL = (ArithmeticError, ValueError, IndexError, KeyError)
 """What a computation on odd numbers ends in."""
-FAILED = "NOT COMPUTED"
-"""Begins remarks on what failed; shown with the answer."""
+Cause = Mapping[str, Any]
+"""Why a result is as it is: its code under "cause", and values [SI]; `stillhook.plan.report.words` makes sentences."""
+FAILED = "not-computed"
+"""Code of what failed."""
 T = TypeVar("T")
+
+
+def cause(code: str, **values: Any) -> Cause:
+    """A cause as plain data for JSON."""
+    return {"cause": code, **values}
 
 
 def in_words(problem: Exception) -> str:
@@ -36,6 +43,6 @@ class Failures:
             return otherwise
 
     @property
-    def remarks(self) -> list[str]:
-        """A line each."""
-        return [f"{FAILED}: {what} ({reason})" for what, reason in self.reasons.items()]
+    def remarks(self) -> list[Cause]:
+        """A cause each."""
+        return [cause(FAILED, what=what, reason=reason) for what, reason in self.reasons.items()]

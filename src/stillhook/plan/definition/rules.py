@@ -271,8 +271,7 @@ class Demand:
 
     values: quantity (a name of `stillhook.variables`) -> (n,) in SI; NaN where the tier does not determine it. Largest
     values are those of the phase's duration at the quantile of the rule that asks for them. low, high: ends of the 95 %
-    interval where there is one, same keys as values or fewer; seeds (n,) runs behind each row (0: none). notes: what a
-    reader should know.
+    interval where there is one, same keys as values or fewer; seeds (n,) runs behind each row (0: none).
     """
 
     phase: str
@@ -283,4 +282,3 @@ class Demand:
     low: Mapping[str, FloatArray] = field(default_factory=dict)
     high: Mapping[str, FloatArray] = field(default_factory=dict)
     seeds: NDArray[np.int64] | None = None
-    notes: tuple[str, ...] = ()

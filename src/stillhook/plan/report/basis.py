@@ -1,37 +1,30 @@
 """What a plan's limits rest on: operation and phases, rules and their limits, credit, seas, how each tier answers; and
-the inputs.
-
-A payload's numbers as a reader wants them: in words and units, each with how far it can be trusted and where it is
-from.
-"""
+the inputs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any, get_args
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
 
 from stillhook.plan.report.words import (
     TEXTS,
-    leading,
+    described,
     named,
     names,
     over,
     phase_code,
     reading,
     rule_code,
+    sentence,
     valued,
 )
 from stillhook.plan.result import PlanResult, grouped
 from stillhook.report.document import Bullets, Column, Part, Section, Table, Text, facts
 from stillhook.report.formatting import direction, fmt, groups, hours, percent
-from stillhook.report.payload_sheet import payload_numbers
-from stillhook.spec.crane import Source
-from stillhook.spec.lift.payload import Payload
 from stillhook.spec.validity import SHORT, UNSIGNED
-from stillhook.units import Quantity, number, show
+from stillhook.units import number
 
 
 def operation(result: PlanResult) -> list[Part]:
@@ -48,7 +41,7 @@ def operation(result: PlanResult) -> list[Part]:
     head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
     parts: list[Part] = [Text("Heights are those of the payload's underside above still water.")]
     parts.append(Table(head, rows))
-    reasons = grouped((p.get("reason"), p["name"]) for p in answer["phases"])
+    reasons = grouped((sentence(p.get("reason", "")), p["name"]) for p in answer["phases"])
     n_phases = len(answer["phases"])
     if lines := [
         f"{'all phases' if len(phases) == n_phases else ', '.join(phases)}: {reason}"
@@ -101,30 +94,36 @@ def rules(result: PlanResult) -> list[Part]:
     parts: list[Part] = [Text(TEXTS["check"]), facts([("rule set", version)])]
     parts += [Bullets([f"changed: {line}" for line in answer["changes"]])] if answer["changes"] else []
     parts.append(Table(head, rows))
-    name = leading(result)
-    stand = _stand(result, name)
+    stand = [[rule_code(result, row[0]), *row] for row in limits_of_rules(result.facts)]
     if stand:
-        title = f"Limits as they stand with {named(name)}"
-        parts.append(Table(("", "rule", "phases", "limit", "of what"), stand, title))
+        parts.append(Table(("", *LIMITS), stand, "Limits as they stand"))
     return parts
 
 
-def _stand(result: PlanResult, name: str) -> list[list[str]]:
-    """Limits of an alternative, phases of the same limit in one row."""
-    quantity = {row["key"]: row["quantity"] for row in result.facts["rules"]["rows"]}
+LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
+
+
+def limits_of_rules(facts: Mapping[str, Any]) -> list[list[str]]:
+    """A row for each rule and limit, with the phases and alternatives in which it is so; facts: rules, limited, phases
+    and alternatives of a plan."""
+    quantity = {row["key"]: row["quantity"] for row in facts["rules"]["rows"]}
     rows_by_limit = grouped(
-        (
-            (each["rule"], valued(each["limit"], quantity[each["rule"]]), each["basis"] or ""),
-            phase_code(result, each["phase"]),
-        )
-        for each in result.facts["limited"]
-        if each["alternative"] == name
+        ((r["rule"], valued(r["limit"], quantity[r["rule"]]), r["basis"] or ""), (r["phase"], r["alternative"]))
+        for r in facts["limited"]
+        if r["rule"] in quantity
     )
-    order = names(result.data, "rule")
-    return [
-        [rule_code(result, rule), rule.replace("-", " "), " ".join(at), limit, basis]
-        for (rule, limit, basis), at in sorted(rows_by_limit.items(), key=lambda x: order.index(x[0][0]))
-    ]
+    order = list(quantity)
+    phases, alternatives = ([row["name"] for row in facts[key]] for key in ("phases", "alternatives"))
+    rows = []
+    for (rule, limit, basis), pairs in sorted(rows_by_limit.items(), key=lambda item: order.index(item[0][0])):
+        of_phases = grouped((tuple(under), phase) for phase, under in grouped(pairs).items())
+        for under, at in of_phases.items():
+            rows.append([rule, quantity[rule], _all(at, phases), _all(under, alternatives), limit, basis])
+    return rows
+
+
+def _all(some: Sequence[str], everything: Sequence[str]) -> str:
+    return "all" if len(some) == len(everything) > 1 else ", ".join(some)
 
 
 def credit(result: PlanResult) -> list[Part]:
@@ -136,7 +135,8 @@ def credit(result: PlanResult) -> list[Part]:
     for a in answer["alternatives"]:
         inside = result.data["inside"].sel(alternative=a["name"], phase=followed).values
         share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and a["name"] in twins else "-"
-        rows.append([named(a["name"]), a["description"], a.get("credit_note") or "", share])
+        note = sentence(a.get("credit_note") or "")
+        rows.append([named(a["name"]), described(a["name"]), note, share])
     certificate = crane["certificate"]
     number = "none" if not certificate else f"No. {groups(certificate['number'], SHORT)}: {certificate['statement']}"
     head = ("alternative", "description", "credited", "covered")
@@ -215,7 +215,7 @@ def inputs(result: PlanResult) -> list[Part]:
     title = "Inputs (SHA-256 of what counts in each)"
     parts: list[Part] = [facts(rows), Table((), hashes, title, [Column.WORD, Column.WORD, Column.CODE])]
     if remarks := [*answer["remarks"], *answer["notes"]]:
-        parts.append(Section("Remarks of this run", [Bullets(list(dict.fromkeys(remarks)))]))
+        parts.append(Section("Remarks of this run", [Bullets(list(dict.fromkeys(map(sentence, remarks))))]))
     again = [line.format(command=_command(answer)) for line in TEXTS["again"]]
     return [*parts, Section("To check or to repeat it", [Bullets(again)])]
 
@@ -258,78 +258,6 @@ def _runs(runs: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
 
 def not_covered(result: PlanResult) -> list[Part]:
     """What no number of this document says anything about."""
-    lines = dict.fromkeys([*result.facts["not_covered"], *TEXTS["unsafe"]])
+    codes = (TEXTS["not_covered"].get(code, code) for code in result.facts["not_covered"])
+    lines = dict.fromkeys([*codes, *TEXTS["unsafe"]])
     return [Bullets([f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines])]
-
-
-DERIVED = (
-    ("displaced volume", "V", "volume"),
-    ("submerged weight", "W_sub", "force"),
-    ("added mass in heave", "A33", "mass"),
-    ("area that drag acts on", "A_p", "area"),
-)
-LEFT_OUT = ("shape",)
-"""Fields that name a model and have no number."""
-
-
-def payload_rows(payload: Payload, rho: float) -> list[list[str]]:
-    """Rows of what it is, value with unit, kind, source: what follows from the payload in water of density rho
-    [kg/m^3], and all that was given."""
-    numbers = payload_numbers(payload, rho)
-    rows = [
-        [words, _shown(numbers[name], kind), "derived", "from shape and volume, under water"]
-        for words, name, kind in DERIVED
-    ]
-    if "C_D" not in payload.sources:
-        rows.append(["drag coefficient", f"{payload.C_D:.4g}", "assumed", "default of the shape"])
-    for path, source in payload.sources.items():
-        entry = _entry(payload, path)
-        if entry is not None:
-            rows.append([*entry, *_stated(source)])
-    return rows
-
-
-def _stated(source: Source) -> tuple[str, str]:
-    return source.kind.value, source.text
-
-
-def _entry(payload: Payload, path: str) -> tuple[str, str] | None:
-    """Subject of a field and its value with its unit; None for a field without a number. Parts are in the order in
-    which they are named."""
-    head, *names = path.split(".")
-    if (names[-1:] or [head])[0] in LEFT_OUT:
-        return None
-    at: Any = payload
-    if head == "parts" and len(names) == 2:
-        order = list(dict.fromkeys(p.split(".")[1] for p in payload.sources if p.startswith("parts.")))
-        parts = getattr(payload.shape, "parts", ())
-        if names[0] not in order or order.index(names[0]) >= len(parts):
-            return None
-        at, prefix, name = parts[order.index(names[0])], f"{names[0]}: ", names[1]
-    elif names:
-        at, prefix, name = getattr(payload, head, None), f"{head}: ", names[-1]
-    else:
-        prefix, name = "", head
-    owner = next(
-        (m for m in (at, getattr(at, "shape", None)) if isinstance(m, BaseModel) and name in type(m).model_fields), None
-    )
-    if owner is None:
-        return None
-    field = type(owner).model_fields[name]
-    text = _text(getattr(owner, name), field)
-    return None if text is None else (f"{prefix}{field.description or name}", text)
-
-
-def _text(value: Any, field: Any) -> str | None:
-    marks = [*field.metadata, *(m for inner in get_args(field.annotation) for m in getattr(inner, "__metadata__", ()))]
-    kind = next((m.kind for m in marks if isinstance(m, Quantity)), None)
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        return None
-    if isinstance(value, str):
-        return value
-    return f"{value:.6g}" if kind is None else _shown(float(value), kind)
-
-
-def _shown(value: float, kind: str) -> str:
-    """With the unit that one writes for a payload: volumes in cubic metres, not in litres of oil."""
-    return f"{value:.5g} m^3" if kind == "volume" else show(value, kind, 5)

@@ -4,7 +4,6 @@ plain data and as text."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from stillhook.plan.definition.capacities import calm, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.phases import Phase, described
 from stillhook.plan.limits import ROUNDING, by_height, limited, utilisation
+from stillhook.plan.report.basis import LIMITS, limits_of_rules
 from stillhook.plan.result import grouped
 from stillhook.plan.tiers.situations import resonance_depth, situations
 from stillhook.plan.weather.records import weather_used
@@ -49,7 +49,7 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
             "version": plan.rules.version,
             "changes": list(plan.rules.changes),
             "rows": [
-                {key: getattr(rule, key) for key in ("key", "title", "standard", "edition", "clause")}
+                {key: getattr(rule, key) for key in ("key", "title", "quantity", "standard", "edition", "clause")}
                 for rule in plan.rules.rules
             ],
         },
@@ -154,7 +154,6 @@ def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
 
 
 PHASES = ("phase", "kind", "winch", "underside\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
-LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
 
 
 def checked_plan(answer: dict[str, Any]) -> Document:
@@ -171,7 +170,9 @@ def checked_plan(answer: dict[str, Any]) -> Document:
     if answer["resonance"]:
         where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
         parts.append(Text(f"the load on its wire is in resonance with peak periods of {where} depth"))
-    parts.append(Table(LIMITS, _rules(answer), f"{rules['name']} version {rules['version']}"))
+    facts = {"rules": rules, "phases": answer["phases"], "limited": _limited(answer)}
+    facts["alternatives"] = [{"name": name} for name in answer["alternatives"]]
+    parts.append(Table(LIMITS, limits_of_rules(facts), f"{rules['name']} version {rules['version']}"))
     parts += [Text(line) for line in (*rules["changes"], *answer["notes"])]
     subject = f"{answer['crane']} on {answer['vessel']}, {answer['payload']}, {fmt(answer['depth'], 'length')} deep"
     return Document(answer["name"], name=subject, front=parts)
@@ -220,23 +221,10 @@ def _weather_of(weather: dict[str, Any]) -> str:
     return f"weather {weather['file']}: {span}, with {', '.join(weather['columns'])}; {ship}{notes}"
 
 
-def _rules(answer: dict[str, Any]) -> list[list[str]]:
-    """A row for each rule and limit, with the phases and alternatives in which it is so."""
-    rows_by_limit = grouped(
-        ((r["rule"], r["quantity"], variable(r["quantity"], r["limit"]), r["basis"]), (at["phase"], at["alternative"]))
+def _limited(answer: dict[str, Any]) -> list[dict[str, Any]]:
+    """Limits of each phase and alternative, a row each."""
+    return [
+        {"phase": at["phase"], "alternative": at["alternative"], **row}
         for at in answer["limits"]
-        for r in at["rules"]
-    )
-    order = [row["key"] for row in answer["rules"]["rows"]]
-    phases, alternatives = [row["name"] for row in answer["phases"]], answer["alternatives"]
-    rows = []
-    for (key, *row), pairs in sorted(rows_by_limit.items(), key=lambda item: order.index(item[0][0])):
-        of_phases = grouped((tuple(under), phase) for phase, under in grouped(pairs).items())
-        for under, at in of_phases.items():
-            where = [_names_or_all(at, phases), _names_or_all(under, alternatives)]
-            rows.append([key, row[0], *where, *row[1:]])
-    return rows
-
-
-def _names_or_all(names: Sequence[str], everything: Sequence[str]) -> str:
-    return "all" if len(names) == len(everything) > 1 else ", ".join(names)
+        for row in at["rules"]
+    ]

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report.figures.detail import FACTORS, OVER
-from stillhook.plan.report.figures.limits import CLOSED
 from stillhook.plan.report.words import (
     CREDITED,
+    OVER,
     TEXTS,
     TWIN,
+    codes,
     few,
     gain,
     governs,
@@ -31,16 +31,26 @@ from stillhook.plan.report.words import (
     phase_code,
     rule_code,
     sea_words,
+    sentence,
     workable,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.plan.weather.records import PER_RECORD
-from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
+from stillhook.report.document import Figure, Part, Table, Text, facts
 from stillhook.report.formatting import direction, fixed, fmt, hours, percent
 from stillhook.units import number
 from stillhook.weather.persistence import MONTHS
 
 GOVERNING = ("governing_phase", "governing_rule")
+BEHIND = ("depth", "efficiency", "landing", "sensitivity", "convergence")
+"""Blocks behind the limits."""
+FACTORS = {
+    "C_A": "added mass",
+    "C_D": "drag",
+    "friction": "friction of the winch",
+    "delay": "delay of the motion signal",
+}
+"""Inputs that a limit depends on, in words."""
 PERIODS = 10
 """Columns of a table at most."""
 PAGE = 205.0
@@ -48,14 +58,13 @@ PAGE = 205.0
 
 
 def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
-    """Curves, tables of cells, rosette."""
+    """Curves, tables of cells, what governs."""
     cells = [stem for stem in figures if stem.startswith("limits-") and stem != "limits-over-period"]
     return [
         *picture(figures, "limits-over-period"),
         Text(TEXTS["reading"].format(highest=number(highest(result), 3))),
         *([Text(f"Limiting Hs{of_wind_sea(result)}.")] if of_wind_sea(result) else []),
         *(Figure(figures[stem], TEXTS["captions"]["-".join(stem.split("-")[:2])], PAGE) for stem in cells),
-        *picture(figures, "rosette"),
         _governing(result),
     ]
 
@@ -66,26 +75,19 @@ def picture(figures: Mapping[str, bytes], stem: str, sea: str = "") -> list[Part
 
 
 def _governing(result: PlanResult) -> Part:
-    """How often what governs, for every alternative."""
-    labels = names(result.data)
-    data = result.data.sel(credit=CREDITED)
+    """How often what governs, for every alternative, as credited."""
+    labels, data = names(result.data), result.data.sel(credit=CREDITED)
     pairs_of = {
         name: Counter(zip(*(data[key].sel(alternative=name).values.ravel() for key in GOVERNING), strict=True))
         for name in labels
     }
     counted: Counter[tuple[str, str]] = sum(pairs_of.values(), Counter())
-    rows = [
-        [_pair(result, str(phase), str(rule)), *(str(pairs_of[name].get((phase, rule), "")) for name in labels)]
-        for (phase, rule), _ in counted.most_common()
-    ]
-    header = ("governs, credited", *(named(x) for x in labels))
-    return Table(header, rows, "What governs, in cells of the table")
-
-
-def _pair(result: PlanResult, phase: str, rule: str) -> str:
-    if not phase:
-        return "nothing below the highest sea state analysed, or no result"
-    return f"{phase_code(result, phase)} {rule_code(result, rule)}: {governs(phase, rule)}"
+    rows = []
+    for pair, _ in counted.most_common():
+        code = codes(result, *map(str, pair))
+        what = f"{code}: {governs(*map(str, pair))}" if code else "nothing up to the highest sea, or no result"
+        rows.append([what, *(str(pairs_of[name].get(pair, "")) for name in labels)])
+    return Table(("governs, credited", *(named(x) for x in labels)), rows, "What governs, in cells of the table")
 
 
 def by_phase(result: PlanResult) -> list[Part]:
@@ -162,53 +164,35 @@ def _lowest(Hs: FloatArray, top: float) -> str:
     return "-" if np.isnan(Hs).all() else height(float(np.nanmin(Hs)), top)
 
 
-def closed_form_comparison(result: PlanResult) -> list[Part]:
-    """Where the closed form stands against what is credited, in the phases where another tier counts."""
-    name, lines, tiers = leading(result), [], names(result.data, "tier")
-    for phase in names(result.data, "phase") if CLOSED in tiers else []:
-        closed, final = _of_phase(result, TWIN, [CLOSED], name, phase), _of_phase(result, CREDITED, tiers, name, phase)
-        other = (result.data["counts"].sel(alternative=name, phase=phase) != CLOSED).values & ~np.isnan(closed)
-        both = other & np.isfinite(closed) & np.isfinite(final) & (final > 0.0)
-        if both.any():
-            ratio = closed[both] / final[both]
-            ends = sorted({f"{x:.2f}" for x in (ratio.min(), ratio.max())})
-            lines.append(f"{phase}: closed form {' to '.join(ends)} of the limit that is credited")
-        if below := int((other & (closed < final) & np.isposinf(final)).sum()):
-            lines.append(
-                f"{phase}: closed form limits {below} of {closed.size} cells in which the better tier does not"
-            )
-        if above := int((other & np.isposinf(closed) & np.isfinite(final)).sum()):
-            lines.append(
-                f"{phase}: closed form sees no limit in {above} of {closed.size} cells in which the better tier does"
-            )
-    return [Section("Comparison with the closed form", [Bullets(lines)])] if lines else []
-
-
 def weather(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     """Operability, waiting and what each alternative gains; empty where no weather was given."""
     if "weather" not in result:
         return [Text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
+    return [
+        *([Text(f"{TEXTS['synthetic']}.")] if result["weather"].attrs["synthetic"] else []),
+        Text(TEXTS["persistence"]),
+        facts(_series(result)),
+        whole_year(result),
+        *picture(figures, "waiting-by-month"),
+        _by_month(result),
+    ]
+
+
+def whole_year(result: PlanResult) -> Table:
+    """How often each alternative can work, how long it waits, and what it gains over the others."""
     block = result["weather"]
     year, over = block.sel(month=0), references(block, result.facts["tiers"])
     rows = []
     for name in names(block):
         for label, credit in lines_of(result, name):
             cells = year.sel(credit=credit, alternative=name)
-            gains = [_gains(cells, o) for o in over]
             vessel, censored = fmt(float(cells["vessel_days"]), digits=3), fixed(float(cells["n_censored"]), 0)
-            rows.append([label, *workable(cells), vessel, *gains, censored])
+            rows.append([label, *workable(cells), vessel, *(_gains(cells, o) for o in over), censored])
     heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
     head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
-    title = f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"
-    return [
-        *([Text(f"{TEXTS['synthetic']}.")] if block.attrs["synthetic"] else []),
-        Text(TEXTS["persistence"]),
-        facts(_series(result)),
-        Table(head, merged(rows, result), title),
-        *picture(figures, "waiting-by-month"),
-        *picture(figures, "days-gained"),
-        _by_month(result),
-    ]
+    gained = f"gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"
+    synthetic = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
+    return Table(head, merged(rows, result), f"{synthetic}{block.attrs['source']}, whole year; {gained}")
 
 
 def _gains(cells: Any, over: str) -> str:
@@ -260,29 +244,31 @@ def _by_month(result: PlanResult) -> Part:
 
 def behind(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
-    blocks = ("depth", "efficiency", "landing", "sensitivity", "convergence")
     parts: list[Part] = []
-    for name in blocks:
+    for name in BEHIND:
         if name in result:
             parts += picture(figures, name, sea_words(result[name].attrs))
             parts += _sensitivity(result) if name == "sensitivity" else []
-    missing = [name for name in blocks if name not in result]
     reasons = result.facts.get("not_computed", {})
-    phrases = [f"{name} ({reasons[name]})" if name in reasons else name for name in missing]
-    return [*parts, Text(f"Not computed in this run: {', '.join(phrases)}.")] if missing else parts
+    missing = [f"{n} ({sentence(reasons[n])})" if n in reasons else n for n in BEHIND if n not in result]
+    return [*parts, Text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts
 
 
 def _sensitivity(result: PlanResult) -> list[Part]:
-    """Limits of the leading alternative with other inputs, and whether they are those of what governs."""
+    """Limits of every alternative with other inputs, and whether they are those of what governs."""
     block, top = result["sensitivity"], highest(result)
-    cells = block.sel(alternative=leading(result))
     rows = []
     for i, factor in enumerate(names(block, "factor")):
         tried = [str(block[k].values[i]) for k in ("low_text", "high_text")]
-        values = [height(float(cells[k].values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")]
-        rows.append([FACTORS.get(factor, factor), values[0], tried[0], values[1], tried[1], values[2]])
-    head = (f"input ({named(leading(result))}, Hs [m])", "as planned", "first value", "limit", "second value", "limit")
-    return [Text(_varied(result)), Table(head, rows)]
+        for j, name in enumerate(names(block)):
+            base, low, high = (
+                height(float(block[k].sel(alternative=name).values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")
+            )
+            words = FACTORS.get(factor, factor) if j == 0 else ""
+            rows.append([words, named(name), base, tried[0] if j == 0 else "", low, tried[1] if j == 0 else "", high])
+    head = ("input", "Hs [m] with", "as planned", "first value", "limit", "second value", "limit")
+    title = f"Limits with other inputs: {sea_words(block.attrs)}"
+    return [Text(_varied(result)), Table(head, rows, title)]
 
 
 def _varied(result: PlanResult) -> str:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report.figures.detail import OVER
 from stillhook.plan.report.words import (
     CREDITED,
+    OVER,
     TEXTS,
     TWIN,
     between,
@@ -30,17 +30,15 @@ from stillhook.plan.report.words import (
     of_wind_sea,
     over,
     reading,
-    swinging,
+    sentence,
     workable,
     worst_heading,
+    write,
 )
 from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Part, Table, Text, Verdict, facts
-from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours, percent
+from stillhook.report.formatting import HOUR, direction, fixed, fmt, hours
 from stillhook.spec.validity import UNSIGNED
-
-if TYPE_CHECKING:
-    pass
 
 RUN = ("frequency", "time")
 """Tiers that ask the twin."""
@@ -54,20 +52,21 @@ NAMED = 3
 """Phases and rules that are named as governing at most."""
 PERIODS, HEADINGS = 12, 4
 """Rows and columns of the first page's tables at most; the whole is in the section of limits."""
+WAVES = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}
 
 
 def verdict(result: PlanResult) -> Verdict:
     """The limits in a line, whether there is any workable sea, and what follows in sentences."""
     name = leading(result)
     credited = limits(result, CREDITED, name)
-    workable = bool((np.nan_to_num(credited) > 0.0).any())
-    word = f"OP_LIM Hs {between(credited, highest(result))}" if workable else "NO WORKABLE SEA STATE"
+    any_sea = bool((np.nan_to_num(credited) > 0.0).any())
+    word = f"OP_LIM Hs {between(credited, highest(result))}" if any_sea else "NO WORKABLE SEA STATE"
     certificate = result.facts["crane"]["certificate"] or {}
     unsigned = [TEXTS["assumed_certificate"]] if certificate.get("assumed") else [UNSIGNED] if certificate else []
     waiting = [_waiting(result, name)] if "weather" in result else []
-    swings = swinging(result)
+    swings = [f"{sentence(each)}." for each in result.caused("oscillates")]
     sentences = [_credited(result, name), _twin(result, name), *swings, *unsigned, _operation(result, name), *waiting]
-    return Verdict(word, workable, sentences)
+    return Verdict(word, any_sea, sentences)
 
 
 def tables(result: PlanResult) -> list[Part]:
@@ -75,21 +74,22 @@ def tables(result: PlanResult) -> list[Part]:
     return [_limits(result, leading(result)), _side_by_side(result), *_conditions(result)]
 
 
+def _write(key: str, **values: Any) -> str:
+    """A sentence of the first page."""
+    return write(TEXTS["front"][key], **values)
+
+
 def _credited(result: PlanResult, name: str) -> str:
-    Hs, data = limits(result, CREDITED, name), result.data
+    """The credited limit, the low end of its interval where it has one, and what governs."""
+    Hs, data, top = limits(result, CREDITED, name), result.data, highest(result)
     seas = f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
-    sentence = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {seas}{of_wind_sea(result)}."
-    return f"{sentence}{_ends(result, name)} {_mostly(result, name, CREDITED)}"
-
-
-def _ends(result: PlanResult, name: str) -> str:
-    """The low ends of the limits' 95 % intervals, and that the estimates count."""
-    low = np.asarray(result.data["Hs_limit_low"].sel(credit=CREDITED, alternative=name).values, dtype=float)
+    text = _write("credited", name=named(name), range=between(Hs, top), seas=seas, beside=of_wind_sea(result))
+    low = np.asarray(data["Hs_limit_low"].sel(credit=CREDITED, alternative=name).values, dtype=float)
     finite = np.isfinite(low)
-    if not finite.any():
-        return ""
-    where = "" if finite.all() else f", in the {int(finite.sum())} of {finite.size} cells that have one"
-    return f" The estimate counts; the low end of its 95 % interval is Hs {between(low, highest(result))}{where}."
+    if finite.any():
+        where = "" if finite.all() else f", in the {int(finite.sum())} of {finite.size} cells that have one"
+        text += _write("low_end", range=between(low, top), where=where)
+    return f"{text} {_mostly(result, name, CREDITED)}"
 
 
 def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
@@ -100,105 +100,80 @@ def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
     if not counted:
         return "Nothing governs below the highest sea state analysed."
     first = counted.most_common(NAMED)
-    sentence = ", ".join(f"{governs(*pair)} ({n} of {cells['governing_phase'].size} cells)" for pair, n in first)
-    return f"Governing: {sentence}{' and others' if len(counted) > NAMED else ''}."
+    text = ", ".join(f"{governs(*pair)} ({n} of {cells['governing_phase'].size} cells)" for pair, n in first)
+    return f"Governing: {text}{' and others' if len(counted) > NAMED else ''}."
 
 
 def _twin(result: PlanResult, name: str) -> str:
+    """The limit by the twin, and why it is not credited where it is another."""
     if not any(a.value == name and a.twin for a in result.alternatives):
-        return "No twin is part of this limit."
+        return _write("no_twin")
     if not set(result.facts["tiers"]) & set(RUN):
-        return "Not simulated: these limits follow the simplified method of DNV-RP-N103, credited with 80 %."
+        return _write("simplified")
     if not differs(result, name):
-        return f"Simulated limits: the same ({_nothing_taken(result, name)})."
+        return _write("same", reason=_write(_nothing_taken(result, name)))
     certified = result.facts["crane"]["certificate"]
     label = "SYNTHETIC certificate" if (certified or {}).get("assumed") else "certificate"
     reason = f"the crane's {label} does not cover it" if certified else "the crane has no certificate of validation"
-    return (
-        f"Simulated limit (not creditable): Hs {between(limits(result, TWIN, name), highest(result))}."
-        f" {_mostly(result, name, TWIN)} The difference is not credited: {reason}."
-    )
+    own, governing = between(limits(result, TWIN, name), highest(result)), _mostly(result, name, TWIN)
+    return _write("simulated", range=own, governing=governing, reason=reason)
 
 
 def _nothing_taken(result: PlanResult, name: str) -> str:
-    """Reason why credit does not reduce the limits of a twin."""
+    """Key of the reason why credit does not reduce the limits of a twin."""
     followed = {str(p["name"]) for p in result.facts["phases"] if p["compensated"]}
     if not followed:
-        return "no phase is compensated: there is no compensation to credit"
-    phases = {
-        str(p) for p in result.data["governing_phase"].sel(credit=TWIN, alternative=name).values.ravel() if str(p)
-    }
+        return "nothing_to_credit"
+    phases = set(map(str, result.data["governing_phase"].sel(credit=TWIN, alternative=name).values.ravel()))
     if not phases & followed:
-        return "the governing phases are not compensated: there is nothing to credit"
+        return "not_governing"
     share = result.data["inside"].sel(alternative=name, phase=sorted(phases & followed)).values
-    return (
-        "the crane's certificate covers the governing phases"
-        if np.nanmin(share) == 1.0
-        else "credit does not reduce the governing limits"
-    )
+    return "covered" if np.nanmin(share) == 1.0 else "not_reduced"
 
 
 def _operation(result: PlanResult, name: str) -> str:
+    """Times of the operation, and the forecast limit."""
     op, cells = result.facts["operation"], result.data.sel(credit=CREDITED, alternative=name)
     contingency = "T_C not assessed, so T_R is twice T_POP" if op["T_C"] is None else f"T_C {hours(op['T_C'])}"
-    restricted = (
-        "weather restricted"
-        if op["weather_restricted"]
-        else "not weather restricted: alpha does not apply, design for extreme conditions"
-    )
+    extreme = "not weather restricted: alpha does not apply, design for extreme conditions"
+    restricted = "weather restricted" if op["weather_restricted"] else extreme
+    summed = "" if op.get("T_POP_given", True) else " (not specified: sum of the phases)"
+    times = {"T_POP": hours(op["T_POP"]), "T_R": hours(op["T_R"])}
+    text = _write("times", summed=summed, contingency=contingency, restricted=restricted, **times)
     alpha, op_wf = cells["alpha"].values, cells["op_wf"].values
     factors = alpha[np.isfinite(alpha)]
-    summed = "" if op.get("T_POP_given", True) else " (not specified: sum of the phases)"
-    sentence = f"T_POP {hours(op['T_POP'])}{summed}, {contingency}: T_R {hours(op['T_R'])}, {restricted}."
     if factors.size:
-        ends = "" if factors.min() == factors.max() else f" to {factors.max():.2f}"
-        sentence += (
-            f" alpha {factors.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
-        )
+        ends = dict.fromkeys(f"{x:.2f}" for x in (factors.min(), factors.max()))
+        text += _write("alpha", alpha=" to ".join(ends), range=between(op_wf[np.isfinite(alpha)], math.inf))
     if op["weather_restricted"] and len(factors) < alpha.size:
-        missing = f"{alpha.size - len(factors)} of {alpha.size}"
-        lowest = op.get("alpha_table", {}).get("Hs_lowest", LOWEST)
-        sentence += (
-            f" In {missing} cells the table has no alpha (OP_LIM below {lowest:g} m: case by case): no forecast limit"
-            " applies there."
-        )
-    return sentence
+        text += _write("no_alpha", n=alpha.size - len(factors), of=alpha.size, lowest=_lowest(result))
+    return text
+
+
+def _lowest(result: PlanResult) -> float:
+    """Lowest height of the table of forecast factors [m]."""
+    return float(result.facts["operation"].get("alpha_table", {}).get("Hs_lowest", LOWEST))
 
 
 def _waiting(result: PlanResult, name: str) -> str:
+    """Waiting and operability of the whole year, what is gained, and what the numbers leave out."""
     block = result["weather"]
     cells = block.sel(credit=CREDITED, alternative=name, month=0)
-    mark = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
-    against = [o for o in references(block, result.facts["tiers"]) if o != name]
-    won = [(o, float(cells["days_gained"].sel(over=o))) for o in against]
-    gains = [f"{gain(cells, o)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
     operability, mean, median, high = workable(cells)
-    waited = f"mean {mean}, P50 {median}, P90 {high}; operability {operability}"
-    tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""
-    tail += _flattered(result)
-    if (part := float(block.attrs.get("outside", 0.0))) >= OUTSIDE:
-        tail += (
-            f" {percent(part)} of the records are outside the table's periods and headings and count as not workable."
-        )
-    step = float(block.attrs.get("step", HOUR))
-    part = float(cells["n_censored"]) * step / HOUR / max(1.0, float(cells["n_hours"]))
-    if part > CENSORED:
-        tail += f" {percent(part)} of the starts find no window before the series ends: true waiting is longer."
-    return f"Waiting for a window of {hours(block.attrs['T_R'])} ({mark}whole year): {waited}.{tail}"
-
-
-def _flattered(result: PlanResult) -> str:
-    """That limits without compensation which are below the table of forecast factors are compared by its lowest
-    factor; empty where none are."""
-    lowest = result.facts["operation"].get("alpha_table", {}).get("Hs_lowest", LOWEST)
-    if NONE not in names(result.data):
-        return ""
-    Hs = limits(result, CREDITED, NONE)
-    below = int(((Hs > 0.0) & (Hs < lowest)).sum())
-    reason = f"below {lowest:g} m there is no alpha, and that of {lowest:g} m is used"
-    cells = f"{below} of {Hs.size} cells ({reason})"
-    sentence = f" Without compensation the waiting is optimistic in {cells}: gains over it are at least these."
-    return sentence if below else ""
+    waits = {"mean": mean, "median": median, "high": high, "operability": operability}
+    mark = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
+    text = _write("waiting", T_R=hours(block.attrs["T_R"]), mark=mark, **waits)
+    against = [o for o in references(block, result.facts["tiers"]) if o != name]
+    won = [o for o in against if math.isfinite(float(cells["days_gained"].sel(over=o)))]
+    text += _write("gains", gains=[f"{gain(cells, o)} over {OVER.get(o, o)}" for o in won]) if won else ""
+    if NONE in names(result.data):
+        Hs, lowest = limits(result, CREDITED, NONE), _lowest(result)
+        below = int(((Hs > 0.0) & (Hs < lowest)).sum())
+        text += _write("flattered", n=below, of=Hs.size, lowest=lowest) if below else ""
+    outside, step = float(block.attrs.get("outside", 0.0)), float(block.attrs.get("step", HOUR))
+    text += _write("outside", share=outside) if outside >= OUTSIDE else ""
+    censored = float(cells["n_censored"]) * step / HOUR / max(1.0, float(cells["n_hours"]))
+    return text + (_write("censored", share=censored) if censored > CENSORED else "")
 
 
 def _limits(result: PlanResult, name: str) -> Table:
@@ -239,8 +214,7 @@ OUTSIDE_ALPHA = "case by case"
 
 def _case_by_case(result: PlanResult, Hs: float) -> bool:
     """Whether a limit [m] is below the table of forecast factors."""
-    op = result.facts["operation"]
-    return bool(op["weather_restricted"]) and 0.0 < Hs < op.get("alpha_table", {}).get("Hs_lowest", LOWEST)
+    return bool(result.facts["operation"]["weather_restricted"]) and 0.0 < Hs < _lowest(result)
 
 
 def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> dict[str, list[str]]:
@@ -295,8 +269,8 @@ def _side_by_side(result: PlanResult) -> Table:
 def _conditions(result: PlanResult) -> list[Part]:
     crane, payload, place = (result.facts[key] for key in ("crane", "payload", "place"))
     settings = result.facts["settings"]
-    waves = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}[settings["wave"]]
-    by_rule = ", gamma by Tp and Hs" if waves == "JONSWAP" else ""
+    waves = WAVES[settings["wave"]]
+    by_rule = ", gamma by Tp and Hs" if settings["wave"] == "jonswap" else ""
     peak = f", gamma {settings['gamma']:g}" if settings["gamma"] else by_rule
     spread = f"spreading cos^{settings['spread']:g}" if settings["spread"] else "long-crested"
     mass = fmt(payload["mass"], "mass")
@@ -309,7 +283,4 @@ def _conditions(result: PlanResult) -> list[Part]:
         ("credit", crane["twin"]),
         *(("note", note) for note in result.facts["notes"]),
     ]
-    return [
-        Text("Conditions. Wind, current and what the last section names are not part of these limits."),
-        facts(rows),
-    ]
+    return [Text(_write("conditions")), facts(rows)]

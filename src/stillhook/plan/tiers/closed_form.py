@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,10 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.programme import hanging, payload_weight, wire_strength
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import jerk, static_tension
+from stillhook.plan.definition.failures import Cause, cause
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import IN_AIR, Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
-from stillhook.plan.result import grouped
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
 from stillhook.plan.tiers.wire_lead import LEADS, leads
 from stillhook.spec.lift import simplified as sm
@@ -115,8 +116,8 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     """
     residual = 1.0 if alternative.stands or not phase.compensated else 1.0 - CAP
     plan = plan.under(alternative)
-    values, notes = plan.once(_values, phase, seas, residual), _notes(plan, phase, seas, alternative)
-    return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, values, notes=notes)
+    values = plan.once(_values, phase, seas, residual)
+    return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, values)
 
 
 def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
@@ -160,39 +161,23 @@ def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
     return np.asarray((H_m0 == 0.0) | inside)
 
 
-def remarks(plan: LiftPlan, seas: Seas) -> tuple[str, ...]:
-    """What a reader of the closed form should know, a line for each remark with the phases that it is of."""
-    phases = grouped(
-        (note, phase.name)
-        for phase in plan.phases
-        for alternative in plan.alternatives
-        for note in _notes(plan, phase, seas, alternative)
-    )
-    return tuple(f"closed form, {', '.join(dict.fromkeys(names))}: {note}" for note, names in phases.items())
-
-
-def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -> tuple[str, ...]:
-    notes = []
-    out = int(np.count_nonzero(~valid(plan, seas)))
-    if out and phase.kind is PhaseKind.SPLASH:
-        least, most = (plan.rules.settings[name] for name in ("T_z_factor", "T_z_most"))
-        notes.append(
-            f"the simplified method is for T_z from {least:g} sqrt(Hs/g) to {most:g} s: {out} of {len(seas)} seas are"
-            " outside"
-        )
-    if alternative.twin and phase.compensated:
-        notes.append(f"the closed form cannot represent a twin: credited with {CAP:.0%}")
-    if alternative is Alternative.PHC:
-        notes.append("the closed form does not know a passive compensator: it hangs as a weight, as stiff as slings")
-    if phase.winch is StageMode.SPLASH:
-        notes.append("splash mode of the winch is not credited: treated as a winch at rest")
-    if phase.kind is PhaseKind.LIFT_OFF:
-        notes.append("the payload is on the vessel's deck, below the tip: both move alike")
-    if phase.kind in (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING):
-        notes.append(
-            "one harmonic at the tip's mean period: waves near the load's natural period on the wire are not included"
-        )
-    return tuple(notes)
+def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
+    """What a reader of the closed form should know, each with the phases that it is of."""
+    out, alternatives = int(np.count_nonzero(~valid(plan, seas))), plan.alternatives
+    least, most = (plan.rules.settings[name] for name in ("T_z_factor", "T_z_most"))
+    deep = (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.STAND_OFF, PhaseKind.LANDING)
+    surface = {"least": least, "most": most, "n": out, "of": len(seas)}
+    twin, phc = any(a.twin for a in alternatives), Alternative.PHC in alternatives
+    rows: list[tuple[str, dict[str, Any], Callable[[Phase], bool]]] = [
+        ("range", surface, lambda p: out > 0 and p.kind is PhaseKind.SPLASH),
+        ("twin", {"cap": CAP}, lambda p: twin and p.compensated),
+        ("phc", {}, lambda p: phc),
+        ("splash-mode", {}, lambda p: p.winch is StageMode.SPLASH),
+        ("deck", {}, lambda p: p.kind is PhaseKind.LIFT_OFF),
+        ("harmonic", {}, lambda p: p.kind in deep),
+    ]
+    found = [(code, values, [p.name for p in plan.phases if of(p)]) for code, values, of in rows]
+    return [cause(f"closed-form-{code}", phases=phases, **values) for code, values, phases in found if phases]
 
 
 def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:

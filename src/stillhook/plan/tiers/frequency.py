@@ -38,14 +38,6 @@ from stillhook.statistics.extremes import (
 Levels = Callable[[str], float]
 """Quantity -> probability that its largest value stays below the reported one."""
 
-ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
-STANDING = (
-    (
-        "the residual is identified at rest: while the winch lowers or hoists in waves, friction reverses less"
-        " often and the residual is smaller"
-    ),
-)
-LINEAR = "the compensator is linear about the stroke at rest, up to an end of its stroke"
 OF_TIP = ("v_tip_max", "s_tip_pp", "v_w_demand")
 """Quantities that follow from the tip alone."""
 OF_ROD = "compensator_share"
@@ -160,13 +152,12 @@ def demands(
         if not phase.compensated:
             shared = _phase(plan, phase, Alternative.NONE, parts, forcing, None)
             alike = [a for a in alternatives if a is not Alternative.PHC]
-            return [Demand(phase.name, a, Tier.FREQUENCY, seas, shared, notes=ALIKE) for a in alike]
+            return [Demand(phase.name, a, Tier.FREQUENCY, seas, shared) for a in alike]
         if winch[alternative].known:
             values = _phase(plan, phase, alternative, parts, forcing, winch[alternative])
-            notes = STANDING if alternative.twin and phase.speed else ()
         else:
-            values, notes = _unusable(plan, phase, parts, forcing), (winch[alternative].reason,)
-        return [Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=notes)]
+            values = _unusable(plan, phase, parts, forcing)
+        return [Demand(phase.name, alternative, Tier.FREQUENCY, seas, values)]
 
     plain = [a for a in alternatives if a is not Alternative.PHC][:1]
     linked = [a for a in alternatives if a is Alternative.PHC]
@@ -195,13 +186,8 @@ def _on_compensator(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], fo
         else:
             shares.append(np.where(np.isnan(forcing[s.x, s.y].deviation()), np.nan, 1.0))
     values[OF_ROD] = np.asarray(np.average(shares, axis=0, weights=[s.time for s in hangs]))
-    notes: tuple[str, ...] = (LINEAR,)
-    if beyond.any():
-        notes = (f"{LINEAR}; {int(beyond.sum())} of {len(seas)} seas are beyond",)
-    if any(s.load.link is not None and not s.load.link.moves for s in hangs):
-        notes = (*notes, "the load hangs at an end of the compensator's stroke on a part of the way")
     of_load = {name: np.where(beyond & ~np.isin(name, (*OF_TIP, OF_ROD)), np.nan, x) for name, x in values.items()}
-    return Demand(phase.name, Alternative.PHC, Tier.FREQUENCY, seas, of_load, notes=notes)
+    return Demand(phase.name, Alternative.PHC, Tier.FREQUENCY, seas, of_load)
 
 
 def _linked_load(plan: LiftPlan, z: float, h_tip: float | None) -> SuspendedLoad:

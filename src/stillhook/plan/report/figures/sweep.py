@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillhook.plan.report.words import COLOUR, MARKER, canvas, key_below, named, names
+from stillhook.plan.report.figures.style import COLOUR, MARKER, page
+from stillhook.plan.report.words import named, names
+from stillhook.report import kit
 from stillhook.report.formatting import direction
 from stillhook.report.plots.colours import GREY
 
@@ -35,25 +37,22 @@ def sweep(block: xarray.Dataset) -> Figure:
             rows.append([places[i] for i in order])
     rows = rows or [[0]]
     across = max(map(len, rows))
-    figure, axes = canvas(len(rows), across, 0.7 + 2.5 * len(rows), sharex=True, sharey=True)
+    title = f"Over the seabed: limit over tolerance, waves at {direction(block.attrs['beta'])}"
+    figure, axes = page(len(rows), across, 0.7 + 2.5 * len(rows), title, sharex=True, sharey=True)
     for line, places in zip(axes, rows, strict=True):
         for ax, i in zip(line, places, strict=False):
             _panel(ax, block.isel(variant=i))
-        for ax in line[len(places) :]:
-            ax.set_visible(False)
+        kit.hide(line[len(places) :])
     first = axes[0, 0]
     first.set_xscale("log")
     first.set_xticks(TICKS, [f"{x:g}" for x in TICKS])
     first.minorticks_off()
     first.set_ylim(0.0, 1.04 * float(block["height"].values[-1]))
     for ax in axes[:, 0]:
-        ax.set_ylabel("limiting Hs [m]", fontsize="small")
+        kit.axis(ax, y="limiting Hs [m]", size="small")
     for ax in axes[-1]:
-        ax.set_xlabel("tolerance [m]", fontsize="small")
-    figure.suptitle(
-        f"Over the seabed: limit over tolerance, waves at {direction(block.attrs['beta'])}", fontsize="medium"
-    )
-    key_below(figure, [first])
+        kit.axis(ax, "tolerance [m]", size="small")
+    kit.legend_below(figure, [first])
     return figure
 
 
@@ -65,14 +64,12 @@ def _panel(ax: Axes, of: xarray.Dataset) -> None:
             np.asarray(of[f"Hs_landing{end}"].sel(alternative=name).values, dtype=float)
             for end in ("", "_low", "_high")
         )
-        inside = (value > 0.0) & (low < math.inf)
-        ax.fill_between(
-            x, np.minimum(low, top), np.minimum(high, top), where=inside, color=COLOUR[name], alpha=0.1, lw=0
-        )
-        drawn = np.where(value > 0.0, np.minimum(value, top), np.nan)
-        ax.plot(x, drawn, color=COLOUR[name], marker=MARKER[name], ms=3, lw=1.2, label=named(name))
+        shown = np.where(value > 0.0, np.minimum(value, top), np.nan)
+        inside, ends = (value > 0.0) & (low < math.inf), (np.minimum(low, top), np.minimum(high, top))
+        style = {"color": COLOUR[name], "marker": MARKER[name], "label": named(name)}
+        kit.band(ax, x, shown, *ends, where=inside, alpha=0.1, ms=3, lw=1.2, **style)
     own = float(of.attrs["own"])
     if math.isfinite(own):
         ax.axvline(own, color=GREY, lw=0.9, ls=":")
     planned = " (as planned)" if str(of["varied"].values) in ("", "period") else ""
-    ax.set_title(f"{of['variant'].values}{planned}", fontsize="small")
+    kit.axis(ax, title=f"{of['variant'].values}{planned}", size="small")

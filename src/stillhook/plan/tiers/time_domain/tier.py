@@ -15,7 +15,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.plan.definition.failures import Failures
+from stillhook.plan.definition.failures import Cause, Failures, cause
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
@@ -143,8 +143,8 @@ class TwinTier:
     demands: tuple[Demand, ...] = field(repr=False)  # of each phase and alternative that was run
     limits: tuple[Limits, ...] = field(repr=False)  # tier TIME, as demands
     runs: Mapping[str, Any]  # number of runs and seeds
-    reasons: Mapping[str, str]  # phase -> reason why it was run, or not
-    notes: tuple[str, ...] = ()  # remarks on the limits
+    reasons: Mapping[str, Cause]  # phase -> why it was run, or not
+    notes: tuple[Cause, ...] = ()  # remarks on the limits
     blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)  # "landing" and "convergence"
     failures: Failures = field(default_factory=Failures)  # what could not be computed
 
@@ -316,36 +316,24 @@ def _runs(cells: Cells) -> dict[str, Any]:
     }
 
 
-def _notes(work: Work) -> tuple[str, ...]:
+def _notes(work: Work) -> tuple[Cause, ...]:
     """Landings by runs are braked by the water under the payload: by how much in a calm."""
-    line = next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING and x.alternative.twin), None)
-    line = line or next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING), None)
+    lands = [x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING]
+    line = next((x for x in lands if x.alternative.twin), next(iter(lands), None))
     if line is None or line.phase.speed is None or not work.plan.environment.calm(0.0):
         return ()
-    v = float(work.runs(line, 0.0)["v_landed"][0])
-    return (
-        "landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload"
-        f" file (assumed unless it says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it"
-        f" touches at {show(v, 'speed')}. Check them where the landing is limited by its speed",
-    )
+    landed = float(work.runs(line, 0.0)["v_landed"][0])
+    return (cause("cushion", speed=line.phase.speed, landed=landed),)
 
 
-def _reason(work: Work, phase: Phase) -> str:
-    """Reason why a phase was run by the twin, or not."""
+def _reason(work: Work, phase: Phase) -> Cause:
+    """Why a phase was run by the twin, or not."""
     lines = [line for line in work.lines if line.phase is phase]
-    if not lines:
-        return (
-            f"{phase.kind} is assessed by closed form and frequency-domain method: no run begins on a deck or on the"
-            " seabed"
-        )
     run = [line for line in lines if line.started]
+    if not lines:
+        return cause("no-ground", kind=phase.kind.value)
     if len(run) == len(lines):
-        return "run everywhere"
+        return cause("run-everywhere")
     tier = Tier.CLOSED_FORM if phase.kind is PhaseKind.SPLASH else Tier.FREQUENCY
-    factor = f"{prediction_factors(phase, tier)[0]:g}"
-    rest = (
-        f"another phase has a known limit below its predicted limit over {factor}, or it is predicted to limit nowhere"
-    )
-    if not run:
-        return f"not run: {rest}"
-    return f"run in {len(run)} of {len(lines)} columns of alternative, period and heading; elsewhere {rest}"
+    factor = prediction_factors(phase, tier)[0]
+    return cause("run-in-part" if run else "not-run", n=len(run), of=len(lines), factor=factor)

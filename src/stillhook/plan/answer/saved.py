@@ -1,0 +1,112 @@
+"""A plan's result on disk: plan.nc (labelled arrays, blocks as groups) and plan.json (facts and summary). Written whole
+or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stillhook.base.atomic import atomic_folder
+from stillhook.errors import PlanError, UnreadableError
+from stillhook.formats.binary.reader import read_datasets
+from stillhook.formats.results import save_json
+from stillhook.plan.result import BLOCKS, PlanResult, odd_fact
+from stillhook.units import quote
+
+if TYPE_CHECKING:
+    import xarray
+
+
+NUMBERS, FACTS = "plan.nc", "plan.json"
+PLAN_FILES = (NUMBERS, FACTS)
+NEEDED = {"name", "Hs_lowest", "Hs_highest", "heading_tolerance"}
+DIGITS = 18
+"""Most digits of a whole number among the facts."""
+HASH = "numbers_sha256"
+"""Key in the file of facts of the hash of the file of numbers that belongs to it."""
+
+
+def save_plan(result: PlanResult, folder: str | Path) -> Path:
+    """Write a result into a folder; both files appear together when they are complete."""
+    target = Path(folder)
+    with atomic_folder(target) as part:
+        write_plan(result, part)
+    return target
+
+
+def write_plan(result: PlanResult, part: Path) -> None:
+    """The files of a result in a folder that is moved into place later."""
+    result.data.to_netcdf(part / NUMBERS, engine="h5netcdf", encoding=_packed(result.data))
+    for name in BLOCKS:
+        if name in result:
+            block = result[name]
+            block.to_netcdf(part / NUMBERS, engine="h5netcdf", mode="a", group=name, encoding=_packed(block))
+    save_json({**result.facts, HASH: _hash(part / NUMBERS)}, part / FACTS)
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
+    return {name: {"zlib": True} for name in data.data_vars if data[name].ndim and data[name].dtype.kind in "fi"}
+
+
+def load_plan_result(folder: str | Path) -> PlanResult:
+    """The result that `save_plan` wrote. Errors: PlanError, one line, for a folder without one, and for files that are
+    damaged, changed in their shape, or of two plans."""
+    where = Path(folder)
+    if where.name in PLAN_FILES:
+        where = where.parent
+    for name in PLAN_FILES:
+        if not (where / name).is_file():
+            raise PlanError(f"{quote(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
+    facts = _facts(where / FACTS)
+    _check_hash(facts.pop(HASH, None), where)
+    try:
+        data, blocks = read_datasets(where / NUMBERS, BLOCKS)
+    except UnreadableError as problem:
+        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({problem}). Run the plan again.") from None
+    if missing := NEEDED - set(data.attrs):
+        raise PlanError(
+            f"{where / NUMBERS}: not the numbers of a plan, {', '.join(sorted(missing))} missing. Run the plan again."
+        )
+    if data.attrs["name"] != facts["name"] or data.attrs.get("digest", "") != facts.get("digest", ""):
+        raise PlanError(f"{where}: {NUMBERS} and {FACTS} are of two plans. Run the plan again.")
+    return PlanResult(data, facts, blocks)
+
+
+def _in_a_line(e: Exception) -> str:
+    return " ".join(str(e).split())[:120] or type(e).__name__
+
+
+def _check_hash(recorded: object, where: Path) -> None:
+    """Refuse numbers other than those that the facts were written with; facts of older versions have no hash."""
+    try:
+        same = recorded is None or recorded == _hash(where / NUMBERS)
+    except OSError as e:
+        raise PlanError(f"{where / NUMBERS}: cannot be read ({_in_a_line(e)}).") from None
+    if not same:
+        raise PlanError(
+            f"{where / NUMBERS}: not as it was written with {FACTS}: damaged, or of another plan. Run the plan again."
+        )
+
+
+def _checked_int(digits: str) -> int:
+    if len(digits) > DIGITS:
+        raise ValueError(f"a number of {len(digits)} digits")
+    return int(digits)
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"), parse_int=_checked_int)
+    except (OSError, ValueError, RecursionError) as e:
+        raise PlanError(f"{path}: not JSON ({_in_a_line(e)}). Run the plan again.") from None
+    if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):
+        raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
+    if odd := odd_fact(facts):
+        raise PlanError(f"{path}: not the facts of a plan: {odd}. Run the plan again.")
+    return facts
