@@ -40,8 +40,6 @@ from stillhook.validate import validate
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import Kind, load_campaign
 from stillhook.validate.data_set.records.read import read_records
-from stillhook.validate.dynamics.check import DynamicsStep
-from stillhook.validate.parameters.check import ParametersStep
 from stillhook.validate.parameters.hoisting import States, scale_of_law
 from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
 from stillhook.validate.report.texts import reading_notes
@@ -174,11 +172,11 @@ def _leak_points(found: Validation) -> dict[str, Point]:
     """Point of which each measure of the leakage speaks: the working point of the data."""
     out: dict[str, Point | None] = {}
     for step in found.steps:
-        if isinstance(step, ParametersStep) and step.estimates is not None and step.estimates.balance is not None:
+        if step.number is StepNumber.PARAMETERS and step.estimates is not None and step.estimates.balance is not None:
             leak = step.estimates.balance.leak
             out["leakage_error"] = leak.at
-        if isinstance(step, DynamicsStep):
-            out["C_leak_error"] = step.leak_at
+        if step.number is StepNumber.DYNAMICS and step.estimates is not None:
+            out["C_leak_error"] = step.estimates.leak_at
     return {name: at for name, at in out.items() if at is not None}
 
 

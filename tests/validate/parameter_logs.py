@@ -8,8 +8,10 @@ from tests.validate.ahc_logs import STEP, TWIN, campaign, record, sea
 
 from stillhook import Scenario, simulate
 from stillhook.spec.crane import Crane
+from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters.check import ParametersStep, check_parameters
+from stillhook.validate.parameters.check import check_parameters
+from stillhook.validate.parameters.measures import ParameterEstimates
 
 NOISE = {
     "s_tip": (2e-3, 1e-3),
@@ -86,8 +88,6 @@ def records(
     return tuple(out)
 
 
-def checked(found: tuple[Record, ...], twin: Crane = TWIN) -> ParametersStep:
+def checked(found: tuple[Record, ...], twin: Crane = TWIN) -> Step[ParameterEstimates]:
     """Step 1 on these records."""
-    step = check_parameters(campaign(*found, twin=twin, delay=LATE), found, lambda share: None)
-    assert isinstance(step, ParametersStep)
-    return step
+    return check_parameters(campaign(*found, twin=twin, delay=LATE), found, lambda share: None)

@@ -13,11 +13,12 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.criteria.results import Step, StepNumber
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters.check import ParametersStep, check_parameters
-from stillhook.validate.passive import PassiveStep, check_passive
+from stillhook.validate.parameters.check import check_parameters
+from stillhook.validate.parameters.measures import ParameterEstimates
+from stillhook.validate.passive.check import PassiveEstimates, check_passive
 
 SENSORS = {**NOISE, "alpha_pp": (5e-4, 1e-4), "V_acc": (1e-3, 1e-3), "mode": (0.0, 0.0)}
 """As `parameter_logs.NOISE`, with the make-up pumps and a piston that is measured to a litre."""
@@ -67,14 +68,12 @@ def records(
     return tuple(out)
 
 
-def checked(found: tuple[Record, ...], twin: Crane = TWIN) -> PassiveStep:
+def checked(found: tuple[Record, ...], twin: Crane = TWIN) -> Step[PassiveEstimates]:
     """Step 6 on these records."""
-    step = check_passive(campaign(*found, twin=twin), found, lambda share: None)
-    assert isinstance(step, PassiveStep)
-    return step
+    return check_passive(campaign(*found, twin=twin), found, lambda share: None)
 
 
-def lines(step: PassiveStep | ParametersStep) -> dict:
+def lines(step: Step) -> dict:
     """The verdict lines of a step by key."""
     return {line.key: line for line in judge(load_criteria("paper-f"), step.measures, (StepNumber(step.number),))}
 
@@ -119,8 +118,6 @@ def rest_records(*, spoil: Spoil | None = None, seed: int = 0) -> tuple[Record, 
     return (replace(one, test=replace(one.test, kind=Kind.LIMITS)),)
 
 
-def rested(found: tuple[Record, ...], twin: Crane = TWIN) -> ParametersStep:
+def rested(found: tuple[Record, ...], twin: Crane = TWIN) -> Step[ParameterEstimates]:
     """Step 1 on these records."""
-    step = check_parameters(campaign(*found, twin=twin), found, lambda share: None)
-    assert isinstance(step, ParametersStep)
-    return step
+    return check_parameters(campaign(*found, twin=twin), found, lambda share: None)

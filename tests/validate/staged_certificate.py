@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -76,7 +77,9 @@ def staged(campaign: str | Path | Campaign, *, complete: bool = True, **found: f
     for number in StepNumber if complete else (StepNumber.DATA,):
         rows = [c for c in todo.criteria.criteria if c.step is number]
         measures = tuple(_measure(c.measure, values.get(c.measure, _well_within(c)), c.quantity) for c in rows)
-        steps.append(Step(number, measures, (f"step {int(number)} was taken",), (_table(number),)))
+        estimates = SimpleNamespace(comparisons=()) if number is StepNumber.AHC else None
+        text, table = f"step {int(number)} was taken", _table(number)
+        steps.append(Step(number, measures, (text,), (table,), estimates=estimates))
     steps[-1] = replace(steps[-1], data={"e_c_pp": np.zeros(3)})
     measures = tuple(m for s in steps for m in s.measures)
     return Validation(
@@ -100,7 +103,7 @@ def _table(number: StepNumber) -> Table:
     return Table(("load case", "mean\n[cm]"), (("1", "1.9"), ("2", "2.1")), f"Table of step {int(number)}")
 
 
-def drawn(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
+def drawn(estimates: object, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
     figure = Figure(figsize=(8.0, 3.0), layout="constrained")
     ax = figure.subplots()
     for r in records:

@@ -10,11 +10,11 @@ from tests.validate.ahc_logs import STEP, TWIN, campaign, crane_log, record
 
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode, Operator
-from stillhook.validate.ahc.check import AhcStep, check_ahc
+from stillhook.validate.ahc.check import AhcEstimates, check_ahc
 from stillhook.validate.ahc.figures import figures
 from stillhook.validate.ahc.replay import CAUSES, SETTLE, run_twin, with_gains
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.results import MEASURES, Measure, StepNumber
+from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
 
 pytestmark = pytest.mark.slow
 
@@ -22,13 +22,11 @@ ALIKE = 1e-3  # m: the twin against itself; numbers of both runs differ by the s
 MM = 1e-3
 
 
-def checked(*records, **more) -> AhcStep:
-    step = check_ahc(campaign(*records, **more), records, lambda share: None)
-    assert isinstance(step, AhcStep)
-    return step
+def checked(*records, **more) -> Step[AhcEstimates]:
+    return check_ahc(campaign(*records, **more), records, lambda share: None)
 
 
-def found(step: AhcStep, name: str) -> Measure:
+def found(step: Step[AhcEstimates], name: str) -> Measure:
     (measure,) = step.measures_of(name)
     return measure
 
@@ -44,7 +42,7 @@ def own_log():
 
 
 @functools.cache
-def own_step() -> AhcStep:
+def own_step() -> Step[AhcEstimates]:
     """The twin as the crane."""
     return checked(record(own_log()))
 
@@ -63,7 +61,7 @@ def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
 
 def test_thirty_seconds_are_enough_for_the_twin_to_forget_that_it_started_at_rest():
     """The log begins in full swing; what is left of the start after SETTLE is within a millimetre, and was a centimetre and more before."""
-    (c,) = own_step().comparisons
+    (c,) = own_step().estimates.comparisons
     assert c.replay.skipped == round(SETTLE / STEP)
     apart = np.abs(c.simulated["e_c_measured"] - c.e_measured)
     assert apart[: round(5.0 / STEP)].max() < ALIKE
@@ -81,9 +79,9 @@ def test_a_delay_that_is_stated_moves_the_true_tip_ahead_and_costs_no_agreement(
     log = crane_log(crane, delay=0.2)
     step = checked(record(log), delay=0.2, twin=crane)
     assert found(step, "e_c_pp_deviation").value < ALIKE
-    (c,) = step.comparisons
+    (c,) = step.estimates.comparisons
     apart = c.simulated["F_w"] - c.replay.measured("F_w")
-    unstated = checked(record(log), twin=crane).comparisons[0]
+    unstated = checked(record(log), twin=crane).estimates.comparisons[0]
     assert (
         apart.std() < 0.2 * (unstated.simulated["F_w"] - unstated.replay.measured("F_w")).std()
     )  # the load hangs on the true tip
@@ -117,7 +115,7 @@ def test_noise_of_the_tip_that_the_plc_saw_does_not_count_as_deviation():
     log["e_c_measured"] = log["e_c_measured"] + noise
     in_the_plc = checked(record(log))
     for step, share in ((in_the_plc, 1.0), (only_in_the_log, 0.0)):
-        assert step.comparisons[0].noise == pytest.approx(share, abs=0.05)
+        assert step.estimates.comparisons[0].noise == pytest.approx(share, abs=0.05)
         assert found(step, "e_c_pp_deviation").value < ALIKE
     assert found(in_the_plc, "e_c_pp_bias").note.startswith("simulated less measured; ")
 
@@ -128,7 +126,7 @@ def test_noise_that_both_errors_hold_does_not_make_their_shapes_alike():
     log = dict(crane_log(bent("K_1", -0.1)))
     clean, noise = checked(record(log)), 20.0 * MM * rng.standard_normal(len(log["s_tip"]))
     noisy = checked(record({**log, "s_tip": log["s_tip"] + noise, "e_c_measured": log["e_c_measured"] + noise}))
-    assert noisy.comparisons[0].noise > 0.9
+    assert noisy.estimates.comparisons[0].noise > 0.9
     assert found(noisy, "e_c_correlation").value == pytest.approx(found(clean, "e_c_correlation").value, abs=0.03)
 
 
@@ -167,7 +165,7 @@ def test_an_error_that_the_plc_did_not_log_is_made_from_tip_and_wire():
 @pytest.mark.parametrize(("name", "x"), [("leakage", 0.5), ("friction", 0.4), ("K_1", -0.1)])
 def test_a_crane_that_differs_in_one_thing_is_told_with_about_the_right_amount(name, x):
     step = checked(record(crane_log(bent(name, x))))
-    best = step.explained[0]
+    best = step.estimates.explained[0]
     assert best.cause.name == name
     assert best.amount == pytest.approx(
         x, rel=0.2
@@ -186,7 +184,7 @@ def test_a_wrong_feedforward_fails_what_paper_f_asks():
 
 
 def test_nothing_is_said_of_causes_where_the_twin_agrees():
-    assert own_step().explained == ()
+    assert own_step().estimates.explained == ()
 
 
 # --- data that are not as they should be ------------------------------------------------------------------------------------------------------
@@ -197,7 +195,7 @@ def test_windows_do_not_cross_a_gap():
     log = dict(own_log())
     n = len(log["s_tip"])
     a, b = 7000, 8000
-    (c, d) = checked(record(log, parts=((0, a), (b, n)))).comparisons
+    (c, d) = checked(record(log, parts=((0, a), (b, n)))).estimates.comparisons
     assert c.windows.ends.min() >= SETTLE + 30.0 - 1e-9
     assert c.windows.ends.max() <= a * STEP
     assert d.windows.ends.min() >= b * STEP + SETTLE + 30.0 - 1e-9
@@ -207,7 +205,7 @@ def test_samples_that_are_missing_take_their_windows_with_them_and_no_more():
     log = {k: v.copy() for k, v in own_log().items()}
     log["e_c_measured"][9000:9010] = np.nan
     step = checked(record(log))
-    ends = step.comparisons[0].windows.ends
+    ends = step.estimates.comparisons[0].windows.ends
     assert not ((ends >= 90.0 - 1e-9) & (ends <= 120.0)).any()
     assert (ends < 90.0).any()
     assert (ends > 120.2).any()
@@ -240,7 +238,7 @@ def test_without_the_signals_every_measure_says_what_to_log(change, told):
     for m in step.measures:
         assert m.value is None
         assert told in m.note
-    assert figures(step, campaign(r), (r,)) == {}
+    assert step.estimates is None
 
 
 def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
@@ -250,7 +248,7 @@ def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
     )
     assert all(line.failed for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)) if line.judged)
     r = record(own_log())
-    assert "tip-wire-speed-and-error" in figures(step, campaign(r), (r,))
+    assert "tip-wire-speed-and-error" in figures(step.estimates, campaign(r), (r,))
 
 
 def test_an_error_is_not_made_from_wire_that_was_made_from_a_speed():
@@ -286,10 +284,10 @@ def test_the_same_logs_give_the_same_step_to_the_bit():
     assert repr(again.to_dict()) == repr(own_step().to_dict())
 
 
-def test_figures_carry_the_mark_and_are_no_more_than_four():
+def test_figures_carry_the_mark_and_are_few():
     r = record(own_log())
-    drawn = figures(own_step(), campaign(r), (r,))
-    assert list(drawn) == ["tip-wire-speed-and-error", "error-and-efficiency", "deviations", "spectra"]
+    drawn = figures(own_step().estimates, campaign(r), (r,))
+    assert list(drawn) == ["tip-wire-speed-and-error", "windows", "spectra"]
     assert all(f.get_suptitle().startswith("SYNTHETIC") for f in drawn.values())
 
 

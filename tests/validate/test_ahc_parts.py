@@ -6,7 +6,7 @@ from scipy.special import ndtr
 from tests.validate.ahc_logs import STEP, sea
 
 from stillhook.errors import ValidateError
-from stillhook.validate.ahc.comparison import by_motion, counted_share, gaussian_share, mean_and_s, shape, windows
+from stillhook.validate.ahc.comparison import counted_share, gaussian_share, mean_and_s, shape, windows
 from stillhook.validate.data_set.records.tip import smooth_tip
 
 T = np.arange(0.0, 120.0, STEP)
@@ -53,15 +53,6 @@ def test_a_part_shorter_than_the_window_has_none():
 def test_a_tip_that_stands_has_no_efficiency():
     w = windows("1", T, STEP, np.sin(T), np.sin(T), np.zeros_like(T), 30.0)
     assert np.isnan(w.eta_measured).all()
-
-
-def test_averages_over_bins_of_motion_add_up_to_the_average_of_all():
-    e = np.sin(2.0 * np.pi * T / 8.0) * (1.0 + T / 100.0)
-    w = windows("1", T, STEP, 0.03 * e, 0.05 * e, e, 30.0)
-    middle, error, _, count = by_motion([w], 0.25)
-    assert error @ count / count.sum() == pytest.approx(w.x.mean())
-    assert count.sum() == len(w.x)
-    assert (np.diff(middle) > 0.0).all()
 
 
 # --- the tip ---------------------------------------------------------------------------------------------------------------------------------

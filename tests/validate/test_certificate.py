@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,12 +36,13 @@ HEADER = slice(0, 90)  # rows of a page at 80 dots per inch above its text
 ELSEWHERE = """
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 sys.path.insert(0, {root!r})
 from stillhook.validate import certificate_files
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures
 from tests.validate.staged_certificate import drawn, staged, write
-figures.FIGURES = {{StepNumber.AHC: drawn}}
+figures.STEPS = {{StepNumber.AHC: SimpleNamespace(figures=drawn)}}
 here = Path.cwd()
 for name, content in certificate_files(staged(write(here / "tests", order="21"))).items():
     (here / name).write_bytes(content)
@@ -49,7 +51,7 @@ for name, content in certificate_files(staged(write(here / "tests", order="21"))
 
 @pytest.fixture
 def campaign(tmp_path: Path, monkeypatch) -> Path:
-    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
+    monkeypatch.setattr(pictures_of, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
     return write(tmp_path / "trial")
 
 
@@ -219,7 +221,7 @@ def _marked(page: bytes) -> bool:
 @pytest.mark.thorough
 @pytest.mark.parametrize("synthetic", [True, False])
 def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tmp_path, monkeypatch, synthetic):
-    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
+    monkeypatch.setattr(pictures_of, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
     found = staged(write(tmp_path, synthetic=synthetic))
     data = certificate_of(found).data
     made = (document(data), annex(data, pictures(found)))

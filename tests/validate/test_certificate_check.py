@@ -3,6 +3,7 @@
 import hashlib
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from tests.validate.staged_certificate import drawn, staged, write
@@ -28,7 +29,7 @@ from stillhook.validate.synthetic import WrittenCampaign
 def found(monkeypatch) -> dict[str, float]:
     """Measures that a later validation finds otherwise."""
     values: dict[str, float] = {}
-    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
+    monkeypatch.setattr(pictures_of, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
     monkeypatch.setattr(certificate_check, "validate", lambda campaign, progress=None: staged(campaign, **values))
     return values
 

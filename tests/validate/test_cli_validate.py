@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -111,7 +112,7 @@ def staged(
         Step(
             n,
             {StepNumber.DATA: (Measure("loads", 2.0, data="2 tests"),), StepNumber.AHC: (deviation, spread)}.get(n, ()),
-            tables=(),
+            estimates=SimpleNamespace(comparisons=()) if n is StepNumber.AHC else None,
         )
         for n in (StepNumber if complete else (StepNumber.DATA, StepNumber.AHC))
     )
@@ -125,7 +126,7 @@ def staged(
     return Validation(campaign, records, steps, judge(CRITERIA, measures, [s.number for s in steps]))
 
 
-def drawn(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
+def drawn(estimates: object, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
     figure = Figure()
     figure.subplots().plot([0.0, 1.0])
     return {"error-over-time": figure}
@@ -134,7 +135,7 @@ def drawn(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[s
 @pytest.fixture
 def stage(monkeypatch, tmp_path):
     """Puts a staged validation in place of the steps; returns the path of a campaign file."""
-    monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: drawn})
+    monkeypatch.setattr(pictures, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
     monkeypatch.setattr("stillhook.validate.data_set.campaign.load_campaign", lambda path: staged().campaign)
     monkeypatch.setattr(report_files, "certificate_files", lambda found, drawn: {"certificate.json": b"{}"})
     asked = {}
@@ -394,7 +395,7 @@ def test_an_interrupted_validation_leaves_no_file(stage, capsys, tmp_path, monke
     def stopped(*given):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: stopped})
+    monkeypatch.setattr(pictures, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=stopped)})
     out = tmp_path / "out"
     assert command(["validate", "campaign.toml", "--out", str(out)]) == 130
     assert not out.exists()

@@ -52,9 +52,6 @@ def test_the_data_set_of_paper_f_covers_what_it_asks():
     assert value(step, "data_length") == pytest.approx(2100.0, abs=0.1)
     lines = judge(campaign().criteria, step.measures, (StepNumber.DATA,))
     assert not any(line.failed for line in lines)
-    assert step.statements[0].startswith(
-        "4 load cases with heave compensation, 2100 s in all: 82 t to 164 t, 487 m to 2314 m of wire out"
-    )
 
 
 @pytest.mark.parametrize(
@@ -100,7 +97,6 @@ def test_a_tip_at_rest_is_no_small_motion():
 
 def test_without_any_load_case_every_line_says_what_to_log():
     step = checked(replace(record(waves(1.0)), segments=()))
-    assert step.statements[0] == "The data contain no usable heave compensation."
     lines = {line.key: line for line in judge(campaign().criteria, step.measures, (StepNumber.DATA,))}
     assert all(lines[key].failed for key in ("1a", "1b", "1b-highest", "1c-low", "1c-high", "1d"))
     assert "log 60 s or more of heave compensation without interruption" in lines["1a"].message
@@ -145,17 +141,16 @@ def test_measures_and_data_are_known_and_go_to_json():
 
 
 @pytest.mark.thorough
-def test_figures_show_every_test_and_the_motion_of_every_load_case(tmp_path):
+def test_the_figure_shows_every_test(tmp_path):
     good, rest = (
         read(tmp_path, ahc()),
         read(tmp_path, manual(), kind="dynamics", test='load = "0 t"', rows=signals(F_w=None)),
     )
     plan = campaign(good, rest)
-    drawn = figures(check_data(plan, (good, rest), lambda share: None), plan, (good, rest))
-    assert set(drawn) == {"tests", "tip-motion"}
+    drawn = figures((), plan, (good, rest))
+    assert set(drawn) == {"tests"}
     texts = [t.get_text() for ax in drawn["tests"].axes for t in ax.texts]
     assert texts == ["not logged"]
     assert all("SYNTHETIC" in (f.get_suptitle() or f.axes[0].get_title()) for f in drawn.values())
     for stem, figure in drawn.items():
         assert save_figure(figure, tmp_path / f"{stem}.png").stat().st_size > 10_000
-    assert set(figures(checked(), plan, (rest,))) == {"tests"}

@@ -9,7 +9,7 @@ import pytest
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
 from stillhook.validate.data_set.records.record import Record, Transient
-from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics, tuned_crane
+from stillhook.validate.dynamics.check import check_dynamics, tuned_crane
 from stillhook.validate.dynamics.estimates import MOST_FORM
 from stillhook.validate.dynamics.form import (
     BOTH_WAYS,
@@ -102,24 +102,22 @@ def spliced(name: str, ramp: float, seed: int, *, brake: bool = False) -> Record
 
 
 @functools.cache
-def with_two_leakages() -> DynamicsStep:
+def with_two_leakages():
     records = tuple(spliced(f"turns {i}", ramp, i) for i, ramp in enumerate((0.25, 0.35)))
-    step = check_dynamics(campaign(*records), records, lambda share: None)
-    assert isinstance(step, DynamicsStep)
-    return step
+    return check_dynamics(campaign(*records), records, lambda share: None)
 
 
 @pytest.mark.thorough
 def test_a_leakage_of_another_form_is_named_and_not_offered() -> None:
     step = with_two_leakages()
-    leak = next(f for f in step.tuned if f.name == C_LEAK)
+    leak = next(f for f in step.estimates.tuned if f.name == C_LEAK)
     assert leak.known
     assert not leak.offered
     assert leak.factor.low < 0.75
     assert leak.factor.high > 1.3
     assert "the twin's law does not fit: in fast turns it is " in leak.form
     assert any("the twin's law does not fit" in text and "none is proposed" in text for text in step.statements)
-    crane = tuned_crane(step, campaign(record(signals())))
+    crane = tuned_crane(step.estimates, campaign(record(signals())))
     assert crane is not None
     assert crane.active.motor.C_1 == campaign().crane.active.motor.C_1
 
@@ -128,8 +126,7 @@ def test_a_leakage_of_another_form_is_named_and_not_offered() -> None:
 def test_turns_that_cannot_show_another_form_offer_no_leakage_and_widen_its_interval() -> None:
     records = tuple(spliced(f"turns {i}", ramp, i, brake=True) for i, ramp in enumerate((0.25, 0.35, 0.3)))
     step = check_dynamics(campaign(*records), records, lambda share: None)
-    assert isinstance(step, DynamicsStep)
-    found = {f.name: f for f in step.tuned}
+    found = {f.name: f for f in step.estimates.tuned}
     leak = found[C_LEAK]
     assert not leak.offered
     assert leak.factor.low < 0.7

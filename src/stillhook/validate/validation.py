@@ -2,48 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from stillhook.base.progress import Meter, Progress
 from stillhook.errors import ValidateError
 from stillhook.units import quote
+from stillhook.validate.ahc import figures as ahc_figures
 from stillhook.validate.ahc.check import check_ahc
+from stillhook.validate.controller import figures as controller_figures
 from stillhook.validate.controller.check import check_controller
 from stillhook.validate.criteria.judge import judge, outcome_of
 from stillhook.validate.criteria.needs import lacks, step_lacks
 from stillhook.validate.criteria.results import CriterionResult, Outcome, Step, StepNumber
+from stillhook.validate.data_set import figures as data_figures
 from stillhook.validate.data_set.campaign import Campaign, load_campaign
 from stillhook.validate.data_set.check import check_data
 from stillhook.validate.data_set.records.read import read_records
 from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.dynamics import figures as dynamics_figures
 from stillhook.validate.dynamics.check import check_dynamics
+from stillhook.validate.parameters import figures as parameter_figures
 from stillhook.validate.parameters.check import check_parameters
-from stillhook.validate.passive import check_passive
+from stillhook.validate.passive import figures as passive_figures
+from stillhook.validate.passive.check import check_passive
+from stillhook.validate.speed_limits import figures as limit_figures
 from stillhook.validate.speed_limits.check import check_limits
 
-CHECKS = {
-    StepNumber.DATA: check_data,
-    StepNumber.PARAMETERS: check_parameters,
-    StepNumber.CONTROLLER: check_controller,
-    StepNumber.LIMITS: check_limits,
-    StepNumber.DYNAMICS: check_dynamics,
-    StepNumber.AHC: check_ahc,
-    StepNumber.PASSIVE: check_passive,
-}
-"""Each takes (campaign, records, progress) and returns its Step."""
 READING = 8.0
-WEIGHT = {
-    StepNumber.DATA: 0.02,
-    StepNumber.PARAMETERS: 5.0,
-    StepNumber.CONTROLLER: 5.0,
-    StepNumber.LIMITS: 1.4,
-    StepNumber.DYNAMICS: 21.0,
-    StepNumber.AHC: 12.0,
-    StepNumber.PASSIVE: 0.4,
+"""Part of the work, for progress, that reading the logs takes: time on the example campaign."""
+
+
+@dataclass(frozen=True)
+class StepType:
+    """The template of a step. check: takes (campaign, records, progress) and returns its Step; figures: takes
+    (estimates, campaign, records) and returns its figures by name; weight: its part of the work, for progress, as of
+    `READING`. Its title, question and measures are in `measures.toml`, its limits in the criteria."""
+
+    check: Callable[[Campaign, tuple[Record, ...], Progress], Step[Any]]
+    figures: Callable[[Any, Campaign, tuple[Record, ...]], dict[str, Any]]
+    weight: float
+
+    def take(
+        self, number: StepNumber, campaign: Campaign, records: tuple[Record, ...], progress: Progress
+    ) -> Step[Any]:
+        """The step; without measures where none has a meaning for the winch type."""
+        if reason := step_lacks(campaign.crane, number):
+            return Step(number, (), (f"Step {int(number)} is not judged: {reason}.",))
+        return self.check(campaign, records, progress)
+
+
+STEPS: Mapping[StepNumber, StepType] = {
+    StepNumber.DATA: StepType(check_data, data_figures.figures, 0.02),
+    StepNumber.PARAMETERS: StepType(check_parameters, parameter_figures.figures, 5.0),
+    StepNumber.CONTROLLER: StepType(check_controller, controller_figures.figures, 5.0),
+    StepNumber.LIMITS: StepType(check_limits, limit_figures.figures, 1.4),
+    StepNumber.DYNAMICS: StepType(check_dynamics, dynamics_figures.figures, 21.0),
+    StepNumber.AHC: StepType(check_ahc, ahc_figures.figures, 12.0),
+    StepNumber.PASSIVE: StepType(check_passive, passive_figures.figures, 0.4),
 }
-"""Parts of the work, for progress, and that of reading: time that each took on the example campaign."""
+"""Every step, in their order."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +75,7 @@ class Validation:
 
     campaign: Campaign
     records: tuple[Record, ...]
-    steps: tuple[Step, ...]
+    steps: tuple[Step[Any], ...]
     lines: tuple[CriterionResult, ...]
 
     @property
@@ -72,7 +92,7 @@ class Validation:
         """Whether something was shown and no line blocks."""
         return self.outcome is Outcome.PASSED
 
-    def step(self, number: StepNumber) -> Step:
+    def step(self, number: StepNumber) -> Step[Any]:
         """A step that was taken. Errors: KeyError."""
         return next(s for s in self.steps if s.number == number)
 
@@ -93,22 +113,16 @@ def validate(
         )
     todo = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
     numbers = _numbers(steps)
-    meter = Meter(READING + sum(WEIGHT[n] for n in numbers), progress)
+    meter = Meter(READING + sum(STEPS[n].weight for n in numbers), progress)
     meter.tell()
     records = read_records(todo, meter.part(READING))
-    taken: list[Step] = []
+    taken: list[Step[Any]] = []
     for number in numbers:
-        reached = meter.part(WEIGHT[number])
-        reason = step_lacks(todo.crane, number)
-        taken.append(_no_meaning(number, reason) if reason else CHECKS[number](todo, records, reached))
+        reached = meter.part(STEPS[number].weight)
+        taken.append(STEPS[number].take(number, todo, records, reached))
         reached(1.0)
     measures = tuple(m for step in taken for m in step.measures)
     return Validation(todo, records, tuple(taken), judge(todo.criteria, measures, numbers, lacks(todo.crane)))
-
-
-def _no_meaning(number: StepNumber, reason: str) -> Step:
-    """A step that cannot be taken with this winch type."""
-    return Step(number, (), (f"Step {int(number)} is not judged: {reason}.",))
 
 
 def _numbers(steps: object) -> tuple[StepNumber, ...]:

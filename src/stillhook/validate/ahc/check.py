@@ -4,13 +4,13 @@ tables."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.progress import Meter
+from stillhook.base.progress import Meter, Progress
 from stillhook.report.document import Table
 from stillhook.spec.crane import Crane
 from stillhook.units import number, show
@@ -37,7 +37,7 @@ from stillhook.validate.ahc.replay import (
     statements,
     usable,
 )
-from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
+from stillhook.validate.criteria.results import Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.tip import SLOWEST
@@ -55,57 +55,14 @@ COMPARED = (
 )
 """Signals reported in addition to the control error, of the winches that have them; those of a winch type's own
 follow."""
-LEAST_LAG = 0.01
-"""Lags up to this are the log's own spacing [s]."""
 LEAST_OFFSET = 5e-3
 """Constant offset of the crane's error from the twin's that is reported [m]: a tenth of paper F's limit."""
 LEAST_NOISE = 0.2
 """Share of the tip's noise in the PLC's error that is reported."""
 
 
-def comparison_statements(comparisons: Sequence[Comparison], like: Shape, *, logged: bool) -> tuple[str, ...]:
-    """The comparison in sentences, the most important first."""
-    x = np.concatenate([c.windows.x for c in comparisons])
-    mean, s = mean_and_s(x)
-    n = len(by_case(comparisons))
-    first = (
-        f"The twin repeats {n} load case{'s' if n > 1 else ''} with the measured tip motion. Peak to peak over the"
-        " window its control error"
-        f" deviates by {100.0 * mean:.2g} cm from the crane's on average (s {100.0 * s:.2g} cm){_range(comparisons)}."
-        if len(x)
-        else "The twin repeats the tests, but no window of the logs is complete."
-    )
-    return (first, *_shape(like), *_remarks(comparisons, logged=logged))
-
-
-def _range(comparisons: Sequence[Comparison]) -> str:
-    """Load cases with the least and the largest mean deviation."""
-    cases = by_case(c for c in comparisons if len(c.windows.x))
-    means = {name: float(np.mean(np.concatenate([c.windows.x for c in rows]))) for name, rows in cases.items()}
-    if len(means) < 2:
-        return ""
-    least, most = min(means, key=lambda n: means[n]), max(means, key=lambda n: means[n])
-    return (
-        f", from {100.0 * means[least]:.2g} cm in load case {least} to {100.0 * means[most]:.2g} cm in load case {most}"
-    )
-
-
-def _shape(like: Shape) -> Iterable[str]:
-    if not math.isfinite(like.correlation):
-        return
-    text = f"The control errors correlate by {like.correlation:.3f}"
-    if math.isfinite(like.distance):
-        text += (
-            f"; with periods of 2 to 30 s, which contain {100.0 * like.band_share:.0f} % of the measured energy, the"
-            f" twin's is {like.band_ratio:.2f} times as large, and its spectrum deviates by {like.distance:.2g} dB"
-        )
-    yield text + "."
-    if math.isfinite(like.lag) and abs(like.lag) > max(LEAST_LAG, 3.0 * like.u_lag):
-        after = "after" if like.lag > 0.0 else "before"
-        yield f"The measured error is {1e3 * abs(like.lag):.0f} ms {after} the simulated one; no shift was applied."
-
-
-def _remarks(comparisons: Sequence[Comparison], *, logged: bool) -> Iterable[str]:
+def remarks(comparisons: Sequence[Comparison], *, logged: bool) -> Iterable[str]:
+    """What the comparison rests on, and what the judged figures do not hold."""
     if not logged:
         yield (
             "e_c_measured was not logged in every test: the control error is derived from s_tip and s_w, about its"
@@ -226,16 +183,16 @@ WEIGHTS = (1.9, 2.9, 2.3, 3.3)
 
 
 @dataclass(frozen=True)
-class AhcStep(Step):
-    """Step 5 with what its figures need."""
+class AhcEstimates:
+    """Estimates of step 5."""
 
-    comparisons: tuple[Comparison, ...] = ()
-    shape: Shape | None = None
-    spectra: Spectra | None = None
-    explained: tuple[CauseEstimate, ...] = ()
+    comparisons: tuple[Comparison, ...]
+    shape: Shape
+    spectra: Spectra | None
+    explained: tuple[CauseEstimate, ...]
 
 
-def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
+def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[AhcEstimates]:
     """Run the complete twin on the tip motion of every segment with heave compensation and compare its control error
     with the crane's.
 
@@ -243,12 +200,8 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callabl
     """
     window, meter = campaign.criteria.settings["window"], Meter(sum(WEIGHTS), progress)
     parts, left_out = usable(records, window)
-    reason = _obstacle(campaign, records, parts)
-    if reason:
-        nothing = tuple(
-            Measure(name, None, m.quantity, note=reason) for name, m in MEASURES.items() if m.step is StepNumber.AHC
-        )
-        return AhcStep(StepNumber.AHC, nothing, (f"Step 5 has nothing to compare: {reason}.", *left_out))
+    if reason := _obstacle(campaign, records, parts):
+        return nothing(StepNumber.AHC, reason, *left_out)
     replays = [replay(campaign, record, segment) for record, segment in parts]
     runs = _runs(campaign, replays, meter.part(WEIGHTS[0]))
     measured, logged = measured_error(replays)
@@ -261,18 +214,14 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callabl
     meter.part(WEIGHTS[2])(1.0)
     results = measures(comparisons, like, campaign.criteria.settings)
     if any(c.measure == "signal_misfit" for c in campaign.criteria.criteria):
-        results += signal_misfits(campaign.crane, comparisons, campaign.criteria.settings["window"])
-    lines = comparison_statements(comparisons, like, logged=logged)
-    return AhcStep(
+        results += signal_misfits(campaign.crane, comparisons, window)
+    return Step(
         StepNumber.AHC,
         results,
-        (*lines, *statements(explained, deviation), *left_out),
+        (*remarks(comparisons, logged=logged), *statements(explained, deviation), *left_out),
         tables(campaign.crane, comparisons, explained),
-        _data(comparisons, like),
-        comparisons,
-        like,
-        spectra,
-        explained,
+        {"shape": like, "deviation": deviation, "causes": {x.cause.name: x[1:] for x in explained}},
+        AhcEstimates(comparisons, like, spectra, explained),
     )
 
 
@@ -307,9 +256,7 @@ def _obstacle(campaign: Campaign, records: Sequence[Record], parts: Sequence[tup
     return "" if parts else "no segment with heave compensation is long enough; log 60 s or more without interruption"
 
 
-def _runs(
-    campaign: Campaign, replays: Sequence[Replay], reached: Callable[[float], None]
-) -> list[dict[str, FloatArray]]:
+def _runs(campaign: Campaign, replays: Sequence[Replay], reached: Progress) -> list[dict[str, FloatArray]]:
     """One run a segment; one after another, since the longest is most of the work."""
     names = (*SIGNALS, *(row.name for row in campaign.crane.plant.type.rows))
     total, done, out = sum(r.case.duration for r in replays), 0.0, []
@@ -318,20 +265,3 @@ def _runs(
         done += r.case.duration
         reached(done / total)
     return out
-
-
-def _data(comparisons: Sequence[Comparison], like: Shape) -> dict[str, object]:
-    """Data of the figures, for JSON: windows by load case [s, m]; shape."""
-    return {
-        "windows": [
-            {
-                "test": c.name,
-                "time": c.windows.ends.tolist(),
-                "e_c_pp_measured": c.windows.measured.tolist(),
-                "e_c_pp": c.windows.simulated.tolist(),
-                "s_tip_pp": c.windows.s_tip_pp.tolist(),
-            }
-            for c in comparisons
-        ],
-        "shape": {k: v if math.isfinite(v) else None for k, v in like._asdict().items()},
-    }

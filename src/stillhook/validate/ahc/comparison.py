@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.metrics import peak_to_peak
@@ -97,20 +96,6 @@ def gaussian_share(limit: float, mean: float, s: float) -> float:
 def counted_share(limit: float, x: FloatArray) -> float:
     """Share of deviations below a limit, counted."""
     return float(np.mean(x < limit))
-
-
-def by_motion(parts: Sequence[Windows], width: float) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.intp]]:
-    """Average deviations against tip motion, as in paper F figures 12 and 13.
-
-    Returns: middles of bins of this width [m], mean deviation of e_c_pp [m], mean |deviation| of the efficiency [-],
-    windows in each bin.
-    """
-    tip, x, eta = (np.concatenate([getattr(w, name) for w in parts]) for name in ("s_tip_pp", "x", "eta_deviation"))
-    cell = np.floor(tip / width).astype(np.intp)
-    cells = np.unique(cell)
-    count = np.array([(cell == c).sum() for c in cells], dtype=np.intp)
-    error, efficient = (np.array([np.nanmean(y[cell == c]) for c in cells], dtype=np.float64) for y in (x, eta))
-    return np.asarray((cells + 0.5) * width, dtype=np.float64), error, efficient, count
 
 
 SLOW = 0.2

@@ -27,7 +27,7 @@ from stillhook.validate.ahc.comparison import (
     mean_and_s,
 )
 from stillhook.validate.ahc.replay import SMOOTH
-from stillhook.validate.criteria.results import MEASURES, OF_SIGNAL, Measure
+from stillhook.validate.criteria.results import OF_SIGNAL, Measure
 from stillhook.variables import Variable
 
 ENOUGH = 4
@@ -114,16 +114,6 @@ def parts_by_case(
     return {name: [values(c) for c in rows] for name, rows in by_case(comparisons).items()}
 
 
-def _measure(
-    name: str, value: float | None, estimate: Estimate | None = None, *, data: str = "", note: str = ""
-) -> Measure:
-    """A measure; without a finite value it is not determined by the data."""
-    bounded = estimate is not None and math.isfinite(estimate.low) and math.isfinite(estimate.high)
-    low, high = (estimate.low, estimate.high) if estimate is not None and bounded else (None, None)
-    known = value if value is not None and math.isfinite(value) else None
-    return Measure(name, known, MEASURES[name].quantity, low, high, data=data, note=note)
-
-
 def _deviations(
     comparisons: Sequence[Comparison], parts: Mapping[str, Sequence[FloatArray]], over_all: OverCases, window: float
 ) -> tuple[Measure, ...]:
@@ -131,7 +121,7 @@ def _deviations(
     x = [part for rows in parts.values() for part in rows if len(part)]
     if not x:
         note = "no window of the logs is full of numbers; log s_tip and e_c_measured without gaps"
-        return tuple(_measure(name, None, note=note) for name in names)
+        return tuple(Measure.of(name, None, note=note) for name in names)
     mean, s = mean_and_s(np.concatenate(x))
     block = round(2.0 * window / EVERY)
     pooled = [over_all, *(over_cases(statistic, parts, at_least=block, bounds=ends) for statistic, ends in _STATISTICS)]
@@ -144,7 +134,7 @@ def _deviations(
     first = f"measured e_c_pp {_cm(level)} on average; {pooled[0].extremes(_cm)}"
     notes = (first, pooled[1].extremes(_cm), *gauss, f"simulated less measured; {signed.extremes(_cm)}")
     return tuple(
-        _measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, estimates, notes, strict=True)
+        Measure.of(name, e, data=data, note=note) for name, e, note in zip(names, estimates, notes, strict=True)
     )
 
 
@@ -156,12 +146,12 @@ def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Estimate], w
     """Mean deviation of every load case: the mean over all would hide a short bad case behind a long good one."""
     name, out = "e_c_pp_deviation_case", []
     for case, rows in by_case(comparisons).items():
-        measure = _measure(name, None, note="no window is full of numbers")
-        if case in cases:
-            estimate = cases[case]
-            data = f"{_extent(rows)}, {estimate.n:.0f} effective windows of {window:g} s"
-            measure = _measure(name, estimate.value, estimate, data=data)
-        out.append(replace(measure, test=f"load case {case}"))
+        e, test = cases.get(case), f"load case {case}"
+        if e is None:
+            out.append(Measure.of(name, None, test=test, note="no window is full of numbers"))
+        else:
+            data = f"{_extent(rows)}, {e.n:.0f} effective windows of {window:g} s"
+            out.append(Measure.of(name, e, test=test, data=data))
     return tuple(out)
 
 
@@ -192,17 +182,17 @@ def _largest(comparisons: Sequence[Comparison]) -> tuple[Measure, ...]:
     nonempty = [c for c in comparisons if len(c.pair[0])]
     if not nonempty:
         note = "the control error is not known in any sample"
-        return _measure("e_c_max_difference", None, note=note), _measure("e_c_deviation_max", None, note=note)
+        return Measure.of("e_c_max_difference", None, note=note), Measure.of("e_c_deviation_max", None, note=note)
     out = []
     for case, rows in by_case(nonempty).items():
         measured, simulated = (max(float(np.abs(c.pair[k]).max()) for c in rows) for k in (0, 1))
         note = f"simulated {_cm(simulated)}, measured {_cm(measured)}"
-        measure = _measure("e_c_max_difference", simulated - measured, data=_extent(rows), note=note)
-        out.append(replace(measure, test=f"load case {case}"))
-    apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c in nonempty]
-    worst = int(np.argmax([x.max() for x in apart]))
-    moment = _moment(nonempty[worst], int(np.argmax(apart[worst])))
-    return *out, _measure("e_c_deviation_max", float(apart[worst].max()), data=_extent(comparisons), note=moment)
+        test, apart = f"load case {case}", simulated - measured
+        out.append(Measure.of("e_c_max_difference", apart, test=test, data=_extent(rows), note=note))
+    off = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c in nonempty]
+    worst = int(np.argmax([x.max() for x in off]))
+    moment = _moment(nonempty[worst], int(np.argmax(off[worst])))
+    return *out, Measure.of("e_c_deviation_max", off[worst].max(), data=_extent(comparisons), note=moment)
 
 
 def _moment(c: Comparison, i: int) -> str:
@@ -222,13 +212,11 @@ def _efficiency(comparisons: Sequence[Comparison], above: float, block: int) -> 
     parts = parts_by_case(comparisons, lambda c: c.windows.eta_deviation[high[id(c)]])
     if not any(len(part) for rows in parts.values() for part in rows):
         note = f"the tip moves {above:g} m or more in no window; test in higher waves"
-        return _measure("eta_c_deviation_high", None, note=note)
+        return Measure.of("eta_c_deviation_high", None, note=note)
     estimate = over_cases(np.mean, parts, at_least=block, bounds=(0.0, 1.0))
     share = float(np.mean(np.concatenate(list(high.values()))))
     data = f"windows with {above:g} m or more, {100.0 * share:.0f} % of all"
-    return _measure(
-        "eta_c_deviation_high", estimate.pooled.value, estimate.pooled, data=data, note=estimate.extremes(percent)
-    )
+    return Measure.of("eta_c_deviation_high", estimate.pooled, data=data, note=estimate.extremes(percent))
 
 
 MISFIT_KINDS = ("speed", "rotation", "force", "torque", "pressure", "power", "current")
@@ -265,10 +253,10 @@ def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: floa
         if parts:
             e = over_cases(_misfit, parts, at_least=block, bounds=(0.0, math.inf))
             data, note = _extent(comparisons), e.extremes(percent)
-            out.append(replace(_measure(name, e.pooled.value, e.pooled, data=data, note=note), test=OF_SIGNAL + signal))
+            out.append(Measure.of(name, e.pooled, test=OF_SIGNAL + signal, data=data, note=note))
     own = [signal for signal in kinds if signal not in COMMON]
     if not any(m.test.removeprefix(OF_SIGNAL) in own for m in out):
-        out.append(_measure(name, None, note=f"no signal of the drive was logged: log one of {', '.join(own)}"))
+        out.append(Measure.of(name, None, note=f"no signal of the drive was logged: log one of {', '.join(own)}"))
     return tuple(out)
 
 
@@ -304,9 +292,9 @@ def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tup
     band = "" if math.isfinite(like.distance) else "no segment is a minute long"
     return (
         _correlation(comparisons, like.correlation, window),
-        _measure("e_c_lag", like.lag, Estimate.around(like.lag, NORMAL_95 * like.u_lag), data=data),
-        _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
-        _measure("e_c_spectral_distance", like.distance, data=data, note=band),
+        Measure.of("e_c_lag", Estimate.around(like.lag, NORMAL_95 * like.u_lag), data=data),
+        Measure.of("e_c_band_ratio", like.band_ratio, data=data, note=band),
+        Measure.of("e_c_spectral_distance", like.distance, data=data, note=band),
     )
 
 
@@ -316,9 +304,9 @@ def _correlation(comparisons: Sequence[Comparison], together: float, window: flo
     block = round(window / THIN)
     cases = {name: c for name, x in rows.items() if (c := correlation.case_correlation(x, block)) is not None}
     if not cases:
-        return _measure("e_c_correlation", None, note="the control error does not move in any load case")
+        return Measure.of("e_c_correlation", None, note="the control error does not move in any load case")
     estimate = correlation.over_cases(cases)
     data = f"{_extent(comparisons)}, {estimate.n:.0f} effective samples"
     each = OverCases(estimate, {name: c.estimate for name, c in cases.items()}).extremes("{:.3g}".format)
     note = f"{each}; {together:.3g} over all samples together"
-    return _measure("e_c_correlation", estimate.value, estimate, data=data, note=note)
+    return Measure.of("e_c_correlation", estimate, data=data, note=note)

@@ -308,7 +308,7 @@ def _line(validation: Validation, line: CriterionResult) -> dict[str, Any]:
     return {**plain(line.to_dict()), **measure, "cells": line_cells(validation, line)._asdict()}
 
 
-def _step(validation: Validation, step: Step) -> dict[str, Any]:
+def _step(validation: Validation, step: Step[Any]) -> dict[str, Any]:
     return {
         "step": int(step.number),
         "title": step.title,

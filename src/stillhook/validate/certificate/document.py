@@ -28,9 +28,9 @@ from stillhook.spec.validity import SHORT, UNSIGNED
 from stillhook.units import KINDS, number, show
 from stillhook.validate.criteria import results
 from stillhook.validate.criteria.criteria import INFORMATION
-from stillhook.validate.criteria.results import SETTINGS, TITLES, Outcome, StepNumber
+from stillhook.validate.criteria.results import SETTINGS, STEPS, Outcome, StepNumber
 from stillhook.validate.report.document import JUDGED, caption, deciding, legend_says, step_passed
-from stillhook.validate.report.texts import SHOWS, deciding_title
+from stillhook.validate.report.texts import deciding_title
 
 HEADING = {True: "Validation certificate", False: "Validation report"}
 WORD = {o.value: o.value.upper() for o in Outcome}
@@ -191,7 +191,7 @@ def _lines(data: Mapping[str, Any], *, full: bool = False) -> list[Part]:
     for number_ in StepNumber:
         rows = [_line(line, full=full) for line in data["lines"] if line["step"] == number_]
         if rows:
-            parts.append(Table(LINE_HEAD, rows, f"Step {int(number_)}: {TITLES[number_]}"))
+            parts.append(Table(LINE_HEAD, rows, f"Step {int(number_)}: {STEPS[number_].meaning}"))
     return parts
 
 
@@ -254,7 +254,7 @@ def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Mapping[str
     number_ = step["step"]
     failed = any(line["failed"] for line in data["lines"] if line["step"] == number_)
     parts: list[Part] = [
-        Text(SHOWS[StepNumber(number_)]),
+        Text(STEPS[StepNumber(number_)].question),
         Verdict(f"This step: {step['verdict']}.", step_passed(step["verdict"], failed)),
         *([Bullets(step["statements"])] if step["statements"] else []),
         *(Table(t["header"], t["rows"], t["title"]) for t in step["tables"]),

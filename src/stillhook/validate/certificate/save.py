@@ -16,7 +16,7 @@ from stillhook.report.html import html
 from stillhook.report.pictures import drawn
 from stillhook.units import quote
 from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
-from stillhook.validate.criteria.results import Step, StepNumber
+from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.dynamics.check import tuned_crane
 from stillhook.validate.report.document import deviations_table, report, segments_table, to_dict
@@ -116,13 +116,9 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
 
 
 def _tuned(validation: Validation) -> str | None:
-    step = _step(validation, StepNumber.DYNAMICS)
-    crane = tuned_crane(step, validation.campaign) if step is not None else None
+    steps = [s for s in validation.steps if s.number is StepNumber.DYNAMICS]
+    crane = tuned_crane(steps[0].estimates, validation.campaign) if steps else None
     return crane_toml(crane) if crane is not None else None
-
-
-def _step(validation: Validation, number: StepNumber) -> Step | None:
-    return next((s for s in validation.steps if s.number == number), None)
 
 
 def _clear(out: Path, written: tuple[str, ...]) -> None:

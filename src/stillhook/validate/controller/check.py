@@ -3,21 +3,22 @@ and tables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.base.progress import Progress
 from stillhook.engine.pack.winch import gains
 from stillhook.report.document import Table
-from stillhook.report.formatting import change, fmt, percent
+from stillhook.report.formatting import change, fmt
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number
 from stillhook.validate.controller.inputs import lacking, plc_segments
 from stillhook.validate.controller.law import Law, Rows, Run, joystick_gain, lag, law, rows_of, significant
 from stillhook.validate.controller.motor import Deviation, MotorLaw, deviations, motor_laws, threshold
-from stillhook.validate.criteria.results import Measure, Step, StepNumber
+from stillhook.validate.criteria.results import Measure, Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import FLAT, FULL, Record, ends_of
 
@@ -41,13 +42,6 @@ class ControllerEstimates:
     K_op: Estimate | None
     u_thr: Estimate | None
     motor_laws: tuple[MotorLaw, ...]
-
-
-@dataclass(frozen=True)
-class ControllerStep(Step):
-    """Step 2 with what its figures need; None where no command could be compared."""
-
-    estimates: ControllerEstimates | None = None
 
 
 def causes(crane: Crane, estimates: ControllerEstimates) -> dict[str, str]:
@@ -140,22 +134,14 @@ def _clipped(runs: Sequence[Run]) -> str:
 def statements(
     estimates: ControllerEstimates, explanations: Mapping[str, str], records: Sequence[Record]
 ) -> tuple[str, ...]:
-    """Lines for the reader, the most important first."""
-    out, order = [], estimates.rows.description
-    for signal, name in (("u_p", "pump"), ("u_m", "motor")):
-        compared = (d for d in estimates.deviations if d.signal == signal and d.ahc)
-        worst = max(compared, key=lambda d: d.high.value, default=None)
-        if worst is not None:
-            high, mean, largest = (percent(x, 2) for x in (worst.high.value, worst.mean.value, worst.worst))
-            out.append(
-                f"The simulated controller reproduces the logged {name} command to within {high} of full command, 95 %"
-                f" of the time (test {worst.test}, the worst; mean {mean}, worst sample {largest})."
-            )
-    out += [f"Deviation: {text}." for key, text in explanations.items() if key not in ("u_p", "u_m")]
-    out.append(f"{order[0].upper()}{order[1:]}.")
-    out += _substitutes(estimates.runs)
-    out += [f"Test {r.test.name} cannot be used for the controller: {lack}." for r in records if (lack := lacking(r))]
-    return tuple(out)
+    """Deviations, the order of the rows, substitutes for missing signals, and tests left out."""
+    order = estimates.rows.description
+    return (
+        *(f"Deviation: {text}." for key, text in explanations.items() if key not in ("u_p", "u_m")),
+        f"{order[0].upper()}{order[1:]}.",
+        *_substitutes(estimates.runs),
+        *(f"Test {r.test.name} cannot be used for the controller: {lack}." for r in records if (lack := lacking(r))),
+    )
 
 
 def _substitutes(runs: Sequence[Run]) -> list[str]:
@@ -200,7 +186,7 @@ NOT_LOGGED = (
 )
 
 
-def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
+def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[ControllerEstimates]:
     """Step 2 of the validation. Measures: u_p_deviation, u_m_deviation (95 % quantile of |measured - simulated|, each
     test in compensation), their means, those of manual mode, command_lag [s], and K_1, K_2, K_p, u_thr implied by the
     logged commands, as shares off the crane file's."""
@@ -211,12 +197,13 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
         progress(0.03 * (i + 1) / len(records))
     ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.segment.parts)]
     if not ahc:
-        return _not_shown(records)
+        none = "no log holds heave compensation with the PLC's inputs"
+        return nothing(StepNumber.CONTROLLER, f"{next(filter(None, map(lacking, records)), none)}: {NOT_LOGGED}")
     rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False))
     progress(0.1)
     names, noisy = dict.fromkeys(r.test for r in ahc), rows.evidence != "fine"
     laws = {n: law([r for r in ahc if r.test == n], rows.aligned, input_noise=noisy) for n in names}
-    estimates = ControllerEstimates(
+    e = ControllerEstimates(
         tuple(runs),
         rows,
         tuple(deviations(runs, rows.cycles)),
@@ -227,26 +214,11 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
         tuple(motor_laws(crane, runs, rows.cycles)),
     )
     progress(0.98)
-    explanations = causes(crane, estimates)
-    return ControllerStep(
-        StepNumber.CONTROLLER,
-        _measures(crane, estimates, explanations),
-        statements(estimates, explanations, records),
-        (deviation_table(estimates.deviations), gain_table(crane, estimates)),
-        _data(estimates),
-        estimates,
-    )
-
-
-def _not_shown(records: Sequence[Record]) -> Step:
-    reason = next((w for r in records if (w := lacking(r))), "no log holds heave compensation with the PLC's inputs")
-    note = f"{reason}: {NOT_LOGGED}"
-    names = ("u_p_deviation", "u_m_deviation", "command_lag", "K_1_deviation")
-    return Step(
-        StepNumber.CONTROLLER,
-        tuple(Measure(n, None, note=note) for n in names),
-        (f"The controller is not shown: {note}.",),
-    )
+    explanations = causes(crane, e)
+    tables = (deviation_table(e.deviations), gain_table(crane, e))
+    data = {"rows": e.rows, "implied": e.law, "K_1_joystick": e.K_op, "u_thr": e.u_thr, "deviations": e.deviations}
+    measures = _measures(crane, e, explanations)
+    return Step(StepNumber.CONTROLLER, measures, statements(e, explanations, records), tables, data, e)
 
 
 def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mapping[str, str]) -> tuple[Measure, ...]:
@@ -254,11 +226,11 @@ def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mappin
     closed = "active" in crane.circuits
     if closed and not any(d.signal == "u_m" and d.ahc for d in estimates.deviations):
         note = "u_m was not logged in heave compensation: log the motor command"
-        out.append(Measure("u_m_deviation", None, note=note))
+        out.append(Measure.of("u_m_deviation", None, note=note))
     seconds = f"{estimates.law.seconds:.0f} s of unsaturated compensation" if estimates.law else ""
     note = explanations.get("lag", estimates.rows.description)
     unmoved = "the tip does not move in compensation: log AHC tests in waves"
-    out.append(_measure("command_lag", estimates.rows.waves, note, unmoved, quantity="time", data=seconds))
+    out.append(_measure("command_lag", estimates.rows.waves, note, unmoved, seconds))
     gains = estimates.runs[0].segment.plc.gains
     little = "too little unsaturated compensation in the logs to determine the gain: log AHC tests in waves"
     for name in ("K_1", "K_2", "K_p"):
@@ -266,9 +238,9 @@ def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mappin
         note = "; ".join(explanations[k] for k in (name, "K_wire") if k in explanations)
         if e is not None and file_value != 0.0:
             share = Estimate(e.value / file_value - 1.0, e.low / file_value - 1.0, e.high / file_value - 1.0)
-            out.append(_measure(f"{name}_deviation", share, note, data=f"{seconds}, {e.n} blocks"))
+            out.append(Measure.of(f"{name}_deviation", share, data=f"{seconds}, {e.n} blocks", note=note))
         else:
-            out.append(_measure(f"{name}_deviation", None, "", little))
+            out.append(Measure.of(f"{name}_deviation", None, note=little))
     e, u_thr = estimates.u_thr, crane.control.u_thr
     difference = Estimate(e.value - u_thr, e.low - u_thr, e.high - u_thr) if e else None
     never = "the feedforward does not exceed the threshold long enough: log higher waves"
@@ -277,39 +249,16 @@ def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mappin
     return tuple(out)
 
 
-def _measure(name: str, e: Estimate | None, note: str = "", without: str = "", **more: str) -> Measure:
+def _measure(name: str, e: Estimate | None, note: str, without: str, data: str = "") -> Measure:
     """A measure from its estimate; without one the reason."""
-    if e is None:
-        return Measure(name, None, note=without)
-    return Measure(name, e.value, low=e.low, high=e.high, note=note, **more)  # type: ignore[arg-type]
+    return Measure.of(name, None, note=without) if e is None else Measure.of(name, e, data=data, note=note)
 
 
 def _of_test(d: Deviation, explanation: str) -> list[Measure]:
     test, data = f"test {d.test}", f"{d.seconds:.0f} s, worst sample {100.0 * d.worst:.2g} %, rms {100.0 * d.rms:.2g} %"
     if not d.ahc:
-        return [_measure(f"{d.signal}_deviation_manual", d.high, test=test, data=data)]
+        return [Measure.of(f"{d.signal}_deviation_manual", d.high, test=test, data=data)]
     return [
-        _measure(f"{d.signal}_deviation", d.high, explanation, test=test, data=data),
-        _measure(f"{d.signal}_deviation_mean", d.mean, test=test, data=data),
+        Measure.of(f"{d.signal}_deviation", d.high, test=test, data=data, note=explanation),
+        Measure.of(f"{d.signal}_deviation_mean", d.mean, test=test, data=data),
     ]
-
-
-def _data(estimates: ControllerEstimates) -> dict[str, object]:
-    def of(e: Estimate | None) -> dict[str, float] | None:
-        return e.to_dict() if e else None
-
-    law, rows = estimates.law, estimates.rows
-    return {
-        "cycles": rows.cycles,
-        "rows_by": rows.evidence,
-        "lag_waves": of(rows.waves),
-        "lag_joystick": of(rows.joystick),
-        "implied": {n: of(getattr(law, n)) for n in ("K_1", "K_2", "K_p", "K_op")} if law else None,
-        "K_1_joystick": of(estimates.K_op),
-        "u_thr": of(estimates.u_thr),
-        "deviations": [
-            {name: getattr(d, name) for name in ("test", "signal", "ahc", "rms", "worst", "seconds")}
-            | {"mean": d.mean.value, "high": d.high.value}
-            for d in estimates.deviations
-        ],
-    }

@@ -1,7 +1,7 @@
 """Results of a validation step: measures with intervals, and verdicts line by line.
 
-Names of the measures that the steps compute and criteria judge, and of the settings that a set of criteria passes to
-the steps: `measures.toml`.
+Steps, names of the measures that they compute and criteria judge, and settings that a set of criteria passes to them:
+`measures.toml`.
 """
 
 from __future__ import annotations
@@ -9,12 +9,17 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from enum import IntEnum, StrEnum
+from dataclasses import dataclass, field, fields, is_dataclass
+from enum import Enum, IntEnum, StrEnum
 from importlib.resources import files
-from typing import Any
+from typing import Any, Generic, TypeVar
+
+import numpy as np
 
 from stillhook.report.document import Table
+from stillhook.statistics.estimate import Estimate
+
+E = TypeVar("E")
 
 OF_SIGNAL = "signal "
 """Prefix of what a measure is of where it is of one signal."""
@@ -33,17 +38,6 @@ class StepNumber(IntEnum):
     DYNAMICS = 4
     AHC = 5
     PASSIVE = 6
-
-
-TITLES: Mapping[StepNumber, str] = {
-    StepNumber.DATA: "data set",
-    StepNumber.PARAMETERS: "variables and parameters",
-    StepNumber.CONTROLLER: "controller in isolation",
-    StepNumber.LIMITS: "velocity limits",
-    StepNumber.DYNAMICS: "winch dynamics",
-    StepNumber.AHC: "active heave compensation",
-    StepNumber.PASSIVE: "passive circuit",
-}
 
 
 class Verdict(StrEnum):
@@ -95,6 +89,24 @@ class Measure:
     note: str = ""
     structural: float = 0.0
     undetectable: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        x: Estimate | float | None,
+        *,
+        test: str = "",
+        data: str = "",
+        note: str = "",
+        undetectable: bool = False,
+    ) -> Measure:
+        """A measure of `MEASURES` from an estimate, a number without an interval, or nothing; a number that is not
+        finite is none."""
+        e = x if isinstance(x, Estimate) else Estimate(math.nan if x is None else float(x))
+        value = e.value if math.isfinite(e.value) else None
+        low, high = (e.low, e.high) if math.isfinite(e.low) and math.isfinite(e.high) else (None, None)
+        return cls(name, value, MEASURES[name].quantity, low, high, test, data, note, e.structural, undetectable)
 
     def to_dict(self) -> dict[str, Any]:
         """The measure as plain data for JSON, in SI."""
@@ -169,42 +181,72 @@ class CriterionResult:
 
 
 @dataclass(frozen=True)
-class Step:
-    """Results of one step. measures go to the criteria; statements are lines for the reader, the most important first;
-    tables for the reader; data: numbers behind the figures, SI, named as in `stillhook.variables`, for JSON. A step
-    keeps what its figures need in a subclass."""
+class Step(Generic[E]):
+    """Results of one step. measures go to the criteria; statements: causes and conditions that no measure holds, a line
+    each; tables for the reader; data: estimates for JSON, by name; estimates: all of them, for figures, None where the
+    step could not be taken."""
 
     number: StepNumber
     measures: tuple[Measure, ...]
     statements: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     data: Mapping[str, Any] = field(default_factory=dict)
+    estimates: E | None = None
 
     @property
     def title(self) -> str:
-        return TITLES[self.number]
+        return STEPS[self.number].meaning
 
     def measures_of(self, name: str) -> tuple[Measure, ...]:
         """The measures with a name, one per test."""
         return tuple(m for m in self.measures if m.name == name)
 
     def to_dict(self) -> dict[str, Any]:
-        """The step as plain data for JSON."""
+        """The step as plain data for JSON, numbers in SI."""
         return {
             "step": int(self.number),
             "title": self.title,
             "measures": [m.to_dict() for m in self.measures],
             "statements": list(self.statements),
-            "data": dict(self.data),
+            "data": plain(self.data),
         }
+
+
+def plain(x: Any) -> Any:
+    """Estimates as plain data for JSON: fields by name, without series of samples and without what the step was given
+    (records, the crane); a number that is not finite is null."""
+    if isinstance(x, Enum):
+        return x.value
+    if isinstance(x, float | np.floating):
+        return float(x) if math.isfinite(x) else None
+    if isinstance(x, Mapping):
+        return {str(k): plain(v) for k, v in x.items() if _is_plain(v)}
+    if is_dataclass(x):
+        return {f.name: plain(v) for f in fields(x) if f.init and _is_plain(v := getattr(x, f.name))}
+    if isinstance(x, tuple) and hasattr(x, "_asdict"):
+        return plain(x._asdict())
+    return [plain(v) for v in x if _is_plain(v)] if isinstance(x, tuple | list | frozenset) else x
+
+
+def _is_plain(x: Any) -> bool:
+    kinds = (str, int, float, np.floating, Mapping, tuple, list, frozenset)
+    return x is None or isinstance(x, kinds) or (is_dataclass(x) and not hasattr(x, "record"))
+
+
+def nothing(number: StepNumber, reason: str, *notes: str) -> Step[Any]:
+    """A step that the data do not allow: its measures without a value, each with the reason."""
+    names = (name for name, m in MEASURES.items() if m.step is number)
+    return Step(number, tuple(Measure.of(name, None, note=reason) for name in names), (f"{reason}.", *notes))
 
 
 @dataclass(frozen=True)
 class Named:
-    """A measure or setting: meaning in words; quantity a key of `stillhook.units.KINDS`, "" for a pure number."""
+    """A measure, setting or step: meaning in words; quantity a key of `stillhook.units.KINDS`, "" for a pure number;
+    question that a step answers."""
 
     meaning: str
     quantity: str = ""
+    question: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,6 +264,9 @@ class NamedMeasure(Named):
 
 
 _TABLE = tomllib.loads((files("stillhook.validate.criteria") / "measures.toml").read_text(encoding="utf-8"))
+
+STEPS: Mapping[StepNumber, Named] = {StepNumber[n.upper()]: Named(**row) for n, row in _TABLE.pop("steps").items()}
+"""Every step: its title, and the question that it answers."""
 
 SETTINGS: Mapping[str, Named] = {name: Named(**row) for name, row in _TABLE.pop("settings").items()}
 """Settings that the steps compute their measures with. Every set of criteria states all of them."""

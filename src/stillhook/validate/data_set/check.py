@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
 from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import layers_filled
 from stillhook.report.document import Table
 from stillhook.sea.motion.recorded import window_spans
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
@@ -39,15 +41,8 @@ class Motion:
         return f"{s.test}: {s.load / 1e3:.0f} t, {s.s_w:.0f} m"
 
 
-@dataclass(frozen=True)
-class DataStep(Step):
-    """motions: the tip's motion by load case with heave compensation."""
-
-    motions: tuple[Motion, ...] = ()
-
-
-def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> DataStep:
-    """Coverage of the tests with heave compensation, and quality of all logs.
+def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[tuple[Motion, ...]]:
+    """Coverage of the tests with heave compensation, and quality of all logs; estimates: the tip's motion by load case.
 
     Two wire lengths are different where they are `layers_apart` layers of the drum apart, two loads where they are
     `load_apart` of the SWL apart: that changes layer, inertia and wire, or pressure, speed and friction, by enough to
@@ -56,17 +51,13 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callab
     cases = [(r, s) for r in records if r.test.kind is Kind.AHC for s in r.segments]
     segments = [s for _, s in cases]
     motions = tuple(Motion(s, tip_ranges(r, s, campaign.criteria.settings["window"])) for r, s in cases)
-    statements = [
-        _summary(segments, motions),
-        *_follows(records),
-        *(text for r in records for text in r.statements),
-    ]
+    measures = (*_coverage(campaign, records, segments, motions), *_quality(records))
+    statements = tuple(text for r in records for text in r.statements)
     data = {
         "s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions},
-        "lags": [_lag(r, x) for r in records for x in r.lags],
+        "lags": {r.test.name: r.lags for r in records if r.lags},
     }
-    measures = (*_coverage(campaign, records, segments, motions), *_quality(records))
-    return DataStep(StepNumber.DATA, measures, tuple(statements), (_table(records),), data, motions)
+    return Step(StepNumber.DATA, measures, statements, (_table(records),), data, motions)
 
 
 def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
@@ -87,11 +78,8 @@ def _coverage(
         note = (
             'no part of a test of kind "ahc" can be used; log 60 s or more of heave compensation without interruption'
         )
-        names = {"wire_lengths": "", "loads": "", "load_share": "", "s_tip_pp_low": "length", "s_tip_pp_high": "length"}
-        return [
-            *(Measure(n, None, q, note=note) for n, q in names.items()),
-            Measure("data_length", 0.0, "time", data="no load case"),
-        ]
+        names = ("wire_lengths", "loads", "load_share", "s_tip_pp_low", "s_tip_pp_high")
+        return [*(Measure.of(n, None, note=note) for n in names), Measure.of("data_length", 0.0, data="no load case")]
     drum = drum_record(crane)
     layers = [float(layers_filled(drum.L_full - 0.5 * (s.s_w_min + s.s_w_max), drum)) for s in cases]
     layers_apart, load_apart = settings["layers_apart"], settings["load_apart"]
@@ -112,29 +100,25 @@ def _coverage(
     )
     of_loads = f"loads count as different where they differ by {100.0 * load_apart:.3g} % of the SWL on the wire"
     return [
-        Measure("wire_lengths", float(len(lengths)), data=each_length, note=of_lengths),
-        Measure("loads", float(len(loads)), data=each_load, note=of_loads),
-        Measure("load_share", suspended[heaviest] / crane.SWL, data=on_hook),
+        Measure.of("wire_lengths", len(lengths), data=each_length, note=of_lengths),
+        Measure.of("loads", len(loads), data=each_load, note=of_loads),
+        Measure.of("load_share", suspended[heaviest] / crane.SWL, data=on_hook),
         *_motion(motions),
-        Measure("data_length", sum(s.duration for s in cases), "time", data=f"{len(cases)} load cases"),
+        Measure.of("data_length", sum(s.duration for s in cases), data=f"{len(cases)} load cases"),
     ]
 
 
 def _motion(motions: Sequence[Motion]) -> list[Measure]:
-    spans = _moving(motions)
+    """Least and largest motion over the windows of all load cases in which the tip moves."""
+    names, spans = ("s_tip_pp_low", "s_tip_pp_high"), np.concatenate([m.s_tip_pp for m in motions])
+    spans = spans[spans >= RESTS]
     if not len(spans):
         note = "the tip moves for the duration of a window in no load case"
-        return [Measure(name, None, "length", note=note) for name in ("s_tip_pp_low", "s_tip_pp_high")]
+        return [Measure.of(name, None, note=note) for name in names]
     low, half_low, half_high, high = (float(x) for x in np.percentile(spans, (0.0, 25.0, 75.0, 100.0)))
     half = f"{number(half_low, 3)} m to {number(half_high, 3)} m"
     data = f"{number(len(spans) * EVERY, 4)} s of windows, half of them {half}"
-    return [Measure("s_tip_pp_low", low, "length", data=data), Measure("s_tip_pp_high", high, "length", data=data)]
-
-
-def _moving(motions: Sequence[Motion]) -> FloatArray:
-    """The windows of all load cases in which the tip moves [m]."""
-    spans = np.concatenate([m.s_tip_pp for m in motions])
-    return spans[spans >= RESTS]
+    return [Measure.of(name, x, data=data) for name, x in zip(names, (low, high), strict=True)]
 
 
 def different(values: Sequence[float], apart: float) -> list[int]:
@@ -150,14 +134,14 @@ def _quality(records: Sequence[Record]) -> list[Measure]:
     out = []
     for r in records:
         test, data = f"test {r.test.name}", f"{number(r.log.samples, 6)} samples of {r.log.source}"
-        out.append(Measure("samples_lost", r.lost, test=test, data=data))
-        out.append(Measure("longest_gap", r.longest_hole, "time", test=test, data=data))
+        out.append(Measure.of("samples_lost", r.lost, test=test, data=data))
+        out.append(Measure.of("longest_gap", r.longest_hole, test=test, data=data))
         if r.test.kind is Kind.AHC and r.segments:
             out += _doubtful(r)
         out += [_drift(test, clock) for clock in r.clocks]
         for x in _wire_lags([r]):
-            ends, gain = (x.seconds - 2.0 * x.u, x.seconds + 2.0 * x.u), f"with a gain of {x.gain:.3f}"
-            out.append(Measure("wire_lag", x.seconds, "time", *ends, test, f"part {x.segment + 1}", gain))
+            lag, gain = Estimate.around(x.seconds, 2.0 * x.u), f"with a gain of {x.gain:.3f}"
+            out.append(Measure.of("wire_lag", lag, test=test, data=f"part {x.segment + 1}", note=gain))
     return out
 
 
@@ -167,9 +151,9 @@ def _wire_lags(records: Sequence[Record]) -> list[SegmentLag]:
 
 def _drift(test: str, clock: ClockError) -> Measure:
     drift, margin = abs(clock.drift), 2.0 * clock.u_drift
-    low, high = (max(0.0, drift - margin), drift + margin) if np.isfinite(margin) else (None, None)
     data = f"{', '.join(clock.signals)} against {clock.against or 'the motion of the winch'}"
-    return Measure("clock_drift", drift, "", low, high, test, data, "corrected")
+    e = Estimate(drift, max(0.0, drift - margin), drift + margin)
+    return Measure.of("clock_drift", e, test=test, data=data, note="corrected")
 
 
 def _doubtful(r: Record) -> list[Measure]:
@@ -181,35 +165,7 @@ def _doubtful(r: Record) -> list[Measure]:
     total = sum(s.last - s.first for s in r.segments)
     worst = max(counts, key=lambda n: counts[n])
     data = f"{worst}, {number(total * r.step, 4)} s"
-    return [Measure("samples_doubtful", counts[worst] / total, test=f"test {r.test.name}", data=data)]
-
-
-def _summary(cases: Sequence[Segment], motions: Sequence[Motion]) -> str:
-    if not cases:
-        return "The data contain no usable heave compensation."
-    tip, moves = _moving(motions), ""
-    if len(tip):
-        moves = f", tip motion {number(float(tip.min()), 2)} m to {number(float(tip.max()), 2)} m peak to peak"
-    loads, wire = sorted(s.load for s in cases), sorted(s.s_w for s in cases)
-    seconds = sum(s.duration for s in cases)
-    return (
-        f"{len(cases)} load case{'s' if len(cases) > 1 else ''} with heave compensation, {number(seconds, 4)} s in all:"
-        f" {number(loads[0] / 1e3, 3)} t to {show(loads[-1], 'mass', 3)}, {number(wire[0], 4)} m to"
-        f" {show(wire[-1], 'length', 4)} of wire out{moves}."
-    )
-
-
-def _follows(records: Sequence[Record]) -> list[str]:
-    wire = _wire_lags(records)
-    if not wire:
-        return []
-    late = " to ".join(f"{x:.3g} ms" for x in _ends([1e3 * x.seconds for x in wire]))
-    gain = " to ".join(f"{x:.3f}" for x in _ends([x.gain for x in wire]))
-    return [f"The wire follows the tip with a lag of {late} and a gain of {gain}."]
-
-
-def _ends(values: Sequence[float]) -> Sequence[float]:
-    return (min(values), max(values)) if len(values) > 1 else values
+    return [Measure.of("samples_doubtful", counts[worst] / total, test=f"test {r.test.name}", data=data)]
 
 
 def _table(records: Sequence[Record]) -> Table:
@@ -228,15 +184,3 @@ def _quantiles(x: FloatArray) -> dict[str, float]:
     if not len(x):
         return {}
     return {f"{q:g} %": float(np.percentile(x, q)) for q in (0.0, 25.0, 50.0, 75.0, 100.0)}
-
-
-def _lag(r: Record, x: SegmentLag) -> dict[str, object]:
-    return {
-        "test": r.test.name,
-        "segment": x.segment,
-        "ahead": x.ahead,
-        "late": x.late,
-        "lag": x.seconds,
-        "u": x.u,
-        "gain": x.gain,
-    }

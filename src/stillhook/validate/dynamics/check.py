@@ -12,11 +12,12 @@ The crane as tuned by step 4, for its user to adopt and validate again.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
+from stillhook.base.progress import Progress
 from stillhook.errors import StillhookError
 from stillhook.library.crane_file import changed
 from stillhook.library.leakage import Point, form_of, pump_leak
@@ -25,7 +26,7 @@ from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, in_display, number, show
-from stillhook.validate.criteria.results import Measure, Step, StepNumber
+from stillhook.validate.criteria.results import Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record, Segment, Transient, find_transients, quick_enough
 from stillhook.validate.dynamics.estimates import (
@@ -37,7 +38,7 @@ from stillhook.validate.dynamics.estimates import (
     tables_of,
     tuned_value,
 )
-from stillhook.validate.dynamics.form import GroupDifference, Tuning, clusters_of, group_differences, tune
+from stillhook.validate.dynamics.form import Tuning, clusters_of, group_differences, tune
 from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, UNKNOWNS, scaled
 from stillhook.validate.dynamics.runs import DynamicsSegment, dynamics_segment, motor_command
 from stillhook.validate.dynamics.swings import SwingComparison, compare_swings
@@ -61,52 +62,39 @@ oscillation."""
 OTHER_OIL = 0.03
 """Deviation of the leakage between two tests [-]: about a kelvin of the oil's temperature, and effects not in the
 balance."""
-ALL = (
-    "C_h_error",
-    "C_leak_error",
-    "J_m_eff_error",
-    "pressure_gradient_error",
-    "swing_period_error",
-    "dynamics_misfit",
-    "dynamics_misfit_tuned",
-)
 LOGGING_ADVICE = (
-    "Log the winch without load and with less than 20 m of wire out, in manual mode: from rest to a speed and back,"
-    " each within half a second, both ways, eight times; p_a, p_b, omega_m, u_p, u_m every 10 ms."
+    "log the winch without load and with less than 20 m of wire out, in manual mode: from rest to a speed and back,"
+    " each within half a second, both ways, eight times; p_a, p_b, omega_m, u_p, u_m every 10 ms"
 )
 
 
 @dataclass(frozen=True)
-class DynamicsStep(Step):
-    """Step 4 with the data of its figures and the tuned crane: segments of the tests, their turns, the fit, and its
-    results. None where no test could be used. leak: form of the leakage by the flow balance of the tests with heave
-    compensation; leak_at: point that C_leak_error refers to, None where it is not known."""
+class DynamicsEstimates:
+    """Estimates of step 4: segments of the tests, their turns, the fit, tuned values, and swings. leak: form of the
+    leakage by the flow balance of the tests with heave compensation; leak_at: point that C_leak_error refers to, None
+    where it is not known."""
 
-    time_segments: tuple[DynamicsSegment, ...] = ()
-    transients: tuple[Transient, ...] = ()
-    tuning: Tuning | None = None
-    tuned: tuple[TunedValue, ...] = ()
-    swings: SwingComparison | None = None
-    leak: LeakChoice | None = None
-    leak_at: Point | None = None
+    time_segments: tuple[DynamicsSegment, ...]
+    transients: tuple[Transient, ...]
+    tuning: Tuning
+    tuned: tuple[TunedValue, ...]
+    swings: SwingComparison
+    leak: LeakChoice | None
+    leak_at: Point | None
 
 
-def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
+def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[DynamicsEstimates]:
     """Compare the twin's gradients and periods with those of the tests of kind "dynamics", and tune the crane to them.
 
-    Returns a DynamicsStep; its measures have no value, but a reason, where the tests do not determine them.
+    Its measures have no value, but a reason, where the tests do not determine them.
     """
     tests = [r for r in records if r.test.kind is Kind.DYNAMICS]
     if not tests:
-        return _nothing('The campaign has no test of kind "dynamics".', ())
+        return _nothing('the campaign has no test of kind "dynamics"')
     time_segments, turns, notes = _time_segments(campaign, tests)
     if len(turns) < FEWEST:
-        reason = (
-            f"{_names(tests)} shows {len(turns)} quick turns of the winch; at least {FEWEST} are needed."
-            if not notes
-            else notes[0]
-        )
-        return _nothing(reason, tuple(notes))
+        few = f"test {', '.join(r.test.name for r in tests)} shows {len(turns)} quick turns of the winch; at least"
+        return _nothing(notes[0].rstrip(".") if notes else f"{few} {FEWEST} are needed", notes[1:])
     progress(0.0)
     try:
         clusters = [clusters_of(s, turns) for s in time_segments]
@@ -114,23 +102,31 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Ca
         leakage = expected_leakage(campaign, tests, flow)
         tuning = tune(campaign.crane, time_segments, clusters, leakage, lambda x: progress(x))
     except StillhookError as e:
-        return _nothing(f"The twin cannot be simulated on it: {e}", tuple(notes))
+        return _nothing(f"the twin cannot be simulated on it: {str(e).rstrip('.')}", notes)
     swings = compare_swings(time_segments, turns, tuning)
     differences = group_differences(tuning.fit, turns, leakage)
     values = tuple(in_form(tuned_value(tuning, name, swings.misfit_after, differences), flow) for name in TUNED)
-    return DynamicsStep(
-        number=StepNumber.DYNAMICS,
-        measures=measures_of(values, swings, time_segments, turns, tuning),
-        statements=statements_of(campaign.crane, values, tuning, swings, bool(leakage), notes),
-        tables=tables_of(campaign.crane, values, tuning, swings),
-        data=_data(values, swings, tuning, differences),
-        time_segments=time_segments,
-        transients=turns,
-        tuning=tuning,
-        tuned=values,
-        swings=swings,
-        leak=None if flow is None else flow.leak,
-        leak_at=_leak_at(campaign, tests, flow),
+    return Step(
+        StepNumber.DYNAMICS,
+        measures_of(values, swings, time_segments, turns, tuning),
+        statements_of(values, tuning, bool(leakage), notes),
+        tables_of(campaign.crane, values, tuning, swings),
+        {
+            "tuned": values,
+            "groups": differences,
+            "nuisance": {name: float(tuning.fit.theta[PLACE[name]]) for name in NAMES if name not in TUNED},
+            "fit": tuning.fit,
+            "swings": swings,
+        },
+        DynamicsEstimates(
+            time_segments,
+            turns,
+            tuning,
+            values,
+            swings,
+            None if flow is None else flow.leak,
+            _leak_at(campaign, tests, flow),
+        ),
     )
 
 
@@ -171,17 +167,8 @@ def _leak_at(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) 
     return None if flow is None else flow.leak.at
 
 
-def _nothing(reason: str, notes: Sequence[str]) -> DynamicsStep:
-    note = f"{reason} {LOGGING_ADVICE}"
-    return DynamicsStep(
-        StepNumber.DYNAMICS,
-        tuple(Measure(name, None, note=note) for name in ALL),
-        (note, *(x for x in notes if x != reason)),
-    )
-
-
-def _names(tests: Sequence[Record]) -> str:
-    return f"Test {', '.join(r.test.name for r in tests)}"
+def _nothing(reason: str, notes: Sequence[str] = ()) -> Step[DynamicsEstimates]:
+    return nothing(StepNumber.DYNAMICS, f"{reason}: {LOGGING_ADVICE}", *notes)
 
 
 def _time_segments(
@@ -252,47 +239,12 @@ def _conditions(campaign: Campaign, segment: Segment) -> list[str]:
     return out
 
 
-def _data(
-    values: Sequence[TunedValue], swings: SwingComparison, tuning: Tuning, differences: Sequence[GroupDifference]
-) -> dict[str, object]:
-    """Data of the figures for JSON, SI."""
-    return {
-        "tuned": {
-            f.name: {
-                **f.factor.to_dict("factor"),
-                "structural": f.factor.structural,
-                "known": f.known,
-                "offered": f.offered,
-            }
-            for f in values
-        },
-        "groups": [
-            {
-                "name": x.name,
-                "groups": list(x.groups),
-                "difference": x.difference,
-                "deviation": x.deviation,
-                "clear": x.beyond_sampling,
-            }
-            for x in differences
-        ],
-        "nuisance": {name: float(tuning.fit.theta[i]) for i, name in enumerate(NAMES) if name not in TUNED},
-        "fit": {
-            "converged": tuning.fit.converged,
-            "message": tuning.fit.message,
-            "runs": tuning.fit.runs,
-            "turns": tuning.fit.clusters,
-        },
-        "swings": swings.to_dict(),
-    }
-
-
 DIGITS = 4
 Leaf = dict[str, Any]
 """Value of a crane file with kind and source."""
 
 
-def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
+def tuned_crane(estimates: DynamicsEstimates | None, campaign: Campaign) -> Crane | None:
     """The campaign's crane with the capacitance, leakage and inertia of step 4, each with its source; None where none
     of them is proposed. A value whose law does not fit is left unchanged.
 
@@ -301,12 +253,12 @@ def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
     leakage, the form that they support is used, as estimated by the flow balance and at its pressure, provided that
     they determine the value at the crane file's setting and speed, and nothing of the crane file's form.
     """
-    if not isinstance(step, DynamicsStep):
+    if estimates is None:
         return None
-    crane, leak = campaign.crane, step.leak
+    crane, leak = campaign.crane, estimates.leak
     leaves: dict[str, Leaf] = {}
     unchanged = {item.path: item.value for item in items(crane)}
-    for tuned in step.tuned:
+    for tuned in estimates.tuned:
         if not tuned.offered or (tuned.name == C_LEAK and leak is not None and leak.refuted):
             continue
         factor = tuned.factor.value

@@ -160,23 +160,16 @@ def measures_of(
         end = "_tuned" if tuned else ""
         out += [_error(f"{x.measure}{end}", swings.error(x.field, tuned, x.line), x.line) for x in COMPARED]
         misfit = swings.misfit_after if tuned else swings.misfit_before
-        out += [Measure(f"dynamics_misfit{end}", misfit[n], test=n, data=data) for n in JUDGED if n in misfit]
+        out += [Measure.of(f"dynamics_misfit{end}", misfit[n], test=n, data=data) for n in JUDGED if n in misfit]
     return tuple(out)
 
 
 def _change(f: TunedValue, data: str) -> Measure:
     if not f.known:
-        return Measure(ERROR[f.name], None, data=data, note=f.reason)
-    note = "tuned over the crane file's, less 1"
-    return Measure(
-        ERROR[f.name],
-        f.factor.value - 1.0,
-        low=f.factor.low - 1.0,
-        high=f.factor.high - 1.0,
-        data=data,
-        note=f"{note}; {f.form}" if f.form else note,
-        structural=f.factor.structural,
-    )
+        return Measure.of(ERROR[f.name], None, data=data, note=f.reason)
+    x, note = f.factor, "tuned over the crane file's, less 1"
+    e = Estimate(x.value - 1.0, x.low - 1.0, x.high - 1.0, x.n, x.structural)
+    return Measure.of(ERROR[f.name], e, data=data, note=f"{note}; {f.form}" if f.form else note)
 
 
 FEWEST_PLACES = 3
@@ -184,16 +177,14 @@ FEWEST_PLACES = 3
 
 
 def _error(name: str, error: Estimate, line: str) -> Measure:
-    test = f"line {line}" if line else ""
-    data = f"{error.n:g} places"
-    if error.n < FEWEST_PLACES:
-        note = (
-            f"Crane and twin both show it in {data}; at least {FEWEST_PLACES} are needed. Make more and"
-            " quicker turns both ways."
-        )
-        return Measure(name, None, test=test, data=data, note=note)
-    note = "simulated over measured, less 1"
-    return Measure(name, error.value, low=error.low, high=error.high, test=test, data=data, note=note)
+    test, data = f"line {line}" if line else "", f"{error.n:g} places"
+    if error.n >= FEWEST_PLACES:
+        return Measure.of(name, error, test=test, data=data, note="simulated over measured, less 1")
+    note = (
+        f"Crane and twin both show it in {data}; at least {FEWEST_PLACES} are needed. Make more and"
+        " quicker turns both ways."
+    )
+    return Measure.of(name, None, test=test, data=data, note=note)
 
 
 WORDS = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}
@@ -214,65 +205,24 @@ def reference(crane: Crane, f: TunedValue) -> tuple[float, str]:
 
 
 def statements_of(
-    crane: Crane,
-    values: Sequence[TunedValue],
-    tuning: Tuning,
-    swings: SwingComparison,
-    elsewhere: bool,
-    notes: Sequence[str],
+    values: Sequence[TunedValue], tuning: Tuning, elsewhere: bool, notes: Sequence[str]
 ) -> tuple[str, ...]:
-    """Lines for the reader, the most important first; elsewhere: other tests also determined the leakage."""
-    out = []
-    for f in values:
-        value, kind = reference(crane, f)
-        if f.known:
-            whose = "the file states" if f.of is None else "the twin has, at the working point of heave compensation,"
-            x = f.factor
-            amount = f"{show(x.value * value, kind, 4)} where {whose} {show(value, kind, 4)}{_oil(crane, f.name)}"
-            deviation, low, high = (100.0 * (end - 1.0) for end in (x.value, x.low, x.high))
-            out.append(
-                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {deviation:+.1f} % from the crane file (95 %:"
-                f" {low:+.1f} to {high:+.1f} %), {amount}.{_form(f)}"
-            )
-        else:
-            out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is not determined by these tests. {f.reason}")
-    out.append(_figures(swings))
-    fit = tuning.fit
-    end = "converged" if fit.converged else "did NOT converge"
-    out.append(
-        f"The fit {end} after {fit.runs} runs of the twin and its variations ({fit.message}), on {fit.clusters} turns."
+    """What is not proposed as a tuned value and why, how the fit ended, and what the tests lack; elsewhere: other tests
+    also determined the leakage."""
+    fit, end = tuning.fit, "converged" if tuning.fit.converged else "did NOT converge"
+    both = (
+        "The leakage is from these turns and the flow balance of the tests with heave compensation, where it is larger."
     )
-    if elsewhere:
-        out.append(
-            "The leakage is based on these turns and on the flow balance of the tests with heave compensation, where"
-            " it is larger."
-        )
-    return (*out, *notes)
-
-
-def _form(f: TunedValue) -> str:
-    """Influence of the form of the law on a value, as a sentence."""
-    if not f.form:
-        return ""
-    part = f" Of the interval +- {100.0 * f.factor.structural:.1f} % are from the form of the law"
-    return f"{part}, because {f.form}." if f.fits else f"{part}. Not proposed as a tuned value: {f.form}."
-
-
-def _figures(swings: SwingComparison) -> str:
-    """Gradients, periods and misfit in one sentence."""
-    names = ("pressure gradients of line A", "of line B", "periods between peaks")
-    parts = []
-    for name, compared in zip(names, COMPARED, strict=False):
-        before, after = (swings.error(compared.field, tuned, compared.line) for tuned in (False, True))
-        if before.n and after.n:
-            parts.append(f"{name} {change(before.value)} ({change(after.value)})")
-    if not parts:
-        return "No turn shows a pressure gradient or a period in both twin and crane."
-    return f"Twin against crane, by its file and (tuned): {', '.join(parts)}."
-
-
-def _oil(crane: Crane, name: str) -> str:
-    return f" (as volume of a line at {show(crane.active.line.bulk_modulus, 'pressure', 6)})" if name == C_H else ""
+    return (
+        *(
+            f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is not proposed as a tuned value: {f.form}."
+            for f in values
+            if f.known and not f.fits
+        ),
+        f"The fit {end} after {fit.runs} runs of the twin and its variations ({fit.message}), on {fit.clusters} turns.",
+        *([both] if elsewhere else []),
+        *notes,
+    )
 
 
 def tables_of(crane: Crane, values: Sequence[TunedValue], tuning: Tuning, swings: SwingComparison) -> tuple[Table, ...]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,23 +155,6 @@ class SwingComparison:
         measured, simulated = np.reshape(values, (-1, 2)).T
         shown = np.isfinite(measured) & np.isfinite(simulated) & (measured != 0.0)
         return Estimate.of_mean(simulated[shown] / measured[shown] - 1.0, t_factor(int(shown.sum()) - 1))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON, SI; None where a turn shows nothing."""
-
-        numbers = ("gradient", "period", "zeta")
-        machines = {"crane": self.crane, "before": self.before, "after": self.after}
-        swings = {
-            machine: [{"line": x.line, **{n: _plain(getattr(x, n)) for n in numbers}} for x in rows]
-            for machine, rows in machines.items()
-        }
-        spectral = [_plain(x) for x in self.spectral]
-        misfits = {"misfit_before": self.misfit_before, "misfit_after": self.misfit_after}
-        return {**swings, "spectral_period": spectral, **misfits}
-
-
-def _plain(x: float) -> float | None:
-    return None if math.isnan(x) else x
 
 
 def compare_swings(

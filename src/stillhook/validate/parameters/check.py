@@ -8,100 +8,41 @@ criteria file with its reason.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable, Sequence
 
+from stillhook.base.progress import Progress
 from stillhook.report.document import Table
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_display, number
-from stillhook.validate.criteria.criteria import Criteria, Criterion
-from stillhook.validate.criteria.judge import in_words, verdict_of
 from stillhook.validate.criteria.needs import lacks
-from stillhook.validate.criteria.results import Measure, Step, StepNumber, Verdict
+from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.flow import rest_measure
-from stillhook.validate.parameters.leakage.texts import form_says
 from stillhook.validate.parameters.measures import ParameterEstimates, in_ms, measures, parameter_estimates
 from stillhook.validate.parameters.segments import parts_of
 
 
-@dataclass(frozen=True)
-class ParametersStep(Step):
-    """Step 1 with what its figures need."""
-
-    estimates: ParameterEstimates | None = None
-
-
-def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
+def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[ParameterEstimates]:
     """Parameters implied by the logs: transmission, displacements, leakage, settings, clock, load cell, friction and
     tip delay, against the crane.
 
     Parameters: campaign with the twin under test; records as read; progress is called with the share done. Nothing is
     refused here: a check whose signals were not logged gives a measure without a value that states what to log.
     """
-    estimates = parameter_estimates(parts_of(campaign, records), progress, records)
+    e = parameter_estimates(parts_of(campaign, records), progress, records)
     without = lacks(campaign.crane)
-    found = (*measures(campaign, estimates), rest_measure(campaign.crane, estimates.rests, records))
+    found = (*measures(campaign, e), rest_measure(campaign.crane, e.rests, records))
     results = tuple(m for m in found if m.name not in without)
-    lines = statements(campaign.criteria, results)
-    if estimates.balance is not None and estimates.balance.leak.refuted:
-        text = form_says(estimates.balance.leak)
-        lines = (*lines, f"{text[0].upper()}{text[1:]}.")
-    return ParametersStep(
-        StepNumber.PARAMETERS, results, lines, (_table(campaign, estimates, results),), _data(estimates), estimates
-    )
-
-
-def statements(criteria: Criteria, results: Sequence[Measure]) -> tuple[str, ...]:
-    """Statements: exceeded limits first, by utilisation, then what the data leave open, then everything within limits
-    in one line, then what the data cannot determine."""
-    broken: list[tuple[float, str]] = []
-    unknown: dict[str, list[str]] = {}
-    fine, wide = [], []
-    for name in dict.fromkeys(m.name for m in results):
-        same = [m for m in results if m.name == name]
-        for c in (c for c in criteria.criteria if c.measure == name):
-            met = [(m, verdict_of(c, m)) for m in same]
-            wrong = [m for m, verdict in met if verdict is Verdict.REFUTED]
-            open_ = [m.value for m, verdict in met if verdict is Verdict.NOT_SHOWN and m.value is not None]
-            wide_only = [m for m in same if m.undetectable]
-            if wrong:
-                worst = max(wrong, key=lambda m: abs(m.value or 0.0))
-                broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(same))))
-            elif wide_only:
-                unknown.setdefault(wide_only[0].note, []).append(c.title)
-            elif all(m.value is None for m in same):
-                unknown.setdefault(same[0].note, []).append(c.title)
-            elif open_:
-                wide.append(f"{_small(c.title)} ({in_words(c, max(open_, key=abs))}, limit {c.limit_text})")
-            else:
-                fine.append(_small(c.title))
-    out = [text for _, text in sorted(broken, key=lambda b: -b[0])]
-    if wide:
-        out.append(f"Neither shown nor refuted (part of the interval is beyond the limit): {'; '.join(wide)}.")
-    if fine:
-        complete = f"all {len(fine)} checks possible with the data"
-        out.append(f"Within limits: {'; '.join(fine) if broken or wide else complete}.")
-    out += [
-        f"{'; '.join([titles[0], *(_small(w) for w in titles[1:])])} cannot be determined: {note}."
-        for note, titles in unknown.items()
-    ]
-    return tuple(out)
-
-
-def _small(title: str) -> str:
-    """A criterion's title inside a sentence."""
-    return title[0].lower() + title[1:]
-
-
-def _wrong(c: Criterion, m: Measure, wrong: int, all_: int) -> str:
-    where = f" in {m.test}" if m.test else ""
-    many = f" ({wrong} of {all_})" if all_ > 1 else ""
-    assert m.value is not None
-    cause = f": {m.note}" if m.note else ""
-    return f"{c.title}{where}{many}: {in_words(c, m.value)}, limit {c.limit_text}{cause}."
+    data = {
+        "radii": e.radii,
+        "frictions": e.frictions,
+        "delays": e.delays,
+        "cells": e.cells,
+        "rests": e.rests,
+        "balance": e.balance,
+    }
+    return Step(StepNumber.PARAMETERS, results, (), (_table(campaign, e, results),), data, e)
 
 
 HEADER = ("parameter", "crane\nfile", "log\nsays", "95 %", "differ-\nence", "tests")
@@ -198,50 +139,3 @@ def _times(campaign: Campaign, estimates: ParameterEstimates, results: Sequence[
 
 def _tests(names: Iterable[str]) -> str:
     return ", ".join(dict.fromkeys(names))
-
-
-def _data(estimates: ParameterEstimates) -> dict[str, Any]:
-    """Data of the figures, by check and test, in SI."""
-    b = estimates.balance
-    return {
-        "r_eff": [
-            {
-                "test": x.test,
-                **x.error.to_dict("error"),
-                "layer": x.layer,
-                "layer_implied": x.implied,
-                "layer_diameter": x.d,
-                "layer_diameter_implied": x.d_implied,
-                "s_w": x.s_w,
-                "from": x.wire,
-            }
-            for x in estimates.radii
-        ],
-        "friction": [
-            {
-                "test": f.test,
-                **f.scale.scaled(offset=1.0).to_dict("scale"),
-                "T_f": f.mean,
-                "T_standing": f.standing.value,
-                "inertia_missing": f.inertia.value,
-            }
-            for f in estimates.frictions
-        ],
-        "delay": [{"test": d.test, **d.delay.to_dict("delay"), "gain": d.gain.value} for d in estimates.delays],
-        "load_cell": [{"test": c.test, **c.force.to_dict("F_w"), "weight": c.weight} for c in estimates.cells],
-        "rests": [
-            {"test": r.test, "start": r.start, "after": r.after, **r.dp.to_dict("dp")}
-            for r in (estimates.rests.rests if estimates.rests is not None else ())
-        ],
-        "flow": (
-            {}
-            if b is None
-            else {
-                "ratio": 1.0 + b.ratio.value,
-                "leakage": 1.0 + b.leakage.value,
-                "C_leak": b.twin_leakage * (1.0 + b.leakage.value),
-                "capacitance": 1.0 + b.capacitance.value,
-                "alpha_p_zero": b.offset.value,
-            }
-        ),
-    }

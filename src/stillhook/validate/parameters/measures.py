@@ -4,15 +4,13 @@ are these parameters less those of the crane file, with the likely cause in word
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from stillhook.library.leakage import point_text
 from stillhook.report.formatting import percent
 from stillhook.statistics.estimate import Estimate, extremes
 from stillhook.units import number, show
-from stillhook.validate.criteria.results import MEASURES, Measure
+from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters import flow, hoisting, settings, signals, wire
@@ -116,20 +114,9 @@ def measures(campaign: Campaign, estimates: ParameterEstimates) -> tuple[Measure
     )
 
 
-def measure(name: str, e: Estimate | None, *, test: str = "", data: str = "", note: str = "") -> Measure:
-    """A measure of step 1 from an estimate; None: not determined by the data."""
-    quantity = MEASURES[name].quantity
-    if e is None:
-        return Measure(name, None, quantity, test=test, data=data, note=note)
-    bounded = np.isfinite(e.half) and e.half > 0.0
-    return Measure(
-        name, e.value, quantity, e.low if bounded else None, e.high if bounded else None, test, data, note, e.structural
-    )
-
-
 def undetermined(note: str, *names: str) -> list[Measure]:
-    """Measures of step 1 that the data do not determine, with the reason."""
-    return [measure(name, None, note=note) for name in names]
+    """Measures that the data do not determine, with the reason."""
+    return [Measure.of(name, None, note=note) for name in names]
 
 
 def rests_on(parts: Iterable[LogPart], tests: Iterable[str], blocks: float = 0) -> str:
@@ -151,23 +138,23 @@ def _radii(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
 
 def _of_test(name: str, e: Estimate, test: str, estimates: ParameterEstimates, note: str) -> Measure:
     """The measure of one test."""
-    return measure(name, e, test=f"test {test}", data=rests_on(estimates.parts, [test], e.n), note=note)
+    return Measure.of(name, e, test=f"test {test}", data=rests_on(estimates.parts, [test], e.n), note=note)
 
 
 def _clock(estimates: ParameterEstimates) -> list[Measure]:
     clock, jump = estimates.clock, estimates.jump
     data = rests_on(estimates.parts, [t for r in estimates.ratios.values() for t in r.tests])
-    out = [measure("clock_error", clock.error, data=data if clock.error else "", note=clock.note)]
+    out = [Measure.of("clock_error", clock.error, data=data if clock.error else "", note=clock.note)]
     for rate in RATES:
         name, e = f"{rate}_error", clock.calibration.get(rate)
         if e is None:
             out += undetermined(f"log {rate} together with the quantity it is the rate of, in motion", name)
             continue
         ratio = estimates.ratios[rate]
-        out.append(measure(name, e, data=rests_on(estimates.parts, ratio.tests), note=_calibration(ratio, e)))
+        out.append(Measure.of(name, e, data=rests_on(estimates.parts, ratio.tests), note=_calibration(ratio, e)))
     if jump is None:
         return out + undetermined("log v_w together with s_w", "length_jump")
-    return [*out, measure("length_jump", Estimate.around(jump.size, 0.0), data=data, note=signals.jump_says(jump))]
+    return [*out, Measure.of("length_jump", jump.size, data=data, note=signals.jump_says(jump))]
 
 
 def _calibration(ratio: Ratio, e: Estimate) -> str:
@@ -189,7 +176,7 @@ def _settings(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure
         return out + undetermined("log the pumps' command u_p and setting alpha_p", "pump_gain_error")
     zero = f"zero of the setting at {100.0 * pump.offset.value:.2f} %"
     data = rests_on(estimates.parts, [p.test for p in estimates.parts])
-    return [*out, measure("pump_gain_error", pump.gain, data=data, note=zero)]
+    return [*out, Measure.of("pump_gain_error", pump.gain, data=data, note=zero)]
 
 
 def _motor_offset(campaign: Campaign, setting: settings.Offset | None) -> list[Measure]:
@@ -210,7 +197,7 @@ def _motor_offset(campaign: Campaign, setting: settings.Offset | None) -> list[M
         f"the motors are {100.0 * setting.offset.value:.1f} % above their command, {100.0 * expected:.1f} % in the"
         f" twin{wide}"
     )
-    return [measure(name, e, data=f"{number(setting.seconds, 3)} s with reduced motors", note=note)]
+    return [Measure.of(name, e, data=f"{number(setting.seconds, 3)} s with reduced motors", note=note)]
 
 
 def _flow(estimates: ParameterEstimates) -> list[Measure]:
@@ -220,8 +207,8 @@ def _flow(estimates: ParameterEstimates) -> list[Measure]:
         return undetermined(note, "displacement_ratio_error", "leakage_error", "leakage_file_error")
     data = rests_on(estimates.parts, b.tests, b.ratio.n)
     return [
-        measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
-        measure("leakage_error", b.leakage, data=data, note=_leak_says(b)),
+        Measure.of("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
+        Measure.of("leakage_error", b.leakage, data=data, note=_leak_says(b)),
         at_file_point(b.leak, data),
     ]
 
@@ -230,8 +217,8 @@ def at_file_point(leak: LeakChoice, data: str) -> Measure:
     """Leakage at the crane file's point; no value where the data do not reach its pressure."""
     name, note = "leakage_file_error", file_point_says(leak)
     if leak.beyond_pressure != 0.0:
-        return measure(name, None, data=data, note=f"{note}; at that pressure nothing was measured")
-    return measure(name, leak.at_file_point, data=data, note=note)
+        return Measure.of(name, None, data=data, note=f"{note}; at that pressure nothing was measured")
+    return Measure.of(name, leak.at_file_point, data=data, note=note)
 
 
 def _ratio_says(b: flow.Balance) -> str:
@@ -274,7 +261,7 @@ def _friction(estimates: ParameterEstimates) -> list[Measure]:
     if scale is None:
         return undetermined(lacking_for_torque(estimates.parts) or "the winch does not move enough", name)
     data = rests_on(estimates.parts, [f.test for f in judged], scale.n)
-    return [measure(name, scale, data=data, note=_friction_says(estimates, judged, scale))]
+    return [Measure.of(name, scale, data=data, note=_friction_says(estimates, judged, scale))]
 
 
 def lacking_for_torque(parts: Sequence[LogPart]) -> str:
@@ -316,8 +303,8 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
             f"{text}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little"
             " wire out"
         )
-        return [replace(measure(name, e, data=data, note=note), undetectable=True)]
-    return [measure(name, e, data=data, note=f"{text}, from the force of the hook's motion")]
+        return [Measure.of(name, e, data=data, note=note, undetectable=True)]
+    return [Measure.of(name, e, data=data, note=f"{text}, from the force of the hook's motion")]
 
 
 def _wire(estimates: ParameterEstimates) -> Measure:
@@ -325,21 +312,22 @@ def _wire(estimates: ParameterEstimates) -> Measure:
     name, total = "wire_elongation_error", wire.overall(estimates.wires)
     if not estimates.delays:
         note = "log the load cell F_w together with s_tip and s_w, in heave compensation with tip motion"
-        return measure(name, None, note=note)
+        return Measure.of(name, None, note=note)
     if any(error > hoisting.CLOSE for error in estimates.cell_errors):
-        return measure(name, None, note="the load cell is wrong: correct it first")
+        return Measure.of(name, None, note="the load cell is wrong: correct it first")
     weak = "load, motion or load cell are too weak, or the wire is too short"
     advice = "these data do not detect a wire 30 % softer (+43 %): {}; test a heavier load in short waves"
     if total is None:
-        return replace(measure(name, None, note=advice.format(weak)), undetectable=True)
+        return Measure.of(name, None, note=advice.format(weak), undetectable=True)
     open_ = wire.open_to_mass(estimates.wires, total.value)
     if open_ > wire.WIDEST:
         weak = f"the wire's own mass may be part of the stated load, which leaves up to {percent(open_)} more open"
     each = extremes({x.test: x.error.value for x in estimates.wires}, percent)
     note = f"from the force of the hook's motion{f', {each} by test' if each else ''}"
     data = rests_on(estimates.parts, [x.test for x in estimates.wires], total.n)
-    found = measure(name, total, data=data, note=note)
-    return found if wire.detected(total) else replace(found, note=f"{note}; {advice.format(weak)}", undetectable=True)
+    if wire.detected(total):
+        return Measure.of(name, total, data=data, note=note)
+    return Measure.of(name, total, data=data, note=f"{note}; {advice.format(weak)}", undetectable=True)
 
 
 def _references(estimates: ParameterEstimates) -> list[Measure]:
@@ -351,7 +339,7 @@ def _references(estimates: ParameterEstimates) -> list[Measure]:
         late = "later" if r.lag.value > 0.0 else "earlier"
         note = f"the PLC's tip is {in_ms(abs(r.lag.value))} ms {late} than the logged one"
         lag = _of_test("reference_lag", r.lag, r.test, estimates, note)
-        out += [lag, measure("reference_spread", Estimate.around(r.spread, 0.0), test=lag.test, data=lag.data)]
+        out += [lag, Measure.of("reference_spread", r.spread, test=lag.test, data=lag.data)]
     return out
 
 
@@ -362,12 +350,12 @@ def _pressures(estimates: ParameterEstimates) -> list[Measure]:
     for p in estimates.pressures:
         if p.low is not None:
             data, note = rests_on(estimates.parts, [p.test]), f"lowest pressure {show(p.least, 'pressure', 3)}"
-            out.append(measure("boost_error", p.low, test=f"test {p.test}", data=data, note=note))
+            out.append(Measure.of("boost_error", p.low, test=f"test {p.test}", data=data, note=note))
     high = max(estimates.pressures, key=lambda p: p.high)
     data = rests_on(estimates.parts, [high.test])
     return [
         *(out or undetermined("the lines never differ", "boost_error")),
-        measure("p_max_over_relief", Estimate.around(high.high, 0.0), test=f"test {high.test}", data=data),
+        Measure.of("p_max_over_relief", high.high, test=f"test {high.test}", data=data),
     ]
 
 

@@ -196,8 +196,6 @@ MOST = 1.0
 WIDEST = 0.06
 """Half width of an interval from which a delay is not reported [s]: 150 ms must be distinguished from zero with
 margin."""
-CURVE = np.linspace(-0.2, 0.4, 25)
-"""Delays for the figure [s]."""
 
 Spectrum = NDArray[np.complex128]
 
@@ -205,12 +203,11 @@ Spectrum = NDArray[np.complex128]
 @dataclass(frozen=True)
 class TipDelay:
     """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's, 1 where the
-    force determines it too poorly; misfit: rms of the remaining force [N] at the delays of CURVE."""
+    force determines it too poorly."""
 
     test: str
     delay: Estimate
     gain: Estimate
-    misfit: FloatArray
 
 
 @dataclass(frozen=True)
@@ -299,7 +296,7 @@ def _delay(test: str, seas: Sequence[Sea]) -> TipDelay | None:
     best = loose if use_free else tight
     result = Estimate.around(best.value, math.hypot(best.half, SHAPE * best.value), best.n)
     gain = fitted.estimate(0) if use_free else Estimate.around(1.0, GAIN)
-    return TipDelay(test, result, gain, np.array([_misfit(seas, x) for x in CURVE]))
+    return TipDelay(test, result, gain)
 
 
 def _fitted(seas: Sequence[Sea], *, fixed_gain: bool) -> tuple[float, Fit] | None:
@@ -330,13 +327,6 @@ def _leans(seas: Sequence[Sea]) -> float:
     return dot(hook, speed) / dot(speed, speed)
 
 
-def _misfit(seas: Sequence[Sea], delay: float) -> float:
-    """Rms of the remaining force with the tip ahead by a time [N], with the twin's gain."""
-    hook, _, _, force, way, _ = _columns(seas, delay)
-    rest = force - hook
-    return float(np.std(rest - way * dot(way, rest) / max(dot(way, way), 1e-12)))
-
-
 LEAST_TIP_PP = 0.2
 """Least tip motion in a window from which a lag can be determined [m]."""
 
@@ -364,7 +354,8 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
         rest, v, block = stacked(_rows(p) for p in same)
         fitted = fit((v,), rest, block)
         if fitted is not None:
-            out.append(Reference(test, Estimate.around(-float(fitted.b[0]), fitted.half(0), fitted.blocks), fitted.sd))
+            half = fitted.half(0) or math.nan  # a tip made from the reference fits without a residual: no interval
+            out.append(Reference(test, Estimate.around(-float(fitted.b[0]), half, fitted.blocks), fitted.sd))
     return tuple(out)
 
 

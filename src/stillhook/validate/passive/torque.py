@@ -93,9 +93,8 @@ sensors decide."""
 class Share:
     """One test. share: of the torque of all passive motors of the file that is there, less 1, by the load cell;
     structural: half width [-] that calibrations leave in addition; standing: torque left in the mean with the file's
-    motors [N m], T_load mean torque of the load; by_weight: the share by the stated load, None where it is not stated;
-    T, T_p: for figures, torque of the load less that of the active motors and less friction, and torque of the file's
-    passive motors [N m]."""
+    motors [N m], T_load mean torque of the load; by_weight: the share by the stated load, None where it is not
+    stated."""
 
     test: str
     share: Estimate
@@ -103,8 +102,6 @@ class Share:
     structural: float
     standing: Estimate
     T_load: float
-    T: FloatArray
-    T_p: FloatArray
 
 
 def shares(parts: Sequence[LogPart]) -> tuple[Share, ...]:
@@ -148,8 +145,6 @@ def _share(test: str, parts: Sequence[LogPart]) -> Share | None:
         structural=structural,
         standing=still.estimate(0),
         T_load=T_load,
-        T=T - (-fitted.b[1] * model + fitted.b[2] * spring + fitted.b[3] * rate),
-        T_p=T_p,
     )
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, facts
 from stillhook.spec.validity import Envelope
-from stillhook.validate.ahc.check import AhcStep
 from stillhook.validate.criteria import results
 from stillhook.validate.criteria.results import CriterionResult, Outcome, Step
 from stillhook.validate.data_set.campaign import Campaign
@@ -21,7 +20,6 @@ from stillhook.validate.report.texts import (
     MEANING,
     SEGMENT_HEAD,
     SHORT_HEAD,
-    SHOWS,
     STEP_HEAD,
     TERSE_HEAD,
     UNJUDGED,
@@ -167,12 +165,12 @@ def legend_says(weights: Container[str], verdicts: Container[str]) -> list[str]:
     return kinds + [f"{v.value}: {text}." for v, text in MEANING.items() if v in verdicts]
 
 
-def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> Section:
+def _step(validation: Validation, step: Step[Any], figures: Mapping[str, bytes]) -> Section:
     number = int(step.number)
     lines = lines_of(validation, step)
     outcome, failed = step_verdict(validation, step), any(line.failed for line in lines)
     parts: list[Part] = [
-        Text(SHOWS[step.number]),
+        Text(results.STEPS[step.number].question),
         Verdict(f"Step {number} alone: {outcome}.", step_passed(outcome, failed)),
         Bullets(step.statements) if step.statements else Text("No remarks."),
         *step.tables,
@@ -244,7 +242,8 @@ def deviations_table(validation: Validation) -> pandas.DataFrame | None:
     figures 11 to 13."""
     import pandas as pd
 
-    parts = [c.windows for step in validation.steps if isinstance(step, AhcStep) for c in step.comparisons]
+    found = (s.estimates for s in validation.steps if s.number is results.StepNumber.AHC)
+    parts = [c.windows for estimates in found if estimates is not None for c in estimates.comparisons]
     if not parts:
         return None
     joined = {

@@ -63,17 +63,6 @@ WEIGHTS = {
 """The three kinds of line, a sentence each."""
 OPEN = (Verdict.NOT_SHOWN, Verdict.NOT_COVERED)
 """Verdicts that leave a line open."""
-SHOWS = {
-    StepNumber.DATA: "Do the tests cover enough loads, wire lengths, motion and time for a verdict on this crane?",
-    StepNumber.PARAMETERS: "Are pumps, motors, gears, drum, friction and sensors those of the crane file?",
-    StepNumber.CONTROLLER: ("With the logged inputs, does the twin's controller reproduce the commands of the PLC?"),
-    StepNumber.LIMITS: "At full pump displacement, is the twin as fast as the winch?",
-    StepNumber.DYNAMICS: "With the logged commands, do pressures rise, oscillate and settle as on the crane?",
-    StepNumber.AHC: (
-        "With the logged tip motion alone, does the complete twin have the same control error as the crane?"
-    ),
-    StepNumber.PASSIVE: "Do gas, stroke and motors of the passive circuit carry the load as the crane file says?",
-}
 SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
 SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
 FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
@@ -223,7 +212,7 @@ def risks(results: Iterable[CriterionResult]) -> str:
     return text
 
 
-def _steps(steps: Sequence[Step]) -> str:
+def _steps(steps: Sequence[Step[Any]]) -> str:
     numbers = [str(int(s.number)) for s in steps]
     return f"step {numbers[0]}" if len(numbers) == 1 else f"steps {', '.join(numbers[:-1])} and {numbers[-1]}"
 
@@ -333,7 +322,7 @@ def reading_notes(validation: Validation) -> list[str]:
     return [text for text in notes if text not in again]
 
 
-def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
+def step_row(validation: Validation, step: Step[Any]) -> tuple[str, ...]:
     """Results of the criteria of a step, see STEP_HEAD."""
     counts = Counter(line.verdict for line in lines_of(validation, step))
     return (
@@ -344,12 +333,12 @@ def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
     )
 
 
-def lines_of(validation: Validation, step: Step) -> list[CriterionResult]:
+def lines_of(validation: Validation, step: Step[Any]) -> list[CriterionResult]:
     """The verdict lines of a step."""
     return [line for line in validation.lines if line.step == step.number]
 
 
-def step_verdict(validation: Validation, step: Step) -> str:
+def step_verdict(validation: Validation, step: Step[Any]) -> str:
     """The verdict of a step alone, in a few words."""
     lines = [line for line in lines_of(validation, step) if line.judged]
     if not lines:

@@ -9,12 +9,13 @@ Parts with saturated pumps, and the twin on them: driven by measured commands, a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.base.progress import Progress
 from stillhook.report.document import Table
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Commands, Operator
@@ -225,9 +226,13 @@ WAYS = {1: "hoisting", -1: "lowering"}
 
 @dataclass(frozen=True)
 class Plateau:
-    """A saturated span: mean wire speed measured, of the driven and of the complete twin [m/s], NaN where it was not
-    run; way 1 hoisting, -1 lowering; samples [first, last) of its part that are compared."""
+    """A saturated span: its test, start and duration [s]; samples [first, last) of its part that are compared; way 1
+    hoisting, -1 lowering; mean wire speed measured, of the driven and of the complete twin [m/s], NaN where it was not
+    run."""
 
+    test: str
+    start: float
+    duration: float
     part: SaturatedPart
     first: int
     last: int
@@ -235,22 +240,6 @@ class Plateau:
     v_w: float
     driven: float
     complete: float
-
-    @property
-    def start(self) -> float:
-        return float(self.part.t[self.first])
-
-    @property
-    def duration(self) -> float:
-        return (self.last - self.first) * self.part.step
-
-
-@dataclass(frozen=True)
-class LimitsStep(Step):
-    """Step 3 with what its figures need."""
-
-    parts: tuple[SaturatedPart, ...] = ()
-    plateaus: tuple[Plateau, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -272,7 +261,16 @@ class Times:
         return 1.0 - (self.log_alone + self.twin_alone) / self.either if self.either > 0.0 else None
 
 
-def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
+@dataclass(frozen=True)
+class SpeedLimits:
+    """Estimates of step 3."""
+
+    parts: tuple[SaturatedPart, ...]
+    plateaus: tuple[Plateau, ...]
+    times: Times
+
+
+def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[SpeedLimits]:
     """Step 3 of the validation. Measures: saturation_time [s] in the log, limit_speed_error (twin driven by the
     measured commands over the crane, less 1, hoisting and lowering), the same of the complete twin,
     saturation_overlap."""
@@ -284,14 +282,13 @@ def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Call
     times = times_of(parts)
     causes = _causes(parts, plateaus, times)
     crane, table = campaign.crane, _table(plateaus)
-    return LimitsStep(
+    return Step(
         StepNumber.LIMITS,
         tuple(replace(m, note=worded(m.note, crane)) for m in _measures(plateaus, times, causes)),
         tuple(worded(text, crane) for text in _statements(parts, plateaus, times, causes)),
         (replace(table, title=worded(table.title, crane)),),
-        _data(plateaus, times),
-        tuple(parts),
-        tuple(plateaus),
+        {"times": times, "plateaus": plateaus},
+        SpeedLimits(tuple(parts), tuple(plateaus), times),
     )
 
 
@@ -312,7 +309,8 @@ def plateaus_of(part: SaturatedPart) -> list[Plateau]:
         v_w = float(part.v_w[cut].mean())
         driven = float(part.driven["v_w"][cut].mean())
         complete = float(part.complete["v_w"][cut].mean()) if part.complete is not None else np.nan
-        result.append(Plateau(part, a + skip, b, 1 if v_w > 0.0 else -1, v_w, driven, complete))
+        way, start, duration = 1 if v_w > 0.0 else -1, float(part.t[a + skip]), (b - a - skip) * part.step
+        result.append(Plateau(part.name, start, duration, part, a + skip, b, way, v_w, driven, complete))
     return result
 
 
@@ -332,17 +330,17 @@ def times_of(parts: Sequence[SaturatedPart]) -> Times:
 
 def _measures(plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, str]) -> tuple[Measure, ...]:
     nowhere = f"the pumps are never saturated: {TO_LOG}"
-    out = [Measure("saturation_time", times.log_all, "time", note=causes.get("ends", ""))]
+    out = [Measure.of("saturation_time", times.log_all, note=causes.get("ends", ""))]
     if times.log_all == 0.0:
         twin = f"; the twin's are for {times.twin:.1f} s" if times.twin > 0.0 else ""
-        out = [Measure("saturation_time", None, "time", note=nowhere + twin)]
+        out = [Measure.of("saturation_time", None, note=nowhere + twin)]
     for name, run in (("limit_speed_error", "driven"), ("limit_speed_error_whole", "complete")):
         result = [m for way in WAYS if (m := _speed(name, run, way, plateaus, causes))]
-        out += result or [Measure(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
+        out += result or [Measure.of(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
     overlap, each = times.overlap, f"log {times.log:.1f} s, twin {times.twin:.1f} s"
     none = f"neither the log's nor the twin's pumps are saturated where both are known: {TO_LOG}"
     note = causes.get("overlap") or (none if overlap is None else "")
-    return (*out, Measure("saturation_overlap", overlap, data=each, note=note))
+    return (*out, Measure.of("saturation_overlap", overlap, data=each, note=note))
 
 
 def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], causes: Mapping[str, str]) -> Measure | None:
@@ -352,11 +350,10 @@ def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], causes: M
         return None
     rows = np.concatenate([_rows(p, run) for p in same])
     result = interval(lambda x: float(x[:, 1].sum() / x[:, 0].sum() - 1.0), [rows])
-    low, high = (x if np.isfinite(x) else None for x in (result.low, result.high))
     plural, seconds = "s" if len(same) > 1 else "", sum(p.duration for p in same)
     data = f"{len(same)} plateau{plural}, {seconds:.1f} s, {show(_mean(same), 'speed')}"
     note = causes.get(run, "") if abs(result.value) > NOTABLE else ""
-    return Measure(name, result.value, "", low, high, test=WAYS[way], data=data, note=note)
+    return Measure.of(name, result, test=WAYS[way], data=data, note=note)
 
 
 def _rows(p: Plateau, run: str) -> FloatArray:
@@ -420,7 +417,7 @@ def _motors(plateaus: Sequence[Plateau]) -> str:
         a, b = float(log[p.first : p.last].mean()), float(p.part.driven["alpha_m"][p.first : p.last].mean())
         if abs(a - b) > APART:
             return (
-                f"test {p.part.name}, from {p.start:.0f} s on: on the same command the motors are at {a:.3f} of their"
+                f"test {p.test}, from {p.start:.0f} s on: on the same command the motors are at {a:.3f} of their"
                 f" displacement in the log, at {b:.3f} in the twin"
             )
     return ""
@@ -437,28 +434,12 @@ def _faster(error: float) -> str:
 def _statements(
     parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, str]
 ) -> tuple[str, ...]:
-    out = []
-    if times.log_all == 0.0:
-        out.append(f"The velocity limits are not shown: the pumps are never saturated. To show them, {TO_LOG}.")
-    else:
-        tests = ", ".join(dict.fromkeys(p.name for p in parts if p.saturated.any()))
-        out.append(f"The crane's pumps are saturated for {times.log_all:.1f} s (test {tests}).")
-    for way, name in WAYS.items():
-        same = [p for p in plateaus if p.way == way]
-        if same:
-            out.append(
-                f"At saturation it reaches {show(abs(_mean(same)), 'speed')} {name}; the twin driven by its commands"
-                f" {_reached(same, 'driven')}, the complete twin {_reached(same, 'complete')}."
-            )
-        elif times.log_all > 0.0:
-            out.append(f"The limit when {name} is not shown.")
-    out += [f"Deviation: {text}." for text in dict.fromkeys(causes.values())]
-    out += [f"{note[0].upper()}{note[1:]}." for p in parts for note in p.notes]
-    return tuple(out)
-
-
-def _reached(plateaus: Sequence[Plateau], run: str) -> str:
-    return f"{_tenths(_error(plateaus, run))} %" if _known(plateaus, run) else "not run"
+    ways = {p.way for p in plateaus} if times.log_all > 0.0 else WAYS
+    return (
+        *(f"Deviation: {text}." for text in dict.fromkeys(causes.values())),
+        *(f"The limit when {name} is not shown." for way, name in WAYS.items() if way not in ways),
+        *(f"{note[0].upper()}{note[1:]}." for p in parts for note in p.notes),
+    )
 
 
 def _tenths(share: float) -> str:
@@ -469,26 +450,6 @@ def _table(plateaus: Sequence[Plateau]) -> Table:
     rows = []
     for p in plateaus:
         errors = (_tenths(x / p.v_w - 1.0) if np.isfinite(x) else "-" for x in (p.driven, p.complete))
-        rows.append((p.part.name, f"{p.start:.1f}", f"{p.duration:.1f}", WAYS[p.way], number(60.0 * p.v_w, 4), *errors))
+        rows.append((p.test, f"{p.start:.1f}", f"{p.duration:.1f}", WAYS[p.way], number(60.0 * p.v_w, 4), *errors))
     header = ("test", "from\n[s]", "for\n[s]", "", "wire speed\n[m/min]", "driven\ntwin [%]", "complete\ntwin [%]")
     return Table(header, tuple(rows), "Wire speed with saturated pumps, and deviation of the twin")
-
-
-def _data(plateaus: Sequence[Plateau], times: Times) -> dict[str, object]:
-    return {
-        "saturation_time": times.log_all,
-        "saturation_time_twin": times.twin,
-        "saturation_log_alone": times.log_alone,
-        "saturation_twin_alone": times.twin_alone,
-        "plateaus": [
-            {
-                "test": p.part.name,
-                "start": p.start,
-                "duration": p.duration,
-                "v_w": p.v_w,
-                "v_w_driven": p.driven if np.isfinite(p.driven) else None,
-                "v_w_complete": p.complete if np.isfinite(p.complete) else None,
-            }
-            for p in plateaus
-        ],
-    }

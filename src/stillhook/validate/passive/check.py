@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
+from stillhook.base.progress import Progress
 from stillhook.physics.scalar import G
 from stillhook.report.document import Table
 from stillhook.spec.crane import Crane, passive_of
@@ -15,8 +15,8 @@ from stillhook.units import number, show
 from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters.check import HEADER, Row, error_row, row, statements
-from stillhook.validate.parameters.measures import lacking_for_torque, measure, rests_on, undetermined
+from stillhook.validate.parameters.check import HEADER, Row, error_row, row
+from stillhook.validate.parameters.measures import lacking_for_torque, rests_on, undetermined
 from stillhook.validate.parameters.segments import OIL, LogPart, parts_of
 from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import orders, torque
@@ -36,7 +36,7 @@ class PassiveEstimates:
     make_up: orders.MakeUp | None
 
 
-def passive_estimates(parts: Sequence[LogPart], progress: Callable[[float], None]) -> PassiveEstimates:
+def passive_estimates(parts: Sequence[LogPart], progress: Progress) -> PassiveEstimates:
     """Take every check on the parts."""
     level, gas = gas_law.levels(parts), gas_law.curve(parts)
     progress(0.25)
@@ -81,7 +81,7 @@ def _measure(
     total = math.sqrt(e.half**2 + calibration**2 + law**2)
     if not MEASURES[name].quantity:
         data += f", with {100.0 * calibration:.1f} % for calibrations"
-    return replace(measure(name, Estimate.around(e.value, total, e.n), test=test, data=data, note=note), structural=law)
+    return Measure.of(name, Estimate.around(e.value, total, e.n, law), test=test, data=data, note=note)
 
 
 def spread(tests: dict[str, Estimate], quantity: str) -> str:
@@ -171,8 +171,8 @@ def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     tests = rests_on(estimates.parts, [p.test for p in estimates.parts])
     end = f"; the pressure changes as with a piston at its end at {stroke.where}" if stroke.where else ""
     return [
-        measure("stroke_used", Estimate.around(stroke.used, 0.0), data=tests, note=f"{ends}, of a stroke of {V}"),
-        measure("stroke_end_time", Estimate.around(stroke.at_end, 0.0), data=tests, note=f"{ends}{end}"),
+        Measure.of("stroke_used", stroke.used, data=tests, note=f"{ends}, of a stroke of {V}"),
+        Measure.of("stroke_end_time", stroke.at_end, data=tests, note=f"{ends}{end}"),
     ]
 
 
@@ -264,7 +264,7 @@ def _make_up(estimates: PassiveEstimates) -> list[Measure]:
         return undetermined(note, "make_up_error")
     note = f"set pressure and transmitter {show(m.offset, 'pressure', 2)} apart"
     data = rests_on(estimates.parts, [p.test for p in estimates.parts if p.has("alpha_pp")])
-    return [measure("make_up_error", m.gain, data=data, note=note)]
+    return [Measure.of("make_up_error", m.gain, data=data, note=note)]
 
 
 def table(crane: Crane, estimates: PassiveEstimates) -> Table:
@@ -293,63 +293,24 @@ def _row(name: str, twin: float, e: Estimate, quantity: str, tests: Iterable[str
     return row(name, twin, e, quantity, tests, e.value / twin - 1.0)
 
 
-NONE = "This crane has no passive circuit: nothing is judged."
-
-
-@dataclass(frozen=True)
-class PassiveStep(Step):
-    """Step 6 with what its figures need."""
-
-    estimates: PassiveEstimates | None = None
-
-
-def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
+def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[PassiveEstimates]:
     """Passive circuit implied by the logs, against the crane file.
 
     Parameters: campaign with the twin under test; records as read; progress is called with the share done.
     Nothing is refused here: a check whose signals were not logged gives a measure without a value that states what to
-    log. A crane without a passive circuit gets one statement.
+    log.
     """
-    if "passive" not in campaign.crane.circuits:
-        nothing = tuple(
-            Measure(name, None, m.quantity, note=NONE) for name, m in MEASURES.items() if m.step is StepNumber.PASSIVE
-        )
-        return PassiveStep(StepNumber.PASSIVE, nothing, (NONE,))
-    estimates = passive_estimates(parts_of(campaign, records), progress)
-    results = measures(campaign.crane, estimates)
-    return PassiveStep(
-        StepNumber.PASSIVE,
-        results,
-        statements(campaign.criteria, results),
-        (table(campaign.crane, estimates),),
-        _data(estimates),
-        estimates,
-    )
-
-
-def _data(estimates: PassiveEstimates) -> dict[str, Any]:
-    """Numbers behind the figures, in SI."""
-    level, gas, stroke, setting = estimates.level, estimates.gas, estimates.stroke, estimates.setting
-    data: dict[str, Any] = {"level": {}, "gas": {}, "stroke": {}, "motors": [], "setting": {}}
-    if level is not None:
-        data["level"] = {**level.p.to_dict("p"), "from_V_acc": level.placed, "tests": _values(level.tests)}
-    if gas is not None:
-        data["gas"] = {**gas.V.to_dict("V"), "R": gas.R, "p_dry": gas.dry, "tests": _values(gas.tests)}
-    if stroke is not None:
-        data["stroke"] = {"used": stroke.used, "low": stroke.low, "high": stroke.high, "end_time": stroke.at_end}
-    for s in estimates.shares:
-        data["motors"].append(
-            {
-                "test": s.test,
-                **s.share.scaled(offset=1.0).to_dict("share"),
-                "share_by_load": None if s.by_weight is None else 1.0 + s.by_weight,
-                "T_standing": s.standing.value,
-                "T_load": s.T_load,
-            }
-        )
-    if setting is not None:
-        data["setting"] = setting.gain.scaled(offset=1.0).to_dict("gain")
-    return data
+    e = passive_estimates(parts_of(campaign, records), progress)
+    data = {
+        "level": e.level,
+        "gas": e.gas,
+        "stroke": e.stroke,
+        "displacement": e.displacement,
+        "shares": e.shares,
+        "setting": e.setting,
+        "make_up": e.make_up,
+    }
+    return Step(StepNumber.PASSIVE, measures(campaign.crane, e), (), (table(campaign.crane, e),), data, e)
 
 
 def _values(tests: Mapping[str, Estimate]) -> dict[str, float]:
