@@ -124,13 +124,12 @@ def show(file: File, json: Json = False) -> None:
     Example: stillhook certificate show validation/certificate.json
     """
     from stillhook.validate.certificate.certificate import load_certificate
-    from stillhook.validate.certificate.summary import summary
 
     certificate = load_certificate(file)
     if json:
         print_json(certificate.data)
     else:
-        print_document(summary(certificate))
+        print_document(certificate.summary())
     raise typer.Exit(0 if certificate.passed else 1)
 
 
