@@ -23,7 +23,7 @@ from stillhook.report.document import (
     Verdict,
     facts,
 )
-from stillhook.spec.validity import SHORT, Envelope
+from stillhook.spec.validity import SHORT, UNSIGNED, Envelope
 from stillhook.validate.criteria import results
 from stillhook.validate.criteria.results import STEPS, Outcome, StepNumber
 from stillhook.validate.data_set.campaign import MARK
@@ -240,7 +240,8 @@ def certificate_summary(data: View, number: str, envelope: Envelope | None) -> D
         ["computed by", f"Stillhook {twin['version']}, code {twin['code']}, method {twin['method']}"],
         *([f"validated: {name}", text] for name, text in ranges),
     ]
-    return Document(f"{mark}{data['title']}", [Section("lines", terse_lines(data))], [*verdict(data), facts(rows)])
+    front = [*verdict(data), facts(rows), Text(UNSIGNED)]
+    return Document(f"{mark}{data['title']}", [Section("lines", terse_lines(data))], front)
 
 
 def to_dict(validation: Validation) -> dict[str, Any]:
