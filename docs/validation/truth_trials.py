@@ -47,7 +47,11 @@ from stillhook.validate.data_set.campaign import Kind, load_campaign
 from stillhook.validate.data_set.records.read import read_records
 from stillhook.validate.parameters.hoisting import States, scale_of_law
 from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
-from stillhook.validate.report.texts import reading_notes
+from stillhook.validate.report.document import reading_notes
+from stillhook.validate.report.view import view_of
+from stillhook.validate.synthetic import Defect, sea_trials, write_campaign
+from stillhook.validate.synthetic.defects import DEFECTS, STATED_DELAY
+from stillhook.validate.synthetic.reference.laws import ReferenceCrane, active_leak, reference_friction
 from stillhook.validate.validation import Validation
 
 STORE = Path(__file__).resolve().parent / "truth-trials.json"
@@ -139,7 +143,7 @@ def outcome(trial: Trial) -> dict[str, Any]:
             known["leakage"] = _short(
                 1.0 + more
             )  # over the twin's at the point of which step 4 speaks, not on the mean of the tests
-        named = list(dict.fromkeys(t for step in found.steps for t in step.statements)) + reading_notes(found)
+        named = list(dict.fromkeys(t for step in found.steps for t in step.statements)) + reading_notes(view_of(found))
         statements = {"statements": named} if defect and not any(line.failed for line in found.lines) else {}
         measured = {} if defect else {"measured": list(against(found, truth, written.campaign))}
         return {"truth": known, **_found(found), **statements, **measured}

@@ -14,7 +14,7 @@ from stillhook.errors import ValidateError
 from stillhook.library import cranes
 from stillhook.report.pdf import pages
 from stillhook.validate import certificate_of, validate
-from stillhook.validate.certificate.certificate import PARTLY, level_of
+from stillhook.validate.certificate.certificate import level_of
 from stillhook.validate.certificate.document import document
 from stillhook.validate.controller.figures import figures
 from stillhook.validate.criteria.criteria import load_criteria
@@ -25,7 +25,10 @@ from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.validate.data_set.records.read import read_records
 from stillhook.validate.dynamics.model import scaled
 from stillhook.validate.report.document import summary
-from stillhook.validate.report.texts import UNDETECTABLE
+from stillhook.validate.report.texts import WORDS
+from stillhook.validate.report.view import UNDETECTABLE
+from stillhook.validate.synthetic import Plan, trials, write_campaign
+from stillhook.validate.synthetic.own import OWN, columns_of
 
 CRANE = "nov-100t-electric"
 SHORT = 150.0  # s of heave compensation a test: five windows, enough for intervals and quick to simulate
@@ -124,8 +127,8 @@ def test_a_document_lists_every_line_that_was_not_judged_and_certifies_no_envelo
 
 def test_a_certificate_with_lines_not_judged_says_what_it_covers():
     assert level_of(True, False).level == 2
-    assert PARTLY not in level_of(True, False).statement
-    assert level_of(True, False, judged_whole=False).statement.endswith(PARTLY)
+    assert WORDS["levels"]["partly"] not in level_of(True, False).statement
+    assert level_of(True, False, judged_whole=False).statement.endswith(WORDS["levels"]["partly"])
     assert level_of(False, False, judged_whole=False).level == 1
 
 
@@ -294,4 +297,4 @@ def test_a_complete_campaign_of_every_type_is_certified(tmp_path, name):
     ]
     data = certificate_of(result).data
     assert data["passed"], data["verdict"]
-    assert PARTLY in data["twin"]["statement"]
+    assert WORDS["levels"]["partly"] in data["twin"]["statement"]

@@ -120,8 +120,7 @@ def _deviations(
     names = ("e_c_pp_deviation", "e_c_pp_deviation_s", "e_c_pp_below_5cm", "e_c_pp_below_6cm", "e_c_pp_bias")
     x = [part for rows in parts.values() for part in rows if len(part)]
     if not x:
-        note = "no window of the logs is full of numbers; log s_tip and e_c_measured without gaps"
-        return tuple(Measure.of(name, None, note=note) for name in names)
+        return tuple(Measure.of(name, None) for name in names)
     mean, s = mean_and_s(np.concatenate(x))
     block = round(2.0 * window / EVERY)
     pooled = [over_all, *(over_cases(statistic, parts, at_least=block, bounds=ends) for statistic, ends in _STATISTICS)]
@@ -148,7 +147,7 @@ def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Estimate], w
     for case, rows in by_case(comparisons).items():
         e, test = cases.get(case), f"load case {case}"
         if e is None:
-            out.append(Measure.of(name, None, test=test, note="no window is full of numbers"))
+            out.append(Measure.of(name, None, test=test))
         else:
             data = f"{_extent(rows)}, {e.n:.0f} effective windows of {window:g} s"
             out.append(Measure.of(name, e, test=test, data=data))
@@ -181,8 +180,7 @@ def _largest(comparisons: Sequence[Comparison]) -> tuple[Measure, ...]:
     one moment."""
     nonempty = [c for c in comparisons if len(c.pair[0])]
     if not nonempty:
-        note = "the control error is not known in any sample"
-        return Measure.of("e_c_max_difference", None, note=note), Measure.of("e_c_deviation_max", None, note=note)
+        return Measure.of("e_c_max_difference", None), Measure.of("e_c_deviation_max", None)
     out = []
     for case, rows in by_case(nonempty).items():
         measured, simulated = (max(float(np.abs(c.pair[k]).max()) for c in rows) for k in (0, 1))
@@ -304,7 +302,7 @@ def _correlation(comparisons: Sequence[Comparison], together: float, window: flo
     block = round(window / THIN)
     cases = {name: c for name, x in rows.items() if (c := correlation.case_correlation(x, block)) is not None}
     if not cases:
-        return Measure.of("e_c_correlation", None, note="the control error does not move in any load case")
+        return Measure.of("e_c_correlation", None)
     estimate = correlation.over_cases(cases)
     data = f"{_extent(comparisons)}, {estimate.n:.0f} effective samples"
     each = OverCases(estimate, {name: c.estimate for name, c in cases.items()}).extremes("{:.3g}".format)

@@ -225,14 +225,11 @@ def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mappin
     out = [m for d in estimates.deviations for m in _of_test(d, explanations.get(d.signal, ""))]
     closed = "active" in crane.circuits
     if closed and not any(d.signal == "u_m" and d.ahc for d in estimates.deviations):
-        note = "u_m was not logged in heave compensation: log the motor command"
-        out.append(Measure.of("u_m_deviation", None, note=note))
+        out.append(Measure.of("u_m_deviation", None))
     seconds = f"{estimates.law.seconds:.0f} s of unsaturated compensation" if estimates.law else ""
     note = explanations.get("lag", estimates.rows.description)
-    unmoved = "the tip does not move in compensation: log AHC tests in waves"
-    out.append(_measure("command_lag", estimates.rows.waves, note, unmoved, seconds))
+    out.append(_measure("command_lag", estimates.rows.waves, note, seconds))
     gains = estimates.runs[0].segment.plc.gains
-    little = "too little unsaturated compensation in the logs to determine the gain: log AHC tests in waves"
     for name in ("K_1", "K_2", "K_p"):
         e, file_value = getattr(estimates.law, name, None), getattr(gains, name)
         note = "; ".join(explanations[k] for k in (name, "K_wire") if k in explanations)
@@ -240,18 +237,17 @@ def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mappin
             share = Estimate(e.value / file_value - 1.0, e.low / file_value - 1.0, e.high / file_value - 1.0)
             out.append(Measure.of(f"{name}_deviation", share, data=f"{seconds}, {e.n} blocks", note=note))
         else:
-            out.append(Measure.of(f"{name}_deviation", None, note=little))
+            out.append(Measure.of(f"{name}_deviation", None))
     e, u_thr = estimates.u_thr, crane.control.u_thr
     difference = Estimate(e.value - u_thr, e.low - u_thr, e.high - u_thr) if e else None
-    never = "the feedforward does not exceed the threshold long enough: log higher waves"
     if closed:
-        out.append(_measure("u_thr_difference", difference, explanations.get("u_thr", ""), never))
+        out.append(_measure("u_thr_difference", difference, explanations.get("u_thr", "")))
     return tuple(out)
 
 
-def _measure(name: str, e: Estimate | None, note: str, without: str, data: str = "") -> Measure:
-    """A measure from its estimate; without one the reason."""
-    return Measure.of(name, None, note=without) if e is None else Measure.of(name, e, data=data, note=note)
+def _measure(name: str, e: Estimate | None, note: str, data: str = "") -> Measure:
+    """A measure from its estimate."""
+    return Measure.of(name, None) if e is None else Measure.of(name, e, data=data, note=note)
 
 
 def _of_test(d: Deviation, explanation: str) -> list[Measure]:

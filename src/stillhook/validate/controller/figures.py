@@ -16,6 +16,7 @@ from stillhook.validate.controller.check import ControllerEstimates
 from stillhook.validate.controller.law import Run
 from stillhook.validate.controller.motor import SEMI, MotorLaw, difference
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.plots import FITTED, cloud, crane, finish, panels, twin
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.plots import FITTED, cloud, crane, finish, panels, twin
 

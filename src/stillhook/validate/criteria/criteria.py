@@ -18,7 +18,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from stillhook.base.choice import nearest
 from stillhook.errors import ValidateError
@@ -62,10 +62,6 @@ class Requirement(StrEnum):
 
 
 _LIMITS = {kind.replace(" ", "_"): kind for kind in Limit}
-BEFORE = "by"
-"""Field of criteria files until criteria set version 1: which part of the interval counted."""
-ASK_BEFORE = {"shown": Requirement.REQUIRED, "not refuted": Requirement.SUPPORTING}
-"""Values of the field ask until criteria set version 2."""
 
 
 @dataclass(frozen=True)
@@ -146,21 +142,6 @@ class CriterionTable(RowTable):
     needed: Flag | None = Field(default=None, description="false: does not count where there are no data")
     source: Text | None = Field(default=None, description="where the limit is from")
     reason: Text | None = Field(default=None, description="reason of the limit")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_this_version(cls, data: Any) -> Any:
-        if isinstance(data, Mapping) and BEFORE in data:
-            raise ValueError(
-                f"{BEFORE} is no longer a field: the complete 95 % interval decides. Leave it out, or write "
-                'ask = "supporting" where it was "any".'
-            )
-        ask = data.get("ask") if isinstance(data, Mapping) else None
-        if isinstance(ask, str) and ask in ASK_BEFORE:
-            raise ValueError(
-                f'ask = "{ask}" has another name since criteria set version 3. Write ask = "{ASK_BEFORE[ask].value}".'
-            )
-        return data
 
 
 class CriteriaFile(SetFile):

@@ -102,11 +102,12 @@ class Measure:
         undetectable: bool = False,
     ) -> Measure:
         """A measure of `MEASURES` from an estimate, a number without an interval, or nothing; a number that is not
-        finite is none."""
+        finite is none. note: of one without a value what the table says, unless it is stated."""
         e = x if isinstance(x, Estimate) else Estimate(math.nan if x is None else float(x))
         value = e.value if math.isfinite(e.value) else None
         low, high = (e.low, e.high) if math.isfinite(e.low) and math.isfinite(e.high) else (None, None)
-        return cls(name, value, MEASURES[name].quantity, low, high, test, data, note, e.structural, undetectable)
+        of, note = MEASURES[name], note or (MEASURES[name].without if value is None else "")
+        return cls(name, value, of.quantity, low, high, test, data, note, e.structural, undetectable)
 
     def to_dict(self) -> dict[str, Any]:
         """The measure as plain data for JSON, in SI."""
@@ -254,13 +255,14 @@ class NamedMeasure(Named):
     """step that computes it; signals: logged signals that it depends on, and so judges; kinds of tests that it covers
     where it covers several at once, () all; needs: circuits of the crane, and own signals of its winch type, without
     which it has no meaning; coverage: it counts what the tests contain, so that it can be too little and refute
-    nothing."""
+    nothing; without: what to log, or why there is none, where the data give no value."""
 
     step: StepNumber
     signals: Sequence[str] = ()
     kinds: Sequence[str] = ()
     needs: Sequence[str] = ()
     coverage: bool = False
+    without: str = ""
 
 
 _TABLE = tomllib.loads((files("stillhook.validate.criteria") / "measures.toml").read_text(encoding="utf-8"))

@@ -113,8 +113,7 @@ def _motion(motions: Sequence[Motion]) -> list[Measure]:
     names, spans = ("s_tip_pp_low", "s_tip_pp_high"), np.concatenate([m.s_tip_pp for m in motions])
     spans = spans[spans >= RESTS]
     if not len(spans):
-        note = "the tip moves for the duration of a window in no load case"
-        return [Measure.of(name, None, note=note) for name in names]
+        return [Measure.of(name, None) for name in names]
     low, half_low, half_high, high = (float(x) for x in np.percentile(spans, (0.0, 25.0, 75.0, 100.0)))
     half = f"{number(half_low, 3)} m to {number(half_high, 3)} m"
     data = f"{number(len(spans) * EVERY, 4)} s of windows, half of them {half}"

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from stillhook.units import KINDS, in_display
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.plots import FITTED, SIMULATED, crane, finish, panels, twin
 from stillhook.validate.data_set.records.record import Record, Transient
 from stillhook.validate.dynamics.check import DynamicsEstimates
 from stillhook.validate.dynamics.runs import SIGNALS
-from stillhook.validate.plots import FITTED, SIMULATED, crane, finish, panels, twin
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,11 +9,11 @@ import numpy as np
 from stillhook.report.plots.colours import COLOURS
 from stillhook.units import in_display
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.plots import CRANE_FILE, FITTED, MEASURED, cloud, finish, line, panels
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.flow import Balance
 from stillhook.validate.parameters.hoisting import Friction
 from stillhook.validate.parameters.measures import ParameterEstimates
-from stillhook.validate.plots import CRANE_FILE, FITTED, MEASURED, cloud, finish, line, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

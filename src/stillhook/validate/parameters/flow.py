@@ -343,14 +343,13 @@ WORTH = 1e5
 
 def rest_measure(crane: Crane, estimate: Rests | None, records: Sequence[Record]) -> Measure:
     """The difference at rest as a measure of step 1, with its likely causes."""
-    name, quantity = "rest_pressure_difference", "pressure"
+    name, note = "rest_pressure_difference", ""
     if estimate is None:
-        note = "the logs contain no rest: keep the winch on its brake for 5 s or more in manual mode, joystick at zero"
         if crane.brake is None:
             note = "the crane file has no holding brake, and friction may maintain a difference of the lines"
         elif not any(_standing(r) for r in records):
             note = "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
-        return Measure(name, None, quantity, note=note)
+        return Measure.of(name, None, note=note)
     dp, sides = estimate.dp, [sum(x.after == side for x in estimate.rests) for side in (1, -1)]
     seconds = sum(x.seconds for x in estimate.rests)
     data = f"{len(estimate.rests)} rests ({sides[0]} after hoisting, {sides[1]} after lowering), {number(seconds, 3)} s"
@@ -358,7 +357,7 @@ def rest_measure(crane: Crane, estimate: Rests | None, records: Sequence[Record]
     if abs(dp.value) > WORTH:
         at = f", their setting is {100.0 * estimate.measured:.2f} %" if math.isfinite(estimate.measured) else ""
         note += f": zero of a transmitter, or pumps {100.0 * abs(estimate.alpha_p):.2f} % off zero behind the brake{at}"
-    return Measure(name, dp.value, quantity, dp.low, dp.high, "", data, note)
+    return Measure.of(name, dp, data=data, note=note)
 
 
 APART = parse("10 bar", "pressure")

@@ -114,8 +114,8 @@ def measures(campaign: Campaign, estimates: ParameterEstimates) -> tuple[Measure
     )
 
 
-def undetermined(note: str, *names: str) -> list[Measure]:
-    """Measures that the data do not determine, with the reason."""
+def undetermined(*names: str, note: str = "") -> list[Measure]:
+    """Measures that the data do not determine."""
     return [Measure.of(name, None, note=note) for name in names]
 
 
@@ -129,9 +129,7 @@ def rests_on(parts: Iterable[LogPart], tests: Iterable[str], blocks: float = 0) 
 
 def _radii(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
     if not estimates.radii:
-        return undetermined(
-            "log the motor speed omega_m together with v_w or s_w, with the winch moving", "lever_error"
-        )
+        return undetermined("lever_error")
     note = hoisting.diagnosis(campaign.crane, estimates.radii)
     return [_of_test("lever_error", x.error, x.test, estimates, note) for x in estimates.radii]
 
@@ -148,12 +146,12 @@ def _clock(estimates: ParameterEstimates) -> list[Measure]:
     for rate in RATES:
         name, e = f"{rate}_error", clock.calibration.get(rate)
         if e is None:
-            out += undetermined(f"log {rate} together with the quantity it is the rate of, in motion", name)
+            out += undetermined(name)
             continue
         ratio = estimates.ratios[rate]
         out.append(Measure.of(name, e, data=rests_on(estimates.parts, ratio.tests), note=_calibration(ratio, e)))
     if jump is None:
-        return out + undetermined("log v_w together with s_w", "length_jump")
+        return out + undetermined("length_jump")
     return [*out, Measure.of("length_jump", jump.size, data=data, note=signals.jump_says(jump))]
 
 
@@ -173,7 +171,7 @@ def _settings(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure
     pump = estimates.pump
     out = _motor_offset(campaign, estimates.motor)
     if pump is None:
-        return out + undetermined("log the pumps' command u_p and setting alpha_p", "pump_gain_error")
+        return out + undetermined("pump_gain_error")
     zero = f"zero of the setting at {100.0 * pump.offset.value:.2f} %"
     data = rests_on(estimates.parts, [p.test for p in estimates.parts])
     return [*out, Measure.of("pump_gain_error", pump.gain, data=data, note=zero)]
@@ -183,13 +181,13 @@ def _motor_offset(campaign: Campaign, setting: settings.Offset | None) -> list[M
     """Offset of the motors' setting less the twin's own, which a closed loop does not have."""
     name, motor = "motor_offset_error", campaign.crane.active.motor
     if setting is None:
-        return undetermined("log the motors' command u_m and setting alpha_m", name)
+        return undetermined(name)
     if setting.offset is None:
         note = (
             f"the command leaves full displacement for {number(setting.seconds, 2)} s only: test a mode or a speed with"
             " reduced motors"
         )
-        return undetermined(note, name)
+        return undetermined(name, note=note)
     expected = 0.0 if motor.variant is ServoVariant.CLOSED_LOOP else motor.offset
     e = Estimate.around(setting.offset.value - expected, setting.offset.half, setting.offset.n)
     wide = f", hysteresis {100.0 * setting.hysteresis.value:.1f} %" if setting.hysteresis is not None else ""
@@ -203,8 +201,7 @@ def _motor_offset(campaign: Campaign, setting: settings.Offset | None) -> list[M
 def _flow(estimates: ParameterEstimates) -> list[Measure]:
     b = estimates.balance
     if b is None:
-        note = "log p_a, p_b, the motor speed, alpha_m (or u_m) and alpha_p (or u_p), with pressure in one line"
-        return undetermined(note, "displacement_ratio_error", "leakage_error", "leakage_file_error")
+        return undetermined("displacement_ratio_error", "leakage_error", "leakage_file_error")
     data = rests_on(estimates.parts, b.tests, b.ratio.n)
     return [
         Measure.of("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
@@ -246,7 +243,7 @@ def _leak_says(b: flow.Balance) -> str:
 def _cells(estimates: ParameterEstimates) -> list[Measure]:
     heavy = [c for c in estimates.cells if not c.light]
     if not heavy:
-        return undetermined("log the load cell F_w in a test whose load is stated", "load_cell_error")
+        return undetermined("load_cell_error")
     note = hoisting.cell_says(estimates.cells, estimates.parts)
     return [_of_test("load_cell_error", c.error, c.test, estimates, note) for c in heavy]
 
@@ -254,12 +251,13 @@ def _cells(estimates: ParameterEstimates) -> list[Measure]:
 def _friction(estimates: ParameterEstimates) -> list[Measure]:
     name = "friction_error"
     if any(error > CELL_BELIEVED for error in estimates.cell_errors):
-        return undetermined("the load cell is wrong, so the torque balance is not closed: correct it first", name)
+        note = "the load cell is wrong, so the torque balance is not closed: correct it first"
+        return undetermined(name, note=note)
     kinds = {p.test: p.kind for p in estimates.parts}
     judged = [f for f in estimates.frictions if kinds[f.test] is Kind.AHC] or list(estimates.frictions)
     scale = hoisting.overall(judged)
     if scale is None:
-        return undetermined(lacking_for_torque(estimates.parts) or "the winch does not move enough", name)
+        return undetermined(name, note=lacking_for_torque(estimates.parts))
     data = rests_on(estimates.parts, [f.test for f in judged], scale.n)
     return [Measure.of(name, scale, data=data, note=_friction_says(estimates, judged, scale))]
 
@@ -289,11 +287,9 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
     name = "tip_delay_error"
     total = signals.overall(estimates.delays)
     if total is None:
-        return undetermined(
-            "log the load cell F_w together with s_tip and s_w, in heave compensation with tip motion", name
-        )
+        return undetermined(name)
     if any(error > hoisting.CLOSE for error in estimates.cell_errors):
-        return undetermined("the load cell is wrong: correct it first", name)
+        return undetermined(name, note="the load cell is wrong: correct it first")
     each = extremes({d.test: d.delay.value for d in estimates.delays}, lambda x: f"{in_ms(x)} ms")
     text = f"{in_ms(total.value)} ms estimated{f', {each} by test' if each else ''}, {in_ms(campaign.delay)} ms stated"
     e = Estimate.around(total.value - campaign.delay, total.half, total.n)
@@ -311,8 +307,7 @@ def _wire(estimates: ParameterEstimates) -> Measure:
     """Elongation of the wire; one that the data do not detect is marked so."""
     name, total = "wire_elongation_error", wire.overall(estimates.wires)
     if not estimates.delays:
-        note = "log the load cell F_w together with s_tip and s_w, in heave compensation with tip motion"
-        return Measure.of(name, None, note=note)
+        return Measure.of(name, None)
     if any(error > hoisting.CLOSE for error in estimates.cell_errors):
         return Measure.of(name, None, note="the load cell is wrong: correct it first")
     weak = "load, motion or load cell are too weak, or the wire is too short"
@@ -332,8 +327,7 @@ def _wire(estimates: ParameterEstimates) -> Measure:
 
 def _references(estimates: ParameterEstimates) -> list[Measure]:
     if not estimates.references:
-        note = "log the PLC's own error e_c_measured together with s_w and s_tip"
-        return undetermined(note, "reference_lag", "reference_spread")
+        return undetermined("reference_lag", "reference_spread")
     out = []
     for r in estimates.references:
         late = "later" if r.lag.value > 0.0 else "earlier"
@@ -345,7 +339,7 @@ def _references(estimates: ParameterEstimates) -> list[Measure]:
 
 def _pressures(estimates: ParameterEstimates) -> list[Measure]:
     if not estimates.pressures:
-        return undetermined("log p_a and p_b", "boost_error", "p_max_over_relief")
+        return undetermined("boost_error", "p_max_over_relief")
     out = []
     for p in estimates.pressures:
         if p.low is not None:
@@ -354,7 +348,7 @@ def _pressures(estimates: ParameterEstimates) -> list[Measure]:
     high = max(estimates.pressures, key=lambda p: p.high)
     data = rests_on(estimates.parts, [high.test])
     return [
-        *(out or undetermined("the lines never differ", "boost_error")),
+        *(out or undetermined("boost_error", note="the lines never differ")),
         Measure.of("p_max_over_relief", high.high, test=f"test {high.test}", data=data),
     ]
 

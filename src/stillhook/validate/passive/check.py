@@ -93,7 +93,7 @@ def spread(tests: dict[str, Estimate], quantity: str) -> str:
 def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     level = estimates.level
     if level is None:
-        return undetermined("log the pressure of the passive circuit p_hp", "precharge_error")
+        return undetermined("precharge_error")
     p_0 = passive_of(crane).accumulator.gas.p_0
     e = Estimate.around(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.n)
     whence = (
@@ -112,8 +112,8 @@ def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     gas, passive = estimates.gas, passive_of(crane)
     if gas is None:
         lacks = dict.fromkeys(n for p in estimates.parts for n in p.lacking(*OIL, "omega_m"))
-        note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
-        return undetermined(note, "gas_volume_error", "piston_loss_difference")
+        note = f"log {', '.join(lacks)}" if lacks else ""
+        return undetermined("gas_volume_error", "piston_loss_difference", note=note)
     acc, data = passive.accumulator, rests_on(estimates.parts, gas.tests, gas.V.n)
     V_0 = acc.gas.V_0
     V, calibration = volume(estimates, gas)
@@ -164,7 +164,7 @@ def volume_says(V: float, V_0: float, n: float) -> str:
 def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     stroke = estimates.stroke
     if stroke is None:
-        return undetermined("log p_hp, alpha_pm and the motor speed, moving", "stroke_used", "stroke_end_time")
+        return undetermined("stroke_used", "stroke_end_time")
     whence = "V_acc" if stroke.placed else "the pressure along the implied gas curve"
     ends = f"{show(stroke.low, 'volume', 2)} to {show(stroke.high, 'volume', 2)} about mid stroke by {whence}"
     V = show(passive_of(crane).accumulator.V_stroke, "volume", 3)
@@ -179,7 +179,7 @@ def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
 def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     names = ("passive_motors_error", "passive_torque_error")
     if not estimates.shares:
-        return undetermined(lacking_for_torque(estimates.parts) or "the winch does not move a load enough", *names)
+        return undetermined(*names, note=lacking_for_torque(estimates.parts))
     share, structural = torque.overall(estimates.shares)
     total = Estimate.around(share.value, math.hypot(share.half, structural), share.n)  # words use the total uncertainty
     full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
@@ -233,8 +233,7 @@ def motors_say(crane: Crane, estimates: PassiveEstimates, share: Estimate) -> st
 def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     moved = estimates.displacement
     if moved is None:
-        note = "log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving"
-        return undetermined(note, "passive_flow_error")
+        return undetermined("passive_flow_error")
     count = passive_of(crane).motor.count
     note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
     data = rests_on(estimates.parts, moved.tests, moved.error.n)
@@ -244,7 +243,7 @@ def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
 def _setting(estimates: PassiveEstimates) -> list[Measure]:
     s = estimates.setting
     if s is None:
-        return undetermined("log alpha_pm, F_w and p_hp with a load on the hook", "passive_setting_error")
+        return undetermined("passive_setting_error")
     count = passive_of(estimates.parts[0].crane).motor.count
     motors = count / (1.0 + s.gain.value)
     note = (
@@ -260,8 +259,7 @@ def _setting(estimates: PassiveEstimates) -> list[Measure]:
 def _make_up(estimates: PassiveEstimates) -> list[Measure]:
     m = estimates.make_up
     if m is None:
-        note = "log the passive pumps' setting alpha_pp, with p_hp, alpha_pm and the joystick"
-        return undetermined(note, "make_up_error")
+        return undetermined("make_up_error")
     note = f"set pressure and transmitter {show(m.offset, 'pressure', 2)} apart"
     data = rests_on(estimates.parts, [p.test for p in estimates.parts if p.has("alpha_pp")])
     return [Measure.of("make_up_error", m.gain, data=data, note=note)]

@@ -9,10 +9,10 @@ import numpy as np
 from stillhook.spec.crane import passive_of
 from stillhook.units import in_display
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.plots import CRANE_FILE, FITTED, MEASURED, cloud, finish, line, panels
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.passive.check import PassiveEstimates
 from stillhook.validate.passive.gas import index
-from stillhook.validate.plots import CRANE_FILE, FITTED, MEASURED, cloud, finish, line, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,196 +1,247 @@
-"""The report of a validation: as a document, in short for a terminal, and as data in SI."""
+"""The report of a validation: as a document, in short for a terminal, and as data in SI; and the parts that it has in
+common with the certificate, made of the plain data of `stillhook.validate.report.view`."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Container, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, facts
-from stillhook.spec.validity import Envelope
-from stillhook.validate.criteria import results
-from stillhook.validate.criteria.results import CriterionResult, Outcome, Step
-from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.report import texts
-from stillhook.validate.report.texts import (
-    FULL_HEAD,
-    HEADING,
-    MEANING,
-    SEGMENT_HEAD,
-    SHORT_HEAD,
-    STEP_HEAD,
-    TERSE_HEAD,
-    UNJUDGED,
-    WEIGHTS,
-    deciding_title,
-    decisive,
-    decisive_cells,
-    envelope_of,
-    full_cells,
-    line_verdict,
-    lines_of,
-    reading_notes,
-    risks,
-    segment_cells,
-    segments,
-    sentence,
-    short_cells,
-    step_row,
-    step_verdict,
-    terse_cells,
-    title,
-    unjudged,
-    unjudged_says,
-    without_meaning,
+from stillhook.report.document import (
+    Bullets,
+    Cell,
+    Column,
+    Document,
+    Figure,
+    Part,
+    Section,
+    Table,
+    Text,
+    Verdict,
+    facts,
 )
+from stillhook.spec.validity import SHORT, UNSIGNED, Envelope
+from stillhook.validate.criteria import results
+from stillhook.validate.criteria.results import STEPS, Outcome, StepNumber
+from stillhook.validate.data_set.campaign import MARK
+from stillhook.validate.report.coverage import unjudged
+from stillhook.validate.report.texts import WORDS, decisive, risks, sentence, title
+from stillhook.validate.report.view import UNDETECTABLE, UNJUDGED, segments, view_of
 from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:
     import pandas
 
+SHOWN = results.Verdict.SHOWN.value
+LINE_HEAD = ("", "criterion", "found", "95 % interval", "limit", "verdict")
+TERSE_HEAD = ("", "found", "95 %", "limit", "kind", "verdict")
+TERSE_COLUMNS = (Column.TEXT, Column.NUMBER, Column.NUMBER, Column.NUMBER, Column.TEXT, Column.TEXT)
+COUNTED = {"shown": "shown", "not shown": "not\nshown", "not covered": "not\ncovered", "refuted": "refuted"}
+"""Verdicts that the table of the steps counts, and its heads."""
 
-SYNTHETIC = "SYNTHETIC: these logs are simulated, not measured on a crane. The results say nothing about a real crane."
-JUDGED = (
-    "Each line is judged by the 95 % interval of its value alone: shown where the complete interval meets the limit,"
-    " refuted where no part of it does, else not shown; not covered where the tests lack the data. The column of the"
-    " limit marks the supporting checks; other judged lines are required."
-)
-METHOD = (
-    "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table"
-    " 2), with an additional step for the passive circuit and additional criteria where paper F states no number; each"
-    " line names its source. The twin under test is the crane file as supplied. Values tuned in step 4 are proposals:"
-    " they become part of the twin, and of a verdict, only by a crane file that holds them, validated again."
-)
-LOAD_CASES = (
-    "Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip p-p: its largest over 30 s."
-)
-COVERED = (
-    "Ranges covered by the tests with heave compensation. A certificate is valid inside these ranges, each considered"
-    " separately."
-)
+View = Mapping[str, Any]
 
 
 def report(validation: Validation, figures: Mapping[str, bytes]) -> Document:
     """The report. figures: PNG by stem, see `stillhook.validate.report.figures.figures`."""
-    sections = [
-        Section("Load cases", _load_cases(validation)),
-        Section("Steps", [Table(STEP_HEAD, [step_row(validation, step) for step in validation.steps])]),
-        Section("Verdict, line by line", _lines(validation)),
-        *(_step(validation, step, figures) for step in validation.steps),
-        Section("How the verdict is reached", [Text(JUDGED), *legend(validation.lines), Text(METHOD)]),
-    ]
+    view, words = view_of(validation), WORDS["report"]
+    limitations = [Section(x["heading"], [Bullets(x["lines"])]) for x in view["limitations"]]
     return Document(
-        title=f"Validation of {title(validation)}",
-        marks=[SYNTHETIC] if validation.campaign.synthetic else [],
-        front=[*verdict(validation), _about(validation.campaign)],
-        sections=sections,
-        date=validation.campaign.date.isoformat(),
+        title=f"Validation of {title(validation.campaign)}: {view['crane']['name']}",
+        marks=[words["synthetic"]] if view["synthetic"] else [],
+        front=[*verdict(view, complete=validation.complete), facts(about(view))],
+        sections=[
+            Section("Load cases", [Text(words["load_cases"]), *_load_cases(view), *_covered(validation, view)]),
+            Section("Steps", [_step_table(view)]),
+            Section("Verdict, line by line", line_tables(view, full=True)),
+            *(step_section(step, view, figures) for step in view["steps"]),
+            Section("What this does not say", limitations),
+            Section("How the verdict is reached", [Text(words["method"])]),
+        ],
+        date=view["date"],
     )
 
 
-def verdict(validation: Validation) -> list[Part]:
+def verdict(view: View, *, complete: bool = True) -> list[Part]:
     """The sentence, the lines that decide it, and the risks."""
-    passed = False if not validation.passed else True if validation.complete else None
-    parts: list[Part] = [Verdict(sentence(validation), passed)]
-    if lines := decisive(validation):
-        failed = any(line.failed for line in lines)
-        parts.append(deciding(deciding_title(failed), [decisive_cells(validation, line) for line in lines], failed))
-    return [*parts, Text(risks(validation.lines))]
+    passed = False if not view["passed"] else True if complete else None
+    return [Verdict(view["verdict"], passed), *deciding(view), Text(view["risks"])]
 
 
-def deciding(heading: str, rows: Sequence[Sequence[str]], failed: bool) -> Table:
-    """The lines that decide a verdict: outcome, key, and the value against its limit."""
-    shown = results.Verdict.SHOWN.value
-    return facts(
-        [(Verdict(word, False if failed else True if word == shown else None), key, text) for word, key, text in rows],
-        heading,
-    )
+def deciding(view: View) -> list[Part]:
+    """The lines that decide a verdict: outcome, key, and the value against its limit; none where no line counts."""
+    failed = any(line["failed"] for line in view["lines"])
+    rows = [
+        (Verdict(x["verdict"], False if failed else True if x["verdict"] == SHOWN else None), x["key"], x["text"])
+        for x in view["decisive"]
+    ]
+    heading = "Blocking, highest utilisation of the limit first" if failed else "Closest to their limits"
+    return [facts(rows, heading)] if rows else []
 
 
-def _about(campaign: Campaign) -> Table:
-    criteria = campaign.criteria
-    return facts(
-        [
-            ("twin under test", f"{campaign.crane.title} ({campaign.crane_name})"),
-            ("date", campaign.date.isoformat()),
-            ("tests", ", ".join(f"{t.name} ({t.kind.value})" for t in campaign.tests)),
-            ("criteria", f"{criteria.label}: {criteria.source}"),
-            *(("changed", text) for text in criteria.changes),
-            *(("remark", text) for text in campaign.remarks),
-        ]
-    )
+def about(view: View) -> list[list[str]]:
+    """Campaign, date, criteria and data."""
+    criteria, lengths, kinds = view["criteria"], *zip(*((d["duration"], d["kind"]) for d in view["data"]), strict=True)
+    tests = ", ".join(f"{kinds.count(k)} {k}" for k in dict.fromkeys(kinds))
+    return [
+        ["crane", f"{view['crane']['name']}: {view['crane']['title']}"],
+        ["campaign", view["title"]],
+        ["date", view["date"]],
+        ["judged by", f"{criteria['name']} version {criteria['version']} (digest {criteria['digest'][:SHORT]})"],
+        ["data", f"{len(lengths)} tests ({tests}), {sum(lengths):.0f} s in all"],
+        *(["changed", text] for text in criteria["changes"]),
+    ]
 
 
-def _load_cases(validation: Validation) -> list[Part]:
-    parts: list[Part] = [Text(LOAD_CASES), Table(SEGMENT_HEAD, [segment_cells(s) for s in segments(validation)])]
-    parts += _covered(validation)
-    if notes := reading_notes(validation):
-        parts.append(Section("Notes from reading the logs", [Bullets(notes)]))
-    if wide := texts.undetectable(validation):
-        parts.append(Section(texts.UNDETECTABLE, [Bullets(wide)]))
-    if names := texts.unjudged_says(validation):
-        parts.append(Section(texts.HEADING, [Text(texts.UNJUDGED), Bullets(names)]))
+def _covered(validation: Validation, view: View) -> list[Part]:
+    """What the tests cover: the ranges stated in a certificate."""
+    if view["envelope"] is None or not validation.complete:
+        return []
+    envelope = Envelope.model_construct(None, **{name: tuple(ends) for name, ends in view["envelope"].items()})
+    return [Text(WORDS["report"]["covered"]), facts(list(envelope.says().items()))]
+
+
+def _step_table(view: View) -> Table:
+    """Results of the criteria of every step."""
+    counts = {step: Counter(x["verdict"] for x in view["lines"] if x["step"] == step) for step in StepNumber}
+    rows = [
+        (str(s["step"]), s["title"], *(str(counts[s["step"]][v] or "") for v in COUNTED), s["verdict"])
+        for s in view["steps"]
+    ]
+    return Table(("step", "", *COUNTED.values(), "verdict"), rows)
+
+
+def line_tables(view: View, *, full: bool = False) -> list[Part]:
+    """Every line by step; full: each with what it rests on, otherwise only those that are judged and not shown."""
+    parts: list[Part] = [Text(WORDS["report"]["judged"]), Bullets(legend(view)), Text(view["risks"])]
+    for number in StepNumber:
+        rows = [_line(line, full=full) for line in view["lines"] if line["step"] == number]
+        if rows:
+            parts.append(Table(LINE_HEAD, rows, f"Step {int(number)}: {STEPS[number].meaning}"))
     return parts
 
 
-def _covered(validation: Validation) -> list[Part]:
-    """What the tests cover: the ranges stated in a certificate."""
-    if not validation.complete:
-        return []
-    ranges = envelope_of(validation.records, validation.campaign.criteria.settings["window"])
-    if ranges is None:
-        return []
-    envelope = Envelope.model_construct(None, **{name: tuple(ends) for name, ends in ranges.items()})
-    return [Text(COVERED), facts(list(envelope.says().items()))]
-
-
-def _lines(validation: Validation) -> list[Part]:
-    """Every criterion in short; the steps have them in full."""
-    lines = [line for step in validation.steps for line in lines_of(validation, step)]
-    if not lines:
-        return [Text("No criterion judges these steps."), *legend(validation.lines)]
-    return [Table(SHORT_HEAD, [short_cells(validation, line) for line in lines]), *legend(validation.lines)]
-
-
-def legend(lines: Sequence[CriterionResult]) -> list[Part]:
-    """Kinds of line and meaning of the verdicts among these lines."""
-    return [Bullets(legend_says({line.weight for line in lines}, {line.verdict for line in lines}))]
-
-
-def legend_says(weights: Container[str], verdicts: Container[str]) -> list[str]:
-    """A sentence for each kind of line, and for each verdict."""
-    kinds = [f"{weight}: {text}." for weight, text in WEIGHTS.items() if weight in weights]
-    return kinds + [f"{v.value}: {text}." for v, text in MEANING.items() if v in verdicts]
-
-
-def _step(validation: Validation, step: Step[Any], figures: Mapping[str, bytes]) -> Section:
-    number = int(step.number)
-    lines = lines_of(validation, step)
-    outcome, failed = step_verdict(validation, step), any(line.failed for line in lines)
-    parts: list[Part] = [
-        Text(results.STEPS[step.number].question),
-        Verdict(f"Step {number} alone: {outcome}.", step_passed(outcome, failed)),
-        Bullets(step.statements) if step.statements else Text("No remarks."),
-        *step.tables,
-        *(Figure(png, caption(stem)) for stem, png in figures.items() if stem.startswith(f"step-{number}-")),
+def legend(view: View) -> list[str]:
+    """A sentence for each kind of line, and for each verdict, among the lines."""
+    return [
+        f"{word}: {text}."
+        for table, name in (("weights", "weight"), ("verdicts", "verdict"))
+        for word, text in WORDS[table].items()
+        if any(line[name] == word for line in view["lines"])
     ]
-    if lines:
-        rows = [full_cells(validation, line) for line in lines]
-        parts.append(Table(FULL_HEAD, rows, f"Criteria of step {number}"))
-    return Section(f"Step {number}: {step.title}", parts)
 
 
-def step_passed(outcome: str, failed: bool) -> bool | None:
-    """Whether a step passed, by its outcome in words; None where nothing was judged or shown."""
-    return False if failed else True if outcome == Outcome.PASSED else None
+def line_verdict(line: View) -> Verdict:
+    """The verdict of a line as a cell: passed where it is shown, failed where it blocks the certificate."""
+    return Verdict(line["cells"]["verdict"], False if line["failed"] else True if line["verdict"] == SHOWN else None)
 
 
-def caption(stem: str) -> str:
-    """Caption of a figure, from its file name: "step-5-error-deviation" is "Step 5: error deviation"."""
-    _, number, name = stem.split("-", 2)
-    return f"Step {number}: {name.replace('-', ' ')}"
+def _line(line: View, *, full: bool) -> tuple[Cell, ...]:
+    """A verdict line, see `LINE_HEAD`; in full below the criterion what it rests on, below the limit its source."""
+    cells = line["cells"]
+    noted = full or (line["judged"] and line["verdict"] != SHOWN)
+    title_ = "\n".join(filter(None, (cells["title"], cells["data"] if noted else "")))
+    limit = "\n".join(filter(None, (cells["limit"], cells["source"] if full else "")))
+    return cells["key"], title_, cells["value"], cells["interval"], limit, line_verdict(line)
+
+
+def step_section(step: View, view: View, figures: Mapping[str, bytes]) -> Section:
+    """A step: its question, verdict, statements, tables and figures."""
+    number, outcome = step["step"], step["verdict"]
+    failed = any(line["failed"] for line in view["lines"] if line["step"] == number)
+    pictures = ((stem, png) for stem, png in figures.items() if stem.startswith(f"step-{number}-"))
+    parts: list[Part] = [
+        Text(STEPS[StepNumber(number)].question),
+        Verdict(f"Step {number} alone: {outcome}.", False if failed else True if outcome == Outcome.PASSED else None),
+        *([Bullets(step["statements"])] if step["statements"] else []),
+        *(Table(t["header"], t["rows"], t["title"]) for t in step["tables"]),
+        *(Figure(png, f"Step {number}: {stem.split('-', 2)[2].replace('-', ' ')}") for stem, png in pictures),
+    ]
+    return Section(f"Step {number}: {step['title']}", parts)
+
+
+def _load_cases(view: View) -> list[Part]:
+    notes = reading_notes(view)
+    return [Table(**view["load_cases"]), *([Bullets(notes)] if notes else [])]
+
+
+def reading_notes(view: View) -> list[str]:
+    """What reading the logs brought up, each with its test, and no step has said."""
+    stated = {text for step in view["steps"] for text in step["statements"]}
+    notes = [(f'Test "{d["test"]}"', text) for d in view["data"] for text in d["statements"] if text not in stated]
+    return [text if text.startswith(test) else f"{test}: {text}" for test, text in notes]
+
+
+def summary(validation: Validation, *, tables: bool = False, everything: bool = False) -> Document:
+    """everything: also what agrees, in full; tables: those of the steps."""
+    view = view_of(validation)
+    sections = [
+        Section("load cases", _load_cases(view)),
+        Section("steps", _steps(view, tables=tables, everything=everything)),
+        Section("lines", terse_lines(view, everything=everything)),
+    ]
+    reasons: dict[str, list[str]] = {}
+    for line in view["lines"]:
+        if line["verdict"] == results.Verdict.NOT_JUDGED:
+            reasons.setdefault(line["measure"]["note"], []).append(line["key"])
+    if reasons:
+        sections.append(Section("not judged", [Bullets([f"{', '.join(k)}: {why}." for why, k in reasons.items()])]))
+    for x in view["limitations"]:
+        if x["heading"] == UNDETECTABLE:
+            sections.append(Section(x["heading"].lower(), [Bullets(x["lines"])]))
+        if x["heading"] == UNJUDGED:
+            text = f"{'; '.join(x['lines'])}. {WORDS['certificate']['unjudged']}"
+            sections.append(Section(x["heading"], [Text(text)]))
+    heading = f"{title(validation.campaign)}: {view['crane']['name']}"
+    return Document(heading, sections, verdict(view, complete=validation.complete))
+
+
+def _steps(view: View, *, tables: bool, everything: bool) -> list[Part]:
+    """Result of each step; its statements where lines of it block, or everything is requested."""
+    parts: list[Part] = [_step_table(view)]
+    for step in view["steps"]:
+        if everything or any(line["failed"] for line in view["lines"] if line["step"] == step["step"]):
+            of_step = [Table(t["header"], t["rows"], t["title"]) for t in step["tables"]] if tables else []
+            heading = f"step {step['step']}, {step['title']}: {step['verdict']}"
+            parts.append(Section(heading, [Bullets(step["statements"]), *of_step]))
+    return parts
+
+
+def terse_lines(view: View, *, everything: bool = False) -> list[Part]:
+    """Every line in a table without the text of its criterion; in full only those that are not shown, or all."""
+    lines = view["lines"]
+    parts: list[Part] = [Table(TERSE_HEAD, [_terse(line) for line in lines], columns=TERSE_COLUMNS)]
+    full = [line for line in lines if everything or (line["judged"] and line["verdict"] != SHOWN)]
+    if full:
+        rows = [(line_verdict(line), line["key"], f"{line['message']} [{line['source']}]") for line in full]
+        parts.append(facts(rows, "in full"))
+    return [*parts, Bullets(legend(view))]
+
+
+def _terse(line: View) -> tuple[Cell, ...]:
+    cells = line["cells"]
+    unit = cells["value"].partition(" ")[2]
+    bare = cells["interval"].removesuffix(f" {unit}") if unit else cells["interval"]
+    shown = Verdict("-") if line["verdict"] == results.Verdict.INFO else line_verdict(line)
+    return cells["key"], cells["value"], bare, line["limit"], line["weight"], shown
+
+
+def certificate_summary(data: View, number: str, envelope: Envelope | None) -> Document:
+    """A certificate in short, for a terminal, from its data; number: its digest."""
+    mark = f"{MARK} " if data["synthetic"] and MARK not in data["title"] else ""
+    twin, ranges = data["twin"], envelope.says().items() if envelope is not None else ()
+    rows = [
+        ["certificate", number],
+        *about(data),
+        ["twin", twin["statement"]],
+        ["computed by", f"Stillhook {twin['version']}, code {twin['code']}, method {twin['method']}"],
+        *([f"validated: {name}", text] for name, text in ranges),
+    ]
+    front = [*verdict(data), facts(rows), Text(UNSIGNED)]
+    return Document(f"{mark}{data['title']}", [Section("lines", terse_lines(data))], front)
 
 
 def to_dict(validation: Validation) -> dict[str, Any]:
@@ -222,19 +273,12 @@ def segments_table(validation: Validation) -> pandas.DataFrame:
     """Every load case in display units, units in the headings."""
     import pandas as pd
 
-    load_cases = segments(validation)
-    columns = {
-        "test": [s.test for s in load_cases],
-        "start [s]": [s.start for s in load_cases],
-        "duration [s]": [s.duration for s in load_cases],
-        "load [t]": [s.load / 1e3 for s in load_cases],
-        "s_w_min [m]": [s.s_w_min for s in load_cases],
-        "s_w_max [m]": [s.s_w_max for s in load_cases],
-        "s_tip_pp [m]": [s.s_tip_pp for s in load_cases],
-        "period [s]": [s.period for s in load_cases],
-        "mode": [s.mode.value for s in load_cases],
-    }
-    return pd.DataFrame(columns)
+    names = {"start": "s", "duration": "s", "load": "t", "s_w_min": "m", "s_w_max": "m", "s_tip_pp": "m", "period": "s"}
+    rows: Sequence[Any] = segments(validation)
+    columns: dict[str, list[Any]] = {"test": [s.test for s in rows]}
+    for name, unit in names.items():
+        columns[f"{name} [{unit}]"] = [getattr(s, name) / (1e3 if unit == "t" else 1.0) for s in rows]
+    return pd.DataFrame(columns | {"mode": [s.mode.value for s in rows]})
 
 
 def deviations_table(validation: Validation) -> pandas.DataFrame | None:
@@ -242,65 +286,18 @@ def deviations_table(validation: Validation) -> pandas.DataFrame | None:
     figures 11 to 13."""
     import pandas as pd
 
-    found = (s.estimates for s in validation.steps if s.number is results.StepNumber.AHC)
+    found = (s.estimates for s in validation.steps if s.number is StepNumber.AHC)
     parts = [c.windows for estimates in found if estimates is not None for c in estimates.comparisons]
     if not parts:
         return None
-    joined = {
-        "test": [w.test for w in parts for _ in w.ends],
-        "end of window [s]": np.concatenate([w.ends for w in parts]),
-        "s_tip_pp [m]": np.concatenate([w.s_tip_pp for w in parts]),
-        "e_c_pp_measured [m]": np.concatenate([w.measured for w in parts]),
-        "e_c_pp_simulated [m]": np.concatenate([w.simulated for w in parts]),
-        "deviation [m]": np.concatenate([w.x for w in parts]),
-        "eta_c_measured": np.concatenate([w.eta_measured for w in parts]),
-        "eta_c_simulated": np.concatenate([w.eta_simulated for w in parts]),
+    columns = {
+        "end of window [s]": "ends",
+        "s_tip_pp [m]": "s_tip_pp",
+        "e_c_pp_measured [m]": "measured",
+        "e_c_pp_simulated [m]": "simulated",
+        "deviation [m]": "x",
+        "eta_c_measured": "eta_measured",
+        "eta_c_simulated": "eta_simulated",
     }
-    return pd.DataFrame(joined).round(6)
-
-
-TERSE_COLUMNS = (Column.TEXT, Column.NUMBER, Column.NUMBER, Column.NUMBER, Column.TEXT, Column.TEXT)
-
-
-def summary(validation: Validation, *, tables: bool = False, everything: bool = False) -> Document:
-    """everything: also what agrees, in full; tables: those of the steps."""
-    load_cases: list[Part] = [Table(SEGMENT_HEAD, [segment_cells(s) for s in segments(validation)])]
-    load_cases += [Bullets(notes)] if (notes := reading_notes(validation)) else []
-    sections = [
-        Section("load cases", load_cases),
-        Section("steps", _steps(validation, tables=tables, everything=everything)),
-        Section("lines", _summary_lines(validation, everything=everything)),
-    ]
-    if left_out := without_meaning(validation):
-        keys = [f"{', '.join(line.key for line in lines)}: {reason}." for reason, lines in left_out.items()]
-        sections.append(Section("not judged", [Bullets(keys)]))
-    if wide := texts.undetectable(validation):
-        sections.append(Section(texts.UNDETECTABLE.lower(), [Bullets(wide)]))
-    if names := unjudged_says(validation):
-        sections.append(Section(HEADING, [Text(f"{'; '.join(names)}. {UNJUDGED}")]))
-    return Document(title(validation), sections, verdict(validation))
-
-
-def _steps(validation: Validation, *, tables: bool, everything: bool) -> list[Part]:
-    """Result of each step; its statements where lines of it block, or everything is requested."""
-    parts: list[Part] = [Table(STEP_HEAD, [step_row(validation, step) for step in validation.steps])]
-    for step in validation.steps:
-        if everything or any(line.failed for line in lines_of(validation, step)):
-            heading = f"step {int(step.number)}, {step.title}: {step_verdict(validation, step)}"
-            parts.append(Section(heading, [Bullets(step.statements), *(step.tables if tables else ())]))
-    return parts
-
-
-def _summary_lines(validation: Validation, *, everything: bool) -> list[Part]:
-    """Every line in a table; in full only those that are not shown, or all of them."""
-    terse = [terse_cells(validation, line) for line in validation.lines]
-    parts: list[Part] = [Table(TERSE_HEAD, terse, columns=TERSE_COLUMNS)]
-    full = [
-        line for line in validation.lines if everything or (line.judged and line.verdict is not results.Verdict.SHOWN)
-    ]
-    rows: list[tuple[Verdict, str, str]] = [
-        (line_verdict(line), line.key, f"{line.message} [{line.source}]") for line in full
-    ]
-    if rows:
-        parts.append(facts(rows, "in full"))
-    return [*parts, *legend(validation.lines)]
+    joined = {head: np.concatenate([getattr(w, name) for w in parts]) for head, name in columns.items()}
+    return pd.DataFrame({"test": [w.test for w in parts for _ in w.ends]} | joined).round(6)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.plots import OTHER, SHADE, crane, finish, panels, twin
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.plots import OTHER, SHADE, crane, finish, panels, twin
 from stillhook.validate.speed_limits.check import SaturatedPart, SpeedLimits, worded
 
 if TYPE_CHECKING:
