@@ -49,9 +49,6 @@ from stillhook.validate.parameters.hoisting import States, scale_of_law
 from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
 from stillhook.validate.report.document import reading_notes
 from stillhook.validate.report.view import view_of
-from stillhook.validate.synthetic import Defect, sea_trials, write_campaign
-from stillhook.validate.synthetic.defects import DEFECTS, STATED_DELAY
-from stillhook.validate.synthetic.reference.laws import ReferenceCrane, active_leak, reference_friction
 from stillhook.validate.validation import Validation
 
 STORE = Path(__file__).resolve().parent / "truth-trials.json"

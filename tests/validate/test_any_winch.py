@@ -27,8 +27,6 @@ from stillhook.validate.dynamics.model import scaled
 from stillhook.validate.report.document import summary
 from stillhook.validate.report.texts import WORDS
 from stillhook.validate.report.view import UNDETECTABLE
-from stillhook.validate.synthetic import Plan, trials, write_campaign
-from stillhook.validate.synthetic.own import OWN, columns_of
 
 CRANE = "nov-100t-electric"
 SHORT = 150.0  # s of heave compensation a test: five windows, enough for intervals and quick to simulate

@@ -153,4 +153,4 @@ def test_the_figure_shows_every_test(tmp_path):
     assert texts == ["not logged"]
     assert all("SYNTHETIC" in (f.get_suptitle() or f.axes[0].get_title()) for f in drawn.values())
     for stem, figure in drawn.items():
-        assert save_figure(figure, tmp_path / f"{stem}.png").stat().st_size > 10_000
+        assert kit.save(figure, tmp_path / f"{stem}.png").stat().st_size > 10_000

@@ -10,8 +10,6 @@ from trials.campaigns import sea_trials, write_campaign
 from stillhook.validate.data_set.campaign import Kind, load_campaign
 from stillhook.validate.data_set.records.read import read_records
 from stillhook.validate.dynamics.check import check_dynamics
-from stillhook.validate.synthetic.schedule import sea_trials
-from stillhook.validate.synthetic.writer import write_campaign
 
 CLOSE = {"C_h": 0.05, "C_leak": 0.05, "J_m_eff": 0.05}
 """Asked for by the issue."""

@@ -113,29 +113,9 @@ def _print_missing(validation: Validation, out: Path | None, criteria: str | Non
         )
 
 
-app = typer.Typer(no_args_is_help=True)
-File = Annotated[Path, typer.Argument(metavar="FILE", help="certificate.json that stillhook validate wrote.")]
-
-
-@app.command("show")
-def show(file: File, json: Json = False) -> None:
-    """Summary of a certificate. Exit code 1 where the validation was not passed.
-
-    Example: stillhook certificate show validation/certificate.json
-    """
-    from stillhook.validate.certificate.certificate import load_certificate
-
-    certificate = load_certificate(file)
-    if json:
-        print_json(certificate.data)
-    else:
-        print_document(certificate.summary())
-    raise typer.Exit(0 if certificate.passed else 1)
-
-
-@app.command("check")
-def check(
-    file: File,
+def certificate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="certificate.json that stillhook validate wrote.")],
+    check: Annotated[bool, typer.Option("--check", help="Verify it, recomputing everything from the logs.")] = False,
     campaign: Annotated[
         Path | None, typer.Option(help="With --check: campaign file, if it is not next to the certificate.")
     ] = None,

@@ -14,7 +14,6 @@ from stillhook.validate.ahc.comparison import BAND, Comparison, Spectra
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.plots import FITTED, MEASURED, OTHER, SIMULATED, cloud, crane, finish, panels, twin
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.plots import FITTED, MEASURED, OTHER, SIMULATED, cloud, crane, finish, panels, twin
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

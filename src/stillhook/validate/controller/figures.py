@@ -18,7 +18,6 @@ from stillhook.validate.controller.motor import SEMI, MotorLaw, difference
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.plots import FITTED, cloud, crane, finish, panels, twin
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.plots import FITTED, cloud, crane, finish, panels, twin
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

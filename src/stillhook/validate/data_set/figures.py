@@ -12,7 +12,6 @@ from stillhook.report.plots.colours import BLUE, GREEN, GREY, RED
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.plots import POINTS, SHADE, panels
 from stillhook.validate.data_set.records.record import Record, stretches_of
-from stillhook.validate.plots import POINTS, SHADE, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

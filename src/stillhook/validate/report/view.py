@@ -26,7 +26,7 @@ from stillhook.validate.report.texts import (
     without_meaning,
 )
 from stillhook.validate.validation import Validation
-from stillhook.winches.reference import plant as reference_plant
+from stillhook.winches.types import active_passive
 
 SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
 UNDETECTABLE = "Not detectable with these data"
@@ -34,6 +34,9 @@ UNJUDGED = "Logged, not judged"
 ROUNDING = 1e-9
 OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", "torque", "rotation")
 """Below ROUNDING [SI], a number of these quantities is what rounding leaves of zero, which no two machines do alike."""
+
+TRIED = active_passive.NAME
+"""Winch type of the trials with known defects."""
 
 
 def view_of(validation: Validation) -> dict[str, Any]:
@@ -185,15 +188,15 @@ def _open(validation: Validation, verdict: Verdict) -> Iterator[str]:
 
 
 def limits_of(crane: Crane) -> DetectionLimits:
-    """Detection limits that hold for a crane: those of the trials, which are of the winch type with a reference plant;
-    none for another type, whose judged lines are others."""
-    return detection_limits() if crane.plant == reference_plant.OF else DetectionLimits("", "", 0, 0, ())
+    """Detection limits that hold for a crane: those of the trials with known defects; none for another winch type,
+    whose judged lines are others."""
+    return detection_limits() if crane.plant == TRIED else DetectionLimits("", "", 0, 0, ())
 
 
 def _detects(crane: Crane) -> list[str]:
-    if crane.plant == reference_plant.OF:
+    if crane.plant == TRIED:
         return list(limits_of(crane).sentences())
     return [
-        f'The trials with known defects are of winch type "{reference_plant.OF}": the detection limits of winch type'
+        f'The trials with known defects are of winch type "{TRIED}": the detection limits of winch type'
         f' "{crane.plant.value}" are not known. The page "Validate a twin" lists single defects that were tried.'
     ]
