@@ -1,5 +1,5 @@
 """Do the 95 % intervals of identified friction hold the truth where transmitters drift and oil warms up? Tables from
-friction_trials.py."""
+`trials/friction/campaigns.py`."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from blocks import claims_table, table
-from friction_trials import SEEDS, Scenario, Trial, kept
+from blocks import Blocks
+from trials.friction.campaigns import SEEDS, Scenario, Trial, kept
+from trials.store import states_of
 
-PAGE = "friction-coverage.md"
 LEAST, MOST = 0.90, 0.98
 """Share of intervals that must hold the truth."""
 BLOCK = 0.5
@@ -48,13 +48,10 @@ def rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
         yield scenario.value, str(len(found)), own, share(band(found)), blocks_failed(found), *sizes
 
 
-def by_name(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+def by_name(outcomes: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for scenario in OURS:
         found = [one["inside"] for one in found_of(scenario, outcomes)]
-        yield (
-            scenario.value,
-            *(share([one[n] for one in found if n in one]) for n in ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")),
-        )
+        yield {**locals()}
 
 
 def verdict(hits: list[Any]) -> str:
@@ -64,35 +61,19 @@ def verdict(hits: list[Any]) -> str:
     return "within" if LEAST <= part <= MOST else "too few" if part < LEAST else "too many: wider than needed"
 
 
-def compute() -> tuple[dict[str, str], None]:
+def compute() -> tuple[Blocks, None]:
     outcomes = kept()
     limits = f"{100 * LEAST:.0f} to {100 * MOST:.0f} %"
     claims = {}
     for scenario in Scenario:
-        found = found_of(scenario, outcomes)
-        name = scenario.value
-        if scenario in OURS:
-            claims[f"{name}: intervals of parameters"] = (limits, share(parameters(found)), verdict(parameters(found)))
-        claims[f"{name}: band of the friction curve"] = (limits, share(band(found)), verdict(band(found)))
-    head = (
-        "campaigns with",
-        "number",
-        "parameters inside",
-        "curve inside",
-        "half or more outside",
-        "half width [N m]",
-        "error [N m]",
-    )
-    states = len({one["code"] for one in outcomes.values()})
+        found, name = found_of(scenario, outcomes), scenario.value
+        judged = {"intervals of parameters": parameters(found)} if scenario in OURS else {}
+        for what, hits in (judged | {"band of the friction curve": band(found)}).items():
+            claims[f"{name}: {what}"] = (limits, share(hits), verdict(hits))
+    states = states_of(outcomes)
     return {
-        "claims": claims_table(claims),
-        "code": (
-            f"{len(outcomes)} campaigns, computed by {'one state' if states == 1 else f'{states} states'} of the code."
-        ),
-        "coverage": table(head, rows(outcomes)),
-        "parameters": table(("campaigns with", "Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6"), by_name(outcomes)),
+        "claims": claims,
+        "code": {"outcomes": outcomes, "states": states},
+        "coverage": rows(outcomes),
+        "parameters": by_name(outcomes),
     }, None
-
-
-def draw(_: None) -> None:
-    """The page has no picture."""

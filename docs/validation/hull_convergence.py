@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from blocks import HERE, claims_table, percent, save, table
+from blocks import HERE, Blocks, Table, percent, picture, save
 from matplotlib.figure import Figure
 
 from stillhook.formats.vessel.open import read_vessel
@@ -16,7 +16,6 @@ from stillhook.library.catalogue import vessel_file
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.vessel.rao import Rao, long_wave_limits, wavenumber
 
-PAGE = "hull-convergence.md"
 STORE = HERE / "hull-convergence.json"
 HULLS = HERE.parents[1] / "hulls"
 BAND = (2.0 * np.pi / 20.0, 2.0 * np.pi / 6.0)  # rad/s: periods at which a ship answers
@@ -102,23 +101,13 @@ def ship_rows(ships: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
         yield f"natural period, {mode}", *cell(lambda l, w, f, n, m=mode: f"{2.0 * np.pi / n['omega_n'][m]:.2f} s")
 
 
-def panel_rows(ships: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+def panel_rows(ships: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for ship in ships.values():
         for h, one in ship["panels"].items():
             off = {key: max(one[f"{key}_off"][i] for i in (1, 2, 3, 4)) for key in ("A", "B", "F")}
             motions = (parts(one["H_off"][i]) for i in (2, 3, 4))
             first = h == next(iter(ship["panels"]))
-            yield (
-                ship["title"],
-                f"{h} m",
-                f"{one['panels']} + {one['lid']}",
-                parts(one["V"] / ship["form"]["V"] - 1.0, 2),
-                *(
-                    ("–",) * 7
-                    if first
-                    else (*(parts(off[key]) for key in "ABF"), *motions, parts(float(np.abs(sigma_off(ship, h)).max())))
-                ),
-            )
+            yield {**locals()}
 
 
 def haskind_rows(ships: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
@@ -160,7 +149,7 @@ def table_rows(ships: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
             yield ship["title"], what, *(parts(x, 2) for x in one[key])
 
 
-def compute() -> tuple[dict[str, str], dict[str, Any]]:
+def compute() -> tuple[Blocks, dict[str, Any]]:
     found = kept()
     ships = found["ships"]
     vessels = {name: read_vessel(vessel_file(name)) for name in ships}
@@ -169,27 +158,7 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
     roll = np.concatenate([in_band(s, "roll") for s in ships.values()])
     change, beyond = max(left(s) for s in ships.values()), max(spikes_with_lid(s) for s in ships.values())
     heave = max(long_waves(v)["heave"] for v in vessels.values())
-    good = lambda holds: "holds" if holds else "does not hold"
-    claims = {
-        "volume of the panels against the closed form": ("the same", parts(volume, 2) + " less", good(volume < 0.005)),
-        "Haskind: heave damping from excitation over damping from radiation, 6 to 20 s": (
-            "1",
-            f"{haskind.min():.3f} to {haskind.max():.3f}",
-            good(np.abs(haskind - 1.0).max() < 0.02),
-        ),
-        "the same for roll": ("1", f"{roll.min():.3f} to {roll.max():.3f}", good(np.abs(roll - 1.0).max() < 0.02)),
-        "heave in waves of 60 s, all headings": ("1", f"within {parts(heave, 2)}", good(heave < 0.01)),
-        "what smaller panels could still change in a tip's standard deviation": (
-            "below 2 %",
-            parts(change),
-            good(change < 0.02),
-        ),
-        "irregular frequencies in the table": (
-            "none",
-            f"heave within {parts(beyond, 2)} of a smooth curve",
-            good(beyond < SPIKE),
-        ),
-    }
+
     head = (
         "ship",
         "panels",
@@ -206,16 +175,14 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
     seas = [f"{b} {T} s" for b in ("head", "weather side", "lee side") for T in (8, 12, 15)]
     periods = [f"{T:g} s" for T in next(iter(ships.values()))["table"]["periods"]]
     return {
-        "claims": claims_table(claims),
-        "ships": table(("", *(s["title"] for s in ships.values())), ship_rows(ships)),
-        "reasons": table(("number", "because"), found["reasons"].items()),
-        "panels": table(head, panel_rows(ships)),
-        "haskind": table(("motion", "ship", "6 to 20 s"), haskind_rows(ships)),
-        "irregular": table(
-            ("ship", "lowest, box of the same size", "found in heave, without lid", "periods"), irregular_rows(ships)
-        ),
-        "damping": table(("ship", "added", "roll, highest", *seas), damping_rows(found)),
-        "table": table(("ship", "error by", *periods), table_rows(ships)),
+        "claims": locals(),
+        "ships": Table(("", *(s["title"] for s in ships.values())), ship_rows(ships)),
+        "reasons": found["reasons"].items(),
+        "panels": panel_rows(ships),
+        "haskind": haskind_rows(ships),
+        "irregular": irregular_rows(ships),
+        "damping": Table(("ship", "added", "roll, highest", *seas), damping_rows(found)),
+        "table": Table(("ship", "error by", *periods), table_rows(ships)),
     }, {"found": found, "vessels": vessels}
 
 
@@ -238,7 +205,7 @@ def lines_figure(ships: Mapping[str, Any]) -> Figure:
         sys.path.insert(0, str(HULLS))
     from lines import Lines, hull_panels, section
 
-    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
+    figure = picture(11.0, 4.6)
     axes = figure.subplots(len(ships), 2, width_ratios=(1.0, 2.0))
     for (plan, side), ship in zip(axes, ships.values(), strict=True):
         hull = Lines(**ship["lines"])
@@ -261,7 +228,7 @@ def lines_figure(ships: Mapping[str, Any]) -> Figure:
 
 
 def motions_figure(vessels: Mapping[str, Rao]) -> Figure:
-    figure = Figure(figsize=(11.0, 6.4), layout="constrained")
+    figure = picture(11.0, 6.4)
     axes = figure.subplots(len(vessels), 3, sharex=True)
     for row, vessel in zip(axes, vessels.values(), strict=True):
         for ax, mode, scale, unit in zip(row, (2, 3, 4), (1.0, 57.29578, 57.29578), ("m/m", "°/m", "°/m"), strict=True):
@@ -279,7 +246,7 @@ def motions_figure(vessels: Mapping[str, Rao]) -> Figure:
 
 
 def irregular_figure(ships: Mapping[str, Any]) -> Figure:
-    figure = Figure(figsize=(11.0, 4.0), layout="constrained")
+    figure = picture(11.0, 4.0)
     for ax, ship in zip(figure.subplots(1, len(ships)), ships.values(), strict=True):
         one, mass = ship["irregular"], ship["floating"]["mass"]
         ax.plot(

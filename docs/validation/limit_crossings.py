@@ -1,4 +1,4 @@
-"""Limits over the seabed on the twin's own distributions: tables from what limit_crossings_trials.py computed."""
+"""Limits over the seabed on the twin's own distributions: tables from what `trials/limits/crossings.py` computed."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from blocks import claims_table, save, table
-from limit_crossings_trials import STORE
-from limit_curves import part, within
-from matplotlib.figure import Figure
+from blocks import Blocks, percent, picture, save
+from limit_curves import within
+from trials.limits.crossings import STORE
 
 from stillhook.plan.definition.rules import Alternative
 from stillhook.report.plots.colours import COLOURS, GREY
 
-PAGE = "limit-crossings.md"
 NEAR = 0.03
 """Points by which the share of fresh runs beyond a limit may be off what the rule allows."""
 KNOWN = 0.04
@@ -36,7 +34,7 @@ def told(rows: Rows) -> list[Mapping[str, Any]]:
     return [row for row in rows if row["beyond"] is not None]
 
 
-def of_fresh(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
+def of_fresh(found: Mapping[str, Any]) -> list[dict[str, Any]]:
     """A row of the table for each lift, phase, controller and rule with limits."""
     rows, keys = found["fresh"]["rows"], ("lift", "phase", "alternative", "rule")
     lines = []
@@ -47,18 +45,7 @@ def of_fresh(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
         n, beyond, error, allowed = shares(of, found["fresh"]["runs"])
         half = np.mean([0.5 * math.log(row["high"] / row["low"]) for row in of])
         lift, phase, alternative, rule = key
-        lines.append(
-            (
-                lift,
-                phase,
-                Alternative(alternative).label,
-                rule,
-                f"{n} of {len(every)}",
-                part(half),
-                f"{part(beyond)} ± {part(error)}",
-                part(allowed),
-            )
-        )
+        lines.append({**locals()})
     return lines
 
 
@@ -74,11 +61,20 @@ def of_passage(rows: Rows, runs: int) -> list[tuple[str, ...]]:
         ):
             n, beyond, error, allowed = shares(of, runs)
             ends = f"{min(row['Hs'] for row in of):.2f} to {max(row['Hs'] for row in of):.2f}"
-            lines.append((rule, name, str(n), ends, f"{part(beyond)} ± {part(error)}", part(allowed)))
+            lines.append(
+                (
+                    rule,
+                    name,
+                    str(n),
+                    ends,
+                    f"{percent(beyond, digits=1)} ± {percent(error, digits=1)}",
+                    percent(allowed, digits=1),
+                )
+            )
     return lines
 
 
-def of_coverage(rows: Rows) -> list[tuple[str, ...]]:
+def of_coverage(rows: Rows) -> list[dict[str, Any]]:
     """A row for each phase, controller and rule of the repeated plans."""
     keys = ("phase", "alternative", "rule")
     lines = []
@@ -91,20 +87,7 @@ def of_coverage(rows: Rows) -> list[tuple[str, ...]]:
         off = np.concatenate([row["off"] for row in of])
         phase, alternative, rule = key
         ends = [f"{min(row['H'] for row in of):.2f}", f"{max(row['H'] for row in of):.2f}"]
-        lines.append(
-            (
-                phase,
-                Alternative(alternative).label,
-                rule,
-                str(len(of)),
-                " to ".join(dict.fromkeys(ends)),
-                part(n / sum(row["plans"] for row in of), 0),
-                part(held / n),
-                part(float(off.mean())),
-                part(float(np.sqrt(np.mean(off**2)))),
-                part(sum(row["low_too_high"] for row in of) / sum(row["plans"] for row in of)),
-            )
-        )
+        lines.append({**locals()})
     return lines
 
 
@@ -113,7 +96,7 @@ def known(rows: Rows) -> list[Mapping[str, Any]]:
     return [row for row in rows if row["H"] is not None and row["sd"] <= KNOWN and row["told"] > 0]
 
 
-def compute() -> tuple[dict[str, str], dict[str, Any]]:
+def compute() -> tuple[Blocks, dict[str, Any]]:
     found: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8"))
     fresh, runs = told(found["fresh"]["rows"]), found["fresh"]["runs"]
     lifts = {lift: [row for row in fresh if row["lift"] == lift] for lift in dict.fromkeys(r["lift"] for r in fresh)}
@@ -124,68 +107,20 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
     _, through, its_error, may = shares(passage, passages)
     cover = known(found["coverage"]["rows"])
     held = sum(row["held"] for row in cover) / sum(row["told"] for row in cover)
-    claims = {
-        "fresh runs beyond a printed limit, over what the rule allows, all three lifts": (
-            "within 3 points",
-            f"{100.0 * (beyond - allowed):+.1f} ± {100.0 * error:.1f} points".replace("-", "−"),
-            "holds" if abs(beyond - allowed) <= NEAR else "does not hold",
-        ),
-        "the same of the lift that is furthest off on the unsafe side": (
-            "within 3 points",
-            f"{100.0 * worst:+.1f} points".replace("-", "−"),
-            "holds" if worst <= NEAR else "does not hold",
-        ),
-        "fresh passages of the surface beyond a printed limit, over what the rule allows": (
-            "within 3 points",
-            f"{100.0 * (through - may):+.1f} ± {100.0 * its_error:.1f} points".replace("-", "−"),
-            "holds" if abs(through - may) <= NEAR else "does not hold",
-        ),
-        "95 % intervals over the seabed hold the limit by all runs": (
-            f"90 to 98 % ({found['coverage']['plans']} plans)",
-            part(held),
-            within([held]),
-        ),
-    }
+
+    covers = within([held])
     blocks = {
-        "claims": claims_table(claims),
-        "fresh": table(
-            (
-                "lift",
-                "phase",
-                "winch",
-                "rule",
-                "limits with two ends",
-                "half of the 95 % interval",
-                "fresh runs beyond",
-                "allowed",
-            ),
-            of_fresh(found),
-        ),
-        "coverage": table(
-            (
-                "phase",
-                "winch",
-                "rule",
-                "columns",
-                "limits [m]",
-                "with two ends",
-                "covers",
-                "mean error",
-                "error, rms",
-                "lower end too high",
-            ),
-            of_coverage(found["coverage"]["rows"]),
-        ),
-        "passage": table(
-            ("rule", "Tp [s]", "limits", "Hs [m]", "fresh runs beyond", "allowed"), of_passage(passage, passages)
-        ),
-        "runs": f"{found['coverage']['plans']} plans, {found['coverage']['runs']:,} runs judged.",
+        "claims": locals(),
+        "fresh": of_fresh(found),
+        "coverage": of_coverage(found["coverage"]["rows"]),
+        "passage": of_passage(passage, passages),
+        "runs": {"found": found},
     }
     return blocks, found
 
 
 def draw(found: Mapping[str, Any]) -> None:
-    figure = Figure(figsize=(8.0, 3.4), layout="constrained")
+    figure = picture(8.0, 3.4)
     fresh, errors = figure.subplots(1, 2)
     rows = told(found["fresh"]["rows"])
     for k, lift in enumerate(dict.fromkeys(row["lift"] for row in rows)):

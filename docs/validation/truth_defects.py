@@ -1,5 +1,5 @@
 """Does validation find what is wrong, and leave alone what is right? Tables from campaigns of a known truth
-(truth_trials.py)."""
+(`trials/defects/run.py`)."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from blocks import claims_table, table
-from detection_limits import limits
-from truth_trials import APART, DEFECT_SEEDS, SEEDS, Trial, kept
+from blocks import Blocks, table
+from trials.defects.detection_limits import limits
+from trials.defects.run import APART, DEFECT_SEEDS, SEEDS, Trial, kept
+from trials.store import states_of
 
 from stillhook.validate.synthetic import Defect
 from stillhook.validate.synthetic.defects import DEFECTS, defect_text, size_text
 
-PAGE = "truth-defects.md"
 MOST_FALSE = 5
 """False alarms of a hundred that are tolerated."""
 PAPER_MEAN, PAPER_S = 0.033, 0.015  # m, paper F
@@ -67,19 +67,14 @@ def no_of(one: Mapping[str, Any]) -> list[str]:
 def naming(defect: Defect, one: Mapping[str, Any]) -> str:
     """What names the defect, empty where nothing does: a refusal, a failed line (what it is of, and its note), or a
     statement."""
-    if "refused" in one:
-        lines, rest = [], [one["refused"]]
-    else:
-        lines, rest = (
-            list(one["no"].values()),
-            [t for t in one.get("statements", ()) if not t.startswith("Within limits")],
-        )
+    lines = list(one.get("no", {}).values())
+    rest = [one["refused"]] if "refused" in one else one.get("statements", ())
     for text in lines:
         what, *notes = text.split("; ")
         hit = next((n for n in reversed(notes) if speaks_of(defect, n)), "")
         if hit or speaks_of(defect, what):
             return "; ".join(part for part in (what.split(" (95 %")[0], hit) if part)
-    return next((text for text in rest if speaks_of(defect, text)), "")
+    return next((t for t in rest if speaks_of(defect, t) and not t.startswith("Within limits")), "")
 
 
 def speaks_of(defect: Defect, text: str) -> bool:
@@ -172,15 +167,8 @@ def coverage_rows(found: list[dict[str, Any]]) -> Iterator[tuple[str, ...]]:
     for name, held in sorted(covered(found).items()):
         share, n = sum(inside for inside, _ in held) / len(held), len(held)
         width = float(np.median([half for _, half in held]))
-        judged = (
-            "few"
-            if n < FEWEST
-            else "yes"
-            if LEAST_HELD <= share <= MOST_HELD
-            else "too narrow"
-            if share < LEAST_HELD
-            else "wide"
-        )
+        narrow = "too narrow" if share < LEAST_HELD else "wide"
+        judged = "few" if n < FEWEST else "yes" if LEAST_HELD <= share <= MOST_HELD else narrow
         yield f"`{name}`", f"{100.0 * share:.0f} % of {n}", f"{width:.2g}", judged
 
 
@@ -192,53 +180,27 @@ def limit_rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
         yield f"`{limit.defect}`", seen, ", ".join(sizes).replace("-", "−"), str(limit.campaigns)
 
 
-def computed_by(outcomes: Mapping[str, Any]) -> str:
-    states = len({one["code"] for one in outcomes.values()})
-    again = "`python docs/validation/truth_trials.py --new` computes them by the present one"
-    return (
-        f"{len(outcomes)} campaigns, computed by {'one state' if states == 1 else f'{states} states'} of the code;"
-        f" {again}."
-    )
-
-
-def compute() -> tuple[dict[str, str], None]:
+def compute() -> tuple[Blocks, None]:
     outcomes = kept()
     right, apart = (
         found_of(iter(t), outcomes) for t in ([Trial(s) for s in SEEDS], [Trial(s, apart=True) for s in APART])
     )
     false = sum(bool(no_of(one)) for one in right)
     good, all_ = caught(outcomes)
-    mean, s = numbers(right, "2b"), numbers(right, "2b-s")
+    held = held_of(right)
+    mean_range, s_range = range_of(numbers(right, "2b"), PAPER_MEAN), range_of(numbers(right, "2b-s"), PAPER_S)
     whole = "not all" if good < all_ else "reproduced" if good == len(Defect) else f"{len(Defect) - all_} not run yet"
     few = "not run yet" if not right else "reproduced" if false * 100 <= MOST_FALSE * len(right) else "too many"
     tuned = list(tuned_rows({"well matched": right, "10 to 30 % apart": apart}))
-    claims = {
-        "defects turned down or named": (f"{len(Defect)} of {len(Defect)}", f"{good} of {all_}", whole),
-        "intervals that hold the true value, of each printed figure": ("90 to 98 %", *held_of(right)),
-        "well-matched twins turned down": (f"at most {MOST_FALSE} of 100", f"{false} of {len(right)}", few),
-        "mean deviation of the 30 s peak-to-peak error (paper F: the real crane)": (
-            "3.3 cm",
-            *range_of(mean, PAPER_MEAN),
-        ),
-        "its standard deviation": ("1.5 cm", *range_of(s, PAPER_S)),
-    }
+
     return {
-        "claims": claims_table(claims),
-        "code": computed_by(outcomes),
-        "defects": table(
-            ("defect", "turned down", "lines (in how many, where not in all)", "named by"), defect_rows(outcomes)
-        ),
-        "limits": table(("defect", "detected from", "sizes tried", "campaigns each"), limit_rows(outcomes)),
-        "coverage": table(
-            ("figure", "95 % intervals with the truth", "half width, median [SI]", "90 to 98 %"), coverage_rows(right)
-        ),
-        "false-alarms": (
-            f"{false} of {len(right)} are turned down, by\n\n" + table(("line", "campaigns"), false_rows(right))
-        ),
-        "tuned": table(
-            ("twin", "number", "tuned over true, less 1: median (range)", "within 5 %", "interval holds the truth"),
-            tuned,
-        ),
+        "claims": locals(),
+        "code": {"outcomes": outcomes, "states": states_of(outcomes)},
+        "defects": defect_rows(outcomes),
+        "limits": limit_rows(outcomes),
+        "coverage": coverage_rows(right),
+        "false-alarms": {"false": false, "right": right, "lines": table(("line", "campaigns"), false_rows(right))},
+        "tuned": tuned,
     }, None
 
 
@@ -254,7 +216,3 @@ def held_of(found: list[dict[str, Any]]) -> tuple[str, str]:
         f"{wide} of {len(shares)} wider than needed"
     ] * bool(wide)
     return span, ", ".join(said) or "reproduced"
-
-
-def draw(_: None) -> None:
-    """The page has no picture."""

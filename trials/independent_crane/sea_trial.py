@@ -9,9 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from independent_plant import Inputs, Log
-from independent_plc import MANUAL, NS, SSC
 from numpy.typing import NDArray
+
+from trials.independent_crane.plant import Inputs, Log
+from trials.independent_crane.plc import MANUAL, NS, SSC
 
 FloatArray = NDArray[np.float64]
 BAR = 1e5  # Pa

@@ -1,23 +1,21 @@
 """Limits over the seabed on the twin's own distributions: repeated plans against all their runs together, and fresh
 runs at the limits of three lifts; fresh runs at the limits of the passage through the surface, which are of curves.
 
-`python docs/validation/limit_crossings_trials.py` (three quarters of an hour of two cores) writes limit-crossings.json,
-which the page is made from; with names of parts (fresh, coverage, passage) these alone.
+`python -m trials.limits.crossings` (three quarters of an hour of two cores) writes crossings.json, which the page is
+made from; with names of parts (fresh, coverage, passage) these alone.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import HERE
 from scipy.optimize import minimize
 from scipy.special import log_ndtr, ndtri
 
@@ -35,8 +33,9 @@ from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work
+from trials import store
 
-STORE = HERE / "limit-crossings.json"
+STORE = Path(__file__).with_name("crossings.json")
 PERIODS, HEADINGS = (5.0, 6.0, 7.0, 8.0, 9.0, 11.0, 13.0), (165.0, 180.0)
 """Periods [s] and directions of travel [deg] of the fourteen columns."""
 CONTROLLERS = (Alternative.NONE, Alternative.NS, Alternative.HS, Alternative.SSC)
@@ -276,14 +275,14 @@ def _probit(said: Sequence[tuple[float, bool]], p: float) -> tuple[float, float]
     return math.exp(fit.x[0] + z * s), float(np.sqrt(slope @ np.linalg.solve(bend, slope)))
 
 
-def coverage(keep: Callable[[dict[str, Any]], None]) -> None:
+def coverage() -> None:
     """How many of the plans hold the limit by all runs; what is known so far is kept after every tenth plan."""
     plans = []
     with ProcessPoolExecutor() as pool:
         for plan in pool.map(one_plan, range(1, PLANS + 1)):
             plans.append(plan)
             if len(plans) % 10 == 0:
-                keep(covered(plans))
+                store.write_parts(STORE, {"coverage": covered(plans)})
                 print(f"{len(plans)} plans", flush=True)
 
 
@@ -321,16 +320,12 @@ PARTS = ("fresh", "coverage", "passage")
 def main(parts: Sequence[str] = PARTS) -> None:
     """The named trials. Results of others stay as they are."""
 
-    def keep(name: str, outcome: Any) -> None:
-        found = json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
-        STORE.write_text(json.dumps({**found, name: outcome}, indent=1) + "\n", encoding="utf-8", newline="\n")
-
     if "fresh" in parts:
-        keep("fresh", {"runs": FRESH, "rows": [row for lift in LIFTS for row in fresh(lift)]})
+        store.write_parts(STORE, {"fresh": {"runs": FRESH, "rows": [row for lift in LIFTS for row in fresh(lift)]}})
     if "passage" in parts:
-        keep("passage", {"runs": PASSAGES, "rows": passage()})
+        store.write_parts(STORE, {"passage": {"runs": PASSAGES, "rows": passage()}})
     if "coverage" in parts:
-        coverage(partial(keep, "coverage"))
+        coverage()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Repeated plans, whose limits are compared with those of many more runs.
 
-`python docs/validation/limit_curves_trials.py` (an hour of two cores) writes limit-curves.json, which the page is made
-from; with names of parts (made_up, searched, days, splash, extremes) these alone.
+`python -m trials.limits.curves` (an hour of two cores) writes curves.json, which the page is made from; with names of
+parts (made_up, searched, days, splash, extremes) these alone.
 
 Trials: a made-up response whose limits are known, in given cells; made-up responses whose cells the search places;
 operability, waiting and days gained of a made-up lift; the example's splash zone, of which 256 passages were run in
@@ -10,17 +10,14 @@ every sea; its deep phase, 768 runs of four minutes in every sea, of which five 
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-import limit_curves_days
-import limit_curves_searched
 import numpy as np
-from blocks import HERE
 
 from stillhook.engine.simulate import simulate
 from stillhook.plan.definition.phases import PhaseKind
@@ -31,8 +28,10 @@ from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, measures
 from stillhook.statistics.extremes import MPM, P90, gumbel
+from trials import store
+from trials.limits import days, searched
 
-STORE = HERE / "limit-curves.json"
+STORE = Path(__file__).with_name("curves.json")
 PLANS, SEEDS = 100, 256
 HIGHEST = 6.0
 ABOUT = {5: 1.75, 6: 2.0, 7: 1.95, 8: 2.1, 9: 2.6, 10: 2.75, 11: 3.1, 12: 3.5, 13: 3.9, 14: 4.0}
@@ -362,8 +361,7 @@ def main(
 ) -> None:
     """The named trials; pools of runs where they are at hand. Results of others stay as they are."""
     truth, rng = made_up(), np.random.default_rng(2)
-    found: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
-    found |= {"plans": PLANS, "seeds": SEEDS}
+    found: dict[str, Any] = {"plans": PLANS, "seeds": SEEDS}
     if "made_up" in parts:
         found["made_up"] = repeated(
             lambda runs, cells: made_up_plan(rng, truth, runs, cells),
@@ -372,9 +370,9 @@ def main(
             truth["H"],
         )
     if "searched" in parts:
-        found["searched"] = limit_curves_searched.trials()
+        found["searched"] = searched.trials()
     if "days" in parts:
-        found["days"] = limit_curves_days.trials()
+        found["days"] = days.trials()
     if "splash" in parts:
         measure, limit = sling()
         of = passages() if pool is None else pool
@@ -390,7 +388,7 @@ def main(
         found["order_statistics"] = own_quantiles(of, exact, measure, limit)
     if "extremes" in parts:
         found["extremes"] = extremes(deep_runs() if deep is None else deep)
-    STORE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8", newline="\n")
+    store.write_parts(STORE, found)
 
 
 if __name__ == "__main__":

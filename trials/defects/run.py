@@ -1,31 +1,27 @@
-"""Campaigns of a known truth through `stillhook validate`, kept in truth-trials.json: an hour's work that the page is
-made from.
+"""Campaigns of a known truth through `stillhook validate`, kept in outcomes.json: an hour's work that the page is made
+from.
 
-    python docs/validation/truth_trials.py            run what is not in the file yet
-    python docs/validation/truth_trials.py 20         run no more than the next 20 of them
-    python docs/validation/truth_trials.py --new      run also what was computed by other code
-    python docs/validation/truth_trials.py precharge  run those of this defect alone ("none": without a defect, "apart")
+    python -m trials.defects.run            run what is not in the file yet
+    python -m trials.defects.run 20         run no more than the next 20 of them
+    python -m trials.defects.run --new      run also what was computed by other code
+    python -m trials.defects.run precharge  run those of this defect alone ("none": without a defect, "apart")
 
-It may be stopped at any time: what is done is in the file. Then `python docs/validation/detection_limits.py` writes the
+It may be stopped at any time: what is done is in the file. Then `python -m trials.defects.detection_limits` writes the
 table that certificates print, and `python docs/validation/make.py truth_defects` the page.
 """
 
 from __future__ import annotations
 
-import datetime
 import functools
 import math
 import sys
-import time
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
-import trial_store
 
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
@@ -51,13 +47,13 @@ from stillhook.validate.synthetic.reference.laws import ReferenceCrane, active_l
 from stillhook.validate.validation import Validation
 from stillhook.winches.reference.drum import TrueDrum, wound
 from stillhook.winches.reference.laws import gap_motor, gap_pump, leak_across, leak_to_case
+from trials import store
 
-STORE = Path(__file__).resolve().parent / "truth-trials.json"
+STORE = Path(__file__).resolve().parent / "outcomes.json"
 SEEDS = range(100)
 APART = range(200, 210)
 DEFECT_SEEDS = range(2)
 DIGITS = 4
-WORKERS = 2
 FIGURES = ("2b", "2b-s")
 """Lines whose value and interval are kept."""
 PASSIVE = 6
@@ -297,36 +293,18 @@ def _short(x: float | None) -> float | None:
 
 def kept() -> dict[str, Any]:
     """Outcomes by key of the trial, each with the code that it was computed by."""
-    return trial_store.read(STORE)
+    return store.read(STORE)
 
 
 def code() -> str:
     """State of the code that the trials rest on."""
-    return trial_store.judging_code()
+    return store.judging_code()
 
 
-def main(wanted: list[str]) -> None:
-    done, now = kept(), code()
-    names = {w for w in wanted if w != "--new" and not w.isdigit()}
-    todo = [t for t in trials() if t.key not in done or ("--new" in wanted and done[t.key]["code"] != now)]
-    todo = [t for t in todo if not names or (t.defect or ("apart" if t.apart else "none")) in names]
-    most = next((int(w) for w in wanted if w.isdigit()), len(todo))
-    with ProcessPoolExecutor(WORKERS) as pool:
-        running = {pool.submit(timed, trial): trial for trial in todo[:most]}
-        for future in as_completed(running):
-            trial = running[future]
-            found, seconds = future.result()
-            done[trial.key] = {**found, "code": now, "date": datetime.date.today().isoformat()}
-            trial_store.write(STORE, (t.key for t in trials()), done)
-            said = "refused" if "refused" in found else "passed" if found["passed"] else ", ".join(found["no"])
-            print(f"{trial.key} ({seconds:.0f} s): {said}", flush=True)
-
-
-def timed(trial: Trial) -> tuple[dict[str, Any], float]:
-    """An outcome and the seconds that it took."""
-    start = time.perf_counter()
-    return outcome(trial), time.perf_counter() - start
+def group(key: str) -> str:
+    """What a trial may be named by: its defect, "none" or "apart"."""
+    return key.rpartition("-")[0].partition("@")[0]
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    store.run(STORE, {t.key: t for t in trials()}, outcome, code(), sys.argv[1:], group)

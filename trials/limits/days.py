@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from limit_curves_searched import Plan, Response, Waves, columns, searched_plan
 
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.spread import with_intervals
@@ -24,6 +23,7 @@ from stillhook.plan.weather.records import weather_used
 from stillhook.plan.weather.value import YEAR, forecast_limits, weather_block, weather_value
 from stillhook.weather.alpha import AlphaTable, load_alpha_table
 from stillhook.weather.series import HOUR, Weather
+from trials.limits.searched import Plan, Response, Waves, columns, searched_plan
 
 Array = np.ndarray
 YEARS = 3.0

@@ -1,8 +1,8 @@
-"""Friction campaigns of a known truth with drifting transmitters and warming oil, kept in friction-coverage.json.
+"""Friction campaigns of a known truth with drifting transmitters and warming oil, kept in coverage.json.
 
-    python docs/validation/friction_trials.py            run what is not in the file yet
-    python docs/validation/friction_trials.py 20         run no more than the next 20 of them
-    python docs/validation/friction_trials.py --new      run also what was computed by other code
+    python -m trials.friction.campaigns            run what is not in the file yet
+    python -m trials.friction.campaigns 20         run no more than the next 20 of them
+    python -m trials.friction.campaigns --new      run also what was computed by other code
 
 Stretches are computed one by one from the torque balance of hoisting and lowering, with the oil's temperature and the
 transmitters' zero of that moment: no plant is simulated, so a campaign takes a second or two.
@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import trial_store
 from numpy.typing import NDArray
 
 from stillhook.identify.system_friction.fitting import drift, uncertainty
@@ -32,10 +31,11 @@ from stillhook.library import system_friction as published
 from stillhook.physics.scalar import G
 from stillhook.statistics.estimate import t_factor
 from stillhook.units import parse
+from trials import store
 
 FloatArray = NDArray[np.float64]
 
-STORE = Path(__file__).resolve().parent / "friction-coverage.json"
+STORE = Path(__file__).resolve().parent / "coverage.json"
 SEEDS = range(2000, 2050)  # the model was settled on seeds 0 to 61 and 200 to 279
 RPM, CM3, BAR = parse("1 rev/min", "rotation"), parse("1 cm^3/rev", "displacement"), parse("1 bar", "pressure")
 LEVER, RATIO, COUNT, HOOK = 1.5, 450.0, 11, 3.0e3  # m, -, motors, kg
@@ -209,7 +209,7 @@ def outcome(trial: Trial) -> dict[str, Any]:
 
 
 def kept() -> dict[str, Any]:
-    return trial_store.read(STORE)
+    return store.read(STORE)
 
 
 def code() -> str:
@@ -218,15 +218,5 @@ def code() -> str:
     return sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:12]
 
 
-def main(wanted: list[str]) -> None:
-    done, now = kept(), code()
-    todo = [t for t in trials() if t.key not in done or ("--new" in wanted and done[t.key]["code"] != now)]
-    most = next((int(w) for w in wanted if w.isdigit()), len(todo))
-    for trial in todo[:most]:
-        done[trial.key] = {**outcome(trial), "code": now}
-        trial_store.write(STORE, (t.key for t in trials()), done)
-        print(trial.key, flush=True)
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    store.run(STORE, {t.key: t for t in trials()}, outcome, code(), sys.argv[1:])

@@ -1,4 +1,4 @@
-"""Writes src/stillhook/validate/criteria/detection_limits.toml from truth-trials.json: from what size on each defect is
+"""Writes src/stillhook/validate/criteria/detection_limits.toml from outcomes.json: from what size on each defect is
 detected."""
 
 from __future__ import annotations
@@ -7,11 +7,10 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from truth_trials import DEFECT_SEEDS, SEEDS, Trial, kept
-
 from stillhook.validate.criteria.criteria import LIMITS_FILE, DetectionLimit, DetectionLimits
 from stillhook.validate.synthetic import Defect
 from stillhook.validate.synthetic.defects import DEFECTS, defect_text
+from trials.defects.run import DEFECT_SEEDS, SEEDS, Trial, kept
 
 NAMED_ONLY = {Defect.GAP: "no samples"}
 """Defects that are no fault of a twin, and count as detected where a statement with these words names them."""
@@ -62,7 +61,7 @@ def table_of(outcomes: Mapping[str, Any]) -> DetectionLimits:
 def text_of(table: DetectionLimits) -> str:
     """The table as TOML."""
     lines = [
-        "# Written by docs/validation/detection_limits.py: do not edit.",
+        "# Written by trials/defects/detection_limits.py: do not edit.",
         f"code = {json.dumps(table.code)}",
         f'date = "{table.date}"',
     ]

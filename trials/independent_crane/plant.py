@@ -1,8 +1,8 @@
 """An active/passive heave-compensated winch, written without the twin's laws: own code, own integration, SI throughout.
 
 Signs: hoisting positive for motor speed, pump command and the operator's speed; up positive for tip and load; s_w is
-wire paid out. Every cycle of the PLC (`independent_plc.py`) is followed by semi-implicit Euler steps of the plant.
-Numbers come in the records below, from `independent_crane.py`. What is named "assumed" here or there rests on no
+wire paid out. Every cycle of the PLC (`plc.py`) is followed by semi-implicit Euler steps of the plant.
+Numbers come in the records below, from `crane.py`. What is named "assumed" here or there rests on no
 publication.
 """
 
@@ -12,9 +12,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from independent_plc import MANUAL, Commands, Memory, Reading, Settings, clip, plc_cycle
 from numba import njit
 from numpy.typing import NDArray
+
+from trials.independent_crane.plc import MANUAL, Commands, Memory, Reading, Settings, clip, plc_cycle
 
 FloatArray = NDArray[np.float64]
 
