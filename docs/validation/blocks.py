@@ -121,7 +121,7 @@ def as_text(page: ModuleType, name: str, block: Block, before: str) -> str:
         return table(CLAIM, claims(page.__name__, block, vars(page)))
     if isinstance(block, Mapping):
         return _Template({**vars(page), **block}).format(sayings(page.__name__)["text"][name])
-    found = block if isinstance(block, Table) else Table(before.partition("\n")[0].strip("| ").split(" | "), block)
+    found = block if isinstance(block, Table) else Table(before.partition("\n")[0][2:-2].split(" | "), block)
     head, row = found.head, sayings(page.__name__).get("row", {}).get(name)
     rows = [tuple(cells) if row is None else _cells(row, cells, vars(page)) for cells in found.rows]
     assert all(len(cells) == len(head) for cells in rows), f"{page.__name__}: rows of {name} do not fit {head}"

@@ -231,7 +231,6 @@ def claims(
     harmonic = max(abs(ours / closed - 1.0) for _, closed, ours in waves)
     ideal = max(float(np.abs(p.ours - p.ideal).max() / np.ptp(p.s_tip)) for p in pairs.values())
     audit = max(abs(part) for _, part, _ in audits)
-    no = "not reproduced"
     return locals()
 
 

@@ -200,7 +200,7 @@ def variant(row: Row) -> tuple[object, ...]:
 
 
 def claims(base: Mapping[str, FloatArray], late: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     i_2 = K_2S.index(1.0)
     printed, ideal = (", ".join(f"{base[m][i, i_2]:.0f} cm {m.upper()}" for m in MODES) for i in (0, K_1S.index(1.0)))
     tops = {m: (best(BASE, base[m]), best(LATE, late[m])) for m in MODES}

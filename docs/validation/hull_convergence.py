@@ -159,19 +159,6 @@ def compute() -> tuple[Blocks, dict[str, Any]]:
     change, beyond = max(left(s) for s in ships.values()), max(spikes_with_lid(s) for s in ships.values())
     heave = max(long_waves(v)["heave"] for v in vessels.values())
 
-    head = (
-        "ship",
-        "panels",
-        "hull + lid",
-        "volume",
-        "added mass",
-        "damping",
-        "excitation",
-        "heave",
-        "roll",
-        "pitch",
-        "tip's `sigma_z`",
-    )
     seas = [f"{b} {T} s" for b in ("head", "weather side", "lee side") for T in (8, 12, 15)]
     periods = [f"{T:g} s" for T in next(iter(ships.values()))["table"]["periods"]]
     return {

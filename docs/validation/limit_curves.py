@@ -32,7 +32,6 @@ def shown(number: str, x: float) -> str:
 def compute() -> tuple[Blocks, dict[str, Any]]:
     found: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8"))
     own = {row["runs"]: row["rms"] for row in found["order_statistics"]}
-    head = ("runs of a column", "error, rms", "mean", "half of the 95 % interval", "covers", "columns without a limit")
 
     days, before = found["days"], {row["name"]: row for row in found["searched_before"]}
     of_days = [r["coverage"] for r in days]

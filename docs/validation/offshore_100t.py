@@ -182,7 +182,7 @@ def sensitivity(rows: Sequence[Row], found: Sequence[Compared]) -> list[dict[str
 
 
 def claims(base: Compared, open_loop: Compared) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     v = [60.0 * speed_read(r) for r in READINGS]
     limit = [60.0 * speed_triggered(r) for r in READINGS]
     quiet = all(D_M * (1.0 - c.usual["alpha_m_min"]) < 1.0 for c in (base, open_loop))
@@ -257,8 +257,8 @@ def compute() -> tuple[Blocks, dict[str, xarray.Dataset]]:
     found = compared(ROWS, speeds_found(ROWS))
     by_label = dict(zip((r.label for r in ROWS), found, strict=True))
     told = claims(by_label[BASE.label], by_label[OPEN.label])
-    readings = [{} for r in READINGS]
-    heights = [{} for r in READINGS]
+    readings = [{"r": r} for r in READINGS]
+    heights = readings
     blocks = {
         "causes": causes.block(attribution(found[0].v)),
         "claims": told,

@@ -112,7 +112,7 @@ def shortest_period(u_thr: float) -> float:
 
 
 def claims(found: Sequence[Pair], open_loop: Pair, damped: Sequence[Pair]) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them; damped: found with the wire's damping of paper C."""
+    """Numbers of the claims; damped: found with the wire's damping of paper C."""
     full = all(p.ssc["alpha_m_min"] > STILL_FULL for p in found)
     off, off_damped = ([1.0 - pressure(p) for p in one] for one in (found, damped))
     size = "by more than slightly" if 100.0 * min(off) > SLIGHTLY else "for most periods by more than slightly"

@@ -254,7 +254,7 @@ def fixed_gain(model: LossModel) -> float:
 
 
 def claims() -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     of = terms("A6VM280", 250.0)
     largest = sorted(of, key=lambda k: -of[k])[:2]
     ortwig, jeong = fixed_gain(LossModel.ORTWIG), fixed_gain(LossModel.JEONG)

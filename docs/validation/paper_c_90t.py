@@ -234,7 +234,7 @@ def after(t: float) -> str:
 def claims(
     ns: xarray.Dataset, hs: xarray.Dataset, new: xarray.Dataset, damped: Sequence[xarray.Dataset]
 ) -> dict[str, Any]:
-    """claim -> theirs, ours; the index repeats them; damped: classic and new with the wire's damping of paper
+    """Numbers of the claims; damped: classic and new with the wire's damping of paper
     C."""
     error, pressure = (1.0 - float(new[name]) / float(hs[name]) for name in ("e_c_pp", "p_max"))
     over_boost = (float(new["p_max"]) - BOOST) / (float(hs["p_max"]) - BOOST) - 1.0

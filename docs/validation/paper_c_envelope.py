@@ -107,7 +107,7 @@ def tenth(part: float) -> str:
 
 
 def claims_c() -> dict[str, Any]:
-    """claim -> theirs, ours, verdict."""
+    """Numbers of the claims."""
     ns, hs, any_ = (top(C150, m, HS_LOAD).v_w for m in ("ns", "hs", ""))
     alpha_hs, d = C150.control.alpha_hs, station(C150, HS_LOAD).winch.geometry.d
     ideal_hs, on_wire = wire_speed_max(C150, alpha_hs), wire_speed_max(C150, alpha_hs, d)
@@ -120,7 +120,7 @@ def claims_c() -> dict[str, Any]:
 
 
 def claims_e(curves: xarray.Dataset) -> dict[str, Any]:
-    ideal = float(curves["v_w_cross_ideal"].sel(mode="ssc", classic="ns"))
+    cross = float(curves["v_w_cross_ideal"].sel(mode="ssc", classic="ns"))
     plant = float(curves["v_w_cross"].sel(mode="ssc", classic="ns"))
     v_ns, v_hs, v_ssc = (speed_limit(E250, m) for m in (Mode.NS, Mode.HS, Mode.SSC))
     empty = {m: top(E250, m, 0.0).v_w for m in ("ns", "hs", "ssc")}

@@ -146,7 +146,7 @@ def found(row: Row, D: int) -> Found:
 
 
 def claims(low: Found, high: Found) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     period = {D: eigenfrequency(CRANE, D / D_ONE).period for D in (LOW, HIGH)}
 
     return locals()

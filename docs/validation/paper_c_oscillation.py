@@ -218,7 +218,7 @@ def effects(all_: Mapping[int, Found]) -> list[dict[str, Any]]:
 
 
 def claims(all_: Mapping[int, Found]) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     linear, twin = (
         {D: period(f) for D, f in all_.items()} for period in (lambda f: f.linear.period, lambda f: f.ring.period)
     )

@@ -455,7 +455,7 @@ def in_ahc() -> float:
 
 
 def claims(r: Results) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     truths = {"L4593": Y.of(library_friction("L4593")), "crane-2-extended": Y_ONE}
     most = max(off(plan, y, r) for plan, y in truths.items())
     held = {plan: max(h.worst for h in found.held_out) for plan, found in r.noisy.items()}

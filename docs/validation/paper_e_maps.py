@@ -138,7 +138,7 @@ def by_load(found: Map, label: str) -> str:
 
 
 def claims(waves: Map, steps: Map, damped: Map) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them; damped: steps with the wire's damping of paper C."""
+    """Numbers of the claims; damped: steps with the wire's damping of paper C."""
     slow, fast = (change(waves, "e_c_pp", *ends) for ends in ((0.0, SWITCH), (SWITCH, 999.0)))
     p_slow, p_fast = (change(waves, "p_max", *ends) for ends in ((0.0, SWITCH), (SWITCH, 999.0)))
     ssc, classic = (of(waves, x, waves.applicable) for x in ("ssc", BEST_CLASSIC))

@@ -233,7 +233,7 @@ Readings = dict[tuple[str, float], tuple[Found, Found]]
 
 
 def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     whole = {v.label: [runs[v.label, T][0] for T, _ in PATTERNS] for v in VARIANTS}
     half = [runs[OPEN.label, T][1] for T, _ in PATTERNS]
     open_, closed, blind = (whole[v.label] for v in (OPEN, CLOSED, BLIND))

@@ -51,7 +51,7 @@ def span(f: Found, name: str, kind: str) -> float:
 
 
 def claims(f: Mapping[str, Found]) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     ns, hs, ssc = (f[m] for m in MODES)
 
     def ranks(name: str, unit: str, digits: int) -> tuple[str, bool]:

@@ -152,12 +152,11 @@ def variant(row: Row) -> dict[str, Any]:
 
 
 def claims(runs: Runs, nearest: Runs) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them. `nearest` are the runs with HS 0.48 and 6 s."""
+    """Numbers of the claims; `nearest` are the runs with HS 0.48 and 6 s."""
     ns, hs, ssc = (runs[m] for m in MODES)
     times = value(hs, "e_c_pp") / value(ssc, "e_c_pp")
     full, left, reduction = value(ns, "alpha_p_max"), 1.0 - value(ssc, "alpha_p_max"), reduction_left(ssc)
     p_ns, p_ssc = value(ns, "p_a_max") / 1e5, value(ssc, "p_a_max") / 1e5
-    missed = "less than printed"
     return locals()
 
 

@@ -50,7 +50,7 @@ def fastest(tip: Motion) -> float:
 
 
 def claims(f: Mapping[str, Found], halved: Mapping[str, Found]) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them. `halved` are the runs with the other reading of
+    """Numbers of the claims; `halved` are the runs with the other reading of
     "amplitude"."""
     ns, hs, ssc = (f[m] for m in MODES)
 

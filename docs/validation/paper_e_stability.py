@@ -189,19 +189,6 @@ def plant_rows() -> Rows:
             damped = full_stability(DAMPED, load=load, s_w=s_w, v_tip=-v / 60.0, alpha_m=alpha)[0]
             omega_0 = eigenfrequency(CRANE, alpha).omega_0
             rows.append({**locals()})
-    head = (
-        "load, wire out, speed",
-        "`alpha_m`",
-        "ω₀ published",
-        "own numbers",
-        "plant",
-        "slope + low line, N m s/rad",
-        "limit published",
-        "own numbers",
-        "plant",
-        "plant with PLC",
-        "the same, wire damping 0.95",
-    )
     return rows
 
 

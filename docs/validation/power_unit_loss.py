@@ -256,7 +256,7 @@ def transient_row(
 def claims(
     known: Mapping[Any, Outcome], never: Mapping[Any, Outcome], limit: Mapping[tuple[int, str], float]
 ) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
     inside = {key: one for key, one in known.items() if key[1] <= limit[key[0], key[2]]}
     growth = max(one.error - one.quiet for one in inside.values())
     beside = [never[key].error for key in inside]

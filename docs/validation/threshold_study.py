@@ -201,7 +201,7 @@ def times(loaded: Grid) -> list[tuple[object, ...]]:
 
 
 def claims(loaded: Grid, empty: Grid) -> dict[str, Any]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+    """Numbers of the claims."""
 
     def e(g: Grid, u: float, *speeds: float) -> float:
         return CM * float(g.of("e_c_pp", u, speeds, PERIODS).mean())

@@ -104,7 +104,7 @@ def survives(share: float) -> str:
 
 
 def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict."""
+    """Numbers of the claims."""
     within = 1.0 - chances(two, Limit.of("e_c_pp <= 10 cm"))["ssc"].value
     beyond = chances(two, Limit.of("e_c_pp <= 20 cm"))["hs"].value
     p = {m: two["p_a_max"].sel(case=m).values for m in ("hs", "ssc")}

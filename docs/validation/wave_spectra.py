@@ -68,15 +68,6 @@ def compute() -> tuple[Blocks, Shown]:
     largest = lambda x: f"within {100.0 * max(abs(v) for v in x):.2f} %"
 
     rows = [{"p": p, "wave": wave} for wave, p in zip(waves, printed, strict=True)]
-    head = (
-        "gamma",
-        "`T_m01/T_p`",
-        "by the cubic",
-        "`T_m02/T_p`",
-        "by the cubic",
-        "`T_e/T_p`",
-        "3 m by the printed norm",
-    )
     seas = tuple(parse_wave(text) for text in SEAS)
     return {"claims": locals(), "periods": rows, "cuts": cuts(seas)}, Shown(seas)
 
