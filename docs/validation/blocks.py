@@ -116,15 +116,15 @@ def as_text(page: ModuleType, name: str, block: Block, before: str) -> str:
     if isinstance(block, str):
         return block
     if name == "claims" and isinstance(block, Mapping):
-        if "claim" not in sayings(page.__name__):
+        if "claim" not in sayings(script_of(page)):
             return table(CLAIM, [(claim, *cells) for claim, cells in block.items()])
-        return table(CLAIM, claims(page.__name__, block, vars(page)))
+        return table(CLAIM, claims(script_of(page), block, vars(page)))
     if isinstance(block, Mapping):
-        return _Template({**vars(page), **block}).format(sayings(page.__name__)["text"][name])
+        return _Template({**vars(page), **block}).format(sayings(script_of(page))["text"][name])
     found = block if isinstance(block, Table) else Table(before.partition("\n")[0][2:-2].split(" | "), block)
-    head, row = found.head, sayings(page.__name__).get("row", {}).get(name)
+    head, row = found.head, sayings(script_of(page)).get("row", {}).get(name)
     rows = [tuple(cells) if row is None else _cells(row, cells, vars(page)) for cells in found.rows]
-    assert all(len(cells) == len(head) for cells in rows), f"{page.__name__}: rows of {name} do not fit {head}"
+    assert all(len(cells) == len(head) for cells in rows), f"{script_of(page)}: rows of {name} do not fit {head}"
     return table(head, rows)
 
 
@@ -132,6 +132,11 @@ def _cells(template: str, row: Any, names: Mapping[str, Any]) -> list[str]:
     """Cells of a row, of its fields by name, or of the row as `x`."""
     fields = row if isinstance(row, Mapping) else getattr(row, "_asdict", dict)()
     return _Template({**names, **fields, "x": row}).format(template).split(" | ")
+
+
+def script_of(page: ModuleType) -> str:
+    """Name of a page's script; that of an archived trial says its own."""
+    return str(getattr(page, "SCRIPT", page.__name__))
 
 
 def page_of(script: str) -> str:
@@ -142,7 +147,7 @@ def page_of(script: str) -> str:
 def filled(page: ModuleType, blocks: Blocks) -> str:
     """The page's text with its blocks as computed. A block without a place, or a place without a block, is a
     mistake."""
-    name_of_page = getattr(page, "PAGE", page_of(page.__name__))
+    name_of_page = getattr(page, "PAGE", page_of(script_of(page)))
     text = (HERE / name_of_page).read_text(encoding="utf-8")
     places = re.findall(r"<!-- ([\w-]+) -->\n(?:.*?\n)??<!-- end -->", text, flags=re.DOTALL)
     assert sorted(places) == sorted(blocks), (

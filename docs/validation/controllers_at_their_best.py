@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import causes
-from blocks import Blocks, Rows, Table, percent, save
+from blocks import Blocks, Rows, Table, percent, save, sayings
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
@@ -20,68 +20,23 @@ from stillhook.engine.scenario.problem import summaries
 from stillhook.units import show
 
 SLOW_PAGE = True
+SAID = sayings("controllers_at_their_best")
 CRANE = load_crane("nov-250t")
 CASES = scenarios(CRANE)
 UNSEEN = hold_out(CRANE, seed=0)
 CLASSIC = ("ns", "hs")
 
-TUNED: Mapping[str, Mapping[str, Any]] = {
-    "ns": {"K_1": "0.83909 s/m", "K_2": "0.038269 s^2/m", "K_p": "0.12451 1/m", "t_lead": "0.060946 s"},
-    "hs": {"K_1": "0.85947 s/m", "K_2": "0.07575 s^2/m", "K_p": "0.093569 1/m", "t_lead": "0.039868 s"},
-    "ssc": {
-        "K_1": "0.83911 s/m",
-        "K_2": "0.065164 s^2/m",
-        "K_p": "0.25357 1/m",
-        "t_lead": "0.0077802 s",
-        "u_thr": 0.70252,
-        "alpha_swl": 0.93156,
-    },
-    "ssc-cubic": {
-        "K_1": "0.83314 s/m",
-        "K_2": "0.046726 s^2/m",
-        "K_p": "0.24823 1/m",
-        "t_lead": "0.031095 s",
-        "u_thr": 0.72362,
-        "alpha_swl": 0.88843,
-    },
-}
+TUNED: Mapping[str, Mapping[str, Any]] = SAID["tuned"]
 """What `stillhook tune nov-250t --controllers ns,hs,ssc,ssc-cubic` (objective balanced, seed 0, 400 evaluations; ns
 with 1000) found; a
 test asks whether it keeps its limits and whether a step aside in any setting is better."""
 
-FRONTS: Mapping[str, Sequence[Mapping[str, float]]] = {
-    "ns": (
-        {"K_1": 0.7875, "K_2": 0.11374, "K_p": 0.012717, "t_lead": 0.075499, "alpha_ns": 0.8},
-        {"K_1": 0.8033, "K_2": 0.10573, "K_p": 0.12451, "t_lead": 0.029412, "alpha_ns": 0.79894},
-        {"K_1": 0.82363, "K_2": 0.066516, "K_p": 0.020587, "t_lead": 0.063132, "alpha_ns": 0.79964},
-        {"K_1": 0.83704, "K_2": 0.045396, "K_p": 0.012442, "t_lead": 0.04944, "alpha_ns": 0.79927},
-        {"K_1": 0.84076, "K_2": 0.038739, "K_p": 0.12451, "t_lead": 0.060374, "alpha_ns": 0.79999},
-    ),
-    "ssc": (
-        {"K_1": 0.78652, "K_2": 0.10646, "K_p": 0.18724, "t_lead": 0.096421, "u_thr": 0.61396, "alpha_swl": 0.80493},
-        {"K_1": 0.79548, "K_2": 0.11374, "K_p": 0.26446, "t_lead": 0.029334, "u_thr": 0.61359, "alpha_swl": 0.79863},
-        {"K_1": 0.81008, "K_2": 0.097414, "K_p": 0.23014, "t_lead": 0.011227, "u_thr": 0.5649, "alpha_swl": 0.80823},
-        {"K_1": 0.82995, "K_2": 0.047199, "K_p": 0.030558, "t_lead": 0.071822, "u_thr": 0.62797, "alpha_swl": 0.73746},
-        {"K_1": 0.83091, "K_2": 0.055187, "K_p": 0.061753, "t_lead": 0.036793, "u_thr": 0.60359, "alpha_swl": 0.82196},
-        {"K_1": 0.82837, "K_2": 0.057611, "K_p": 0.24173, "t_lead": 0.024707, "u_thr": 0.6, "alpha_swl": 0.8},
-        {"K_1": 0.83732, "K_2": 0.05976, "K_p": 0.23947, "t_lead": 0.010903, "u_thr": 0.57256, "alpha_swl": 0.8416},
-    ),
-}
+FRONTS: Mapping[str, Sequence[Mapping[str, float]]] = SAID["fronts"]
 """Some points of the fronts that `--pareto` with 150 evaluations a tuning found, SI; K_2 in s^2/m."""
 
 
 SMALLER = load_crane("nov-150t")
-TUNED_SMALLER: Mapping[str, Mapping[str, Any]] = {
-    "ns": {"K_1": "0.7803 s/m", "K_2": "0.04436 s^2/m", "K_p": "0.26726 1/m", "t_lead": "0.046081 s"},
-    "ssc": {
-        "K_1": "0.77774 s/m",
-        "K_2": "0.045458 s^2/m",
-        "K_p": "0.37165 1/m",
-        "t_lead": "0.032427 s",
-        "u_thr": 0.68317,
-        "alpha_swl": 0.8863,
-    },
-}
+TUNED_SMALLER: Mapping[str, Mapping[str, Any]] = SAID["tuned_smaller"]
 """The same for nov-150t, whose NS stands at 0.91 of the displacement."""
 
 

@@ -30,7 +30,16 @@ PARTS = ("batch", "blocks", "causes", "computed", "make", "overview", "quay", "r
 """Scripts that are no page."""
 MEASURED = ("bench_staircase",)
 """Pages that need data that are not in the repository: left as they are where those are not at hand."""
-CASES = tuple(sorted(p.stem for p in HERE.glob("*.py") if p.stem not in (*PARTS, *MEASURED)))
+ARCHIVED = {
+    "friction_coverage": "trials.friction.page",
+    "hull_convergence": "trials.hulls.page",
+    "independent_crane": "trials.independent_crane.page",
+    "limit_crossings": "trials.limits.crossings_page",
+    "limit_curves": "trials.limits.curves_page",
+    "truth_defects": "trials.defects.page",
+}
+"""Pages of archived trials: made from the outcomes that stand beside them."""
+CASES = tuple(sorted({p.stem for p in HERE.glob("*.py")}.difference(PARTS, MEASURED) | set(ARCHIVED)))
 
 
 class Page(NamedTuple):
@@ -41,6 +50,11 @@ class Page(NamedTuple):
     draw: Callable[[], None]
 
 
+def module_of(script: str) -> ModuleType:
+    """The script of a page."""
+    return import_module(ARCHIVED.get(script, script))
+
+
 def scripts() -> tuple[str, ...]:
     """The scripts of all pages whose data are at hand."""
     return CASES + tuple(name for name in MEASURED if import_module(name).at_hand())
@@ -48,7 +62,7 @@ def scripts() -> tuple[str, ...]:
 
 def page(script: str) -> Page:
     """One page, computed now."""
-    case = import_module(script)
+    case = module_of(script)
     found, shown = case.compute()
     return Page(
         blocks.page_of(script), blocks.filled(case, found), lambda: case.draw(shown) if hasattr(case, "draw") else None
@@ -66,7 +80,7 @@ def front(written: Mapping[str, str]) -> Page:
 
 def slow(script: str) -> ModuleType | None:
     """The module of a slow page."""
-    case = import_module(script)
+    case = module_of(script)
     return case if getattr(case, "SLOW_PAGE", False) else None
 
 

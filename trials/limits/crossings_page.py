@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 from blocks import Blocks, percent, picture, save
-from limit_curves import within
-from trials.limits.crossings import STORE
 
 from stillhook.plan.definition.rules import Alternative
 from stillhook.report.plots.colours import COLOURS, GREY
+from trials.limits.crossings import STORE
+from trials.limits.curves_page import within
+
+SCRIPT = "limit_crossings"
 
 NEAR = 0.03
 """Points by which the share of fresh runs beyond a limit may be off what the rule allows."""

@@ -7,11 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from blocks import Blocks, minus, percent, picture, save
-from trials.limits.curves import NUMBERS, STORE
-from trials.limits.days import NAMES
 
 from stillhook.plan.weather.value import DAY
 from stillhook.report.plots.colours import COLOURS, GREY
+from trials.limits.curves import NUMBERS, STORE
+from trials.limits.days import NAMES
+
+SCRIPT = "limit_curves"
 
 COVERS = (0.90, 0.98)
 """Share of repeated plans whose 95 % interval is to hold the limit."""

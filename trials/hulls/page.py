@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from blocks import HERE, Blocks, Table, percent, picture, save
+from blocks import Blocks, Table, percent, picture, save
 from matplotlib.figure import Figure
 
 from stillhook.formats.vessel.open import read_vessel
@@ -16,8 +17,10 @@ from stillhook.library.catalogue import vessel_file
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.vessel.rao import Rao, long_wave_limits, wavenumber
 
-STORE = HERE / "hull-convergence.json"
-HULLS = HERE.parents[1] / "hulls"
+SCRIPT = "hull_convergence"
+
+STORE = Path(__file__).with_name("outcomes.json")
+HULLS = Path(__file__).resolve().parents[2] / "hulls"
 BAND = (2.0 * np.pi / 20.0, 2.0 * np.pi / 6.0)  # rad/s: periods at which a ship answers
 SPIKE = 0.03
 """Of the largest added mass: what open and lidded hull may differ by before it counts as an irregular frequency."""

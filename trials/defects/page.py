@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 from blocks import Blocks, table
+
+from stillhook.validate.synthetic import Defect
+from stillhook.validate.synthetic.defects import DEFECTS, defect_text, size_text
 from trials.defects.detection_limits import limits
 from trials.defects.run import APART, DEFECT_SEEDS, SEEDS, Trial, kept
 from trials.store import states_of
 
-from stillhook.validate.synthetic import Defect
-from stillhook.validate.synthetic.defects import DEFECTS, defect_text, size_text
+SCRIPT = "truth_defects"
 
 MOST_FALSE = 5
 """False alarms of a hundred that are tolerated."""

@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 from blocks import Blocks
+
 from trials.friction.campaigns import SEEDS, Scenario, Trial, kept
 from trials.store import states_of
+
+SCRIPT = "friction_coverage"
 
 LEAST, MOST = 0.90, 0.98
 """Share of intervals that must hold the truth."""

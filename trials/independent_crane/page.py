@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 from blocks import Blocks
+
 from trials.independent_crane.crane import CASES, Case, Must
 from trials.independent_crane.run import kept
 from trials.store import states_of
+
+SCRIPT = "independent_crane"
 
 BEFORE: Mapping[str, str] = {
     "healthy-0": "passed",
