@@ -131,7 +131,7 @@ def as_text(page: ModuleType, name: str, block: Block, before: str) -> str:
 def _cells(template: str, row: Any, names: Mapping[str, Any]) -> list[str]:
     """Cells of a row, of its fields by name, or of the row as `x`."""
     fields = row if isinstance(row, Mapping) else getattr(row, "_asdict", dict)()
-    return _Template({**names, **fields, "x": row}).format(template).split(" | ")
+    return _Template({**names, "x": row, **fields}).format(template).split(" | ")
 
 
 def script_of(page: ModuleType) -> str:

@@ -137,7 +137,7 @@ def compute() -> tuple[Blocks, DriveComparison]:
 
 
 def claims(found: DriveComparison, closed: dict[str, float]) -> dict[str, Any]:
-    no, runs = "not reproduced", {run.name: run for run in found.runs}
+    runs = {run.name: run for run in found.runs}
     audit = max(abs(run.energy.unaccounted) for run in found.runs)
     v = wire_speed_max(REFERENCE)
     cylinder = load_crane("nov-100t-cylinder").cylinder

@@ -139,7 +139,7 @@ def compute() -> tuple[Blocks, Mapping[tuple[str, StageMode], Passage]]:
         claims[f"AHC: {what}"] = ("not told", taken(found, StageMode.AHC), "ours")
     gains = [(crane, *calm(few, crane)) for crane in CRANES]
     blocks = {
-        "claims": locals(),
+        "claims": claims,
         "tension": tension_table(mild),
         "rougher": tension_table(rough),
         "gains": Table(("crane", *(f"v_soft {v}" for v in GAINS)), gains),
