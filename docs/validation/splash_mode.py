@@ -125,7 +125,7 @@ def taken(found: Mapping[tuple[str, StageMode], Passage], mode: StageMode) -> st
         for n, p in manual.items()
         if p.dynamic.mean() > 0.05 * p.W
     ]
-    least, most = (percent(x).replace("-0 %", "0 %") for x in (min(less), max(less)))
+    least, most = (percent(x).replace("−0 %", "0 %") for x in (min(less), max(less)))
     return f"{least} to {most} less than manual"
 
 
