@@ -20,7 +20,7 @@ from stillhook.sea.vessel.tip import tip_response
 
 ROOT = Path(__file__).resolve().parents[1]
 VESSELS = ROOT / "src" / "stillhook" / "library" / "vessels"
-PAGE = ROOT / "docs" / "validation" / "hull-convergence.json"
+PAGE = ROOT / "trials" / "hulls" / "outcomes.json"
 PERIODS, HEADINGS_SEAS = (6.0, 8.0, 10.0, 12.0, 15.0), (180.0, 150.0, 90.0, 270.0)
 """Seas of the page: JONSWAP 1 m, gamma 3.3."""
 ZETAS = (0.02, 0.05, 0.10)

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from blocks import HERE, percent, save, table
-from matplotlib.figure import Figure
+from blocks import HERE, Blocks, percent, picture, save, table
 from numpy.typing import NDArray
 
 from stillhook.identify.curve import CurvePoint, FrictionCurve, draw_windows, friction_curve
@@ -18,7 +17,6 @@ from stillhook.identify.steady_state.steps import WindowSettings
 from stillhook.logs.log import Log, mapping_from, read_log
 from stillhook.report.plots.colours import COLOURS
 
-PAGE = "bench-staircase.md"
 PICTURE = "bench-staircase.png"
 FILE = Path("bench_mbari") / "FrictionIDMovesWithBiasCurr.exp"
 
@@ -165,27 +163,24 @@ def _repeats(r: Results) -> Iterator[tuple[str, ...]]:
         )
 
 
-def compute() -> tuple[dict[str, str], Results]:
+def compute() -> tuple[Blocks, Results]:
     """Blocks of the page, and what the picture is drawn from."""
     r = run()
     more = curve(r.log, efforts(r.log, PISTON * (1.0 + AREA_STEP))["gas_off"])
     changes = [(a.speed, b.friction / a.friction - 1.0) for a, b in zip(r.gas_off.points, more.points, strict=True)]
     blocks = {
-        "steps": table(("stretches", "count", ""), _steps(r)),
+        "steps": _steps(r),
         "friction": table(("speed [m/s]", *EFFORTS, "makers' table [N]", "ours against it"), _friction(r)),
         "loads": table(("speed [m/s]", "way [m]", *EFFORTS), _loads(r)),
-        "repeats": table(("effort", "first [N]", "second [N]", "difference [N]", "of the friction"), _repeats(r)),
-        "area": table(
-            ("speed [m/s]", "friction with a piston 1 % larger"),
-            [(f"{v:.3f}", f"−{-100.0 * c:.1f} %") for v, c in changes],
-        ),
+        "repeats": _repeats(r),
+        "area": [(f"{v:.3f}", f"−{-100.0 * c:.1f} %") for v, c in changes],
     }
     return blocks, r
 
 
 def draw(r: Results) -> None:
     """Windows over the log, and the three friction curves beside the makers' table."""
-    figure = Figure(figsize=(11.0, 11.0), layout="constrained")
+    figure = picture(11.0, 11.0)
     grid = figure.add_gridspec(3, 1, height_ratios=(1.0, 1.0, 1.5))
     above = figure.add_subplot(grid[0])
     axes = (above, figure.add_subplot(grid[1], sharex=above))

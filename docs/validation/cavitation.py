@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray
-from blocks import claims_table, save, table, verdict
-from matplotlib.figure import Figure
+from blocks import Blocks, picture, save
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
@@ -18,7 +17,6 @@ from stillhook.physics.hydraulics.pump import PumpLeak
 from stillhook.report.plots.colours import COLOURS
 from stillhook.winches.circuits.active import ActiveCircuit, active_flows
 
-PAGE = "cavitation.md"
 BAR, LITRE = 1.0e5, 1.0e-3
 FLOW, P_0, TURNS, STEP = 1.0e-3, 25.0e5, 0.6, 1.0e-4  # m^3/s, Pa, s, s
 CLOSED = 1.0e-3
@@ -84,7 +82,7 @@ def bare() -> ActiveCircuit:
     )
 
 
-def separation() -> tuple[list[tuple[str, str, str]], float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def separation() -> tuple[list[tuple[str, tuple[float, float, str]]], float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """A line out of which a given flow is drawn, and pushed back from TURNS on: times and void, closed form beside
     it."""
     A, P = bare(), P_0
@@ -100,58 +98,27 @@ def separation() -> tuple[list[tuple[str, str, str]], float, tuple[np.ndarray, n
         "void is closed after": (float(t[len(t) - np.argmax(void[::-1] > 0.0)]), 2.0 * TURNS - dry, "s"),
         "back at the first pressure after": (float(t[np.argmax((t > TURNS) & (p >= P_0))]), 2.0 * TURNS, "s"),
     }
-    rows = [(name, f"{ours:.4f} {unit}", f"{theirs:.4f} {unit}") for name, (ours, theirs, unit) in closed.items()]
-    return rows, max(abs(ours / theirs - 1.0) for ours, theirs, _ in closed.values()), (t, p, void)
+    return list(closed.items()), max(abs(ours / theirs - 1.0) for ours, theirs, _ in closed.values()), (t, p, void)
 
 
-def compute() -> tuple[dict[str, str], Any]:
+def compute() -> tuple[Blocks, Any]:
     closed, off, drained = separation()
     rows, steps, worst, least = [], [], 0.0, 0.0
     for name, case in CASES.items():
         data = run(case)
         audit, low = float(data["energy_unaccounted"]), lowest(data)
         worst, least = max(worst, abs(audit)), min(least, low)
-        rows.append(
-            (
-                name,
-                f"{case.before:.1f} bar",
-                f"{low / BAR:.2f} bar",
-                f"{float(data['void_max']) / LITRE:.2f} L",
-                f"{float(data['cavitation_time']):.2f} s",
-                f"{audit:+.0e}",
-            )
-        )
-        steps.append(
-            (name, *(f"{float(run(case, step)['void_max']) / LITRE:.3f} L" for step in ("2 ms", "1 ms", "0.5 ms")))
-        )
+        rows.append({"name": name, "case": case, "low": low, "data": data, "audit": audit})
+        steps.append((name, *(float(run(case, step)["void_max"]) / LITRE for step in ("2 ms", "1 ms", "0.5 ms"))))
     first = CASES["active/passive"]
     notes = run(first, warm_up="15 s", duration="60 s")
-    found = {
-        "times and voids of a drained line": ("column separation", f"within {off:.0e}", verdict(off < CLOSED, "not")),
-        "lowest pressure in all runs": (
-            f"{P_VAPOUR / BAR:.3f} bar",
-            f"{least / BAR:.3f} bar",
-            verdict(least == P_VAPOUR, "lower"),
-        ),
-        "energy unaccounted for": ("at most 1e−3", f"{worst:.0e}", verdict(worst < AUDIT, "more")),
-    }
-    blocks = {
-        "claims": claims_table(found),
-        "closed": table(("drained line", "ours", "closed form"), closed),
-        "runs": table(
-            ("start", "lowest pressure, version 0.10", "now", "largest void", "time at or below 0 bar", "energy lost"),
-            rows,
-        ),
-        "steps": table(("start", "2 ms", "1 ms", "0.5 ms"), steps),
-        "note": f"status `{notes['status'].item()}`; note: {notes['notes'].item()}.",
-    }
-    signed = {name: text.replace("e-0", "e−0").replace(" -", " −") for name, text in blocks.items()}
-    return signed, (drained, run(first))
+    blocks = {"claims": locals(), "closed": closed, "runs": rows, "steps": steps, "note": {"notes": notes}}
+    return blocks, (drained, run(first))
 
 
 def draw(shown: Any) -> None:
     (t, p, void), data = shown
-    figure = Figure(figsize=(9.0, 3.2), layout="constrained")
+    figure = picture(9.0, 3.2)
     left, right = figure.subplots(1, 2)
     left.plot(t, p / BAR, color=COLOURS[0])
     left.set(xlabel="time [s]", ylabel="pressure [bar]", title="a drained line")

@@ -1,8 +1,8 @@
 """Which code the tables of the slow pages were computed by. While that code and the tables are the same, nothing is
 computed again.
 
-Kept for each page: the packages and scripts that its computation loaded, a hash of all their files (with the pinned
-libraries), and a hash of its tables. Prose around the tables is free to change.
+Kept for each page: the packages and scripts that its computation loaded, with the claims of these scripts; a hash of
+all their files (with the pinned libraries), and a hash of its tables. Prose around the tables is free to change.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-import trial_store
+from trials import store as outcomes
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -21,17 +21,19 @@ STORE = HERE / "computed.json"
 LOCK = "requirements.lock"
 BLOCK = re.compile(r"<!-- [\w-]+ -->\n.*?<!-- end -->", re.DOTALL)
 DIGITS = 16
-BOOKKEEPING = ("make.py", "computed.py", "trial_store.py")
+BOOKKEEPING = ("make.py", "computed.py", "store.py")
 """Scripts that no number comes from."""
 
 
 def loaded() -> list[str]:
     """What this process has imported so far, as paths below the root: folders of the package, its own modules, scripts
-    beside the pages."""
+    beside the pages and their claims."""
     files = [
         Path(file).resolve() for module in list(sys.modules.values()) if (file := getattr(module, "__file__", None))
     ]
-    return sorted({place for file in files if file.is_relative_to(ROOT) and (place := _place(file.relative_to(ROOT)))})
+    places = {place for file in files if file.is_relative_to(ROOT) and (place := _place(file.relative_to(ROOT)))}
+    claims = {f"docs/validation/claims/{Path(place).stem}.toml" for place in places if place.startswith("docs/")}
+    return sorted(places | {file for file in claims if (ROOT / file).is_file()})
 
 
 def _place(path: Path) -> str:
@@ -39,7 +41,8 @@ def _place(path: Path) -> str:
     comes from."""
     if path.parts[:2] == ("src", "stillhook"):
         return Path(*path.parts[:3]).as_posix()
-    return path.as_posix() if path.parts[:2] == ("docs", "validation") and path.name not in BOOKKEEPING else ""
+    ours = path.parts[:2] == ("docs", "validation") or path.parts[0] == "trials"
+    return path.as_posix() if ours and path.name not in BOOKKEEPING else ""
 
 
 def code(places: Iterable[str], root: Path = ROOT) -> str:
@@ -69,7 +72,7 @@ def tables(text: str) -> str:
 
 def stands(page: Path, root: Path = ROOT, store: Path = STORE) -> bool:
     """Whether the tables of the page are those kept, by code that has not changed since."""
-    kept = trial_store.read(store).get(page.name)
+    kept = outcomes.read(store).get(page.name)
     return (
         kept is not None
         and kept["code"] == code(kept["loaded"], root)
@@ -85,5 +88,5 @@ def record(text: str) -> dict[str, object]:
 
 def keep(records: dict[str, dict[str, object]], store: Path = STORE) -> None:
     """Write records of pages beside those that are there."""
-    now = {**trial_store.read(store), **records}
-    trial_store.write(store, sorted(now), now)
+    now = {**outcomes.read(store), **records}
+    outcomes.write(store, sorted(now), now)

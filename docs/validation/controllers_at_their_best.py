@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import causes
-from blocks import claims_table, percent, save, table, verdict
+from blocks import Blocks, Rows, Table, percent, save, sayings
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
@@ -19,69 +19,24 @@ from stillhook.analysis.tuning.tune import VARIATIONS, Outcome, Point, outcomes,
 from stillhook.engine.scenario.problem import summaries
 from stillhook.units import show
 
-PAGE = "controllers-at-their-best.md"
+SLOW_PAGE = True
+SAID = sayings("controllers_at_their_best")
 CRANE = load_crane("nov-250t")
 CASES = scenarios(CRANE)
 UNSEEN = hold_out(CRANE, seed=0)
 CLASSIC = ("ns", "hs")
 
-TUNED: Mapping[str, Mapping[str, Any]] = {
-    "ns": {"K_1": "0.83909 s/m", "K_2": "0.038269 s^2/m", "K_p": "0.12451 1/m", "t_lead": "0.060946 s"},
-    "hs": {"K_1": "0.85947 s/m", "K_2": "0.07575 s^2/m", "K_p": "0.093569 1/m", "t_lead": "0.039868 s"},
-    "ssc": {
-        "K_1": "0.83911 s/m",
-        "K_2": "0.065164 s^2/m",
-        "K_p": "0.25357 1/m",
-        "t_lead": "0.0077802 s",
-        "u_thr": 0.70252,
-        "alpha_swl": 0.93156,
-    },
-    "ssc-cubic": {
-        "K_1": "0.83314 s/m",
-        "K_2": "0.046726 s^2/m",
-        "K_p": "0.24823 1/m",
-        "t_lead": "0.031095 s",
-        "u_thr": 0.72362,
-        "alpha_swl": 0.88843,
-    },
-}
+TUNED: Mapping[str, Mapping[str, Any]] = SAID["tuned"]
 """What `stillhook tune nov-250t --controllers ns,hs,ssc,ssc-cubic` (objective balanced, seed 0, 400 evaluations; ns
 with 1000) found; a
 test asks whether it keeps its limits and whether a step aside in any setting is better."""
 
-FRONTS: Mapping[str, Sequence[Mapping[str, float]]] = {
-    "ns": (
-        {"K_1": 0.7875, "K_2": 0.11374, "K_p": 0.012717, "t_lead": 0.075499, "alpha_ns": 0.8},
-        {"K_1": 0.8033, "K_2": 0.10573, "K_p": 0.12451, "t_lead": 0.029412, "alpha_ns": 0.79894},
-        {"K_1": 0.82363, "K_2": 0.066516, "K_p": 0.020587, "t_lead": 0.063132, "alpha_ns": 0.79964},
-        {"K_1": 0.83704, "K_2": 0.045396, "K_p": 0.012442, "t_lead": 0.04944, "alpha_ns": 0.79927},
-        {"K_1": 0.84076, "K_2": 0.038739, "K_p": 0.12451, "t_lead": 0.060374, "alpha_ns": 0.79999},
-    ),
-    "ssc": (
-        {"K_1": 0.78652, "K_2": 0.10646, "K_p": 0.18724, "t_lead": 0.096421, "u_thr": 0.61396, "alpha_swl": 0.80493},
-        {"K_1": 0.79548, "K_2": 0.11374, "K_p": 0.26446, "t_lead": 0.029334, "u_thr": 0.61359, "alpha_swl": 0.79863},
-        {"K_1": 0.81008, "K_2": 0.097414, "K_p": 0.23014, "t_lead": 0.011227, "u_thr": 0.5649, "alpha_swl": 0.80823},
-        {"K_1": 0.82995, "K_2": 0.047199, "K_p": 0.030558, "t_lead": 0.071822, "u_thr": 0.62797, "alpha_swl": 0.73746},
-        {"K_1": 0.83091, "K_2": 0.055187, "K_p": 0.061753, "t_lead": 0.036793, "u_thr": 0.60359, "alpha_swl": 0.82196},
-        {"K_1": 0.82837, "K_2": 0.057611, "K_p": 0.24173, "t_lead": 0.024707, "u_thr": 0.6, "alpha_swl": 0.8},
-        {"K_1": 0.83732, "K_2": 0.05976, "K_p": 0.23947, "t_lead": 0.010903, "u_thr": 0.57256, "alpha_swl": 0.8416},
-    ),
-}
+FRONTS: Mapping[str, Sequence[Mapping[str, float]]] = SAID["fronts"]
 """Some points of the fronts that `--pareto` with 150 evaluations a tuning found, SI; K_2 in s^2/m."""
 
 
 SMALLER = load_crane("nov-150t")
-TUNED_SMALLER: Mapping[str, Mapping[str, Any]] = {
-    "ns": {"K_1": "0.7803 s/m", "K_2": "0.04436 s^2/m", "K_p": "0.26726 1/m", "t_lead": "0.046081 s"},
-    "ssc": {
-        "K_1": "0.77774 s/m",
-        "K_2": "0.045458 s^2/m",
-        "K_p": "0.37165 1/m",
-        "t_lead": "0.032427 s",
-        "u_thr": 0.68317,
-        "alpha_swl": 0.8863,
-    },
-}
+TUNED_SMALLER: Mapping[str, Mapping[str, Any]] = SAID["tuned_smaller"]
 """The same for nov-150t, whose NS stands at 0.91 of the displacement."""
 
 
@@ -116,14 +71,13 @@ def rated(controllers: Sequence[Controller]) -> list[Rated]:
     return [Rated(*three) for three in zip(controllers, *out, strict=True)]
 
 
-def smaller() -> str:
+def smaller() -> Rows:
     """The same on the 150 t crane."""
     plain = {n: controller(n) for n in TUNED_SMALLER}
     tuned = {n: Controller(f"{n}, at its best", k.mode, {"control": dict(TUNED_SMALLER[n])}) for n, k in plain.items()}
     which = [*plain.values(), strong_ssc(SMALLER), *tuned.values()]
     seen, unseen = (outcomes(SMALLER, which, cases) for cases in (scenarios(SMALLER), hold_out(SMALLER)))
-    rows = [(k.name, brief(a), brief(b)) for k, a, b in zip(which, seen, unseen, strict=True)]
-    return table(("controller", "scenarios", "hold-out"), rows)
+    return [(k.name, brief(a), brief(b)) for k, a, b in zip(which, seen, unseen, strict=True)]
 
 
 def mm(x: float) -> str:
@@ -134,24 +88,13 @@ def bar(p: float) -> str:
     return f"{p / 1e5:.0f} bar"
 
 
-def row(label: str, r: Rated) -> tuple[str, ...]:
+def row(label: str, r: Rated) -> dict[str, Any]:
     s, h = r.score, r.held_out
     crane = r.controller.on(CRANE)
     margins = loop_margins(crane, r.controller.mode)
     margin = math.nan if margins is None else margins.gain_margin
     speed = show(s.v_w_capacity, "speed", 3)
-    return (
-        label,
-        mm(s.e_c_pp_mean),
-        mm(s.e_c_pp_worst),
-        bar(s.p_max),
-        percent(s.u_p_max),
-        mm(h.e_c_pp_mean),
-        bar(h.p_max),
-        f"{margin:.1f}",
-        speed,
-        "; ".join(s.broken) or "none",
-    )
+    return locals()
 
 
 def best_classic(scores: Sequence[Score]) -> tuple[list[float], list[float]]:
@@ -205,7 +148,7 @@ def attribution() -> causes.Attribution:
     return causes.attribute(runs, figures, settings, pairs=False)
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
+def compute() -> tuple[Blocks, Any]:
     strong = strong_ssc(CRANE)
     names = list(TUNED)
     everything = [*published(), strong, *map(best, names)]
@@ -220,26 +163,11 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
         "strong SSC, classic at its best": advantage(before["strong-ssc"], [after[n] for n in CLASSIC]),
         "SSC at its best, classic at its best": advantage(after["ssc"], [after[n] for n in CLASSIC]),
     }
-    head = (
-        "controller",
-        "mean error",
-        "worst",
-        "pressure",
-        "pumps",
-        "hold-out error",
-        "hold-out pressure",
-        "gain margin",
-        "speed",
-        "limits broken",
-    )
     rows = [row(f"{n}, as published" if n != "strong-ssc" else "strong-ssc, by rule", by[n]) for n in before]
     rows += [row(f"{n}, at its best", by[f"{n}-tuned"]) for n in names]
     blocks = {
-        "scores": table(head, rows),
-        "advantage": table(
-            ("", "error", "highest pressure"),
-            [(n, *(percent(x, sign=True) for x in both)) for n, both in versus.items()],
-        ),
+        "scores": rows,
+        "advantage": [(n, *(percent(x, sign=True) for x in both)) for n, both in versus.items()],
         "settings": settings(names, strong),
         "one-at-a-time": one_at_a_time(strong),
         "lead": lead(),
@@ -250,35 +178,19 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
     }
     blocks["causes"] = causes.block(attribution())
     claims = claimed(versus, before)
-    blocks["claims"] = claims_table(claims)
-    return blocks, claims, (by, fronts())
+    blocks["claims"] = claims
+    return blocks, (by, fronts())
 
 
-def claimed(versus: Mapping[str, tuple[float, float]], before: Mapping[str, Score]) -> dict[str, tuple[str, str, str]]:
+def claimed(versus: Mapping[str, tuple[float, float]], before: Mapping[str, Score]) -> dict[str, Any]:
     e_0, p_0 = versus["SSC as published, classic as published"]
     e_1, p_1 = versus["SSC at its best, classic at its best"]
     gain = 1.0 - before["strong-ssc"].e_c_pp_mean / before["ssc"].e_c_pp_mean
     price = before["strong-ssc"].p_max / before["ssc"].p_max - 1.0
-    return {
-        "error, SSC against the best classic": (
-            "−30 %, both as they were set",
-            f"{percent(e_0, sign=True)} as published; {percent(e_1, sign=True)} when both are tuned",
-            verdict(e_0 < -0.2 and e_1 < -0.2, "not when both are tuned"),
-        ),
-        "peak pressure, SSC against the best classic": (
-            "−20 %",
-            f"{percent(p_0, sign=True)} as published; {percent(p_1, sign=True)} when both are tuned",
-            verdict(p_0 < -0.15 and p_1 < -0.15, "not reproduced"),
-        ),
-        "a high position gain is not demanded": (
-            "`K_p` 0.16 1/m (paper E section 3)",
-            f"strong SSC errs {percent(gain)} less than SSC as published, for {percent(price)} more pressure",
-            verdict(gain < 0.1, "not needed to be stable, but worth half the error"),
-        ),
-    }
+    return locals()
 
 
-def settings(names: Sequence[str], strong: Controller) -> str:
+def settings(names: Sequence[str], strong: Controller) -> Table:
     shown = {
         "K_1": "{:.4f} s/m",
         "K_2": "{:.4f} s²/m",
@@ -293,13 +205,13 @@ def settings(names: Sequence[str], strong: Controller) -> str:
     for label, crane in zip(labels, machines, strict=True):
         v = present(crane)
         rows.append((label, *(text.format(1e3 * v[n] if n == "t_lead" else v[n]) for n, text in shown.items())))
-    return table(("", *(f"`{n}`" for n in shown)), rows)
+    return Table(("", *(f"`{n}`" for n in shown)), rows)
 
 
 MORE_K_1 = 1.015  # the best factor on K_1 alone lies between 1.01 and 1.02: what leakage takes on the mean
 
 
-def one_at_a_time(strong: Controller) -> str:
+def one_at_a_time(strong: Controller) -> Rows:
     """What each setting of strong SSC, and a feedforward that makes up for leakage, is worth alone; NS beside SSC."""
     c, s = present(CRANE), present(strong.on(CRANE))
     K_1, K_p, t_lead = (
@@ -321,7 +233,7 @@ def one_at_a_time(strong: Controller) -> str:
     for mode in ("ns", "ssc"):
         same = Controller(mode, controller(mode).mode)
         columns.append([brief(o) for o in outcomes(machines, [same] * len(machines), CASES)])
-    return table(("settings", "NS", "SSC"), list(zip(steps, *columns, strict=True)))
+    return list(zip(steps, *columns, strict=True))
 
 
 PURE = load_crane("nov-100t-pure-active")
@@ -335,7 +247,7 @@ LEAD_CASES = (
 )  # load, peak speed in m/min, period in s
 
 
-def lead() -> str:
+def lead() -> Table:
     """Error of strong SSC over its lead: where the best one lies beside the rule's."""
     rows = []
     for crane, delay, cases in ((CRANE, 0.0, LEAD_CASES), (CRANE, 0.1, LEAD_CASES), (PURE, 0.0, PURE_LEAD_CASES)):
@@ -363,10 +275,10 @@ def lead() -> str:
             )
             rows.append((label, mm(old), mm(others[0]), mm(ours), mm(others[at]), f"{1e3 * LEADS[at]:.0f} ms"))
     rule_text = f"rule, {1e3 * (strong_ssc(CRANE).on(CRANE).control.t_lead or 0.0):.1f} ms"
-    return table(("scenario", "published", "strong, no lead", rule_text, "best lead", "at (beyond the delay)"), rows)
+    return Table(("scenario", "published", "strong, no lead", rule_text, "best lead", "at (beyond the delay)"), rows)
 
 
-def ringing(which: Sequence[Controller]) -> str:
+def ringing(which: Sequence[Controller]) -> Rows:
     """Pressure above 0.5 Hz, and highest pressure, of one heavy case."""
     rows = []
     for k in which:
@@ -374,7 +286,7 @@ def ringing(which: Sequence[Controller]) -> str:
         run = simulate(k.on(CRANE), case, every="0.05 s")
         above = rms_above(run, "p_a", frequency=0.5, start=30.0)
         rows.append((k.name, f"{above / 1e5:.1f} bar", bar(float(run["p_max"])), mm(float(run["e_c_pp"]))))
-    return table(("controller", "`p_a` above 0.5 Hz, rms", "highest pressure", "error p-p"), rows)
+    return rows
 
 
 SLOW: Mapping[str, tuple[str, str, float, Sequence[str]]] = {
@@ -389,7 +301,7 @@ SLOW: Mapping[str, tuple[str, str, float, Sequence[str]]] = {
 steady speed."""
 
 
-def slow(which: Sequence[Controller]) -> str:
+def slow(which: Sequence[Controller]) -> Table:
     """Pressure above 0.5 Hz in the minute about the fastest moment of a swell of 600 s, where the winch's slow swing
     has time to grow."""
     columns = []
@@ -412,7 +324,7 @@ def slow(which: Sequence[Controller]) -> str:
             run = simulate(with_control_of(k, machine), case, every="0.05 s")
             column.append(f"{rms_above(run, 'p_a', frequency=0.5, start=270.0) / 1e5:.1f} bar")
         columns.append(column)
-    return table(("controller", *SLOW), list(zip((k.name for k in which), *columns, strict=True)))
+    return Table(("controller", *SLOW), list(zip((k.name for k in which), *columns, strict=True)))
 
 
 def with_control_of(k: Controller, machine: Crane) -> Crane:
@@ -420,9 +332,9 @@ def with_control_of(k: Controller, machine: Crane) -> Crane:
     return machine.model_copy(update={"control": k.on(CRANE).control})
 
 
-def varied(which: Sequence[Controller]) -> str:
+def varied(which: Sequence[Controller]) -> Table:
     found = variations(CRANE, which, CASES)
-    return table(
+    return Table(
         ("winch", *(k.name for k in which)), [(name, *map(brief, outcomes)) for name, outcomes in found.items()]
     )
 

@@ -6,8 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import claims_table, save, table, verdict
-from matplotlib.figure import Figure
+from blocks import Blocks, Table, panel, picture, save
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack, wire_speed_max
@@ -19,7 +18,7 @@ from stillhook.units import show
 from stillhook.winches.load_path import Point
 from stillhook.winches.types import cylinder as winch
 
-PAGE = "cylinder.md"
+SLOW_PAGE = True
 CRANE = load_crane("nov-100t-cylinder")
 TABLE = CRANE.cylinder
 CASE = {"load": "50 t", "s_w": "100 m", "mode": "position", "duration": "60 s", "warm_up": "20 s"}
@@ -163,7 +162,7 @@ def audited() -> list[tuple[str, float, Any]]:
     return out
 
 
-def step_rows() -> list[tuple[str, ...]]:
+def step_rows() -> list[dict[str, Any]]:
     """Error and peak pressure by step, and what they differ by from a quarter of the step."""
     found = {
         h: simulate(CRANE, Scenario(**CASE, tip=SINE), step=h)
@@ -172,15 +171,8 @@ def step_rows() -> list[tuple[str, ...]]:
     rows = []
     for h in STEPS:
         here, fine = found[h], found[_quarter(h)]
-        rows.append(
-            (
-                h,
-                f"{1e3 * float(here.e_c_pp):.3f} mm",
-                f"{1e3 * abs(float(here.e_c_pp) - float(fine.e_c_pp)):.4f} mm",
-                show(float(here.p_max), "pressure", 5),
-                f"{1e-5 * abs(float(here.p_max) - float(fine.p_max)):.4f} bar",
-            )
-        )
+        p_max = show(float(here.p_max), "pressure", 5)
+        rows.append({**locals()})
     return rows
 
 
@@ -207,98 +199,50 @@ def assumed_rows() -> list[tuple[str, ...]]:
     return [(kind, str(len(places)), ", ".join(places)) for kind, places in sorted(kinds.items())]
 
 
-def compute() -> tuple[dict[str, str], tuple[dict[str, Compared], list[tuple[float, float, float]]]]:
+def compute() -> tuple[Blocks, tuple[dict[str, Compared], list[tuple[float, float, float]]]]:
     pairs, waves = {name: compared(tip) for name, tip in TIPS.items()}, harmonics()
     audits = audited()
     losses = ("pump", "boost", "make_up", "winch", "tip", "friction", "leakage", "relief", "flushing", "cushion")
     rows = [(name, *(f"{1e-3 * joules[k]:.0f}" for k in losses), f"{abs(part):.1e}") for name, part, joules in audits]
     return {
-        "claims": claims_table(claims(pairs, waves, audits)),
-        "harmonics": table(
-            ("full speed over the tip's", "closed form", "ours", "left over, closed form", "ours"),
-            [
-                (f"{r:g}", f"{closed:.4f}", f"{ours:.4f}", f"{1.0 - closed:.4f}", f"{1.0 - ours:.4f}")
-                for r, closed, ours in waves
-            ],
-        ),
-        "ideal": table(
-            ("tip", "motion, peak to peak", "left over, ideal", "left over, ours", "largest difference", "status"),
-            [ideal_row(name, pair) for name, pair in pairs.items()],
-        ),
-        "followed": table(
-            (
-                "full speed over the tip's",
-                "wire, saturated loop",
-                "wire, ours",
-                "left over, clipped sine",
-                "left over, saturated loop",
-                "ours",
-            ),
-            followed(),
-        ),
-        "gains": table(("K_p", "10 t", "50 t", "100 t"), gain_rows()),
-        "energy": table(("kJ", *(k.replace("_", " ") for k in losses), "not accounted for"), rows),
-        "steps": table(("step", "error p-p", "to a quarter of it", "peak pressure", "to a quarter of it"), step_rows()),
-        "sources": table(("kind", "numbers", "which"), assumed_rows()),
+        "claims": claims(pairs, waves, audits),
+        "harmonics": [{"closed": closed, "ours": ours, "r": r} for r, closed, ours in waves],
+        "ideal": [ideal_row(name, pair) for name, pair in pairs.items()],
+        "followed": followed(),
+        "gains": gain_rows(),
+        "energy": Table(("kJ", *(k.replace("_", " ") for k in losses), "not accounted for"), rows),
+        "steps": step_rows(),
+        "sources": assumed_rows(),
     }, (pairs, waves)
 
 
-def ideal_row(name: str, pair: Compared) -> tuple[str, ...]:
+def ideal_row(name: str, pair: Compared) -> dict[str, Any]:
     late = pair.t > 20.0
     left = [np.ptp((pair.s_tip + y)[late]) for y in (pair.ideal, pair.ours)]
-    return (
-        f"{name} (`{TIPS[name]}`)",
-        f"{np.ptp(pair.s_tip):.2f} m",
-        *(f"{1e3 * x:.0f} mm" for x in left),
-        f"{1e3 * np.abs(pair.ours - pair.ideal).max():.0f} mm",
-        pair.status,
-    )
+    return locals()
 
 
 def claims(
     pairs: dict[str, Compared], waves: list[tuple[float, float, float]], audits: list[tuple[str, float, Any]]
-) -> dict[str, tuple[str, str, str]]:
+) -> dict[str, Any]:
     w, w_ours = eigenfrequency()
     v, v_ours = full_speed()
     s, s_ours = stroke()
     harmonic = max(abs(ours / closed - 1.0) for _, closed, ours in waves)
     ideal = max(float(np.abs(p.ours - p.ideal).max() / np.ptp(p.s_tip)) for p in pairs.values())
     audit = max(abs(part) for _, part, _ in audits)
-    no = "not reproduced"
-    return {
-        "eigenfrequency of the rod on its oil": (
-            f"{w:.4f} rad/s",
-            f"{w_ours:.4f} rad/s",
-            verdict(abs(w_ours / w - 1.0) < 1e-3, no),
-        ),
-        "wire speed with full pumps": (f"{v:.4f} m/s", f"{v_ours:.4f} m/s", verdict(abs(v_ours / v - 1.0) < 3e-3, no)),
-        "wire between the end stops": (f"{s:.4f} m", f"{s_ours:.4f} m", verdict(abs(s_ours / s - 1.0) < 1.5e-3, no)),
-        "first harmonic beyond full speed": (
-            "clipped sine",
-            f"within {100.0 * harmonic:.2g} %",
-            verdict(harmonic < 0.01, no),
-        ),
-        "wire moved, within and beyond speed and stroke": (
-            "ideal compensator",
-            f"within {100.0 * ideal:.2g} % of the tip's motion",
-            verdict(ideal < 0.02, no),
-        ),
-        "energy of a run": ("nothing lost", f"{audit:.1e} not accounted for", verdict(audit < 1e-3, no)),
-    }
+    return locals()
 
 
 def draw(shown: tuple[dict[str, Compared], list[tuple[float, float, float]]]) -> None:
     pairs, waves = shown
-    figure = Figure(figsize=(10.0, 6.4), layout="constrained")
+    figure = picture(10.0, 6.4)
     axes = figure.subplots(2, 2)
     for ax, (name, pair) in zip(axes.flat, pairs.items(), strict=False):
         ax.plot(pair.t, -pair.s_tip, color=GREY, lw=1.0, label="asked: tip mirrored")
         ax.plot(pair.t, pair.ours, color=COLOURS[0], lw=1.6, label="twin")
         ax.plot(pair.t, pair.ideal, color="black", lw=0.9, ls=":", label="ideal compensator")
-        ax.set_title(name, fontsize="medium")
-        ax.set_xlabel("time [s]")
-        ax.set_ylabel("wire taken in [m]")
-        ax.grid(alpha=0.3)
+        panel(ax, name, "time [s]", "wire taken in [m]", legend=False)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
     r = np.linspace(0.05, 1.0, 200)
     last = axes[1, 1]
@@ -311,9 +255,10 @@ def draw(shown: tuple[dict[str, Compared], list[tuple[float, float, float]]]) ->
         label="clipped sine",
     )
     last.plot([w[0] for w in waves], [w[2] for w in waves], "o", color=COLOURS[0], label="twin, feedforward alone")
-    last.set_title("first harmonic beyond full speed", fontsize="medium")
-    last.set_xlabel("full wire speed over the tip's [-]")
-    last.set_ylabel("speed of wire over that of the tip [-]")
-    last.legend(fontsize="small", frameon=False)
-    last.grid(alpha=0.3)
+    panel(
+        last,
+        "first harmonic beyond full speed",
+        "full wire speed over the tip's [-]",
+        "speed of wire over that of the tip [-]",
+    )
     save(figure, "cylinder.png")

@@ -7,17 +7,16 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from blocks import claims_table, save, table, verdict
+from blocks import Blocks, Table
 
 from stillhook import Scenario, load_crane
 from stillhook.analysis.drives.comparison import DriveComparison, DriveRun, compare_drives
-from stillhook.analysis.drives.figures import bars_figure
 from stillhook.engine.pack.winch import pack, wire_speed_max
 from stillhook.physics.scalar import G
 from stillhook.report.formatting import HOUR
 from stillhook.spec.crane import holding_torque
 
-PAGE = "drives.md"
+SLOW_PAGE = True
 REFERENCE = load_crane("nov-250t")
 DRIVES = ("active-passive", "pure-active", "secondary", "cylinder", "electric", "open-circuit")
 AMPLITUDE, PERIOD, LOAD = 1.5, 10.0, 100.0e3
@@ -119,7 +118,7 @@ def order(found: DriveComparison, name: str) -> tuple[list[tuple[str, ...]], int
     return rows, told
 
 
-def compute() -> tuple[dict[str, str], DriveComparison]:
+def compute() -> tuple[Blocks, DriveComparison]:
     found = compare_drives(REFERENCE, CASE, DRIVES, n=N, seed=SEED)
     runs = list(found.runs)
     by_name = {run.name: run for run in runs}
@@ -127,27 +126,18 @@ def compute() -> tuple[dict[str, str], DriveComparison]:
     tables = {name: order(found, name) for name in ("e_c_pp", "energy_net")}
     head = ("better", "than", "share of draws", f"told apart by {100 * SURE:.0f} %", "by bands")
     return {
-        "claims": claims_table(claims(found, closed)),
-        "sizes": table(("drive", "of crane", "size", "top speed [m/s]", "reserve over that there"), sizes(runs)),
-        "balance": table(
-            ("kWh per hour", "net", "by the tip", "lost", "into stores", "not accounted for", "largest losses"),
-            balances(runs),
-        ),
-        "electric": table(
-            ("loss", "closed form [kWh/h]", "twin [kWh/h]", "difference"),
-            [
-                (n, f"{x / KWH:.2f}", f"{electric.lost[n] / KWH:.2f}", f"{100.0 * (electric.lost[n] / x - 1.0):+.1f} %")
-                for n, x in closed.items()
-            ],
-        ),
-        "error-order": table(head, tables["e_c_pp"][0]),
-        "energy-order": table(head, tables["energy_net"][0]),
-        "factors": f"{len(found.factors)} factors, {found.n} draws, seed {found.seed}: {', '.join(found.factors)}.",
+        "claims": claims(found, closed),
+        "sizes": sizes(runs),
+        "balance": balances(runs),
+        "electric": [{"electric": electric, "n": n, "x": x} for n, x in closed.items()],
+        "error-order": Table(head, tables["e_c_pp"][0]),
+        "energy-order": Table(head, tables["energy_net"][0]),
+        "factors": {"found": found},
     }, found
 
 
-def claims(found: DriveComparison, closed: dict[str, float]) -> dict[str, tuple[str, str, str]]:
-    no, runs = "not reproduced", {run.name: run for run in found.runs}
+def claims(found: DriveComparison, closed: dict[str, float]) -> dict[str, Any]:
+    runs = {run.name: run for run in found.runs}
     audit = max(abs(run.energy.unaccounted) for run in found.runs)
     v = wire_speed_max(REFERENCE)
     cylinder = load_crane("nov-100t-cylinder").cylinder
@@ -158,39 +148,4 @@ def claims(found: DriveComparison, closed: dict[str, float]) -> dict[str, tuple[
     hoists = (LOAD + REFERENCE.hook_mass) * G * 2.0 * AMPLITUDE * HOUR / PERIOD
     valve = runs["open-circuit"].energy
     idle = next(run for run in found.runs if run.name == "pure-active").energy
-    return {
-        "wire speed at full command of every drive": (
-            f"{v:.4f} m/s, cylinder {min(v, ends['cylinder']):.4f} m/s: falls by seals",
-            f"within {speed:.0e}",
-            verdict(speed < 1e-6, no),
-        ),
-        "energy in, less lost, less stored, of every drive": (
-            "0",
-            f"{audit:.0e} of what flows",
-            verdict(audit < AUDIT, no),
-        ),
-        "losses of the electric drive by kind": (
-            "closed forms of a hook that stands",
-            f"within {100.0 * most:.1f} %",
-            verdict(most < CLOSED, no),
-        ),
-        "an open circuit draws more than each hoist is worth": (
-            f"over {hoists / KWH:.0f} kWh/h",
-            f"{valve.drawn / KWH:.0f} kWh/h",
-            verdict(valve.drawn > hoists, no),
-        ),
-        "an open circuit returns nothing": (
-            "0 kWh/h",
-            f"{valve.returned / KWH:.1f} kWh/h",
-            verdict(valve.returned < NOTHING * valve.drawn, no),
-        ),
-        "pumps of a closed circuit move the weight, and take it back": (
-            f"under {hoists / KWH:.0f} kWh/h back",
-            f"{idle.returned / KWH:.0f} kWh/h",
-            verdict(0.0 < idle.returned < hoists, no),
-        ),
-    }
-
-
-def draw(found: DriveComparison) -> None:
-    save(bars_figure(found, title="nov-250t, 100 t, 1.5 m, 10 s"), "drives.png")
+    return locals()

@@ -8,8 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from blocks import claims_table, save, table
-from matplotlib.figure import Figure
+from blocks import Blocks, Rows, Table, panel, picture, save
 
 from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
@@ -24,7 +23,6 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator
 from stillhook.winches.types import electric
 
-PAGE = "electric.md"
 CRANE = load_crane("nov-100t-electric")
 MOTOR = CRANE.electric.motor
 FRICTIONLESS = {"Y_1": 0.0, "Y_2": "0 N m", "Y_3": "0 N m", "Y_5": "0 N m s/rad", "Y_6": 0.0}
@@ -106,10 +104,10 @@ def step_decay() -> tuple[float, float]:
     return -math.log(e[2250] / e[2100]) / 1.5, slow
 
 
-def compute() -> tuple[dict[str, str], Result]:
+def compute() -> tuple[Blocks, Result]:
     wave = run(**WAVE)
     return {
-        "claims": claims_table(claims(wave)),
+        "claims": claims(wave),
         "poles": pole_table(),
         "envelope": envelope_table(),
         "steps": step_table(),
@@ -204,18 +202,17 @@ def constants() -> tuple[float, float]:
     return (P_up - P_down) / (2.0 * MOTOR.count * i * omega), weight(47.0e3) * r_eff / (MOTOR.count * i)
 
 
-def pole_table() -> str:
+def pole_table() -> Rows:
     def text(s: complex) -> str:
         return f"{s.real:.4f}" + (f" ± {abs(s.imag):.4f} i" if abs(s.imag) > 1e-9 else "")
 
     ours, theirs = poles(FREE)
-    rows = [
+    return [
         (text(b), text(a), f"{abs(a - b) / abs(b):.0e}") for a, b in zip(ours, theirs, strict=True) if b.imag >= -1e-9
     ]
-    return table(("polynomial [1/s]", "linearised rates [1/s]", "difference"), rows)
 
 
-def step_table() -> str:
+def step_table() -> Rows:
     rows = []
     for name, case in CASES.items():
         reference = run(n_sub=FINEST, **(WAVE | case))
@@ -235,14 +232,14 @@ def step_table() -> str:
         cells = (1e3 * off(result, "s_w"), off(result, "T_m"), off(result, "E_store"))
         current = "0.1 ms, current loop at 300 Hz"
         rows.append((name, current, f"{cells[0]:.4f} mm", f"{cells[1]:.2f} N m", f"{cells[2]:.0f} J"))
-    return table(("case", "step", "wire out", "torque", "energy of the store"), rows)
+    return rows
 
 
 PROMISED = {Direction.LOWERING: 100.0, Direction.HOISTING: 500.0}
 """Wire out at the start of a run at a speed of the envelope [m]."""
 
 
-def envelope_table() -> str:
+def envelope_table() -> Rows:
     """Speeds of the envelope, the slower of start and end of the run, and runs at that and at 1.05 times it."""
     rows, duration = [], 300.0
     warm = changed(CRANE, {"electric": {"supply": {"tau_th": "30 s"}}})
@@ -258,8 +255,7 @@ def envelope_table() -> str:
             at_end = [f"{x:.0f} kW" if not passed else "" for x in kW]
             speed = f"{60.0 * share * v:.1f} m/min"
             rows.append((str(direction), f"{share:g}", speed, volts, *at_end, ", ".join(passed) or "nothing"))
-    heads = ("direction", "of the envelope", "speed", "voltage of the link", "grid at the end", "resistor", "passed")
-    return table(heads, rows)
+    return rows
 
 
 AUDITED = {
@@ -273,7 +269,7 @@ AUDITED = {
 POWERS = ("grid", "tip", "copper", "iron", "inverter", "store", "resistor", "friction")
 
 
-def energy_table() -> str:
+def energy_table() -> Table:
     winch, rows = CRANE.plant.type, []
     for name, case in AUDITED.items():
         quarter, usual = (run(n_sub=n, **(WAVE | case)) for n in (8, 2))
@@ -281,7 +277,7 @@ def energy_table() -> str:
         missing = [f"{abs(energy_unaccounted(winch, r)):.0e}" for r in (usual, quarter)]
         rows.append((name, *cells, *missing))
     heads = ("run", *(f"{each} [kJ]" for each in POWERS), "missing, 5 ms", "1.25 ms")
-    return table(heads, rows)
+    return Table(heads, rows)
 
 
 PUSHED: Mapping[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
@@ -342,12 +338,12 @@ PUSHED: Mapping[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
 }
 
 
-def limit_table() -> str:
+def limit_table() -> Rows:
     rows = []
     for name, (expected, changes, case) in PUSHED.items():
         result = run(changed(CRANE, changes) if changes else CRANE, 2 * FINE, **(WAVE | case))
         rows.append((name, expected, ", ".join(limits_passed(CRANE.plant.type, result.stats)) or "nothing"))
-    return table(("run", "expected", "passed"), rows)
+    return rows
 
 
 def assumed() -> str:
@@ -359,7 +355,7 @@ def assumed() -> str:
 
 
 def draw(wave: Result) -> None:
-    figure = Figure(figsize=(10.0, 6.6), layout="constrained")
+    figure = picture(10.0, 6.6)
     power, torque, store, error = figure.subplots(2, 2).flat
     from_0 = round(60.0 / wave.t_cycle)
     t = np.arange(len(wave.column("s_w")))[from_0:] * wave.t_cycle
@@ -379,8 +375,7 @@ def draw(wave: Result) -> None:
     error.plot(t, 1e3 * shown("e_c"), color=COLOURS[0], lw=1.3)
     error.set_ylabel("error of compensation [mm]")
     for ax in (power, torque, store, error):
-        ax.grid(alpha=0.3)
-        ax.set_xlabel("time [s]")
+        panel(ax, x="time [s]", legend=False)
     power.axhline(0.0, color=GREY, lw=0.8)
     figure.suptitle("nov-100t-electric, 47 t, sine of 1 m and 10 s", fontsize="medium")
     save(figure, "electric.png")

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 from batch import side_by_side, sine
-from blocks import claims_table, save, table
+from blocks import Blocks, Table, picture, save
 from numpy.typing import NDArray
 
 from stillhook import Scenario, load_crane
@@ -17,7 +17,7 @@ from stillhook.analysis.steady.steady_state import reduction_lead
 from stillhook.engine.pack.winch import gains, wire_speed_max
 from stillhook.library import changed
 
-PAGE = "feedforward-gains.md"
+SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
 IDEAL = gains(CRANE)
 PRINTED = 0.68  # s/m: paper E table 2
@@ -199,8 +199,8 @@ def variant(row: Row) -> tuple[object, ...]:
     return (row.label, f"{lag_asked(row.delay):.1f}", *(x for cell in cells for x in cell))
 
 
-def claims(base: Mapping[str, FloatArray], late: Mapping[str, FloatArray]) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+def claims(base: Mapping[str, FloatArray], late: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """Numbers of the claims."""
     i_2 = K_2S.index(1.0)
     printed, ideal = (", ".join(f"{base[m][i, i_2]:.0f} cm {m.upper()}" for m in MODES) for i in (0, K_1S.index(1.0)))
     tops = {m: (best(BASE, base[m]), best(LATE, late[m])) for m in MODES}
@@ -208,37 +208,10 @@ def claims(base: Mapping[str, FloatArray], late: Mapping[str, FloatArray]) -> di
         reduction_lead(c, 110.0 / 60.0, 6.0) for c in (changed(CRANE, {"control": {"K_1": f"{PRINTED} s/m"}}), CRANE)
     ]
     K_1 = {m: now.K_1 for m, (now, _) in tops.items()}
-    return {
-        "variation of `K_1` and `K_2`": ("tested, no result printed", "see the page", "cannot be compared"),
-        "`K_1` 0.68 s/m": (
-            "paper E table 2",
-            (
-                f"error {printed}; with the derived one {ideal}. "
-                f"The motors then have {lead[0]:.2f} s to stroke instead of {lead[1]:.2f} s (printed: 1.1 s)"
-            ),
-            "an erratum",
-        ),
-        "best `K_1`": (
-            "none printed",
-            ", ".join(f"{k:g} ({m.upper()})" for m, k in K_1.items()) + f" of the derived {IDEAL.K_1:.4f} s/m",
-            (
-                "within 5 % of the derived one"
-                if all(abs(k - 1.0) < 0.05 for k in K_1.values())
-                else "not the derived one"
-            ),
-        ),
-        "best `K_2`": (
-            "none printed",
-            (
-                f"{tops['ssc'][0].K_2:g} times the derived {IDEAL.K_2:.4f} s²/m for SSC, {tops['ns'][0].K_2:g} NS,"
-                f" {tops['hs'][0].K_2:g} HS; {tops['ssc'][1].K_2:g} times where the motion signal is 0.1 s late"
-            ),
-            "above the derived one",
-        ),
-    }
+    return locals()
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, dict[str, FloatArray]]]:
+def compute() -> tuple[Blocks, dict[str, dict[str, FloatArray]]]:
     """Blocks of the page, its claims, and the errors of the picture."""
     base, late = errors(BASE), errors(LATE)
     told = claims(base, late)
@@ -246,25 +219,20 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     head_modes = [f"{m.upper()} {what}" for m in MODES for what in ("`K_1`, `K_2`", "derived", "least")]
     blocks = {
         "causes": causes.block(attribution()),
-        "claims": claims_table(told),
-        "printed": (
-            f"0.68 s/m is {PRINTED / IDEAL.K_1:.3f} of the derived {IDEAL.K_1:.4f} s/m, the inverse of"
-            f" {60.0 / PRINTED:.1f} m/min; the published machine reaches {60.0 * wire_speed_max(CRANE):.1f} m/min at"
-            " full displacement."
-        ),
-        "over-k1": table(("`K_1`/ideal", *(f"{k:.3g}" for k in K_1S)), [*grid_rows(base), estimate]),
-        "over-k2": table(
+        "claims": told,
+        "printed": {"v_max": 60.0 * wire_speed_max(CRANE)},
+        "over-k1": Table(("`K_1`/ideal", *(f"{k:.3g}" for k in K_1S)), [*grid_rows(base), estimate]),
+        "over-k2": Table(
             ("`K_2`/derived", *(f"{k:g}" for k in K_2S)), [*over_K_2(base, "no delay"), *over_K_2(late, "0.1 s late")]
         ),
-        "sensitivity": table(("variant", "lag asks for", *head_modes), [variant(r) for r in ROWS]),
+        "sensitivity": Table(("variant", "lag asks for", *head_modes), [variant(r) for r in ROWS]),
     }
-    return blocks, told, {"no delay": base, "motion signal 0.1 s late": late}
+    return blocks, {"no delay": base, "motion signal 0.1 s late": late}
 
 
 def draw(found: Mapping[str, Mapping[str, FloatArray]]) -> None:
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.0, 6.6), layout="constrained")
+    figure = picture(10.0, 6.6)
     axes = figure.subplots(2, 3, sharex=True, sharey=True)
     levels = (2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, 90.0)
     for line, (label, e) in zip(axes, found.items(), strict=True):

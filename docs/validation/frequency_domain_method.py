@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from blocks import claims_table, save, table, verdict
-from matplotlib.figure import Figure
+from blocks import Blocks, percent, picture, save
 
 from stillhook import load_crane
 from stillhook.engine.simulate import simulate
@@ -34,7 +33,7 @@ from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
 from stillhook.spec.lift.lowering import Lowering, Stage
 
-PAGE = "frequency-domain-method.md"
+SLOW_PAGE = True
 CRANE, VESSEL = load_crane("deep-250t"), read_vessel(vessel_file("construction-vessel-130m"))
 X, Y, BETA = -20.0, 18.0, math.radians(150.0)
 LENGTH, SETTLED, SEEDS = 1260.0, 150.0, 8
@@ -144,8 +143,8 @@ def row(pair: Pair) -> tuple[str, ...]:
     return (*first, *cells)
 
 
-def closed_forms() -> dict[str, tuple[str, str, str]]:
-    """Claims on the exact rod, by a chain of masses solved apart."""
+def closed_forms() -> tuple[float, float, float]:
+    """How far the exact rod is off its equation of modes, a sum of pieces, and a chain of masses solved apart [-]."""
     rod, end = Rod(L=3000.0, EA=836e6, mu=36.0, w=300.0), End(m=100e3, A33=50e3)
     T = natural_periods(rod, end, 3)
     nu = 2.0 * math.pi / T * rod.L * math.sqrt(rod.mu / rod.EA)
@@ -159,60 +158,32 @@ def closed_forms() -> dict[str, tuple[str, str, str]]:
     A[-1, -1] -= k
     chain = np.linalg.solve(A, np.append(k, np.zeros(n - 1)))[-1]
     gain = float(np.real(transfers(omega, rod, end).load_u)) / chain - 1.0
-    found = {
-        "`nu tan(nu) = m L/(M + A33)`, first three modes": (worst, 1e-6),
-        "stretch as the sum over 10,000 pieces": (abs(stretch), 1e-6),
-        "load at 8 s by a chain of 1,000 masses": (abs(gain), 1e-4),
-    }
-    return {
-        f"exact rod: {name}": ("equal", f"within {max(off, 1e-9):.0e}", verdict(off < most, "off"))
-        for name, (off, most) in found.items()
-    }
+    return worst, abs(stretch), abs(gain)
 
 
-def compute() -> tuple[dict[str, str], list[Pair]]:
+def compute() -> tuple[Blocks, list[Pair]]:
     pairs = [compared(case) for case in CASES]
 
     def worst(wanted: Sequence[Pair], first: int = 1) -> float:
         return max(abs(r / t - 1.0) for p in wanted for r, t in zip(p.computed[first:], p.time[first:], strict=True))
 
-    linear, drag, deep = pairs[:3], pairs[3:5], pairs[5:7]
-    told = {
-        "nothing but small drag not linear: load and tensions against time": ("2 %", worst(linear), LINEAR),
-        "resonance that drag limits: the same": ("time domain", worst(drag), 0.06),
-        "compensated in deep water: wire's end, load, tensions": ("time domain", worst(deep, 0), 0.1),
-        "compensated on a short wire: tensions": ("time domain", worst(pairs[9:]), 0.1),
-    }
-    claims = closed_forms() | {
-        name: (theirs, f"within {100.0 * off:.1f} %", verdict(off <= most, "an approximation"))
-        for name, (theirs, off, most) in told.items()
-    }
-    head = (
-        "payload",
-        "underside at",
-        "rings at",
-        "sea",
-        "winch",
-        "what is not linear",
-        "wire's end [mm]",
-        "load [mm]",
-        "tip tension [kN]",
-        "sling [kN]",
-    )
+    modes, stretch, gain = closed_forms()
+    linear, drag, deep = worst(pairs[:3]), worst(pairs[3:5]), worst(pairs[5:7], 0)
+    short = worst(pairs[9:])
     scatter = max(s for p in pairs for s in p.scatter[1:])
-    worth = table(
-        ("what", "value"),
-        [
-            ("largest scatter of a mean over the seeds", f"{100.0 * scatter:.1f} %"),
-            ("slings slack in time, largest share", f"{100.0 * max(p.slack for p in pairs):.2f} %"),
+    return {
+        "claims": locals(),
+        "cases": [row(p) for p in pairs],
+        "scatter": [
+            ("largest scatter of a mean over the seeds", percent(scatter, digits=1)),
+            ("slings slack in time, largest share", percent(max(p.slack for p in pairs), digits=2)),
         ],
-    )
-    return {"claims": claims_table(claims), "cases": table(head, [row(p) for p in pairs]), "scatter": worth}, pairs
+    }, pairs
 
 
 def draw(shown: Sequence[Pair]) -> None:
     residual = identify_residual(CRANE, shown[6].load.duty)
-    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    figure = picture(10.0, 4.4)
     left, right = figure.subplots(1, 2)
     v = np.geomspace(0.005, 5.0, 300)
     for colour, T in zip(COLOURS, (4.0, 8.0, 16.0), strict=False):

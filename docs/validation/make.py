@@ -3,7 +3,10 @@
     python docs/validation/make.py           write tables and pictures; with names of scripts (paper_c_90t), of those
     pages only python docs/validation/make.py --check   write nothing; compute all and fail when a table is out of date
 
-Each page is computed in a process of its own, as many side by side as there are cores.
+Each page is computed in a process of its own, as many side by side as there are cores. A page is a script with a
+`compute()` that gives its blocks (`blocks.py`) and what its pictures are drawn from, and `draw` where it has some;
+SLOW_PAGE where it takes more than ten seconds of a core and rests on nothing but the package: the tests compute it
+when its code has changed.
 """
 
 from __future__ import annotations
@@ -19,78 +22,24 @@ from types import ModuleType
 from typing import NamedTuple
 
 HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
-CASES = (
-    "cavitation",
-    "controllers_at_their_best",
-    "cylinder",
-    "drives",
-    "electric",
-    "error_correlation",
-    "feedforward_gains",
-    "frequency_domain_method",
-    "friction_coverage",
-    "hull_convergence",
-    "independent_crane_results",
-    "limit_crossings",
-    "limit_curves",
-    "offshore_100t",
-    "offshore_200t",
-    "open_circuit",
-    "oscillation",
-    "paper_a_motor_models",
-    "paper_c_90t",
-    "paper_c_envelope",
-    "paper_c_offshore_contrast",
-    "paper_c_oscillation",
-    "paper_d_friction",
-    "paper_e_maps",
-    "paper_e_motor_servo",
-    "paper_e_scenario_1",
-    "paper_e_scenario_2",
-    "paper_e_stability",
-    "paper_e_scenario_3",
-    "passive_heave_compensator",
-    "payload_in_water",
-    "power_unit_loss",
-    "secondary",
-    "splash_mode",
-    "threshold_study",
-    "truth_defects",
-    "uncertainty",
-    "wave_spectra",
-)
-MEASURED = (
-    "bench_staircase",
-)  # need data that are not in the repository: left as they are where those are not at hand
+sys.path[:0] = [folder for folder in map(str, (HERE, HERE.parents[1])) if folder not in sys.path]
+import blocks  # noqa: E402
+import computed  # noqa: E402
 
-SLOW = (
-    "controllers_at_their_best",
-    "cylinder",
-    "drives",
-    "error_correlation",
-    "feedforward_gains",
-    "frequency_domain_method",
-    "offshore_100t",
-    "offshore_200t",
-    "oscillation",
-    "paper_c_90t",
-    "paper_c_envelope",
-    "paper_d_friction",
-    "paper_e_maps",
-    "paper_e_motor_servo",
-    "paper_e_scenario_1",
-    "paper_e_scenario_2",
-    "paper_e_scenario_3",
-    "paper_e_stability",
-    "passive_heave_compensator",
-    "power_unit_loss",
-    "secondary",
-    "splash_mode",
-    "threshold_study",
-)
-"""Pages that take more than ten seconds of a core and rest on nothing but the package: the tests compute them when its
-code has changed."""
+PARTS = ("batch", "blocks", "causes", "computed", "make", "overview", "quay", "routh")
+"""Scripts that are no page."""
+MEASURED = ("bench_staircase",)
+"""Pages that need data that are not in the repository: left as they are where those are not at hand."""
+ARCHIVED = {
+    "friction_coverage": "trials.friction.page",
+    "hull_convergence": "trials.hulls.page",
+    "independent_crane": "trials.independent_crane.page",
+    "limit_crossings": "trials.limits.crossings_page",
+    "limit_curves": "trials.limits.curves_page",
+    "truth_defects": "trials.defects.page",
+}
+"""Pages of archived trials: made from the outcomes that stand beside them."""
+CASES = tuple(sorted({p.stem for p in HERE.glob("*.py")}.difference(PARTS, MEASURED) | set(ARCHIVED)))
 
 
 class Page(NamedTuple):
@@ -101,30 +50,38 @@ class Page(NamedTuple):
     draw: Callable[[], None]
 
 
-def _module(name: str) -> ModuleType:
-    sys.path[:0] = [path for path in (str(HERE), str(ROOT)) if path not in sys.path]
-    return import_module(name)
+def module_of(script: str) -> ModuleType:
+    """The script of a page."""
+    return import_module(ARCHIVED.get(script, script))
 
 
 def scripts() -> tuple[str, ...]:
     """The scripts of all pages whose data are at hand."""
-    return CASES + tuple(name for name in MEASURED if _module(name).at_hand())
+    return CASES + tuple(name for name in MEASURED if import_module(name).at_hand())
 
 
 def page(script: str) -> Page:
     """One page, computed now."""
-    case = _module(script)
-    found, *_, shown = case.compute()
-    return Page(case.PAGE, _module("blocks").filled(case.PAGE, found), lambda: case.draw(shown))
+    case = module_of(script)
+    found, shown = case.compute()
+    return Page(
+        blocks.page_of(script), blocks.filled(case, found), lambda: case.draw(shown) if hasattr(case, "draw") else None
+    )
 
 
 def front(written: Mapping[str, str]) -> Page:
     """The front page, from the claims that stand on the other pages; text by file name where it is not yet in the
     file."""
-    overview = _module("overview")
-    names = [_module(name).PAGE for name in CASES]
+    overview = import_module("overview")
+    names = [blocks.page_of(name) for name in CASES]
     texts = {name: written.get(name) or (HERE / name).read_text(encoding="utf-8") for name in names}
-    return Page(overview.PAGE, _module("blocks").filled(overview.PAGE, overview.compute(texts)), lambda: None)
+    return Page(overview.PAGE, blocks.filled(overview, overview.compute(texts)), lambda: None)
+
+
+def slow(script: str) -> ModuleType | None:
+    """The module of a slow page."""
+    case = module_of(script)
+    return case if getattr(case, "SLOW_PAGE", False) else None
 
 
 def outdated(script: str | None, *, anew: bool = False) -> str:
@@ -133,7 +90,7 @@ def outdated(script: str | None, *, anew: bool = False) -> str:
 
     A slow page whose code and tables are those of its last computation is computed only where ``anew`` asks for it.
     """
-    if script in SLOW and not anew and _module("computed").stands(HERE / _module(script).PAGE):
+    if script is not None and not anew and slow(script) and computed.stands(HERE / blocks.page_of(script)):
         return ""
     name, text, _ = front({}) if script is None else page(script)
     if (HERE / name).read_text(encoding="utf-8") == text:
@@ -144,10 +101,11 @@ def outdated(script: str | None, *, anew: bool = False) -> str:
     )
 
 
-def write(script: str) -> tuple[str, str, dict[str, object]]:
-    """Compute and write one page and its pictures: its file name, its text and what to keep of its computation."""
+def write(script: str) -> tuple[str, str, dict[str, object] | None]:
+    """Compute and write one page and its pictures: its file name, its text and, of a slow one, what to keep of its
+    computation."""
     done = page(script)
-    kept = _module("computed").record(done.text)
+    kept = computed.record(done.text) if slow(script) else None
     done.draw()
     (HERE / done.name).write_text(done.text, encoding="utf-8", newline="\n")
     return done.name, done.text, kept
@@ -157,13 +115,12 @@ def main(wanted: Sequence[str]) -> None:
     """Write tables and pictures of these scripts, all unless named, and the front page."""
     if unknown := [name for name in wanted if name not in scripts()]:
         sys.exit(f"no script {unknown[0]}.py. There are: {', '.join(scripts())}")
-    computed, texts = _module("computed"), {}
+    texts = {}
     alone = ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), max_tasks_per_child=1)
     with alone as pool:
-        running = {pool.submit(write, script): script for script in wanted or scripts()}
-        for future in as_completed(running):
+        for future in as_completed([pool.submit(write, script) for script in wanted or scripts()]):
             name, texts[name], kept = future.result()
-            if running[future] in SLOW:
+            if kept:
                 computed.keep({name: kept})
             print(f"docs/validation/{name}", flush=True)
     index = front(texts)

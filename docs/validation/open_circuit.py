@@ -8,8 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from blocks import claims_table, save, table
-from matplotlib.figure import Figure
+from blocks import Blocks, picture, save
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
@@ -19,7 +18,6 @@ from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.scenario import Operator, PowerLoss
 from stillhook.winches.types import open_circuit
 
-PAGE = "open-circuit.md"
 NAME = "utility-20t-open-circuit"
 CRANE = load_crane(NAME)
 BAR = 1.0e5
@@ -65,7 +63,7 @@ def steady(winch: Any, load: str, speed: str, step: str | None = FINE) -> dict[s
     return {name: float(np.mean(run[name].values[late])) for name in SHOWN}
 
 
-def speed_rows(winch: Any) -> tuple[list[tuple[str, ...]], float]:
+def speed_rows(winch: Any) -> tuple[list[dict[str, Any]], float]:
     """Steady speed with the spool at its stop, and the largest difference."""
     rows, worst, A = [], 0.0, circuit_of(winch)
     for load in ("2 t", "5 t", "10 t", "15 t"):
@@ -74,15 +72,7 @@ def speed_rows(winch: Any) -> tuple[list[tuple[str, ...]], float]:
         closed = A.edges.K_v / A.D_m * math.sqrt((y["p_s"] - dp) / 2.0)
         off = y["omega_m"] / closed - 1.0
         worst = max(worst, abs(off))
-        rows.append(
-            (
-                load,
-                f"{dp / BAR:.1f} bar",
-                f"{y['omega_m'] * 30.0 / math.pi:.1f} rev/min",
-                f"{closed * 30.0 / math.pi:.1f} rev/min",
-                f"{100.0 * off:+.2f} %".replace("-", "−"),
-            )
-        )
+        rows.append({**locals()})
     return rows, worst
 
 
@@ -143,25 +133,17 @@ def pole(opened: float) -> tuple[complex, complex]:
     return complex(ours), omega_h * complex(-zeta, math.sqrt(1.0 - zeta * zeta))
 
 
-def pole_rows() -> tuple[list[tuple[str, ...]], float]:
+def pole_rows() -> tuple[list[dict[str, Any]], float]:
     rows, worst = [], 0.0
     for opened in (0.2, 0.5, 0.9):
         ours, closed = pole(opened)
         zetas = [-z.real / abs(z) for z in (ours, closed)]
         worst = max(worst, abs(abs(ours) / abs(closed) - 1.0), abs(zetas[0] / zetas[1] - 1.0))
-        rows.append(
-            (
-                f"{opened:.1f}",
-                f"{abs(ours):.3f} rad/s",
-                f"{abs(closed):.3f} rad/s",
-                f"{zetas[0]:.5f}",
-                f"{zetas[1]:.5f}",
-            )
-        )
+        rows.append({**locals()})
     return rows, worst
 
 
-def balance_rows() -> tuple[list[tuple[str, ...]], float]:
+def balance_rows() -> tuple[list[dict[str, Any]], float]:
     """Pressure of line A while lowering and hoisting at 20 m/min, and the difference by the closed form."""
     rows, worst, A = [], 0.0, circuit_of(CRANE)
     for load in ("2 t", "10 t", "20 t"):
@@ -173,15 +155,7 @@ def balance_rows() -> tuple[list[tuple[str, ...]], float]:
         back = A.tank.p_T + ((A.D_m * up["omega_m"] + leak) / K) ** 2
         ours, theirs = down["p_a"] - up["p_a"], (p_b + dp) - (back + dp_up)
         worst = max(worst, abs(ours - theirs) / BAR)
-        rows.append(
-            (
-                load,
-                f"{up['p_a'] / BAR:.1f} bar",
-                f"{down['p_a'] / BAR:.1f} bar",
-                f"{ours / BAR:+.1f} bar".replace("-", "−"),
-                f"{theirs / BAR:+.1f} bar".replace("-", "−"),
-            )
-        )
+        rows.append({**locals()})
     return rows, worst
 
 
@@ -213,18 +187,11 @@ def audit_rows() -> tuple[list[tuple[str, ...]], float, float]:
     return rows, worst, least
 
 
-def step_rows() -> list[tuple[str, ...]]:
+def step_rows() -> list[dict[str, Any]]:
     case = Scenario(load="10 t", **SEA)
     runs = {step: simulate(CRANE, case, step=step, every="0.1 s") for step in (*STEPS, REFERENCE)}
     exact = runs[REFERENCE]
-    return [
-        (
-            step,
-            f"{float(abs(runs[step].s_w - exact.s_w).max()) * 1e3:.4f} mm",
-            f"{abs(float(runs[step].p_max) - float(exact.p_max)) / BAR:.4f} bar",
-        )
-        for step in STEPS
-    ]
+    return [{"exact": exact, "runs": runs, "step": step} for step in STEPS]
 
 
 def swing_rows() -> list[tuple[str, ...]]:
@@ -249,7 +216,7 @@ def assumed() -> str:
     return f"Of the {len(own)} numbers of the circuit: {read}. `stillhook crane {NAME}` names the source of each."
 
 
-def compute() -> tuple[dict[str, str], Any]:
+def compute() -> tuple[Blocks, Any]:
     matched = with_circuit(MATCHED)
     speeds, off_speed = speed_rows(matched)
     ratio, power, efficiency = power_curve(matched)
@@ -257,63 +224,22 @@ def compute() -> tuple[dict[str, str], Any]:
     poles, off_poles = pole_rows()
     balance, off_balance = balance_rows()
     audit, off_audit, least = audit_rows()
-    found = {
-        "steady speed of a matched symmetric valve": (
-            "`K_v x / D sqrt((p_s − dp_L)/2)`",
-            f"within {100 * off_speed:.2f} %",
-            verdict(off_speed < CLOSED),
-        ),
-        "load pressure of most power, over that of the supply": (
-            "2/3",
-            f"{best:.4f}",
-            verdict(abs(best - 2.0 / 3.0) < CLOSED),
-        ),
-        "most power of the valve": (
-            "`(2/3) p_s K_v sqrt(p_s/6)`",
-            f"within {100 * abs(power.max() - 1.0):.2f} %",
-            verdict(abs(power.max() - 1.0) < CLOSED),
-        ),
-        "efficiency of throttling": (
-            "`dp_L/p_s`",
-            f"within {100 * abs(efficiency / ratio - 1.0).max():.2f} %",
-            verdict(abs(efficiency / ratio - 1.0).max() < CLOSED),
-        ),
-        "frequency and damping of the oil": (
-            "`sqrt(4 beta D²/(V_t J))`, `(K_ce/D) sqrt(beta J/V_t)`",
-            f"within {100 * off_poles:.3f} %",
-            verdict(off_poles < POLES),
-        ),
-        "pressure of line A, lowering less hoisting": (
-            "`(p_crack + y dp_open − dp_L)/(1 + psi)`, see below",
-            f"within {off_balance:.2f} bar",
-            verdict(off_balance < 1.0),
-        ),
-        "least power of the pumps in all runs below": (
-            "never negative",
-            f"{least / 1e3:.2f} kW",
-            verdict(least >= 0.0),
-        ),
-        "energy unaccounted for": ("at most 1e−3", f"{off_audit:.0e}".replace("-", "−"), verdict(off_audit < AUDIT)),
-    }
+
     return {
-        "claims": claims_table(found),
-        "speed": table(("load", "`dp_L`", "ours", "closed form", "difference"), speeds),
-        "poles": table(("spool `x_v`", "`omega_h`, ours", "closed form", "damping ratio, ours", "closed form"), poles),
-        "balance": table(("load", "`p_a` hoisting", "`p_a` lowering", "difference", "closed form"), balance),
-        "audit": table(("run", "status", "energy unaccounted for"), audit),
-        "steps": table(("step", "wire out", "peak pressure"), step_rows()),
+        "claims": locals(),
+        "speed": speeds,
+        "poles": poles,
+        "balance": balance,
+        "audit": audit,
+        "steps": step_rows(),
         "sources": assumed(),
-        "swing": table(("`tau_pilot`", "swing of the speed after 6 s", "after 54 s"), swing_rows()),
+        "swing": swing_rows(),
     }, (ratio, power, efficiency, simulate(CRANE, Scenario(load="10 t", **SEA), every="20 ms"))
-
-
-def verdict(holds: bool) -> str:
-    return "reproduced" if holds else "not reproduced"
 
 
 def draw(shown: Any) -> None:
     ratio, power, efficiency, run = shown
-    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
+    figure = picture(10.0, 4.2)
     left, right = figure.subplots(1, 2)
     line = np.linspace(0.0, 1.0, 201)
     closed = 1.5 * math.sqrt(3.0) * line * np.sqrt(1.0 - line)

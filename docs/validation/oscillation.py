@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import claims_table, save, table
-from matplotlib.figure import Figure
+from blocks import Blocks, Table, panel, picture, save
 from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import place_limits
@@ -25,7 +24,7 @@ from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, Scenario
 
-PAGE = "oscillation.md"
+SLOW_PAGE = True
 CRANES = (
     "nov-250t",
     "nov-100t-pure-active",
@@ -221,30 +220,25 @@ def share(part: int, whole: int) -> str:
     return f"{part} of {whole}"
 
 
-def compute() -> tuple[dict[str, str], list[Steady]]:
+def compute() -> tuple[Blocks, list[Steady]]:
     steady = [row for name in CRANES for row in steady_runs(name)]
     waves = [row for name in CRANES for row in runs_in_waves(name)]
     parts = (*TIMES, None)
     a, b = tallied(steady), tallied(waves)
-    claims = {
-        "even tip or held: oscillations that are named": ("all", share(a.found, a.found + a.missed), "ours"),
-        "even tip or held: named where there is none": ("none", share(a.false, a.false + a.none), "ours"),
-        "waves: oscillations that are named": ("not told", share(b.found, b.found + b.missed), "ours"),
-        "waves: named where there is none": ("none", share(b.false, b.false + b.none), "ours"),
-    }
+
     by_gain = [
         ("whatever the gain" if x is None else f"{x:g}", *tallied([r for r in steady if r.part == x]).cells())
         for x in parts
     ]
     blocks = {
-        "claims": claims_table(claims),
-        "steady": table(("crane", *HEAD), [(n, *tallied([r for r in steady if r.crane == n]).cells()) for n in CRANES]),
-        "gain": table(("gain over its limit", *HEAD), by_gain),
-        "waves": table(("crane", *HEAD), [(n, *tallied([r for r in waves if r.crane == n]).cells()) for n in CRANES]),
-        "tips": table(
+        "claims": locals(),
+        "steady": Table(("crane", *HEAD), [(n, *tallied([r for r in steady if r.crane == n]).cells()) for n in CRANES]),
+        "gain": Table(("gain over its limit", *HEAD), by_gain),
+        "waves": Table(("crane", *HEAD), [(n, *tallied([r for r in waves if r.crane == n]).cells()) for n in CRANES]),
+        "tips": Table(
             ("motion of the tip", *HEAD), [(n, *tallied([r for r in waves if r.tip == n]).cells()) for n in TIPS]
         ),
-        "gains": table(
+        "gains": Table(
             ("gain over its limit", *HEAD),
             [(f"{x:g}", *tallied([r for r in waves if r.part == x]).cells()) for x in GAINS],
         ),
@@ -253,7 +247,7 @@ def compute() -> tuple[dict[str, str], list[Steady]]:
 
 
 def draw(rows: list[Steady]) -> None:
-    figure = Figure(figsize=(6.5, 4.0), layout="constrained")
+    figure = picture(6.5, 4.0)
     ax = figure.subplots()
     named = [r for r in rows if r.named and r.truth]
     for i, name in enumerate(CRANES):
@@ -262,8 +256,6 @@ def draw(rows: list[Steady]) -> None:
         ax.loglog(x, y, ".", color=COLOURS[i % len(COLOURS)], ms=5, label=name)
     ends = np.array([0.5, 200.0])
     ax.loglog(ends, ends, color=GREY, lw=1)
-    ax.set_xlabel("swing of the wire's speed in the series, last 15 s [m/min]")
-    ax.set_ylabel("oscillation_v_w [m/min]")
-    ax.grid(alpha=0.3)
+    panel(ax, x="swing of the wire's speed in the series, last 15 s [m/min]", y="oscillation_v_w [m/min]", legend=False)
     ax.legend(fontsize="x-small")
     save(figure, "oscillation.png")

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
-from blocks import claims_table, percent, save, table, verdict
-from matplotlib.figure import Figure
+from blocks import Blocks, Table, panel, percent, picture, save
 from numpy.typing import NDArray
 from trials.campaigns.motor_map import Extra, synthetic_map
 
@@ -21,7 +21,6 @@ from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
 from stillhook.report.plots.colours import COLOURS
 from stillhook.units import from_display
 
-PAGE = "paper-a-motor-models.md"
 PICTURE = "paper-a-motor-models.png"
 CC, RPM, BAR = (from_display(1.0, kind) for kind in ("displacement", "rotation", "pressure"))
 MOTORS = ("A6VM280", "A6VM215", "A6VM170")
@@ -136,7 +135,7 @@ def bound(name: str) -> float:
     return CLAIMED * float(np.sqrt(np.mean(T_N**2)) / T_N.mean())
 
 
-def forced_rows() -> Iterator[tuple[str, ...]]:
+def forced_rows() -> Iterator[dict[str, Any]]:
     name, limit = "A6VM280", bound("A6VM280")
     for model in (
         *BLIND,
@@ -149,13 +148,7 @@ def forced_rows() -> Iterator[tuple[str, ...]]:
     ):
         alone = fit_loss(smooth(name).full(), model).rms_share
         far = distance(name, model)
-        yield (
-            CARDS[model].title,
-            percent2(alone),
-            percent2(far),
-            percent2(0.5 * far),
-            "yes" if far > 2.0 * limit else "no",
-        )
+        yield {**locals()}
 
 
 def percent2(part: float) -> str:
@@ -261,8 +254,8 @@ def fixed_gain(model: LossModel) -> float:
     return min(min(full(o, n, s) for o in OLDER) / full(model, n, s) for n, s in CASES)
 
 
-def claims() -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+def claims() -> dict[str, Any]:
+    """Numbers of the claims."""
     of = terms("A6VM280", 250.0)
     largest = sorted(of, key=lambda k: -of[k])[:2]
     ortwig, jeong = fixed_gain(LossModel.ORTWIG), fixed_gain(LossModel.JEONG)
@@ -274,92 +267,31 @@ def claims() -> dict[str, tuple[str, str, str]]:
     large, small = (max(worst(w, AS_ABOVE) for w in part) for part in (list(REGIONS)[:2], list(REGIONS)[2:]))
     plain, alike = lent(False), lent(True)
     by_us, on_ours = "built into our maps", "reproduced, on our maps"
-    return {
-        "largest terms of MJ4, 250 cm³/rev, 200 bar (fig. 6)": (
-            "turbulent and Coulomb",
-            (
-                f"{TERMS[largest[0]]} {percent(of[largest[0]])}, {TERMS[largest[1]]} {percent(of[largest[1]])}"
-                " (published parameters)"
-            ),
-            verdict(set(largest) == {"X_2", "X_4"}, "not reproduced"),
-        ),
-        "full displacement: Ortwig and Jeong (fig. 3)": (
-            "a significant improvement",
-            f"error {ortwig:.1f} and {jeong:.0f} times smaller than the best older model's (synthetic maps)",
-            on_ours if min(ortwig, jeong) > 2.0 else "not reproduced",
-        ),
-        "variable displacement: MJ4, MJ5, MJ6 best (figs 4, 5)": (
-            "yes",
-            (
-                f"{all_hold} of {len(CASES)} synthetic maps; {doubled} with extra losses doubled, {other} with MJ2"
-                " under them"
-            ),
-            by_us if all_hold == len(CASES) else "not reproduced",
-        ),
-        "MJ4 against Thoma, Pacey, Ortwig (fig. 4, D section 1)": (
-            "substantial improvement",
-            f"error {min(leads):.1f} to {max(leads):.1f} times smaller (synthetic maps)",
-            on_ours if min(leads) > 2.0 else "not reproduced",
-        ),
-        "MJ5 is slightly better (fig. 5)": (
-            "than MJ4 and MJ6",
-            (
-                f"than MJ4 by {percent(min(gains))} to {percent(max(gains))}; than MJ6 on {beats(AS_ABOVE)} of"
-                f" {len(CASES)} synthetic maps, and on {beats(VARIANTS[7])} without notches and mixed lubrication"
-            ),
-            "better than MJ4, which it contains; against MJ6 the map decides",
-        ),
-        "MJ4 preferred: simplest of the best": (
-            "yes",
-            f"recommended on {names.count('MJ4')} of {len(names)} synthetic maps",
-            on_ours if names.count("MJ4") == len(names) else "not reproduced",
-        ),
-        "MJ4 above 150 cm³/rev, 400 to 2500 rev/min (fig. 8)": (
-            "within 1 % of nominal torque",
-            f"{100.0 * large:.1f} % (synthetic maps)",
-            by_us if large < CLAIMED else "not reproduced",
-        ),
-        "MJ4 below 150 cm³/rev, and above 2000 rev/min (fig. 9)": (
-            "less accurate",
-            f"up to {100.0 * small:.0f} % (synthetic maps)",
-            by_us if small > CLAIMED else "not reproduced",
-        ),
-        "two similar motors need different fits (fig. 10)": (
-            "yes, of two series",
-            (
-                f"published sets on each other: {100 * plain[0]:.1f} to {100 * plain[1]:.1f} %; scaled by size"
-                f" {percent2(alike[1])} at most"
-            ),
-            "other series cannot be checked",
-        ),
-    }
+    return locals()
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], None]:
+def compute() -> tuple[Blocks, None]:
     """Blocks of the page, its claims; the picture needs no more."""
     found = claims()
     blocks = {
-        "claims": claims_table(found),
-        "terms": table(("", *TERMS.values()), term_rows()),
-        "forced": table(
-            ("model", "at full displacement", "above 150 cm³/rev", "half of it", "worse than MJ4, whatever the map"),
-            forced_rows(),
-        ),
-        "order": table(("model", "parameters", *MOTORS, "A6VM280, full displacement alone"), order_rows()),
-        "variants": table(
+        "claims": found,
+        "terms": Table(("", *TERMS.values()), term_rows()),
+        "forced": forced_rows(),
+        "order": Table(("model", "parameters", *MOTORS, "A6VM280, full displacement alone"), order_rows()),
+        "variants": Table(
             ("maps", *(CARDS[x].title for x in SHOWN[:7]), "MJ4 to MJ6 are the best three"), variant_rows()
         ),
-        "regions": table(("A6VM280, 100 to 300 bar", "theirs", *(v.label for v in ERROR_VARIANTS)), region_rows()),
-        "borrowed": table(
+        "regions": Table(("A6VM280, 100 to 300 bar", "theirs", *(v.label for v in ERROR_VARIANTS)), region_rows()),
+        "borrowed": Table(
             ("loss of", *(f"by {n}'s parameters" for n in MOTORS), "own fit of MJ4, synthetic map"), borrowed_rows()
         ),
     }
-    return blocks, found, None
+    return blocks, None
 
 
 def draw(_: None) -> None:
     """Errors by model, terms over speed, errors over speed, map against model."""
-    figure = Figure(figsize=(12.0, 8.6), layout="constrained")
+    figure = picture(12.0, 8.6)
     axes = figure.subplots(2, 2)
     figure.suptitle(
         "SYNTHETIC maps (points and errors): made from published parameters and assumed extra losses, measured on no"
@@ -405,11 +337,12 @@ def _terms(ax) -> None:
     parts = {k: TorqueLossFit(**{f: getattr(fit, f) if f == k else 0.0 for f in TorqueLossFit._fields}) for k in TERMS}
     for colour, (k, one) in zip(COLOURS, parts.items(), strict=False):
         ax.plot(n / RPM, torque_loss(n, 250.0 * CC, 200.0 * BAR, one) + 0.0 * n, color=colour, label=TERMS[k])
-    ax.set_title("Terms of the published MJ4, A6VM280, 250 cm³/rev, 200 bar (fig. 7)", fontsize="medium")
-    ax.set_xlabel("motor speed [rev/min]")
-    ax.set_ylabel("torque loss [N m]")
-    ax.legend(fontsize="small", frameon=False)
-    ax.grid(alpha=0.3)
+    panel(
+        ax,
+        "Terms of the published MJ4, A6VM280, 250 cm³/rev, 200 bar (fig. 7)",
+        "motor speed [rev/min]",
+        "torque loss [N m]",
+    )
 
 
 def _over_speed(ax) -> None:
@@ -419,11 +352,12 @@ def _over_speed(ax) -> None:
         at = (np.round(m.D_m / CC) == D) & (np.round(m.dp_m / BAR) == 200)
         ax.plot(m.omega_m[at] / RPM, error[at], "o-", color=colour, ms=3, lw=1.0, label=f"{D} cm³/rev")
     ax.axhspan(-1.0, 1.0, color="#888888", alpha=0.15, lw=0)
-    ax.set_title("A6VM280, first map less MJ4 at 200 bar (as figs 8, 9)", fontsize="medium")
-    ax.set_xlabel("motor speed [rev/min]")
-    ax.set_ylabel("error [% of nominal torque]")
-    ax.legend(fontsize="small", frameon=False)
-    ax.grid(alpha=0.3)
+    panel(
+        ax,
+        "A6VM280, first map less MJ4 at 200 bar (as figs 8, 9)",
+        "motor speed [rev/min]",
+        "error [% of nominal torque]",
+    )
 
 
 def _map_and_model(ax) -> None:
@@ -434,8 +368,9 @@ def _map_and_model(ax) -> None:
         ax.plot(n / RPM, m.T_f[at], ".", color=colour, ms=5)
         ax.plot(n / RPM, fit.torque(n, D * CC, 200.0 * BAR) + 0.0 * n, color=colour, lw=1.2, label=f"{D:.0f} cm³/rev")
     ax.set_ylim(bottom=0.0)
-    ax.set_title("A6VM215 at 200 bar: first map (points) and MJ4 (lines) (as 2.11, D fig. 3)", fontsize="medium")
-    ax.set_xlabel("motor speed [rev/min]")
-    ax.set_ylabel("torque loss [N m]")
-    ax.legend(fontsize="small", frameon=False)
-    ax.grid(alpha=0.3)
+    panel(
+        ax,
+        "A6VM215 at 200 bar: first map (points) and MJ4 (lines) (as 2.11, D fig. 3)",
+        "motor speed [rev/min]",
+        "torque loss [N m]",
+    )

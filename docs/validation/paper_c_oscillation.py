@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 import xarray
-from blocks import claims_table, percent, save, table, verdict
-from matplotlib.figure import Figure
+from blocks import Blocks, Table, picture, save
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.margins import Ringing, ringing
@@ -23,7 +22,6 @@ from stillhook.spec.crane import wire_inertia
 from stillhook.spec.scenario import Operator
 from stillhook.units import from_display, in_display
 
-PAGE = "paper-c-oscillation.md"
 PICTURE = "paper-c-oscillation.png"
 CC, BAR = from_display(1.0, "displacement"), from_display(1.0, "pressure")
 D_MAX = 3000.0  # cm^3/rev: 12 motors of 250
@@ -211,37 +209,16 @@ def as_printed(periods: Mapping[int, float]) -> list[bool]:
     return [abs(T - THEIRS[D][0]) <= ROUNDING for D, T in periods.items()]
 
 
-def periods(all_: Mapping[int, Found]) -> list[tuple[object, ...]]:
-    return [
-        (
-            f"{D} cm³/rev",
-            f"{THEIRS[D][0]:.1f} s",
-            f"{f.linear.period:.2f} s",
-            f"{f.ring.period:.2f} s",
-            f"{f.thrown.later:.2f} s",
-            f"{f.linear.zeta * f.linear.omega_0:.2f} 1/s ({f.linear.zeta:.2f})",
-            f"{f.thrown.decay:.2f} 1/s ({f.thrown.zeta:.2f})",
-        )
-        for D, f in all_.items()
-    ]
+def periods(all_: Mapping[int, Found]) -> list[dict[str, Any]]:
+    return [{"D": D, "f": f} for D, f in all_.items()]
 
 
-def effects(all_: Mapping[int, Found]) -> list[tuple[object, ...]]:
-    return [
-        (
-            f"{D} cm³/rev",
-            THEIRS[D][1],
-            percent(f.swing),
-            f"{in_display(float(f.run['p_a_max']), 'pressure'):.0f} bar",
-            f"{f.late:.2f} s",
-            f"{100.0 * f.lost:.1f} %",
-        )
-        for D, f in all_.items()
-    ]
+def effects(all_: Mapping[int, Found]) -> list[dict[str, Any]]:
+    return [{"D": D, "f": f} for D, f in all_.items()]
 
 
-def claims(all_: Mapping[int, Found]) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+def claims(all_: Mapping[int, Found]) -> dict[str, Any]:
+    """Numbers of the claims."""
     linear, twin = (
         {D: period(f) for D, f in all_.items()} for period in (lambda f: f.linear.period, lambda f: f.ring.period)
     )
@@ -253,48 +230,7 @@ def claims(all_: Mapping[int, Found]) -> dict[str, tuple[str, str, str]]:
     peak = [in_display(float(f.run["p_a_max"]), "pressure") for f in all_.values()]
     late, lost = [f.late for f in all_.values()], [100.0 * f.lost for f in all_.values()]
     effect = ["yes" if f.swing > SEEN else "no" for f in all_.values()]
-    return {
-        "period goes as 1/displacement (C 9; linear model, table 1)": (
-            "0.4, 0.4, 0.7, 1.5 s",
-            f"{seconds(list(linear.values()))} s, one constant fitted to four",
-            verdict(all(as_printed(linear)), "not reproduced"),
-        ),
-        "period, first to second peak of `p_a` (full model, table 1)": (
-            "0.4, 0.4, 0.7, 1.5 s",
-            f"{seconds(list(twin.values()))} s",
-            verdict(all(ok), f"{sum(ok)} of 4 as rounded, the worst {off:.2f} s off"),
-        ),
-        "effect on winch speed (table 1)": (
-            "no, no, yes, yes",
-            f"swing of {', '.join(percent(f.swing) for f in all_.values())}",
-            verdict(effect == [yes for _, yes in THEIRS.values()], "not reproduced"),
-        ),
-        "the pressure's damping falls with the displacement (full model)": (
-            "yes",
-            f"decay {seconds(decay, 1)} 1/s; damping ratio {seconds(zeta)}",
-            "reproduced in time; the ratio does not fall" if _falls(decay) and not _falls(zeta) else "not reproduced",
-        ),
-        "the same (linear model, C 8)": (
-            "not said",
-            f"decay {seconds(linear_decay)} 1/s at every displacement",
-            "the printed model cannot show it",
-        ),
-        "higher start-up pressure": (
-            "yes",
-            f"{', '.join(f'{p:.0f}' for p in peak)} bar",
-            verdict(_falls([-p for p in peak]), "not reproduced"),
-        ),
-        "the pump's dead band grows": (
-            "yes",
-            f"the winch moves {seconds(late)} s after the stick",
-            verdict(_falls([-x for x in late]), "not reproduced"),
-        ),
-        "leakage over flow grows": (
-            "yes",
-            f"{', '.join(f'{x:.1f}' for x in lost)} % of the speed",
-            verdict(_falls([-x for x in lost]), "not reproduced"),
-        ),
-    }
+    return locals()
 
 
 def _falls(values: Sequence[float]) -> bool:
@@ -372,49 +308,28 @@ def variant(row: Row) -> tuple[object, ...]:
     )
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[int, xarray.Dataset]]:
+def compute() -> tuple[Blocks, dict[int, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     base = found(ROWS[0])
     said = claims(base)
     least, most = constant()
-    rings = (
-        "displacement",
-        "period, theirs",
-        "linear",
-        "full, 1st to 2nd peak",
-        "full, later",
-        "decay (ratio), linear",
-        "decay (ratio), full",
-    )
-    moves = (
-        "displacement",
-        "effect on speed, theirs",
-        "swing of the speed",
-        "highest `p_a`",
-        "moves after",
-        "speed lost to leakage",
-    )
     wide = ("variant", *(f"{D}: linear / full, s" for D in THEIRS), "decay, 1/s", "swing of the speed, %")
     inertia, line = CRANE.inertia, CRANE.active.line
     blocks = {
         "causes": causes.block(attribution()),
         "notes": causes.notes({f"{D} cm³/rev": f.run for D, f in base.items()}),
-        "claims": claims_table(said),
-        "constant": (
-            f"Period times displacement may lie between {least:.0f} and {most:.0f} s cm³/rev for all four to round as"
-            f" printed. The crane takes the middle: line volume {in_display(line.V, 'volume'):.0f} L, inertia"
-            f" {inertia.J_m_eff:.2f} kg m²."
-        ),
-        "periods": table(rings, periods(base)),
-        "effects": table(moves, effects(base)),
-        "sensitivity": table(wide, [variant(r) for r in ROWS]),
+        "claims": said,
+        "constant": ({"inertia": inertia, "least": least, "line": line, "most": most}),
+        "periods": periods(base),
+        "effects": effects(base),
+        "sensitivity": Table(wide, [variant(r) for r in ROWS]),
     }
-    return blocks, said, {D: f.run for D, f in base.items()}
+    return blocks, {D: f.run for D, f in base.items()}
 
 
 def draw(runs: Mapping[int, xarray.Dataset]) -> None:
     """A-side pressure and wire speed at each displacement: paper C figures 5 and 6."""
-    figure = Figure(figsize=(10.0, 7.5), layout="constrained")
+    figure = picture(10.0, 7.5)
     axes = figure.subplots(2, 1, sharex=True)
     for (D, run), colour in zip(runs.items(), COLOURS, strict=False):
         cut = run.sel(time=slice(START - 0.5, START + 8.0))

@@ -9,11 +9,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import claims_table, percent, save, table, verdict
-from matplotlib.figure import Figure
+from blocks import Blocks, Table, panel, percent, picture, save
 from numpy.typing import NDArray
 from trials.campaigns.friction import campaign_plan, write_campaign
 from trials.campaigns.plc_log import Instruments, noise_of
@@ -49,7 +48,7 @@ from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
 from stillhook.units import from_display
 
-PAGE = "paper-d-friction.md"
+SLOW_PAGE = True
 PICTURE = "paper-d-friction.png"
 CC, RPM, BAR = (from_display(1.0, kind) for kind in ("displacement", "rotation", "pressure"))
 CRANE = load_crane("nov-150t")
@@ -455,8 +454,8 @@ def in_ahc() -> float:
     return less / (3.0 * 215.0 * CC) / BAR
 
 
-def claims(r: Results) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+def claims(r: Results) -> dict[str, Any]:
+    """Numbers of the claims."""
     truths = {"L4593": Y.of(library_friction("L4593")), "crane-2-extended": Y_ONE}
     most = max(off(plan, y, r) for plan, y in truths.items())
     held = {plan: max(h.worst for h in found.held_out) for plan, found in r.noisy.items()}
@@ -468,72 +467,10 @@ def claims(r: Results) -> dict[str, tuple[str, str, str]]:
     less = 1.0 - _at(TWO, 100.0, 70.0, 275.0) / _at(ONE, 100.0, 70.0, 275.0)
     shares = [100.0 * ahc_share(D) for D in (160.0, 215.0)]
     assert r.other.second is not None
-    return {
-        "parameters of tables 2.4 and D 3, back from noise-free logs": (
-            "the truth of the twin",
-            f"within {math.ceil(1e3 * most) / 10.0:.1f} %",
-            "found again, blind" if most < 0.02 else "not found",
-        ),
-        "95 % intervals that hold the truth": (
-            "",
-            f"{inside} of {asked}, typical sensors",
-            "as it should be" if inside >= asked - 2 else "too few",
-        ),
-        "`Y_2` (C_2) on L4593, on crane 2": (
-            "3.9 N m; not needed",
-            " and ".join("kept" if k else "left out" for k in kept) + " by evidence",
-            "found again, blind" if kept == (True, False) else "not found",
-        ),
-        "friction of other loads and displacements from 250 rev/min on (figs 16, 17)": (
-            "within 1 % of nominal torque",
-            f"{held['L4593']:.1f} % (L4593), {held['crane-2-extended']:.1f} % (crane 2) at most, typical sensors",
-            "reproduced, on the twin's logs" if max(held.values()) < 1.0 else "not reproduced",
-        ),
-        "second loop: cost E (table 4)": (
-            f"{E_FIRST:.0f} to {E_SECOND:.0f}, −30 %",
-            (
-                f"{signed(fall(r.other.second)[0])} with other motors, {signed(medians['flow'])} with a loss like"
-                f" figure 11's, {signed(medians['chance'])} by chance alone"
-            ),
-            "in kind; proves nothing without held-out tests",
-        ),
-        "only the first round brings much": (
-            "yes",
-            (
-                f"{steps[0]:.0f}, {steps[1]:.0f}, {steps[2]:.0f}, {steps[3]:.0f} after 0, 1, 2, 4 rounds, with other"
-                " motors"
-            ),
-            verdict(steps[2] > 0.9 * steps[1], "not where the motors are an MJ4"),
-        ),
-        "fall of E against the two printed sets": (
-            f"{E_FIRST - E_SECOND:.0f}",
-            f"{c.between:.0f} if the second set is the truth; the sets are {c.apart:.0f} apart",
-            "agrees; E is per motor" if 0.5 < c.between / (E_FIRST - E_SECOND) < 2.0 else "contradiction",
-        ),
-        "system friction at 145 and 215 cm³/rev, 1000 rev/min (figs 11, 12)": (
-            "about 100 N m apart, slightly less after",
-            f"the second set takes {gap[1] - gap[0]:.0f} N m of them",
-            "agrees",
-        ),
-        "motor loss at low displacement after the second loop (fig. 10)": (
-            "a significant decrease",
-            f"−{100.0 * less:.0f} % at 70 cm³/rev and 275 bar",
-            verdict(less > 0.2, "not reproduced"),
-        ),
-        "10 bar in AHC, in % of the nominal winch torque (160, 215 cm³/rev)": (
-            "3 %, 4 %",
-            f"{shares[0]:.1f} %, {shares[1]:.1f} %",
-            verdict(round(shares[0]) == 3 and round(shares[1]) == 4, "not reproduced"),
-        ),
-        "passive motors that hold 55 t at 275 bar": (
-            "about 70 cm³/rev",
-            f"{passive():.0f} cm³/rev (drum and gears assumed)",
-            verdict(abs(passive() - 70.0) < 5.0, "not reproduced"),
-        ),
-    }
+    return locals()
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Results]:
+def compute() -> tuple[Blocks, Results]:
     """Blocks of the page, its claims, and what the picture is drawn from."""
     r = run()
     found = claims(r)
@@ -547,62 +484,27 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Results]
         f" {COUNT * math.sqrt(E_FIRST / len(grid)):.0f} N m of all motors."
     )
     blocks = {
-        "claims": claims_table(found),
-        "l4593": table(("L4593, table 2.4", *head[1:]), parameter_rows("L4593", Y.of(library_friction("L4593")), r)),
-        "crane-2": table(("crane 2, D table 3", *head[1:]), parameter_rows("crane-2-extended", Y_ONE, r)),
-        "held-out": table(
-            ("held-out test", "displacement", "load", "largest error", "other motors: first loop", "second loop"),
-            held_rows(r),
-        ),
-        "grid": table(
+        "claims": found,
+        "l4593": Table(("L4593, table 2.4", *head[1:]), parameter_rows("L4593", Y.of(library_friction("L4593")), r)),
+        "crane-2": Table(("crane 2, D table 3", *head[1:]), parameter_rows("crane-2-extended", Y_ONE, r)),
+        "held-out": held_rows(r),
+        "grid": Table(
             ("parameters", *(THEIRS[n][0] for n in Y_NAMES if n != "Y_3"), "E", "largest error"), grid_rows(r)
         ),
         "points": points,
-        "ahc": (
-            "In AHC the active motors carry all friction. Eight passive motors at 70 cm³/rev and 275 bar lose"
-            f" {8.0 * (_at(ONE, 500.0, 70.0, 275.0) - _at(TWO, 500.0, 70.0, 275.0)):.0f} N m less by the second set at"
-            f" 500 rev/min: {in_ahc():.0f} bar less on three active ones at 215 cm³/rev, where paper D finds its model"
-            " 10 bar off."
-        ),
-        "cost": table(("", "E [N² m²]", "RMS a motor"), cost_rows(r)),
-        "loops": table(
-            (
-                "campaigns",
-                "E, fitted",
-                "E, held out",
-                "verdicts",
-                "`X_1` [1e-3]",
-                "`X_2` [1e10]",
-                "`X_3` [1e-3]",
-                "`X_4`",
-                "`X_5` [1e-14]",
-            ),
-            loop_rows(r),
-        ),
-        "change": table(
-            ("test", "displacement", "load", "50 rev/min", "250 rev/min", "1000 rev/min", "of nominal torque"),
-            change_rows(r),
-        ),
-        "losses": table(("A6VM215", "100 rev/min", "500 rev/min", "1000 rev/min"), loss_rows()),
-        "cranes": table(
-            (
-                "100 t",
-                "stiction at standstill",
-                "Coulomb",
-                "viscous at 1000 rev/min",
-                "total at 0",
-                "250",
-                "1000 rev/min",
-            ),
-            crane_rows(),
-        ),
+        "ahc": ({}),
+        "cost": cost_rows(r),
+        "loops": loop_rows(r),
+        "change": change_rows(r),
+        "losses": loss_rows(),
+        "cranes": crane_rows(),
     }
-    return blocks, found, r
+    return blocks, r
 
 
 def draw(r: Results) -> None:
     """Errors over speed, two cranes, motor loss of both sets, what the second loop brings."""
-    figure = Figure(figsize=(12.0, 8.6), layout="constrained")
+    figure = picture(12.0, 8.6)
     axes = figure.subplots(2, 2)
     figure.suptitle("Points: SYNTHETIC logs and tests of the twin, measured on no crane. Curves: published parameters")
     _errors(axes[0, 0], r)
@@ -610,8 +512,7 @@ def draw(r: Results) -> None:
     _losses(axes[1, 0])
     _loops(axes[1, 1], r)
     for ax in axes.ravel():
-        ax.grid(alpha=0.3)
-        ax.legend(fontsize="small", frameon=False)
+        panel(ax)
     save(figure, PICTURE)
 
 

@@ -11,8 +11,7 @@ import causes
 import numpy as np
 import xarray
 from batch import side_by_side
-from blocks import claims_table, percent, save, table, verdict
-from matplotlib.figure import Figure
+from blocks import Blocks, panel, percent, picture, save
 from numpy.typing import NDArray
 from quay import CRANE, OPEN_LOOP, OPEN_LOOP_10, OPEN_LOOP_BLIND, WARM
 from scipy.integrate import solve_ivp
@@ -24,7 +23,7 @@ from stillhook.library import changed
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration
 from stillhook.report.plots.colours import COLOURS, GREY
 
-PAGE = "paper-e-motor-servo.md"
+SLOW_PAGE = True
 PICTURE = "paper-e-motor-servo.png"
 D_ONE = 215.0  # cm^3/rev, one motor: 20 cm^3/rev is 9.3 % of it, and 1.9 % of all five
 PATTERNS = ((12.0, 3.2), (6.0, 1.2))  # period [s], "amplitude" [m]
@@ -233,8 +232,8 @@ def done_in_a_second() -> float:
 Readings = dict[tuple[str, float], tuple[Found, Found]]
 
 
-def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, Any]:
+    """Numbers of the claims."""
     whole = {v.label: [runs[v.label, T][0] for T, _ in PATTERNS] for v in VARIANTS}
     half = [runs[OPEN.label, T][1] for T, _ in PATTERNS]
     open_, closed, blind = (whole[v.label] for v in (OPEN, CLOSED, BLIND))
@@ -242,80 +241,7 @@ def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, tuple[str
     lead = reduction_lead(CRANE, 110.0 / 60.0, 6.0)
     same = all(abs(a.e_c_pp / b.e_c_pp - 1.0) < 0.1 for a, b in zip(open_, closed, strict=True))
     u_04 = found(next(r for r in ROWS if r.label == "`u_thr` 0.4"), *PATTERNS[0]).motors_full
-    return {
-        "offset of open loop, a hysteresis": (
-            "5 to 10 %, noticeable",
-            f"{100.0 * least:.1f} to {100.0 * most:.1f} %, {D_ONE * most:.0f} cm³/rev at most at rest",
-            "built into the model",
-        ),
-        "sufficient change of displacement": (
-            "in less than 1 s",
-            f"{percent(done_in_a_second())} of the whole stroke after 1 s",
-            "follows from the printed 5 rad/s",
-        ),
-        "from the start of the reduction to 110 m/min": (
-            "1.1 s",
-            f"{lead:.2f} s at a period of 6 s",
-            verdict(abs(lead - 1.1) < 0.05, "no"),
-        ),
-        "open loop with feedback: accuracy": (
-            "not affected",
-            (
-                f"{open_[0].e_c_pp:.1f} and {open_[1].e_c_pp:.1f} cm; closed loop {closed[0].e_c_pp:.1f} and"
-                f" {closed[1].e_c_pp:.1f} cm"
-            ),
-            verdict(same, "not reproduced"),
-        ),
-        "open loop with feedback: speed capacity": (
-            "reduced",
-            (
-                f"{limit[OPEN.label].most:.0f} instead of {limit[CLOSED.label].most:.0f} m/min;"
-                f" {limit[OPEN_10.label].most:.0f} with 10 %"
-            ),
-            verdict(limit[OPEN.label].most < limit[CLOSED.label].most, "not reproduced"),
-        ),
-        "open loop without feedback: speed capacity": (
-            "less than with feedback",
-            f"tip of {open_[0].v_tip:.0f} m/min: wire {blind[0].v_w:.0f} instead of {open_[0].v_w:.0f} m/min",
-            verdict(blind[0].v_w < open_[0].v_w - 1.0, "not reproduced"),
-        ),
-        "open loop without feedback: control error": (
-            "affected: wire speed off",
-            f"{blind[0].e_c_pp:.0f} and {blind[1].e_c_pp:.0f} cm",
-            verdict(blind[0].e_c_pp > 2.0 * open_[0].e_c_pp, "not reproduced"),
-        ),
-        "motors move in both patterns (fig. 14)": (
-            "yes",
-            (
-                f"to {open_[0].alpha_m:.2f} and {open_[1].alpha_m:.2f}; if heights to {half[0].alpha_m:.2f} and"
-                f" {half[1].alpha_m:.2f}"
-            ),
-            _reading([f.alpha_m < 0.98 for f in open_], [f.alpha_m < 0.98 for f in half]),
-        ),
-        "offset between feedback and setpoint, at the least displacement": (
-            "up to 20 cm³/rev",
-            (
-                f"{open_[0].bottom:.0f} and {open_[1].bottom:.0f} cm³/rev; if heights {half[0].bottom:.0f} and"
-                f" {half[1].bottom:.0f}"
-            ),
-            _reading(
-                [abs(f.bottom - OFFSET) < 0.25 * OFFSET for f in open_], [abs(half[0].bottom - OFFSET) < 0.25 * OFFSET]
-            ),
-        ),
-        "the speed is met easily": (
-            "yes",
-            (
-                f"wire {open_[0].v_w:.0f} of {open_[0].v_tip:.0f} m/min, pumps {percent(open_[0].alpha_p)} and"
-                f" {percent(open_[1].alpha_p)}; if heights {percent(half[0].alpha_p)} and {percent(half[1].alpha_p)}"
-            ),
-            verdict(all(f.alpha_p < EASILY for f in open_), "met, at 12 s with nothing left"),
-        ),
-        "at full displacement more often with `u_thr` 0.6 than with 0.4": (
-            "yes",
-            f"{percent(open_[0].motors_full)} of the time against {percent(u_04)} (12 s)",
-            verdict(open_[0].motors_full > u_04, "not reproduced"),
-        ),
-    }
+    return locals()
 
 
 def _reading(amplitude: Sequence[bool], height: Sequence[bool]) -> str:
@@ -357,48 +283,26 @@ def variant(v: Variant) -> tuple[object, ...]:
     return (v.label, *(" / ".join(pair) for pair in zip(*cells, strict=True)))
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[tuple[float, float], xarray.Dataset]]:
+def compute() -> tuple[Blocks, dict[tuple[float, float], xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     runs = {(v.label, T): (found(v, T, A), found(v, T, HALF * A)) for T, A in PATTERNS for v in VARIANTS}
     limit = {v.label: followed(v, PATTERNS[0][0]) for v in VARIANTS}
     said = claims(runs, limit)
-    head = (
-        "pattern",
-        "tip m/min",
-        "wire",
-        "error p-p, cm",
-        "pumps",
-        "time pumps full",
-        "least `alpha_m`",
-        "above least command, cm³/rev",
-        "most on the way",
-    )
-    wide = (
-        "variant: 12 s / 6 s",
-        "error p-p, cm",
-        "pumps",
-        "time pumps full",
-        "least `alpha_m`",
-        "above least command, cm³/rev",
-        "most on the way",
-    )
     limits = [(name, f"{x.tip:.0f} m/min", f"{x.wire:.0f} m/min", f"{x.most:.0f} m/min") for name, x in limit.items()]
     blocks = {
         "causes": causes.block(attribution()),
-        "claims": claims_table(said),
-        "patterns": table(head, pattern_rows(runs)),
-        "limits": table(
-            ("motors (12 s)", "fastest tip without full pumps", "wire then", "fastest wire at all"), limits
-        ),
-        "sensitivity": table(wide, [variant(r) for r in ROWS]),
+        "claims": said,
+        "patterns": pattern_rows(runs),
+        "limits": limits,
+        "sensitivity": [variant(r) for r in ROWS],
     }
     shown = {(T, share): runs[OPEN.label, T][i].run for T, _ in PATTERNS for i, share in enumerate((1.0, HALF))}
-    return blocks, said, shown
+    return blocks, shown
 
 
 def draw(runs: Mapping[tuple[float, float], xarray.Dataset]) -> None:
     """Steps at standstill (figure 13) above the two patterns in both readings (figure 14)."""
-    figure = Figure(figsize=(10.0, 9.5), layout="constrained")
+    figure = picture(10.0, 9.5)
     grid = figure.add_gridspec(3, 2)
     top = figure.add_subplot(grid[0, :])
     t, wanted, alpha = stroke(crane_of(OPEN), STEPS, HOLD)
@@ -421,10 +325,7 @@ def draw(runs: Mapping[tuple[float, float], xarray.Dataset]) -> None:
         ax.plot(x, D_ONE * command, color=GREY, ls="--", lw=1.2, label="command")
         ax.plot(x, D_ONE * setting, color=COLOURS[0], lw=1.3, label="motor")
         ax.set_ylim(0.5 * D_ONE, 1.05 * D_ONE)
-        ax.set_title(title, fontsize="medium")
-        ax.set_ylabel("displacement [cm³/rev]")
-        ax.set_xlabel("time [s]")
-        ax.grid(alpha=0.3)
+        panel(ax, title, "time [s]", "displacement [cm³/rev]", legend=False)
     top.legend(loc="lower right", frameon=False)
     figure.suptitle(
         "nov-250t, motors in open loop with feedback, u_thr 0.6: as paper E figures 13 and 14", fontsize="medium"

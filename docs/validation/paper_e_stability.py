@@ -8,7 +8,7 @@ from typing import Any
 
 import causes
 import numpy as np
-from blocks import claims_table, percent, save, table, verdict
+from blocks import Blocks, Rows, Table, save
 from routh import gain_limit_by_poles, gain_limit_by_routh
 
 from stillhook import Crane, Scenario, load_crane, simulate
@@ -43,9 +43,9 @@ from stillhook.analysis.loop_stability.transfer import (
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
-from stillhook.units import in_display, show
+from stillhook.units import in_display
 
-PAGE = "paper-e-stability.md"
+SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
 SPEEDS = (0.0, 40.0, 60.0, 80.0, 100.0, 120.0)  # m/min
 POINTS = (
@@ -92,7 +92,7 @@ def or_swings(K_p: float) -> str:
     return f"{K_p:.2f}" if K_p > 0.0 else "swings"
 
 
-def four_ways() -> str:
+def four_ways() -> Rows:
     rows = []
     for D in DISPLACEMENTS:
         a = D / 1075
@@ -103,11 +103,10 @@ def four_ways() -> str:
         rows.append(
             (D, *(digits(v) for v in (closed.K_p_ms, by_routh, by_poles, by_response, plc)), f"{closed.omega_c:.3f}")
         )
-    head = ("cm³/rev", "closed form, 1/m", "Routh", "eigenvalues", "response", "with PLC", "swings at, rad/s")
-    return table(head, rows)
+    return rows
 
 
-def margin_rows() -> str:
+def margin_rows() -> Rows:
     rows = []
     for mode, (alpha, _) in {**range_of_modes(CRANE), "full": (1.0, 1.0)}.items():
         for delay in (0.0, 0.05):
@@ -125,21 +124,10 @@ def margin_rows() -> str:
                     f"{s.K_p_strong:.3f}",
                 )
             )
-    head = (
-        "mode",
-        "`alpha_m`",
-        "delay",
-        "gain margin",
-        "with PLC",
-        "phase margin",
-        "delay margin",
-        "M_s",
-        "strongest `K_p`, 1/m",
-    )
-    return table(head, rows)
+    return rows
 
 
-def holding_rows() -> str:
+def holding_rows() -> Table:
     """The one margin on the crane's own wire, and on that of paper C, for every mode and length of wire."""
     rows = []
     for mode in (Mode.NS, Mode.HS, Mode.SSC):
@@ -148,15 +136,7 @@ def holding_rows() -> str:
                 mode, CRANE.active.motor.alpha_min
             )
             own, paper_c = (governing(crane, mode, wires=(s_w,)) for crane in (CRANE, DAMPED))
-            rows.append(
-                (
-                    mode.value.upper(),
-                    show(s_w, "length", 4),
-                    f"{stability(CRANE, least).K_p_ms_plc:.2f}",
-                    *_margin_cells(own),
-                    *_margin_cells(paper_c),
-                )
-            )
+            rows.append({**locals()})
     cells = ("swings whatever `K_p`", "limit beyond", "`K_p` kept")
     head = (
         "mode",
@@ -165,7 +145,7 @@ def holding_rows() -> str:
         *(f"{cell}, own wire (0.01)" for cell in cells),
         *(f"{cell}, paper C's (0.95)" for cell in cells),
     )
-    return table(head, rows)
+    return Table(head, rows)
 
 
 def _margin_cells(found: Governing) -> tuple[str, str, str]:
@@ -179,7 +159,7 @@ def _margin_cells(found: Governing) -> tuple[str, str, str]:
     return where, limit, f"{found.K_p:.3f}" if found.K_p > 0.0 else "none"
 
 
-def ssc_rows() -> str:
+def ssc_rows() -> Rows:
     rows = []
     for v in SPEEDS:
         at = about(CRANE, v / 60.0)
@@ -197,53 +177,19 @@ def ssc_rows() -> str:
                 f"{swing:.3f}".replace("j", "i"),
             )
         )
-    head = (
-        "tip, m/min",
-        "`alpha_m`",
-        "limit, 1/m",
-        "motors' loop, rad/s",
-        "its damping ratio",
-        "oil spring's pole, 1/s",
-    )
-    return table(head, rows)
+    return rows
 
 
-def plant_rows() -> str:
+def plant_rows() -> Rows:
     rows = []
     for load, s_w, v in POINTS:
         for alpha in (1.0, 0.6):
             found, point = full_stability(CRANE, load=load, s_w=s_w, v_tip=-v / 60.0, alpha_m=alpha)
             own = equivalent(CRANE, point)
             damped = full_stability(DAMPED, load=load, s_w=s_w, v_tip=-v / 60.0, alpha_m=alpha)[0]
-            rows.append(
-                (
-                    f"{load / 1e3:g} t, {s_w:g} m, {v:g} m/min",
-                    f"{alpha:g}",
-                    f"{eigenfrequency(CRANE, alpha).omega_0:.2f}",
-                    f"{own.omega_0:.2f}",
-                    f"{found.omega_0:.2f}",
-                    f"{own.B_v - own.B_low:.2f} + {own.B_low:.2f}",
-                    f"{gain_limit(CRANE, alpha).K_p_ms:.2f}",
-                    f"{own.K_p_ms:.2f}",
-                    or_swings(found.K_p_ms),
-                    or_swings(found.K_p_ms_plc),
-                    or_swings(damped.K_p_ms_plc),
-                )
-            )
-    head = (
-        "load, wire out, speed",
-        "`alpha_m`",
-        "ω₀ published",
-        "own numbers",
-        "plant",
-        "slope + low line, N m s/rad",
-        "limit published",
-        "own numbers",
-        "plant",
-        "plant with PLC",
-        "the same, wire damping 0.95",
-    )
-    return table(head, rows)
+            omega_0 = eigenfrequency(CRANE, alpha).omega_0
+            rows.append({**locals()})
+    return rows
 
 
 def slow_limit(alpha: float, crane: Crane = CRANE) -> float:
@@ -252,7 +198,7 @@ def slow_limit(alpha: float, crane: Crane = CRANE) -> float:
     return full_stability(crane, load=load, s_w=s_w, v_tip=-v / 60.0, alpha_m=alpha)[0].K_p_ms_plc
 
 
-def slow_rows() -> str:
+def slow_rows() -> Rows:
     """Runs of the engine about that point: a swell of 600 s, the minute about its fastest moment."""
     load, s_w, v = SLOW
     rows = []
@@ -272,29 +218,8 @@ def slow_rows() -> str:
         alpha = float(counted["alpha_m"].mean())
         speeds = f"{60.0 * float(counted['v_w'].min()):.1f} to {60.0 * float(counted['v_w'].max()):.1f}"
         above = rms_above(run, "p_a", frequency=0.5, start=270.0)
-        rows.append(
-            (
-                f"{crane.wire.zeta:g}",
-                mode.upper(),
-                f"{alpha:.2f}",
-                or_swings(slow_limit(alpha, crane)),
-                f"{K_p:.2f}",
-                speeds,
-                f"{above / 1e5:.1f} bar",
-            )
-        )
-    return table(
-        (
-            "wire damping",
-            "mode",
-            "`alpha_m`",
-            "limit, plant with PLC",
-            "`K_p`, 1/m",
-            "wire speed, m/min",
-            "`p_a` above 0.5 Hz, rms",
-        ),
-        rows,
-    )
+        rows.append({**locals()})
+    return rows
 
 
 def afloat() -> float:
@@ -316,7 +241,7 @@ def _apart(crane: Crane, v_tip: float) -> float:
     return abs(whole / gain_limit(crane, at.alpha_m).K_p_ms - 1.0)
 
 
-def claims() -> dict[str, tuple[str, str, str]]:
+def claims() -> dict[str, Any]:
     lazy = changed(CRANE, {"active": {"motor": {"servo": {"omega_n": "1 rad/s", "zeta": 0.5}}}})
     same = max(_apart(c, v) for c in (CRANE, lazy) for v in (0.0, 1.0, 1.6))
     zeta = [-p.real / abs(p) for p in (motor_poles(CRANE, v / 60.0)[0] for v in (40.0, 120.0))]
@@ -331,80 +256,27 @@ def claims() -> dict[str, tuple[str, str, str]]:
     swing = (
         "both swing whatever `K_p`" if max(loaded) == 0.0 else f"SSC {or_swings(loaded[0])}, HS {or_swings(loaded[1])}"
     )
-    return {
-        "SSC does not change the gain limit at a given displacement": (
-            "yes",
-            "the same limit, to nine digits" if same < 1e-9 else "another limit",
-            verdict(same < 1e-9, "not so"),
-        ),
-        "motor servo has no effect on the limit": (
-            "yes",
-            "the same limit with 1 rad/s, 0.5",
-            verdict(same < 1e-9, "not so"),
-        ),
-        "less displacement, less `K_p` before the winch swings": (
-            "yes, figure 5",
-            f"{full:.3f} to {least:.3f} 1/m from 1075 to 645 cm³/rev ({percent(least / full - 1.0, sign=True)})",
-            verdict(least < full, "not so"),
-        ),
-        "SSC is a pure feedforward": (
-            "yes",
-            (
-                f"no: measured `alpha_m` closes a loop; its damping falls from {zeta[0]:.2f} at 40 to {zeta[1]:.2f} at"
-                " 120 m/min"
-            ),
-            "not so; the conclusion holds",
-        ),
-        "`a_tip` disappears in the linear model": (
-            "yes",
-            (
-                f"no: dropping `K_2` leaves {percent(errors[1])} of a 12 s motion uncompensated instead of"
-                f" {100.0 * errors[0]:.1f} %"
-            ),
-            "not so",
-        ),
-        "`K_p` in use is far from the limit": (
-            "“do not usually demand high K_p”",
-            (
-                f"gain margin {least / CRANE.control.K_p:.1f} at 645, {full / CRANE.control.K_p:.1f} at 1075 cm³/rev; "
-                f"plant with 100 t at 5 m/min {shown[0]}; with wire damping 0.95 {shown[1]}"
-            ),
-            verdict(min(margins[0]) > 3.0, "in the published loop, not slow and loaded"),
-        ),
-        "highest stability margin at zero speed": (
-            "yes",
-            (
-                f"published loop with SSC: yes (motors full); plant at 1 m/min: HS keeps {slow.K_p_ms:.2f} 1/m of"
-                f" {least:.2f} with the empty hook; with 100 t {swing}"
-            ),
-            verdict(min(loaded) > least, "in the published loop"),
-        ),
-    }
+    return locals()
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
+def compute() -> tuple[Blocks, Any]:
     """Blocks of the page, its claims, and what the pictures show."""
     found = claims()
     alpha, least = least_limit(CRANE)
     D = in_display(alpha * CRANE.active.motor.D_total, "displacement")
     blocks = {
-        "claims": claims_table(found),
+        "claims": found,
         "ways": four_ways(),
-        "least": f"The least limit is {least:.4f} 1/m, at {D:.0f} cm³/rev ({percent(alpha)} of the full displacement).",
+        "least": {"D": D, "alpha": alpha, "least": least},
         "margins": margin_rows(),
         "holds": holding_rows(),
-        "strong": (
-            "`strongest_gain` of this crane, PLC of 10 ms, any delay up to 50 ms:"
-            f" {strongest_gain(CRANE, delay=0.05):.3f} 1/m."
-        ),
+        "strong": {"K_p": strongest_gain(CRANE, delay=0.05)},
         "ssc": ssc_rows(),
         "plant": plant_rows(),
         "slow": slow_rows(),
-        "afloat": (
-            f"With both lines above boost the frequency is {afloat():.3f} times that with one line held (√2 = 1.414)."
-        ),
+        "afloat": ({}),
     }
-    return blocks, found, None
+    return blocks, None
 
 
 def draw(_: Any) -> None:

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from blocks import claims_table, percent, save, table
-from matplotlib.figure import Figure
+from blocks import Blocks, Rows, Table, percent, picture, save
 from numpy.typing import NDArray
 
 from stillhook.engine.simulate import simulate
@@ -21,7 +20,7 @@ from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
 from stillhook.spec.lift.lowering import Lowering, StageMode, WinchSettings
 
-PAGE = "splash-mode.md"
+SLOW_PAGE = True
 LIFT, THROUGH = "template-through-the-surface", 1
 """The library's lift, and the number of its stage that goes through the surface."""
 SEEDS = range(1, 17)
@@ -108,13 +107,13 @@ def passages(files: list[LiftFile]) -> dict[tuple[str, StageMode], Passage]:
     return {(name, mode): passage for (name, mode, _), passage in found.items()}
 
 
-def tension_table(found: Mapping[tuple[str, StageMode], Passage]) -> str:
+def tension_table(found: Mapping[tuple[str, StageMode], Passage]) -> Rows:
     rows = []
     for name in COMPARED:
         ways = [found[name, mode].dynamic / 1e3 for mode in MODES]
         cells = [f"{d.mean():+.0f} kN, highest {d.max():+.0f} kN" for d in ways]
         rows.append((name, f"{found[name, MODES[0]].W / 1e3:.0f} kN", *cells))
-    return table(("payload", "weight in air", "manual", "AHC", "splash"), rows)
+    return rows
 
 
 def taken(found: Mapping[tuple[str, StageMode], Passage], mode: StageMode) -> str:
@@ -126,11 +125,11 @@ def taken(found: Mapping[tuple[str, StageMode], Passage], mode: StageMode) -> st
         for n, p in manual.items()
         if p.dynamic.mean() > 0.05 * p.W
     ]
-    least, most = (percent(x).replace("-0 %", "0 %") for x in (min(less), max(less)))
+    least, most = (percent(x).replace("−0 %", "0 %") for x in (min(less), max(less)))
     return f"{least} to {most} less than manual"
 
 
-def compute() -> tuple[dict[str, str], Mapping[tuple[str, StageMode], Passage]]:
+def compute() -> tuple[Blocks, Mapping[tuple[str, StageMode], Passage]]:
     files = {name: in_sea(wave, SEEDS) for name, wave in SEAS.items()}
     (mild, few), (rough, _) = ((passages(f), f[:4]) for f in files.values())
     claims = {}
@@ -140,16 +139,16 @@ def compute() -> tuple[dict[str, str], Mapping[tuple[str, StageMode], Passage]]:
         claims[f"AHC: {what}"] = ("not told", taken(found, StageMode.AHC), "ours")
     gains = [(crane, *calm(few, crane)) for crane in CRANES]
     blocks = {
-        "claims": claims_table(claims),
+        "claims": claims,
         "tension": tension_table(mild),
         "rougher": tension_table(rough),
-        "gains": table(("crane", *(f"v_soft {v}" for v in GAINS)), gains),
+        "gains": Table(("crane", *(f"v_soft {v}" for v in GAINS)), gains),
     }
     return blocks, mild
 
 
 def draw(found: Mapping[tuple[str, StageMode], Passage]) -> None:
-    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
+    figure = picture(9.0, 4.0)
     ax = figure.subplots()
     for i, name in enumerate(COMPARED):
         for j, (mode, colour) in enumerate(zip(MODES, (GREY, COLOURS[1], COLOURS[0]), strict=True)):

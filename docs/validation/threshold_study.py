@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import causes
 import numpy as np
 from batch import Numbers, side_by_side, sine
-from blocks import claims_table, percent, save, table, verdict
+from blocks import Blocks, Table, panel, percent, picture, save
 from numpy.typing import NDArray
 
 from stillhook import Crane, Scenario, load_crane
@@ -18,7 +18,7 @@ from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
 from stillhook.report.plots.colours import COLOURS
 
-PAGE = "threshold-study.md"
+SLOW_PAGE = True
 CRANE = load_crane("nov-250t")
 THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 SPEEDS = (50.0, 65.0, 80.0, 95.0, 110.0)  # m/min
@@ -200,8 +200,8 @@ def times(loaded: Grid) -> list[tuple[object, ...]]:
     ]
 
 
-def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict; the index repeats them."""
+def claims(loaded: Grid, empty: Grid) -> dict[str, Any]:
+    """Numbers of the claims."""
 
     def e(g: Grid, u: float, *speeds: float) -> float:
         return CM * float(g.of("e_c_pp", u, speeds, PERIODS).mean())
@@ -215,47 +215,7 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
     worst = short / (CM * loaded.runs[TRIED, V_WORST, T_WORST]["e_c_pp"]) - 1.0
     full = {u: percent(saturated(loaded, u)) for u in (PREFERRED, 0.9)}
     used = [float(loaded.of("alpha_p_max", u, (80.0,), PERIODS).max()) for u in (TRIED, PREFERRED, 0.9)]
-    return {
-        "motors have this long at 110 m/min and `u_thr` 0.6": (
-            "1.1 s",
-            f"{lead(PREFERRED, V_WORST, T_WORST):.2f} s at 6 s, {lead(PREFERRED, V_WORST, 12.0):.2f} s at 12 s",
-            verdict(abs(lead(PREFERRED, V_WORST, T_WORST) - 1.1) < 0.05, "not reproduced"),
-        ),
-        "motors stroke fast enough down to 6 s": (
-            "yes",
-            (
-                f"at 110 m/min and 6 s the pumps are full {full[PREFERRED]} of the time, the error is {short:.1f} cm"
-                f" ({long:.1f} cm at 12 s)"
-            ),
-            verdict(short < long, "not reproduced"),
-        ),
-        "0.6 keeps full displacement more often than 0.4": (
-            "yes",
-            f"by {percent(more[80.0])} of the time at 80 m/min, {percent(more[V_WORST])} at 110 m/min",
-            verdict(min(more.values()) > 0.0, "not reproduced"),
-        ),
-        "so 0.6 performs better than 0.4": (
-            "yes, no number",
-            (
-                f"error {percent(change[0], sign=True)} with 100 t, {percent(change[1], sign=True)} with none; with 100"
-                f" t {percent(slow, sign=True)} at 50 m/min and {percent(worst, sign=True)} at 110 m/min and 6 s"
-            ),
-            verdict(max(change) < -0.01 * BETTER, only(slow, worst)),
-        ),
-        "the largest `u_thr` need the fastest motors": (
-            "yes",
-            f"at 110 m/min and 6 s pumps are full {full[0.9]} of the time with 0.9, {full[PREFERRED]} with 0.6",
-            verdict(saturated(loaded, 0.9) > saturated(loaded, PREFERRED), "not reproduced"),
-        ),
-        "a `u_thr` above 0.6": (
-            "not examined",
-            (
-                f"0.9: error {percent(larger[0], sign=True)} with 100 t, {percent(larger[1], sign=True)} with none; "
-                f"pumps up to {percent(used[2])} at 80 m/min and 6 to 14 s instead of {percent(used[1])}"
-            ),
-            "no better" if min(larger) > 0.0 else "better",
-        ),
-    }
+    return locals()
 
 
 def only(slow: float, worst: float) -> str:
@@ -266,29 +226,12 @@ def only(slow: float, worst: float) -> str:
     return f"{' and '.join(places)} only" if places else "not reproduced"
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Grid]]:
+def compute() -> tuple[Blocks, dict[str, Grid]]:
     """Blocks of the page, its claims, and the grids of the picture."""
     found = {load: grid(CRANE, (load, s_w), THRESHOLDS, SPEEDS, PERIODS) for load, s_w in LOADS}
     loaded, empty = found.values()
     told = claims(loaded, empty)
     speeds = [f"{v:g}" for v in SPEEDS]
-    head_times = (
-        "`u_thr`",
-        "lead at 80, 6 s",
-        "12 s",
-        "at 110, 6 s",
-        "12 s",
-        "full at 50",
-        "at 80",
-        "at 110",
-        "pumps at 50",
-        "at 80",
-        "at 95",
-        "at 110",
-        "pumps full",
-        "peak at 6 s",
-        "8 to 14 s",
-    )
     head_varied = (
         "variant",
         *(f"{v:g}: {u}" for v in FEW_SPEEDS for u in FEW_THRESHOLDS),
@@ -296,18 +239,17 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     )
     blocks = {
         "causes": causes.block(attribution()),
-        "claims": claims_table(told),
-        "times": table(head_times, times(loaded)),
-        "errors": table(("`u_thr`", *(f"100 t: {v}" for v in speeds), *(f"empty: {v}" for v in speeds)), errors(found)),
-        "sensitivity": table(head_varied, [variant(r) for r in ROWS]),
+        "claims": told,
+        "times": times(loaded),
+        "errors": Table(("`u_thr`", *(f"100 t: {v}" for v in speeds), *(f"empty: {v}" for v in speeds)), errors(found)),
+        "sensitivity": Table(head_varied, [variant(r) for r in ROWS]),
     }
-    return blocks, told, found
+    return blocks, found
 
 
 def draw(found: Mapping[str, Grid]) -> None:
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.0, 7.5), layout="constrained")
+    figure = picture(10.0, 7.5)
     axes = figure.subplots(2, 2, sharex=True)
     panels = (
         ("e_c_pp", CM, T_WORST, "error peak-to-peak [cm], 6 s"),
@@ -323,8 +265,7 @@ def draw(found: Mapping[str, Grid]) -> None:
                     THRESHOLDS, y, style, color=colour, lw=1.4, label=f"{v:g} m/min" if load == LOADS[0][0] else None
                 )
         ax.axvspan(TRIED, PREFERRED, color="#EEEEEE", zorder=0)
-        ax.set_ylabel(label)
-        ax.grid(alpha=0.3)
+        panel(ax, y=label, legend=False)
     for ax in axes[1]:
         ax.set_xlabel("u_thr [-]")
     figure.suptitle(

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import paper_c_90t
 import paper_e_scenario_2
 import xarray
-from blocks import HERE, claims_table, percent, save, table
+from blocks import HERE, Blocks, Table, percent, save
 
 from stillhook import Sine
 from stillhook.analysis.uncertainty.draws import Uncertainty
@@ -26,7 +26,6 @@ from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, se
 from stillhook.kernels.build import results_hash
 from stillhook.statistics.estimate import Estimate
 
-PAGE = "uncertainty.md"
 STORE = HERE / "uncertainty-indices.json"
 """Indices kept under what they follow from: fifteen thousand runs, done again when the code is another."""
 DRAWS = 256
@@ -63,26 +62,14 @@ def drawn(name: str, crane: Any, cases: Sequence[Any]) -> Looked:
     return Looked(name, [c.mode.value for c in cases], monte_carlo(crane, cases, n=DRAWS, seed=SEED))
 
 
-def numbers(looked: Sequence[Looked]) -> list[tuple[object, ...]]:
+def numbers(looked: Sequence[Looked]) -> list[dict[str, Any]]:
     rows: list[tuple[object, ...]] = []
     for one in looked:
         failed = failures(one.run)
         for mode in one.modes:
             e, p = (band(one.run[name].sel(case=mode).values) for name in ("e_c_pp", "p_max"))
             described = at_values(one.run, mode)
-            rows.append(
-                (
-                    one.name if mode == one.modes[0] else "",
-                    mode,
-                    f"{100 * described['e_c_pp']:.1f}",
-                    f"{100 * e.median:.1f}",
-                    f"{100 * e.low:.1f} to {100 * e.high:.1f} (± {100 * e.high_error:.1f})",
-                    f"{described['p_max'] / 1e5:.0f}",
-                    f"{p.median / 1e5:.0f}",
-                    f"{p.low / 1e5:.0f} to {p.high / 1e5:.0f} (± {p.high_error / 1e5:.0f})",
-                    failed[mode],
-                )
-            )
+            rows.append({**locals()})
     return rows
 
 
@@ -117,7 +104,7 @@ def survives(share: float) -> str:
 
 
 def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict."""
+    """Numbers of the claims."""
     within = 1.0 - chances(two, Limit.of("e_c_pp <= 10 cm"))["ssc"].value
     beyond = chances(two, Limit.of("e_c_pp <= 20 cm"))["hs"].value
     p = {m: two["p_a_max"].sel(case=m).values for m in ("hs", "ssc")}
@@ -199,7 +186,7 @@ def keep(found: Sequence[Sensitivity], cases: Sequence[Any]) -> None:
     STORE.write_text(text + "\n", encoding="utf-8", newline="\n")
 
 
-def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Any]]:
+def compute() -> tuple[Blocks, dict[str, Any]]:
     """Blocks of the page, its claims, and what the pictures show."""
     cases, _ = scenario_2()
     two = drawn("scenario 2", paper_e_scenario_2.CRANE, cases)
@@ -209,30 +196,15 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     shown = [s for s in indices if s.case != "hs"]
     found = claims(two.run, ninety.run)
     known = Uncertainty.default().on((paper_e_scenario_2.CRANE, cases[0]), (paper_c_90t.CRANE, ninety_tonnes()[0]))
-    head = (
-        "",
-        "mode",
-        "error as described, cm",
-        "median",
-        "5 to 95 %",
-        "pressure as described, bar",
-        "median",
-        "5 to 95 %",
-        "failed",
-    )
-    wide = ("", "", "error, median", "5 to 95 %", "lower in", "pressure, median", "5 to 95 %", "lower in")
     blocks = {
-        "claims": claims_table(found),
-        "factors": table(
-            ("factor", "what", "distribution", "because"),
-            [(n, FACTORS[n].meaning, d, r) for n, d, r in known.describe()],
-        ),
-        "numbers": table(head, numbers(looked)),
-        "differences": table(wide, differences(looked)),
-        "ranking": table(("factor", *(f"{s.case}, {s.output}" for s in shown)), ranking(shown)),
+        "claims": found,
+        "factors": [(n, FACTORS[n].meaning, d, r) for n, d, r in known.describe()],
+        "numbers": numbers(looked),
+        "differences": differences(looked),
+        "ranking": Table(("factor", *(f"{s.case}, {s.output}" for s in shown)), ranking(shown)),
         "convergence": "\n".join(f"- {s.case}, {s.output}: {s.convergence()}" for s in shown),
     }
-    return blocks, found, {"two": two.run, "ninety": ninety.run, "indices": shown, "all": indices, "cases": cases[1:]}
+    return blocks, {"two": two.run, "ninety": ninety.run, "indices": shown, "all": indices, "cases": cases[1:]}
 
 
 def draw(shown: Mapping[str, Any]) -> None:

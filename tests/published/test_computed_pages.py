@@ -5,6 +5,7 @@ import shutil
 import pytest
 from tests.scripts import PAGES, script
 
+MAKE = script(PAGES / "make.py")
 TEXT = "# Page\n\nProse.\n\n<!-- table -->\n| a |\n| 1 |\n<!-- end -->\n"
 
 
@@ -78,7 +79,7 @@ def test_what_a_computation_loads_is_found(computed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", script(PAGES / "make.py").scripts())
+@pytest.mark.parametrize("name", MAKE.scripts())
 def test_the_script_of_every_page_finds_what_it_imports(name):
     """Pages are computed rarely; a name that the package no longer has is found here."""
-    assert callable(script(PAGES / f"{name}.py").compute)
+    assert callable(MAKE.module_of(name).compute)

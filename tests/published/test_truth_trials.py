@@ -1,7 +1,7 @@
 """What the page on known defects keeps is what validation says today: one of its campaigns, computed again."""
 
 import pytest
-from tests.scripts import PAGES, script
+from trials.defects import run as trials
 
 DIGITS = 2e-3
 """Outcomes are kept with four digits, and other processors round otherwise."""
@@ -10,7 +10,6 @@ DIGITS = 2e-3
 @pytest.mark.thorough
 @pytest.mark.parametrize(("seed", "defect"), [(0, "gear")])
 def test_a_kept_campaign_comes_out_with_the_same_lines(seed, defect):
-    trials = script(PAGES / "truth_trials.py")
     trial = trials.Trial(seed, defect)
     then, now = trials.kept()[trial.key], trials.outcome(trial)
     assert list(now["no"]) == list(then["no"])

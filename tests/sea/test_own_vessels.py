@@ -15,7 +15,7 @@ from stillhook.library.catalogue import vessel_file, vessels
 from stillhook.sea.vessel.rao import long_wave_limits, wavenumber
 
 ROOT = Path(__file__).resolve().parents[2]
-KEPT = json.loads((ROOT / "docs" / "validation" / "hull-convergence.json").read_text(encoding="utf-8"))
+KEPT = json.loads((ROOT / "trials" / "hulls" / "outcomes.json").read_text(encoding="utf-8"))
 RHO, G = KEPT["rho"], KEPT["g"]
 SURGE, SWAY, HEAVE, ROLL, PITCH, YAW = range(6)
 HASKIND = 0.012

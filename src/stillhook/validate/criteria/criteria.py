@@ -302,7 +302,7 @@ def _terms(c: Criterion) -> str:
 
 
 LIMITS_FILE = Path(str(files("stillhook.validate.criteria") / "detection_limits.toml"))
-"""Written by docs/validation/detection_limits.py from docs/validation/truth-trials.json."""
+"""Written by trials/defects/detection_limits.py from its outcomes.json."""
 NONE = "This version contains no trials with known defects: the detection limits are not known."
 
 

@@ -1,0 +1,1 @@
+"""Friction campaigns of a known truth with drifting transmitters and warming oil."""

@@ -1,0 +1,1 @@
+"""Limits of repeated lift plans against those of many more runs."""
