@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
 from collections.abc import Callable
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 from stillhook.base import contract
 from stillhook.base.contract import NAME, TEXT, Contract, Rule, fault, is_number
-from stillhook.control.interface import DISPLACEMENT, SPEED
+from stillhook.control.interface import DISPLACEMENT, SPEED, Sensed
+from stillhook.control.plc import ActuatorCommands, Memory
 from stillhook.control.registry import source_of
 from stillhook.errors import SpecError
 from stillhook.tables.table import Spec
@@ -28,7 +30,7 @@ from stillhook.winches.interface import (
     Undeclared,
     Winch,
 )
-from stillhook.winches.records import CommonSignals
+from stillhook.winches.records import CommonSignals, Geometry, Tick, Tip
 
 WINCH = Contract("A winch type", Winch, Undeclared, source_of)
 PATH = Contract("A load path", LoadPath, type("Nothing", (), {}), source_of)
@@ -54,9 +56,9 @@ def _pair_of(test: Callable[[Any], bool]) -> Callable[[Any], bool]:
 
 
 def _is_stiffness(value: Any) -> bool:
-    if not isinstance(value, Stiffness) or not value.rates or not _positive(value.n_max):
+    if not isinstance(value, Stiffness) or not any(map(_positive, value.rates.values())):
         return False
-    return all(map(_positive, value.rates.values())) and _not_negative(value.viscous) and _not_negative(value.dry)
+    return all(map(_not_negative, (*value.rates.values(), value.viscous, value.dry, value.n_max)))
 
 
 GIVES = {
@@ -67,7 +69,7 @@ GIVES = {
     "full_speed": Rule(_positive, "a number above 0 [rad/s]"),
     "stiffness": Rule(
         _is_stiffness,
-        "a Stiffness: rates not empty, each a number above 0 [1/s]; viscous and dry 0 or above, n_max above 0",
+        "a Stiffness of numbers, 0 or above, with at least one of rates above 0 [1/s]",
     ),
     "lag": Rule(_not_negative, "a number, 0 or above [s]"),
     "full_wire_speed": Rule(lambda v: v is None or _positive(v), "a number above 0 [m/s], or None"),
@@ -114,10 +116,47 @@ def check_result(module: ModuleType, name: str, function: Callable[..., Any], *a
 
 
 def check_params(module: ModuleType, params: Any) -> None:
-    """What `pack` gave, and the stiffness that follows. Errors: SpecError."""
+    """What `pack` gave, and what follows from it at rest. Errors: SpecError."""
     if not isinstance(params, module.Params) or not _finite(params):
         raise fault(module, f"pack gave {quote(params)}", "It must give Params, whose numbers are finite")
     check_result(module, "stiffness", module.stiffness, params)
+    with contextlib.suppress(ZeroDivisionError, OverflowError):  # kernels go on with infinity there
+        _check_at_rest(module, params)
+
+
+def _check_at_rest(module: ModuleType, p: Any) -> None:
+    """What the equations give for a load at rest, called as the engine does before a run. Errors: SpecError."""
+
+    def given(name: str, kind: Any, *arguments: Any) -> Any:
+        value = getattr(module, name)(*arguments)
+        if not (is_number(value) if kind is float else isinstance(value, kind)):
+            raise fault(module, f"{name} gave {quote(value)}", f"It must give a {kind.__name__}")
+        return value
+
+    path, s_w = module.PATH, p.hoist.s_w_0
+    tick = Tick(**dict.fromkeys(Tick._fields, 0.0))._replace(f_pump=1.0, f_known=1.0, f_passive=1.0)
+    m = Memory(**dict.fromkeys(Memory._fields, 0.0))._replace(F=p.hoist.load.W, u_m=1.0, held=1.0, stroke=1.0)
+    drive = ActuatorCommands(u_p=0.0, u_m=1.0, u_ff=0.0, u_raw=0.0, e_c=0.0, brake=0.0)
+    geo = given("geometry", Geometry, s_w, p)
+    x, y = given("start", module.State, s_w, tick, p), path.start(s_w, tick, p)
+    q = path.at(given("wire_speed", float, x, geo), y, geo, Tip(0.0, 0.0), p)
+    r = given("sense", Sensed, x, y, q, m, tick, geo, p)
+    commanded = given("actuate", tuple, drive, r, x, m, m, tick, geo, p)
+    kinds = (module.Command, Memory, ActuatorCommands)
+    if len(commanded) != len(kinds) or not all(map(isinstance, commanded, kinds)):
+        raise fault(module, f"actuate gave {quote(commanded)}", "It must give (Command, Memory, ActuatorCommands)")
+    u = commanded[0]
+    x = given("settle", module.State, x, q, u, tick, geo, p)
+    c = given("circuit", module.Circuit, x, q, u, geo, p)
+    given("rates", module.State, c, x, q, u, geo, p)
+    given("limits", module.Limits, c, x, q, u, p)
+    given("powers", module.Powers, c, x, q, p)
+    given("stored_energy", float, c, x, geo, p)
+    if hasattr(module, "bristle_after"):
+        given("bristle_after", float, c, x, p, 1.0e-3)
+    own = given("signals", module.Signals, c, x, q, u, geo, p)
+    every = SimpleNamespace(**dict.fromkeys(CommonSignals._fields, 0.0), **own._asdict())
+    given("fold_extremes", module.Extremes, module.BLANK, every)
 
 
 def _values(module: ModuleType) -> dict[str, Rule]:
