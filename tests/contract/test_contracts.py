@@ -77,13 +77,16 @@ def test_a_type_checker_checks_a_module_against_its_contract(tmp_path: Path) -> 
     for module in modules_in(types):
         name = module.__name__.rpartition(".")[2]
         lines += [f"from stillhook.winches.types import {name}", f"winch_{name}: Winch = {name}"]
-    lines += ["path: LoadPath = load_path"]
+    lines += ["path: LoadPath = load_path", "from stillhook.control import interface"]
+    for module in modules_in(controllers):
+        name, kind = module.__name__.rpartition(".")[2], of_controllers.contract_of(module).needed_by.__name__
+        lines += [f"from stillhook.control.controllers import {name}", f"law_{name}: interface.{kind} = {name}"]
     wrong = (
         "from stillhook.winches.interface import LoadPath\nfrom stillhook.physics import scalar\nx: LoadPath = scalar\n"
     )
     for text, errors in (("\n".join(lines) + "\n", 0), (wrong, 1)):
         (tmp_path / "assigned.py").write_text(text, encoding="utf-8")
-        config = ("--config-file", str(DOCS.parent / "pyproject.toml"), "--cache-dir", str(tmp_path / "cache"))
+        config = ("--config-file", str(DOCS.parent / "pyproject.toml"), "--cache-dir", str(DOCS.parent / ".mypy_cache"))
         command = [sys.executable, "-m", "mypy", *config, "assigned.py"]
         run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
         assert run.stdout.count("error:") == errors, run.stdout

@@ -108,7 +108,7 @@ class Contract:
     """
 
     def __init__(self, kind: str, needed: type, optional: type, compiled: Callable[[Any], Any]) -> None:
-        self.kind, self.compiled = kind, compiled
+        self.kind, self.needed_by, self.compiled = kind, needed, compiled
         self.needed, self.optional = _members(needed), _members(optional)
         self.known = self.needed | self.optional
 

@@ -142,20 +142,24 @@ def _law(module: ModuleType, shipped: bool) -> ControlLaw:
     )
 
 
+def contract_of(module: ModuleType) -> Contract:
+    """The contract of a module with the Settings and Memory that it has."""
+    return CONTRACTS[hasattr(module, "Settings"), hasattr(module, "Memory")]
+
+
 def check_module(module: ModuleType) -> None:
     """A module is a controller. Errors: SpecError of one line with file and attribute."""
-    own, remembers = hasattr(module, "Settings"), hasattr(module, "Memory")
-    CONTRACTS[own, remembers].check(module)
+    contract_of(module).check(module)
     contract.check_values(module, VALUES)
     drives, uses = getattr(module, "DRIVES", Undeclared.DRIVES), getattr(module, "USES", Undeclared.USES)
     if uses and SPEED in drives:
         do = f'A controller that uses them has DRIVES = ("{DISPLACEMENT}",)'
         raise fault(module, "USES names settings of motors, which a speed drive has not", do)
-    if own:
+    if hasattr(module, "Settings"):
         contract.check_record(module, "Settings", Record(mark=Setting, nested=False))
         for name, setting in contract.marks_of(module.Settings, Setting).items():
             _check_setting(module, f"Settings.{name}", setting)
-    if remembers:
+    if hasattr(module, "Memory"):
         contract.check_record(module, "Memory", Record(nested=False, starts=True))
 
 
