@@ -28,7 +28,7 @@ def _groups() -> dict[str, tuple[Variable, ...]]:
 
 
 _GROUPS = _groups()
-_SIGNALS, _NUMBERS = own_rows()
+_SIGNALS, _NUMBERS = own_rows({row.name for group in ("series", "summary", "lift") for row in _GROUPS[group]})
 SERIES = (*_GROUPS["series"], *_SIGNALS)
 COMMON_SUMMARY = _GROUPS["summary"]
 """Numbers of a run that every winch type has."""

@@ -6,11 +6,13 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import re
 import shlex
 import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.scripts import DOCS
 from trials.campaigns.__main__ import main as campaigns
 
 from stillhook import load_crane
@@ -178,6 +180,16 @@ class Answer(NamedTuple):
         """Whether it was refused in one line."""
         lines = self.error.strip().splitlines()
         return self.code == 2 and len(lines) == 1 and lines[0].startswith("error: ")
+
+
+PRINTED = re.compile(r"^`([\w-]+\.(?:py|toml))`:\n\n```(?:python|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+"""A file that a how-to page prints: its name, and its text."""
+
+
+def printed_files() -> dict[str, str]:
+    """Files of the pages on a module of one's own, by name."""
+    pages = [DOCS / "how-to" / f"add-a-{page}.md" for page in ("controller", "winch", "load-path-element")]
+    return {name: text for page in pages for name, text in PRINTED.findall(page.read_text(encoding="utf-8"))}
 
 
 SMALL_SWL = 60.0e3

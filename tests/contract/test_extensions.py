@@ -11,14 +11,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.contract.commands import BOTH, OF_CONTROLLER, Answer
+from tests.contract.commands import BOTH, CASE, OF_CONTROLLER, Answer, printed_files
 from tests.scripts import DOCS
 
 ROOT = DOCS.parent
 LIFTS = ROOT / "src" / "stillhook" / "library" / "data" / "lifts"
-PAGES = ("add-a-controller", "add-a-winch", "add-a-load-path-element")
-FILE = re.compile(r"^`([\w-]+\.(?:py|toml))`:\n\n```(?:python|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-"""A file that a page prints: its name, and its text."""
 MEANINGLESS = {
     "stability delay": "closed circuits",
     "stability full": "closed circuits",
@@ -36,9 +33,8 @@ MEANINGLESS = {
 @pytest.fixture
 def example(tmp_path: Path) -> Path:
     """Folder with the files of both pages."""
-    for page in PAGES:
-        for name, text in FILE.findall((DOCS / "how-to" / f"{page}.md").read_text(encoding="utf-8")):
-            (tmp_path / name).write_text(text, encoding="utf-8")
+    for name, text in printed_files().items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path
 
 
@@ -149,59 +145,93 @@ def test_a_unit_of_the_user_is_refused_in_one_line(command: str, unit: str, line
     assert line in run.stderr
 
 
-# Modules that cannot be one
+# Modules that cannot be one: the whole table is in test_contracts.py, here that a command says so in one line
 
 
-def refusal(text: str, folder: Path, name: str = "mine.py") -> str:
-    """The one line in which a module is refused."""
-    (folder / name).write_text(text, encoding="utf-8")
-    run = python("-m", "stillhook", "list", "cranes", extensions=[folder / name], folder=folder)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("file", "before", "after", "command", "line"),
+    [
+        ("torque_drive", "drive.brake), hold(m, 1.0), drive", "drive.brake), drive", "run case.toml", "actuate gave"),
+        ("torque_drive", "return State(T=(c", "return Circuit(T, T, T) or State(T=(c", "run case.toml", "rates gave"),
+        (
+            "torque_drive",
+            "    brake: float  # how",
+            "    lock: float  # how",
+            "crane my-winch.toml",
+            "Command.brake is missing",
+        ),
+        (
+            "torque_drive",
+            "return float(crane.torque_drive.n_max)",
+            "return None",
+            "crane my-winch.toml",
+            "full_speed gave",
+        ),
+        ("torque_drive", "Stiffness(rates,", "Stiffness({},", "run case.toml", "stiffness gave Stiffness(rates={}"),
+        (
+            "torque_drive",
+            '"torque-drive"',
+            '"pure-active"',
+            "list cranes",
+            'winch type "pure-active" is that of pure_active.py',
+        ),
+        (
+            "torque_drive",
+            "    P_el: Annotated",
+            "    p_a: Annotated",
+            "list cranes",
+            "p_a is a 'power', elsewhere another kind",
+        ),
+        (
+            "torque_drive",
+            '{"torque_drive": T',
+            '{"drum": T',
+            "list cranes",
+            'TABLES: "drum" is a table of crane files already',
+        ),
+        ("ssc_pi", '"ssc-pi"', '"ssc"', "run case.toml", 'the controller "ssc" is that of ssc.py. Change NAME.'),
+        ("ssc_pi", '"ssc-pi"', '"alpha-ns"', "list cranes", "is a setting of [control] already"),
+        ("ssc_pi", "NAME =", "NAME ==", "list cranes", "line 9: NameError: name 'NAME' is not defined"),
+    ],
+)
+def test_a_command_with_a_module_that_cannot_be_one_is_refused_in_one_line(
+    file: str, before: str, after: str, command: str, line: str, example: Path
+) -> None:
+    text = (example / f"{file}.py").read_text(encoding="utf-8")
+    assert before in text
+    (example / "mine.py").write_text(text.replace(before, after, 1), encoding="utf-8")
+    case = CASE.replace("CRANE", "my-winch.toml").replace("MODE", "position")
+    (example / "case.toml").write_text(case, encoding="utf-8")
+    run = python("-m", "stillhook", *command.split(), extensions=[example / "mine.py"], folder=example)
     assert Answer(run.returncode, run.stderr).refused, run.stderr
-    return run.stderr.removeprefix("error: ").strip()
+    assert "mine.py" in run.stderr
+    assert line in run.stderr
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("before", "after", "line"),
+    ("names", "line"),
     [
-        ("TITLE =", "HEAD =", "mine.py: TITLE is missing. A controller module needs NAME, TITLE and cycle."),
-        ('"ssc-pi"', '"SSC PI"', "mine.py: NAME = 'SSC PI'. Use lower-case letters, digits and hyphens"),
-        ('"ssc-pi"', '"ssc"', 'mine.py: the controller "ssc" is that of ssc.py. Change NAME.'),
-        ("(r, plc, s, m)", "(r, plc, m, s)", "mine.py: cycle(r, plc, m, s) must be cycle(r, plc, s, m)."),
-        ("@scalar\n", "", "mine.py: cycle is not decorated with @scalar."),
-        ("def cycle(", "def law(", "mine.py: no cycle, rates or pull."),
-        ("u_i_max: Annotated", "T_j: float\n    u_i_max: Annotated", "mine.py: Settings.T_j: annotate it as"),
-        ('"time", "8 s"', '"era", "8 s"', "mine.py: Settings.T_i: unknown kind 'era'."),
-        ('"8 s"', '"8 kg"', 'mine.py: Settings.T_i: default = "8 kg": unit "kg" is not one of'),
-        ("NAME =", "NAME ==", "NameError: name 'NAME' is not defined"),
+        (["gone.py"], "no file gone.py"),
+        (["gone_module"], "ModuleNotFoundError"),
+        (["ssc_pi.py", "ssc_pi.py"], "two files are called ssc_pi.py"),
+        (["ssc_pi.py", "same.py"], 'same.py: the controller "ssc-pi" is that of ssc_pi.py'),
     ],
 )
-def test_a_controller_that_cannot_be_one_is_refused(before: str, after: str, line: str, example: Path) -> None:
-    text = (example / "ssc_pi.py").read_text(encoding="utf-8")
-    assert before in text
-    assert line in refusal(text.replace(before, after, 1), example)
+def test_modules_that_cannot_be_loaded_together_are_refused(names: list[str], line: str, example: Path) -> None:
+    (example / "same.py").write_bytes((example / "ssc_pi.py").read_bytes())
+    run = python("-m", "stillhook", "list cranes", extensions=[Path(name) for name in names], folder=example)
+    assert Answer(run.returncode, run.stderr).refused, run.stderr
+    assert line in run.stderr
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("before", "after", "line"),
-    [
-        ("def settle(", "def settled(", "mine.py: settle is missing. A winch module needs NAME, TITLE, TABLES"),
-        ('"torque-drive"', '"pure-active"', 'mine.py: the winch type "pure-active" is that of pure_active.py.'),
-        ('Cause("torque", "time with the motors at their largest torque")', '"torque"', "mine.py: Limits.torque:"),
-    ],
-)
-def test_a_winch_type_that_cannot_be_one_is_refused(before: str, after: str, line: str, example: Path) -> None:
-    text = (example / "torque_drive.py").read_text(encoding="utf-8")
-    assert before in text
-    assert line in refusal(text.replace(before, after, 1), example)
-
-
-@pytest.mark.slow
-def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    run = python("-m", "stillhook", "list", "cranes", extensions=[tmp_path / "gone.py"], folder=tmp_path)
-    assert Answer(run.returncode, run.stderr).refused
-    assert "no file" in run.stderr
+@pytest.mark.thorough
+def test_a_file_may_hold_a_module_and_its_tests(example: Path) -> None:
+    module = example / "ssc_pi.py"
+    module.write_text("\n".join((example / f"{name}.py").read_text() for name in ("ssc_pi", "test_ssc_pi")))
+    run = python("-m", "pytest", "-q", "ssc_pi.py", extensions=[module], folder=example)
+    assert run.returncode == 0, run.stdout
 
 
 @pytest.mark.slow

@@ -1,43 +1,18 @@
 """What a controller is: one module with its name, its settings, what it remembers, and one `cycle`.
 
-A controller module has
+`Controller` is the contract of the least, and the three below it of a module with its own `Settings`, with a `Memory`,
+and with both; `Undeclared` is what a module may say besides, and what holds where it does not. A type checker checks a
+module against it: `law: Controller = my_law`. `stillhook.control.registry` loads the modules of
+`stillhook.control.controllers` and of the user, and checks them.
 
-NAME, TITLE
-    Name that users write, and one line that says what it is.
-cycle(r, plc), cycle(r, plc, s), cycle(r, plc, m) or cycle(r, plc, s, m)
-    The law, a `scalar` function: from a `Reading` r, the settings `Plc` that all controllers share, its own Settings s
-    and its own Memory m to a `Demand`, or with a memory to (`Demand`, Memory).
-Settings (optional)
-    NamedTuple whose fields are annotated with a `Setting`: unit, default, ends of the search of `tune`, meaning. The
-    crane file and a controller's file give them in the table `[control.NAME]`.
-Memory (optional)
-    NamedTuple of floats with defaults, which it starts from whenever the controller comes into force.
-
-and may have
-
-LABEL
-    What pictures call it (default NAME).
-ORDER
-    Place in lists (default 100).
-USES
-    Settings of a crane file's [control] and [active.motor], besides those of the pumps, that the law reads; `tune`
-    searches them.
-FAMILY
-    "classic" for motors at a fixed displacement (default "other").
-USUAL
-    True where it is compared when a user names no controller; others are compared with the classic ones of these.
-SWL_SHARE
-    Part of the SWL that it carries (default 1).
-COMPENSATES
-    False where it leaves the tip's motion alone (default True).
-DRIVES
-    Kinds of drive that it commands (default ("displacement",)): `DISPLACEMENT`, a closed circuit whose motors'
-    displacement it sets too; `SPEED`, a drive that takes the speed command u_p alone.
-
-`stillhook.control.registry` finds the modules of `stillhook.control.controllers` and of the user.
+A cycle is a `scalar` function: SI, hoisting positive, floats and records in, floats and records out. It must not keep
+anything but its `Memory`, read a clock or a file, draw random numbers, or branch with work on one side only: sixteen
+runs go side by side. Limits, torque control and bumpless transfer follow behind it.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
+
+from stillhook.physics.scalar import scalar
 
 DISPLACEMENT, SPEED = "displacement", "speed"
 """What a controller commands of a drive: pumps and the displacement of motors, or the speed of the winch alone."""
@@ -88,3 +63,84 @@ class Demand(NamedTuple):
 
     u_p: float  # pump command, hoisting positive [-]
     u_m: float  # displacement of the active motors [-]
+
+
+class Named(Protocol):
+    """What every controller says of itself."""
+
+    @property
+    def NAME(self) -> str:
+        """Name that users write, in lower-case letters, digits and hyphens."""
+
+    @property
+    def TITLE(self) -> str:
+        """One line that says what it is."""
+
+
+class Controller(Named, Protocol):
+    """A controller without settings or memory of its own."""
+
+    @scalar
+    def cycle(self, r: Reading, plc: Any) -> Any:
+        """The law, from a Reading and the settings Plc that all controllers share to a Demand."""
+
+
+class ControllerWithSettings(Named, Protocol):
+    """A controller with settings of its own."""
+
+    @property
+    def Settings(self) -> type[tuple[Any, ...]]:
+        """NamedTuple whose fields are annotated with a Setting, given in the table [control.NAME]."""
+
+    @scalar
+    def cycle(self, r: Reading, plc: Any, s: Any) -> Any:
+        """The law, with its Settings s, to a Demand."""
+
+
+class ControllerWithMemory(Named, Protocol):
+    """A controller that remembers."""
+
+    @property
+    def Memory(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of floats with defaults, which it starts from whenever the controller comes into force."""
+
+    @scalar
+    def cycle(self, r: Reading, plc: Any, m: Any) -> Any:
+        """The law, with its Memory m, to (Demand, Memory)."""
+
+
+class ControllerWithBoth(Named, Protocol):
+    """A controller with settings of its own that remembers."""
+
+    @property
+    def Settings(self) -> type[tuple[Any, ...]]:
+        """As of `ControllerWithSettings`."""
+
+    @property
+    def Memory(self) -> type[tuple[Any, ...]]:
+        """As of `ControllerWithMemory`."""
+
+    @scalar
+    def cycle(self, r: Reading, plc: Any, s: Any, m: Any) -> Any:
+        """The law, with its Settings s and Memory m, to (Demand, Memory)."""
+
+
+class Undeclared:
+    """What a controller may declare, with what holds where it does not."""
+
+    Settings: Any = None  # see `ControllerWithSettings`
+    Memory: Any = None  # see `ControllerWithMemory`
+    LABEL: str | None = None  # what pictures call it, default NAME
+    ORDER: float = 100  # place in lists, behind that of manual mode, which is 0
+    USES: tuple[
+        str, ...
+    ] = ()  # of USABLE, settings that the law reads besides those of the pumps; `tune` searches them
+    FAMILY: str = "other"  # "classic" for motors at a fixed displacement
+    USUAL: bool = False  # whether it is compared when a user names no controller
+    SWL_SHARE: float = 1.0  # part of the SWL that it carries
+    COMPENSATES: bool = True  # False where it leaves the tip's motion alone
+    DRIVES: tuple[str, ...] = (DISPLACEMENT,)  # kinds of drive that it commands
+
+
+USABLE = ("u_thr", "alpha_min", "alpha_ns", "alpha_hs", "alpha_swl")
+"""Settings of a crane file's [control] and [active.motor] that `Undeclared.USES` may name."""

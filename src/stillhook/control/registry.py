@@ -2,27 +2,54 @@
 
 from __future__ import annotations
 
-import inspect
-import re
-import typing
-from collections.abc import Callable, Iterator, Mapping
+import dataclasses
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from stillhook.base import contract
+from stillhook.base.contract import FLAG, NAME, TEXT, Contract, Record, Rule, fault
 from stillhook.base.extensions import extensions, modules_in
-from stillhook.control import controllers
-from stillhook.control.interface import DISPLACEMENT, SPEED, Reading, Sensed, Setting
-from stillhook.errors import SpecError
-from stillhook.physics.scalar import scalar_of
-from stillhook.units import KINDS
+from stillhook.control import controllers, interface
+from stillhook.control.interface import DISPLACEMENT, SPEED, USABLE, Reading, Sensed, Setting, Undeclared
+from stillhook.physics.scalar import Scalar, scalar_of
+from stillhook.units import KINDS, parse
 
-ARGUMENTS = ("r", "plc", "s", "m")
-"""Arguments of a controller's cycle, s only with Settings and m only with Memory."""
-LAST = 100
-"""Place in lists of a controller that names none."""
+
+def source_of(function: Any) -> Callable[..., Any] | None:
+    """The source of a scalar function; None for any other."""
+    law: Scalar | None = scalar_of(function)
+    return None if law is None else law.source
+
+
+CONTRACTS = {
+    (own, remembers): Contract("A controller", needed, Undeclared, source_of)
+    for (own, remembers), needed in {
+        (False, False): interface.Controller,
+        (True, False): interface.ControllerWithSettings,
+        (False, True): interface.ControllerWithMemory,
+        (True, True): interface.ControllerWithBoth,
+    }.items()
+}
+"""The contract of a module with and without Settings and Memory of its own."""
+RESERVED = ("none", "cap-80", "phc", "strong-ssc", "best-classic", "manual")
+"""Names of other ways to account for a winch, and of the mode that is always first."""
+VALUES = {
+    "NAME": Rule(lambda v: NAME.holds(v) and v not in RESERVED, f"{NAME.allowed}, and not {', '.join(RESERVED)}"),
+    "TITLE": TEXT,
+    "LABEL": TEXT,
+    "ORDER": Rule(lambda value: contract.is_number(value) and value > 0, "a number above 0, the place of manual mode"),
+    "USES": contract.names_of(USABLE, "settings of [control] and [active.motor]"),
+    "FAMILY": contract.one_of("classic", "other"),
+    "USUAL": FLAG,
+    "SWL_SHARE": Rule(lambda value: contract.is_number(value) and 0 < value <= 1, "a number above 0, at most 1"),
+    "COMPENSATES": FLAG,
+    "DRIVES": contract.names_of((DISPLACEMENT, SPEED), "kinds of drive", least=1),
+}
+"""What a module may declare, and what each must be."""
 
 
 @dataclass(frozen=True)
@@ -90,74 +117,82 @@ class ControlLaw:
 
 
 def _law(module: ModuleType, shipped: bool) -> ControlLaw:
-    """A module as a controller, without its code. Errors: SpecError that names the module and what it lacks."""
-    file = Path(str(module.__file__))
-    for attribute in ("NAME", "TITLE", "cycle"):
-        if not hasattr(module, attribute):
-            raise SpecError(f"{file.name}: {attribute} is missing. A controller module needs NAME, TITLE and cycle.")
-    name = module.NAME
-    if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", name):
-        raise SpecError(f"{file.name}: NAME = {name!r}. Use lower-case letters, digits and hyphens, such as ssc-cubic.")
-    record, memory = getattr(module, "Settings", None), getattr(module, "Memory", None)
-    wanted = [a for a in ARGUMENTS if (a != "s" or record) and (a != "m" or memory)]
-    law = scalar_of(module.cycle)
-    if law is None:
-        raise SpecError(f"{file.name}: cycle is not decorated with @scalar.")
-    have = list(inspect.signature(law.source).parameters)
-    if have != wanted:
-        raise SpecError(f"{file.name}: cycle({', '.join(have)}) must be cycle({', '.join(wanted)}).")
+    """A module as a controller, without its code. Errors: SpecError of one line with file and attribute."""
+    if not shipped:
+        check_module(module)
+    said = {name: getattr(module, name, value) for name, value in vars(Undeclared).items() if name.isupper()}
     return ControlLaw(
-        name=name,
+        name=module.NAME,
         title=module.TITLE,
-        label=getattr(module, "LABEL", name),
+        label=said["LABEL"] or module.NAME,
         code=-1.0,
-        order=getattr(module, "ORDER", LAST),
+        order=said["ORDER"],
         cycle=module.cycle,
-        record=record,
-        memory=memory,
-        settings=dict(_settings(record, file.name)) if record else {},
-        uses=tuple(getattr(module, "USES", ())),
-        family=getattr(module, "FAMILY", "other"),
-        usual=getattr(module, "USUAL", False),
-        swl_share=getattr(module, "SWL_SHARE", 1.0),
-        compensates=getattr(module, "COMPENSATES", True),
-        drives=_drives(module, file.name),
-        file=file,
+        record=getattr(module, "Settings", None),
+        memory=getattr(module, "Memory", None),
+        settings=contract.marks_of(module.Settings, Setting) if hasattr(module, "Settings") else {},
+        uses=said["USES"],
+        family=said["FAMILY"],
+        usual=said["USUAL"],
+        swl_share=said["SWL_SHARE"],
+        compensates=said["COMPENSATES"],
+        drives=said["DRIVES"],
+        file=contract.file_of(module),
         shipped=shipped,
     )
 
 
-def _drives(module: ModuleType, file: str) -> tuple[str, ...]:
-    """Kinds of drive that a controller commands. Errors: SpecError."""
-    drives = tuple(getattr(module, "DRIVES", (DISPLACEMENT,)))
-    for each in drives:
-        if each not in (DISPLACEMENT, SPEED):
-            raise SpecError(f"{file}: DRIVES: {each!r} is no kind of drive. Choose {DISPLACEMENT} or {SPEED}.")
-    return drives
+def contract_of(module: ModuleType) -> Contract:
+    """The contract of a module with the Settings and Memory that it has."""
+    return CONTRACTS[hasattr(module, "Settings"), hasattr(module, "Memory")]
 
 
-def _settings(record: Any, file: str) -> Iterator[tuple[str, Setting]]:
-    for name, hint in typing.get_type_hints(record, include_extras=True).items():
-        marks = [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Setting)]
-        if not marks:
-            raise SpecError(f"{file}: Settings.{name}: annotate it as Annotated[float, Setting(...)].")
-        if marks[0].kind and marks[0].kind not in KINDS:
-            raise SpecError(f"{file}: Settings.{name}: unknown kind {marks[0].kind!r}. Choose {', '.join(KINDS)}.")
-        yield name, marks[0]
+def check_module(module: ModuleType) -> None:
+    """A module is a controller. Errors: SpecError of one line with file and attribute."""
+    contract_of(module).check(module)
+    contract.check_values(module, VALUES)
+    drives, uses = getattr(module, "DRIVES", Undeclared.DRIVES), getattr(module, "USES", Undeclared.USES)
+    if uses and SPEED in drives:
+        do = f'A controller that uses them has DRIVES = ("{DISPLACEMENT}",)'
+        raise fault(module, "USES names settings of motors, which a speed drive has not", do)
+    if hasattr(module, "Settings"):
+        contract.check_record(module, "Settings", Record(mark=Setting, nested=False))
+        for name, setting in contract.marks_of(module.Settings, Setting).items():
+            _check_setting(module, f"Settings.{name}", setting)
+    if hasattr(module, "Memory"):
+        contract.check_record(module, "Memory", Record(nested=False, starts=True))
+
+
+def _check_setting(module: ModuleType, place: str, setting: Setting) -> None:
+    """Kind, ranges, default and meaning of a setting. Errors: SpecError."""
+    if setting.kind not in ("", *KINDS):
+        raise fault(module, f"{place}: unknown kind {setting.kind!r}", f'Choose "" or {", ".join(KINDS)}')
+    ends = (setting.least, setting.most)
+    if not contract.is_range(ends):
+        raise fault(module, f"{place}: least {ends[0]!r}, most {ends[1]!r}", "Give two numbers in SI that rise")
+    where = f"{contract.file_of(module).name}: {place}: default"
+    text = isinstance(setting.default, str) and setting.kind != ""
+    default = parse(setting.default, setting.kind, where) if text else setting.default
+    if isinstance(default, str) or not contract.is_number(default) or not ends[0] <= default <= ends[1]:
+        raise fault(
+            module,
+            f"{place}: default = {setting.default!r}",
+            f"It must be a number from {ends[0]:g} to {ends[1]:g} in SI",
+        )
+    search = setting.search
+    if search is not None and not (contract.is_range(search) and ends[0] <= search[0] and search[1] <= ends[1]):
+        do = f"It must be a pair of numbers that rises, from {ends[0]:g} to {ends[1]:g} in SI"
+        raise fault(module, f"{place}: search = {search!r}", do)
+    if not contract.is_text(setting.meaning):
+        raise fault(module, f"{place}: meaning = {setting.meaning!r}", f"It must be {TEXT.allowed}")
 
 
 def _all() -> dict[str, ControlLaw]:
     laws = [_law(module, True) for module in modules_in(controllers)]
     laws += [_law(module, False) for module in extensions() if hasattr(module, "cycle")]
-    laws.sort(key=lambda law: (law.order, law.name))
-    by_name: dict[str, ControlLaw] = {}
-    for code, law in enumerate(laws):
-        if law.name in by_name:
-            raise SpecError(
-                f'{law.file.name}: the controller "{law.name}" is that of {by_name[law.name].file.name}. Change NAME.'
-            )
-        by_name[law.name] = ControlLaw(**{**vars(law), "code": float(code)})
-    return by_name
+    named = contract.by_name(laws, "controller").values()
+    ordered = sorted(named, key=lambda law: (law.order, law.name))
+    return {law.name: dataclasses.replace(law, code=float(code)) for code, law in enumerate(ordered)}
 
 
 CONTROLLERS: Mapping[str, ControlLaw] = _all()

@@ -98,6 +98,9 @@ def own_settings(control: Control, law: ControlLaw) -> Any:
 CONTROLLER_TABLES: dict[str, type[Spec]] = {law.field: _table(law) for law in CONTROLLERS.values() if law.settings}
 """Tables of controllers with additional settings, by their name in a file: hyphens become underscores."""
 
+for law in CONTROLLERS.values():
+    if law.settings and law.field in Control.model_fields:
+        raise SpecError(f'{law.file.name}: NAME = "{law.name}" is a setting of [control] already. Choose another name.')
 if not TYPE_CHECKING and CONTROLLER_TABLES:
     optional = {
         name: (table | None, Field(default=None, description=table.__doc__))
@@ -420,7 +423,20 @@ def passive_of(crane: Crane) -> PassiveCircuit:
     return circuit
 
 
-TABLES = {name: model for each in WINCH_TYPES.values() for name, model in each.tables.items() if model is not None}
+def _tables() -> dict[str, type[Spec]]:
+    """Errors: SpecError for a table that nobody has a model of, or a model whose name is taken."""
+    models: dict[str, type[Spec]] = {}
+    for winch in WINCH_TYPES.values():
+        for name, model in winch.tables.items():
+            where = f'{winch.file.name}: TABLES: "{name}"'
+            if model is None and name not in ("active", "passive", *models):
+                raise SpecError(f"{where} is no table of a winch. Choose {', '.join(('active', 'passive', *models))}.")
+            if model is not None and (name in Crane.model_fields or models.setdefault(name, model) is not model):
+                raise SpecError(f"{where} is a table of crane files already. Choose another name.")
+    return models
+
+
+TABLES = _tables()
 """Tables of winch types with additional tables, by name."""
 
 if not TYPE_CHECKING and TABLES:

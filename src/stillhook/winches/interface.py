@@ -1,97 +1,29 @@
 """What a winch type is: one module with its tables, records, equations and what it says before a run.
 
-A winch module has
+`Winch` is the contract: what every module has; `Undeclared` is what a module may declare besides, and what holds where
+it does not. `LoadPath` is the contract of what is below the winch, which it names as its PATH. A type checker checks a
+module against them: `winch: Winch = my_winch`; `stillhook.winches.registry` does when it is loaded.
 
-NAME, TITLE
-    Name that crane files write (`plant = "..."`), and one line that says what it is.
-TABLES
-    Tables of the crane file that it needs, by name: `base.table.Spec` models.
-SHOWN (optional)
-    Its own numbers in a table of runs, with the head of each column (default all of them).
-CONTROL (optional)
-    Kind of drive that controllers command: "displacement" (default), a closed circuit whose motors' displacement they
-    set, or "speed", a drive that takes the speed command u_p alone.
-TUNED (optional)
-    Settings of its drive that `tune` may search, by their path in a crane file, with the ends of the search [SI]:
-    {"electric.speed.K": (1.0, 40.0)}.
-WITHIN (optional)
-    Powers that go in at one place of the winch and out at another, equal and both in `Powers`: not from outside.
-PER_MOTOR (optional)
-    Tables of which the numbers are those of one motor, next to the one with `count`: a larger drive has more of them.
-PATH
-    Load path below it, `stillhook.winches.load_path` for wire and load.
-Params, State, Command, Circuit
-    NamedTuples of floats: parameters (with `hoist`, `plc` and `sensors`), state without that of the load path, commands
-    held between PLC cycles, what its diagram shows at an instant.
-Signals, Extremes, Limits, Powers
-    NamedTuples: signals of its own and extremes over a run, annotated with a `base.variable.Row`; limits that are
-    passed, annotated with a `Cause`; powers, those of SUPPLIED going in and the others out.
-geometry(s_w, p), wire_speed(x, geo)
-    The drum during a cycle, and the speed of the wire at the port [m/s].
-circuit(x, q, u, geo, p), rates(c, x, q, u, geo, p)
-    The winch at an instant, with the load path's point q (tension q.F_w), and the time derivatives of its state.
-bristle_after(c, x, p, tau)
-    Where the state has a bristle z: its value tau [s] later, exactly.
-start(s_w, tick, p), settle(x, q, u, tick, geo, p)
-    The state at rest before the PLC's first cycle, and under its first commands.
-sense(x, y, q, m, tick, geo, p), actuate(drive, r, x, m_0, m, tick, geo, p)
-    What the PLC reads; the plant's commands, the PLC's memory and the signals of the drive.
-signals(c, x, q, u, geo, p), limits(c, x, q, u, p), powers(c, x, q, p), stored_energy(c, x, geo, p)
-    Its signals, limits, powers and stored energy.
-BLANK, fold_extremes(a, y)
-    Extremes of nothing yet, and with one more cycle of signals y.
+Functions with `@scalar` are compiled: SI, hoisting positive, floats and records in, floats and records out. They must
+not keep anything between calls, read a clock or a file, draw random numbers, or branch with work on one side only:
+sixteen runs go side by side. Functions with a `crane` are plain Python before a run; they must not change the crane.
 
-All of these are `scalar` functions of floats and records. Plain Python functions on a `Crane` are
-
-pack(crane, case, parts)
-    Params of a run, from the `Parts` that every winch has.
-motors(crane)
-    Sets of motors on the shaft: each with `count` and inertia `J` of one [kg m^2].
-full_speed(crane, alpha_m)
-    Motor speed at full command [rad/s] with the motors at displacement alpha_m [-].
-stiffness(p)
-    `Stiffness`, from which the longest step follows.
-
-and, where they mean something for the type,
-
-lag(crane)
-    Time by which the drive lags its command [s] (default 0); K_2 = K_1 lag.
-full_wire_speed(crane)
-    Wire speed at full command [m/s] of a winch that has the same on every layer (default None: motor speed at full
-    command, by gear and diameter). Its PLC reads K_wire = 1.
-least_displacement(crane)
-    Smallest displacement of the motors [-] (default 1: fixed).
-pump_units(crane), pump_flows(crane)
-    Size of each pump that a power unit drives, active and passive; their flows at full stroke [m^3/s] (default none).
-pump_speed(crane)
-    Speed at which the power units turn them [rad/s] (default that of a closed circuit, else None: none are turned).
-charge(crane)
-    Accumulator pressure at rest [Pa] (default 0).
-other_motors(crane, W, d)
-    `OtherMotors` next to the active ones that hold a weight W [N] on diameter d [m] (default none).
-refusal(crane, case), notes(crane, held, parts)
-    Reason why it cannot run a case ("" where it can), and what to say of it before it runs, in lines.
-sized(crane, reference, v_top)
-    Where its size is not a number of motors: size of its tables for the load of another crane and a wire speed at full
-    command [m/s], over their size now, by path of the table.
-part_speeds(crane)
-    `PartSpeed` of what moves with the wire and is no motor on the shaft (default none).
-stroke(crane, F)
-    Tip motion that takes the stroke of what carries the tension F [N], in `Stroke`; None where nothing has one.
-speed_limit(p, geo, F_w, lowering)
-    Highest steady motor speed with tension F_w [N] at the top, hoisting or lowering [rad/s], and the word of the limit
-    that stops it; of types without `steady`, for the envelope and the speeds of a plan.
-steady(p, geo, F_w, omega_m, v_op, alpha_m), carried(p, geo, F_w), mean_pressure(x, p)
-    State and command of a steady speed; `Carried`; mean accumulator pressure. Without them the type has no operating
-    point, and margins are those of the linearised engine.
+Letters: x state of the winch, q point and y state of the load path, u commands, c circuit, geo drum during a PLC cycle,
+p parameters, m memory of the PLC, m_0 before its cycle, r what it read, tick what comes from outside in a cycle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn, Protocol
 
-from stillhook.base.variable import Variable
+from stillhook.base.contract import Needed, Record
+from stillhook.base.variable import Row, Variable
+from stillhook.control.interface import DISPLACEMENT, Sensed
+from stillhook.control.plc import ActuatorCommands, Memory, Plc
+from stillhook.physics.scalar import scalar
+from stillhook.winches.load_path import Hoist
+from stillhook.winches.records import Geometry, Motion, Sensors, Tick, Tip
 
 NOT_YET = 1.0e300
 """Stands for the lowest value of nothing yet."""
@@ -163,3 +95,331 @@ class Cause(NamedTuple):
     def named(self, limit: str) -> Variable:
         """The row of the time for which the limit of this name is passed."""
         return Variable(f"{limit}_time", self.symbol or f"{limit}_time", "s", "time", "", self.meaning, self.source)
+
+
+class LoadPath(Protocol):
+    """What is below a winch, a module: it takes the speed of the wire at the top and gives the tension there."""
+
+    @property
+    def State(self) -> type[tuple[Any, ...]]:
+        """Its state: s_w wire paid out [m], s_load height of the load [m], v_load its speed [m/s], and more."""
+
+    @property
+    def Point(self) -> type[tuple[Any, ...]]:
+        """The path at an instant: v_w wire speed [m/s], F_w tension at the top [N], a_load of the load, and more."""
+
+    @property
+    def Powers(self) -> type[tuple[Any, ...]]:
+        """Its powers [W], each annotated with a Row; they must not include what passes between winch and path."""
+
+    @property
+    def SUPPLIED(self) -> tuple[str, ...]:
+        """Powers that go in; the others go out."""
+
+    @scalar
+    def motion(self, tick: Tick) -> Motion:
+        """True motion of the crane tip."""
+
+    @scalar
+    def weight(self, tick: Tick, p: Any) -> float:
+        """Tension while all stands still [N]."""
+
+    @scalar
+    def start(self, s_w: float, tick: Tick, p: Any) -> Any:
+        """State at rest with s_w of wire out [m]."""
+
+    @scalar
+    def at(self, v_w: float, y: Any, geo: Geometry, tip: Tip, p: Any) -> Any:
+        """The Point at wire speed v_w [m/s]."""
+
+    @scalar
+    def rates(self, q: Any, y: Any, p: Any) -> Any:
+        """Time derivatives of the state."""
+
+    @scalar
+    def powers(self, q: Any, y: Any, tip: Tip, p: Any) -> Any:
+        """Its Powers [W]."""
+
+    @scalar
+    def energy(self, q: Any, y: Any, p: Any) -> float:
+        """Energy stored in it [J]."""
+
+    @scalar
+    def at_its_end(self, y: Any, p: Any) -> float:
+        """1 where the last turns of wire leave the drum, or the hook is at the tip, else 0."""
+
+
+class Winch(Protocol):
+    """A winch type, as its module declares it."""
+
+    @property
+    def NAME(self) -> str:
+        """Name that crane files write as plant, in lower-case letters, digits and hyphens."""
+
+    @property
+    def TITLE(self) -> str:
+        """One line that says what it is."""
+
+    @property
+    def TABLES(self) -> Mapping[str, type] | tuple[str, ...]:
+        """Tables of the crane file that it needs: models of its own by name, or names of known ones."""
+
+    @property
+    def PATH(self) -> LoadPath:
+        """Load path below it, `stillhook.winches.load_path` for wire and load."""
+
+    @property
+    def SUPPLIED(self) -> tuple[str, ...]:
+        """Fields of Powers that go in; the others go out. The energy audit of every run rests on it."""
+
+    @property
+    def Params(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of the parameters of a run, with hoist, plc and sensors."""
+
+    @property
+    def State(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of floats, the winch without its load path; a bristle z is advanced by bristle_after."""
+
+    @property
+    def Command(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of floats that are held between PLC cycles, with brake."""
+
+    @property
+    def Circuit(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of what its diagram shows at an instant."""
+
+    @property
+    def Signals(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of its own signals, each annotated with a Row."""
+
+    @property
+    def Extremes(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of extremes of its signals over a run, each annotated with a Row."""
+
+    @property
+    def BLANK(self) -> tuple[float, ...]:
+        """Extremes of nothing yet."""
+
+    @property
+    def Limits(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of limits, 1 where passed at an instant, else 0, each annotated with a Cause."""
+
+    @property
+    def Powers(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of powers [W], those of SUPPLIED going in and the others out."""
+
+    @scalar
+    def geometry(self, s_w: float, p: Any) -> Geometry:
+        """The drum during a PLC cycle, with s_w of wire out [m]."""
+
+    @scalar
+    def wire_speed(self, x: Any, geo: Geometry) -> float:
+        """Speed of the wire at the port to the load path, hoisting positive [m/s]."""
+
+    @scalar
+    def circuit(self, x: Any, q: Any, u: Any, geo: Geometry, p: Any) -> Any:
+        """The Circuit, the winch at an instant; q.F_w is the tension [N]."""
+
+    @scalar
+    def rates(self, c: Any, x: Any, q: Any, u: Any, geo: Geometry, p: Any) -> Any:
+        """Time derivatives of the State; that of a bristle z is 0."""
+
+    @scalar
+    def start(self, s_w: float, tick: Tick, p: Any) -> Any:
+        """The State at rest before the PLC's first cycle."""
+
+    @scalar
+    def settle(self, x: Any, q: Any, u: Any, tick: Tick, geo: Geometry, p: Any) -> Any:
+        """The State at rest under the PLC's first commands."""
+
+    @scalar
+    def sense(self, x: Any, y: Any, q: Any, m: Memory, tick: Tick, geo: Geometry, p: Any) -> Sensed:
+        """What the PLC reads."""
+
+    @scalar
+    def actuate(
+        self, drive: ActuatorCommands, r: Sensed, x: Any, m_0: Memory, m: Memory, tick: Tick, geo: Geometry, p: Any
+    ) -> tuple[Any, Memory, ActuatorCommands]:
+        """Command of the plant, the PLC's memory and the signals of the drive."""
+
+    @scalar
+    def signals(self, c: Any, x: Any, q: Any, u: Any, geo: Geometry, p: Any) -> Any:
+        """Its Signals."""
+
+    @scalar
+    def limits(self, c: Any, x: Any, q: Any, u: Any, p: Any) -> Any:
+        """Its Limits."""
+
+    @scalar
+    def powers(self, c: Any, x: Any, q: Any, p: Any) -> Any:
+        """Its Powers [W]."""
+
+    @scalar
+    def stored_energy(self, c: Any, x: Any, geo: Geometry, p: Any) -> float:
+        """Energy stored in it [J]."""
+
+    @scalar
+    def fold_extremes(self, a: Any, y: Any) -> Any:
+        """Extremes a with one more cycle of signals y, its own and those of every winch."""
+
+    def pack(self, crane: Any, case: Any, parts: Parts) -> Any:
+        """Params of a run, from the Parts that every winch has."""
+
+    def motors(self, crane: Any) -> tuple[Any, ...]:
+        """Sets of motors on the shaft, each with count and inertia J of one [kg m^2]."""
+
+    def full_speed(self, crane: Any, alpha_m: float) -> float:
+        """Motor speed at full command [rad/s] with the motors at displacement alpha_m [-]."""
+
+    def stiffness(self, p: Any) -> Stiffness:
+        """Stiffness, from which the longest step follows."""
+
+
+class Undeclared:
+    """What a winch type may declare, with what holds where it does not."""
+
+    SHOWN: Mapping[str, str] | None = None
+    """Its own numbers in a table of runs, with the head of each column; None: all of them."""
+    CONTROL: str = DISPLACEMENT
+    """What controllers command: "displacement", a closed circuit whose motors' displacement they set, or "speed", a
+    drive that takes the speed command u_p alone."""
+    TUNED: Mapping[str, tuple[float, float]] = {}
+    """Settings of its drive that `tune` may search, by their path in a crane file, with the ends of the search [SI]."""
+    WITHIN: tuple[str, ...] = ()
+    """Powers that go in at one place of the winch and out at another, equal: not from outside."""
+    PER_MOTOR: tuple[str, ...] = ()
+    """Tables whose numbers are those of one motor, next to the one with `count`: a larger drive has more of them."""
+
+    @staticmethod
+    @scalar
+    def bristle_after(c: Any, x: Any, p: Any, tau: float) -> NoReturn:
+        """Where the State has a bristle z: its value tau [s] later, exactly."""
+        raise NotImplementedError
+
+    @staticmethod
+    def lag(crane: Any) -> float:
+        """Time by which the drive lags its command [s]; K_2 = K_1 lag."""
+        return 0.0
+
+    @staticmethod
+    def full_wire_speed(crane: Any) -> float | None:
+        """Wire speed at full command [m/s] of a winch that has the same on every layer; its PLC reads K_wire = 1. None:
+        motor speed at full command, by gear and diameter."""
+        return None
+
+    @staticmethod
+    def least_displacement(crane: Any) -> float:
+        """Smallest displacement of the motors [-]; 1: fixed."""
+        return 1.0
+
+    @staticmethod
+    def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Size of each pump that a power unit drives, active and passive."""
+        return (), ()
+
+    @staticmethod
+    def pump_flows(crane: Any) -> tuple[float, float]:
+        """Flow of active and of passive pumps at full stroke [m^3/s]."""
+        return 0.0, 0.0
+
+    @staticmethod
+    def pump_speed(crane: Any) -> float | None:
+        """Speed at which the power units turn the pumps [rad/s]; None: none are turned."""
+        return float(crane.active.pump.omega_p) if crane.circuits else None
+
+    @staticmethod
+    def charge(crane: Any) -> float:
+        """Accumulator pressure at rest [Pa]."""
+        return 0.0
+
+    @staticmethod
+    def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
+        """Sets next to the active ones that hold a weight W [N] on diameter d [m]."""
+        return []
+
+    @staticmethod
+    def refusal(crane: Any, case: Any) -> str:
+        """Reason why it cannot run a case; "" where it can."""
+        return ""
+
+    @staticmethod
+    def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
+        """What to say of it before it runs, in lines."""
+        return []
+
+    @staticmethod
+    def sized(crane: Any, reference: Any, v_top: float) -> NoReturn:
+        """Where its size is not a number of motors: size of its tables for the load of another crane and a wire speed
+        at full command [m/s], over their size now, by path of the table."""
+        raise NotImplementedError
+
+    @staticmethod
+    def part_speeds(crane: Any) -> list[PartSpeed]:
+        """Speeds of what moves with the wire and is no motor on the shaft."""
+        return []
+
+    @staticmethod
+    def stroke(crane: Any, F: float) -> Stroke | None:
+        """Tip motion that takes the stroke of what carries the tension F [N]; None where nothing has one."""
+        return None
+
+    @staticmethod
+    def speed_limit(p: Any, geo: Geometry, F_w: float, lowering: bool) -> NoReturn:
+        """Highest steady motor speed with tension F_w [N] at the top, hoisting or lowering [rad/s], and the word of the
+        limit that stops it; of types without `steady`, for the envelope and the speeds of a plan."""
+        raise NotImplementedError
+
+    @staticmethod
+    def steady(p: Any, geo: Geometry, F_w: float, omega_m: float, v_op: float, alpha_m: float) -> NoReturn:
+        """State and Command of a steady speed. Without it, `carried` and `mean_pressure` the type has no operating
+        point, and margins are those of the linearised engine."""
+        raise NotImplementedError
+
+    @staticmethod
+    def carried(p: Any, geo: Geometry, F_w: float) -> NoReturn:
+        """What other motors than the active ones hold of a load, as `Carried`."""
+        raise NotImplementedError
+
+    @staticmethod
+    def mean_pressure(x: Any, p: Any) -> NoReturn:
+        """Mean accumulator pressure that the PLC has seen in a steady state [Pa]."""
+        raise NotImplementedError
+
+
+STEADY = ("steady", "carried", "mean_pressure")
+"""Functions of a type that has steady operating points: all or none."""
+RECORDS: Mapping[str, Record] = {
+    "Params": Record(
+        needs={
+            "hoist": Needed(Hoist, "drum, wire and load, as parts.hoist packs them"),
+            "plc": Needed(Plc, "settings of the PLC, as parts.plc packs them"),
+            "sensors": Needed(Sensors, "steps of encoder and load cell, as parts.sensors packs them"),
+        }
+    ),
+    "State": Record(),
+    "Command": Record(needs={"brake": Needed(float, "how far the holding brake is closed, 0 open, 1 closed [-]")}),
+    "Circuit": Record(),
+    "Signals": Record(mark=Row, nested=False),
+    "Extremes": Record(mark=Row, nested=False),
+    "Limits": Record(mark=Cause, nested=False),
+    "Powers": Record(nested=False),
+}
+"""What each record of a winch type must be."""
+OF_A_PATH: Mapping[str, Record] = {
+    "State": Record(
+        needs={
+            "s_w": Needed(float, "wire paid out [m]"),
+            "s_load": Needed(float, "height of the load above its unstretched start [m]"),
+            "v_load": Needed(float, "upward speed of the load [m/s]"),
+        }
+    ),
+    "Point": Record(
+        needs={
+            "v_w": Needed(float, "wire speed, hoisting positive [m/s]"),
+            "F_w": Needed(float, "tension at the top [N]"),
+            "a_load": Needed(float, "upward acceleration of the load [m/s^2]"),
+        }
+    ),
+    "Powers": Record(mark=Row, nested=False),
+}
+"""What each record of a load path must be."""

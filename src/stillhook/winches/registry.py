@@ -2,95 +2,22 @@
 
 from __future__ import annotations
 
-import re
-import typing
-from collections.abc import Iterator, Mapping
+import functools
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from stillhook.base import contract
 from stillhook.base.extensions import extensions, modules_in
 from stillhook.base.variable import Row, Variable
-from stillhook.control.interface import DISPLACEMENT, SPEED
+from stillhook.control.interface import SPEED
 from stillhook.control.registry import Mode, default_of, modes_of, usual_of
-from stillhook.errors import SpecError
 from stillhook.winches import types
-from stillhook.winches.interface import Cause, OtherMotors, Parts, PartSpeed, Stroke
-
-RECORDS = ("Params", "State", "Command", "Circuit", "Signals", "Extremes", "Limits", "Powers")
-FUNCTIONS = (
-    "geometry",
-    "wire_speed",
-    "circuit",
-    "rates",
-    "start",
-    "settle",
-    "sense",
-    "actuate",
-    "signals",
-    "limits",
-    "powers",
-    "stored_energy",
-    "fold_extremes",
-)
-ON_CRANE = ("pack", "motors", "full_speed", "stiffness")
-NEEDED = ("NAME", "TITLE", "TABLES", "PATH", "SUPPLIED", "BLANK", *RECORDS, *FUNCTIONS, *ON_CRANE)
-STEADY = ("steady", "carried", "mean_pressure")
-"""Functions of a type that has steady operating points."""
-
-
-class Unspecific:
-    """What a winch type says that declares no function for it."""
-
-    @staticmethod
-    def lag(crane: Any) -> float:
-        return 0.0
-
-    @staticmethod
-    def full_wire_speed(crane: Any) -> float | None:
-        return None
-
-    @staticmethod
-    def least_displacement(crane: Any) -> float:
-        return 1.0
-
-    @staticmethod
-    def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return (), ()
-
-    @staticmethod
-    def pump_flows(crane: Any) -> tuple[float, float]:
-        return 0.0, 0.0
-
-    @staticmethod
-    def pump_speed(crane: Any) -> float | None:
-        return float(crane.active.pump.omega_p) if crane.circuits else None
-
-    @staticmethod
-    def charge(crane: Any) -> float:
-        return 0.0
-
-    @staticmethod
-    def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
-        return []
-
-    @staticmethod
-    def refusal(crane: Any, case: Any) -> str:
-        return ""
-
-    @staticmethod
-    def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
-        return []
-
-    @staticmethod
-    def part_speeds(crane: Any) -> list[PartSpeed]:
-        return []
-
-    @staticmethod
-    def stroke(crane: Any, F: float) -> Stroke | None:
-        return None
+from stillhook.winches.checks import check_module, check_params, check_result
+from stillhook.winches.interface import STEADY, Cause, Undeclared
 
 
 @dataclass(frozen=True)
@@ -102,20 +29,28 @@ class WinchType:
     module: ModuleType
     tables: Mapping[str, Any]  # tables of the crane file that it needs, with the model of those that are its own
     file: Path
+    shipped: bool
     causes: Mapping[str, str]  # limit -> word in a run's status
     rows: tuple[Variable, ...]  # of its own signals
     numbers: tuple[Variable, ...]  # of its own numbers of a run
 
     def __getattr__(self, name: str) -> Any:
-        """A function on a crane of its module, or what holds where it declares none."""
-        found = getattr(self.module, name, None)
-        return getattr(Unspecific, name) if found is None else found
+        """What its module declares, or what holds where it does not. What a function of the user gives is checked."""
+        said = getattr(self.module, name, None)
+        said = getattr(Undeclared, name) if said is None else said
+        return said if self.shipped or not callable(said) else functools.partial(check_result, self.module, name, said)
+
+    def pack(self, crane: Any, case: Any, parts: Any) -> Any:
+        """Params of a run. Errors: SpecError where a module of the user gives something else, or no `Stiffness`."""
+        params = self.module.pack(crane, case, parts)
+        if not self.shipped:
+            check_params(self.module, params)
+        return params
 
     @property
     def control(self) -> str:
         """Kind of drive that controllers command."""
-        kind: str = getattr(self.module, "CONTROL", DISPLACEMENT)
-        return kind
+        return str(self.CONTROL)
 
     @property
     def modes(self) -> tuple[Mode, ...]:
@@ -125,7 +60,7 @@ class WinchType:
     @property
     def tuned(self) -> Mapping[str, tuple[float, float]]:
         """Settings of its drive that may be tuned: path in a crane file -> ends of the search [SI]."""
-        declared: Mapping[str, tuple[float, float]] = getattr(self.module, "TUNED", {})
+        declared: Mapping[str, tuple[float, float]] = self.TUNED
         return declared
 
     @property
@@ -158,7 +93,7 @@ class WinchType:
     @property
     def shown(self) -> Mapping[str, str]:
         """Its own numbers in a table of runs, with the head of each column."""
-        declared: Mapping[str, str] | None = getattr(self.module, "SHOWN", None)
+        declared: Mapping[str, str] | None = self.SHOWN
         return {row.name: row.name.replace("_", "\n", 1) for row in self.numbers} if declared is None else declared
 
     def own_numbers(self, stats: Any, t_cycle: float) -> dict[str, float]:
@@ -179,60 +114,30 @@ class WinchType:
         return into, out
 
 
-def _annotations(record: Any, kind: type) -> Iterator[tuple[str, Any]]:
-    """Fields of a record that are annotated so."""
-    for name, hint in typing.get_type_hints(record, include_extras=True).items():
-        for mark in getattr(hint, "__metadata__", ()):
-            if isinstance(mark, kind):
-                yield name, mark
-
-
-def _type(module: ModuleType) -> WinchType:
-    """A module as a winch type. Errors: SpecError that names the module and what it lacks."""
-    file = Path(str(module.__file__))
-    for attribute in NEEDED:
-        if not hasattr(module, attribute):
-            raise SpecError(f"{file.name}: {attribute} is missing. A winch module needs {', '.join(NEEDED)}.")
-    if not isinstance(module.NAME, str) or not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", module.NAME):
-        raise SpecError(
-            f"{file.name}: NAME = {module.NAME!r}. Use lower-case letters, digits and hyphens, such as pure-active."
-        )
-    for record, kind in ((module.Signals, Row), (module.Extremes, Row), (module.Limits, Cause)):
-        marked = dict(_annotations(record, kind))
-        for name in record._fields:
-            if name not in marked:
-                raise SpecError(
-                    f"{file.name}: {record.__name__}.{name}: annotate it as Annotated[float, {kind.__name__}(...)]."
-                )
-    if getattr(module, "CONTROL", DISPLACEMENT) not in (DISPLACEMENT, SPEED):
-        raise SpecError(f"{file.name}: CONTROL = {module.CONTROL!r}. Choose {DISPLACEMENT} or {SPEED}.")
-    limits = dict(_annotations(module.Limits, Cause))
+def _type(module: ModuleType, shipped: bool) -> WinchType:
+    """A module as a winch type. Errors: SpecError of one line with file and attribute."""
+    if not shipped:
+        check_module(module)
+    rows = contract.marks_of(module.Signals, Row)
+    extremes, limits = contract.marks_of(module.Extremes, Row), contract.marks_of(module.Limits, Cause)
+    tables = module.TABLES
     return WinchType(
         name=module.NAME,
         title=module.TITLE,
         module=module,
-        tables=dict.fromkeys(module.TABLES) if isinstance(module.TABLES, tuple) else dict(module.TABLES),
-        file=file,
+        tables=dict.fromkeys(tables) if isinstance(tables, tuple) else dict(tables),
+        file=contract.file_of(module),
+        shipped=shipped,
         causes={name: cause.status for name, cause in limits.items()},
-        rows=tuple(row.named(name) for name, row in _annotations(module.Signals, Row)),
-        numbers=(
-            *(row.named(name) for name, row in _annotations(module.Extremes, Row)),
-            *(cause.named(name) for name, cause in limits.items()),
-        ),
+        rows=tuple(row.named(name) for name, row in rows.items()),
+        numbers=tuple(mark.named(name) for part in (extremes, limits) for name, mark in part.items()),
     )
 
 
 def _all() -> dict[str, WinchType]:
-    by_name: dict[str, WinchType] = {}
-    for module in (*modules_in(types), *(each for each in extensions() if hasattr(each, "rates"))):
-        found = _type(module)
-        if found.name in by_name:
-            raise SpecError(
-                f'{found.file.name}: the winch type "{found.name}" is that of {by_name[found.name].file.name}. Change'
-                " NAME."
-            )
-        by_name[found.name] = found
-    return by_name
+    found = [_type(module, True) for module in modules_in(types)]
+    found += [_type(module, False) for module in extensions() if hasattr(module, "rates")]
+    return contract.by_name(found, "winch type")
 
 
 WINCH_TYPES: Mapping[str, WinchType] = _all()
@@ -250,11 +155,20 @@ class Plant(StrEnum):
         return WINCH_TYPES[self.value]
 
 
-def own_rows() -> tuple[list[Variable], list[Variable]]:
-    """Rows of the own signals, and of the own numbers of a run, of all winch types; each name once."""
+def own_rows(common: Collection[str]) -> tuple[list[Variable], list[Variable]]:
+    """Rows of the own signals, and of the own numbers of a run, of all winch types; each name once.
+
+    common: names of what every winch has. Errors: SpecError for a type of the user that takes one of these names, or
+    uses one of another type for another kind of quantity.
+    """
     rows: dict[str, Variable] = {}
     numbers: dict[str, Variable] = {}
     for each in WINCH_TYPES.values():
-        rows |= {row.name: row for row in each.rows if row.name not in rows}
-        numbers |= {row.name: row for row in each.numbers if row.name not in numbers}
+        for known, own in ((rows, each.rows), (numbers, each.numbers)):
+            for row in own:
+                if not each.shipped and row.name in common:
+                    raise contract.fault(each.module, f"{row.name} is a number of every winch", "Rename yours")
+                if (kind := known.setdefault(row.name, row).kind) != row.kind:
+                    do = f"Give it this kind ({kind!r}), or another name"
+                    raise contract.fault(each.module, f"{row.name} is a {row.kind!r}, elsewhere another kind", do)
     return list(rows.values()), list(numbers.values())

@@ -68,7 +68,6 @@ SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time"
 TABLES = ("active", "passive")
 charge, other_motors = passive_circuit.charge, passive_circuit.other_motors
 stroke, notes = passive_circuit.stroke, passive_circuit.notes
-__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes", "full_speed", "lag", "least_displacement"]
 
 
 class Params(NamedTuple):

@@ -91,23 +91,6 @@ TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates h
 PATH = load_path
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
-__all__ = [
-    "BLANK",
-    "NAME",
-    "PATH",
-    "TITLE",
-    "Extremes",
-    "fold_extremes",
-    "charge",
-    "full_speed",
-    "full_wire_speed",
-    "lag",
-    "motors",
-    "notes",
-    "part_speeds",
-    "pump_flows",
-]
-__all__ += ["pump_speed", "pump_units", "refusal", "sized", "stroke"]
 
 
 class Params(NamedTuple):

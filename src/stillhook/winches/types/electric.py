@@ -54,7 +54,6 @@ NAME = "electric"
 TITLE = "electric winch: machines with inverters on a DC link with a store"
 PATH = load_path
 CONTROL = "speed"
-__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes"]
 TUNED = {"electric.speed.K": (20.0, 2000.0), "electric.speed.T_i": (0.02, 2.0)}
 SHOWN = {"T_m_max": "peak\ntorque", "P_el_max": "peak grid\npower", "theta_max": "highest\ntemperature"}
 TRIP = 1.1

@@ -65,7 +65,6 @@ NAME = "open-circuit"
 TITLE = "open-circuit winch: a proportional directional valve moves the drum, a counterbalance valve holds the load"
 PATH = load_path
 CONTROL = "speed"
-__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes"]
 TABLES = {"open": OpenCircuit}
 TUNED = {
     "open.drive.share": (0.0, 1.0),

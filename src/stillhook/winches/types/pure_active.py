@@ -54,7 +54,6 @@ TITLE = "pure active winch: one closed circuit moves the drum and carries the we
 PATH = load_path
 SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active",)
-__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes", "full_speed", "lag", "least_displacement"]
 
 
 class Params(NamedTuple):

@@ -67,7 +67,6 @@ MOVES = 1.0e-3
 BISECTIONS = 40
 """Halvings of the speed's range: to the last digit of a float."""
 TABLES = {"secondary": Secondary}
-__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "Signals", "charge", "fold_extremes", "notes", "stroke"]
 
 
 class Params(NamedTuple):
