@@ -378,7 +378,7 @@ RATIOS = [
 """Defect, what shows it in the log, and how that changes."""
 
 
-@pytest.mark.parametrize(("defect", "shown", "ratio", "within"), RATIOS, ids=lambda x: str(x))
+@pytest.mark.parametrize(("defect", "shown", "ratio", "within"), RATIOS, ids=lambda x: getattr(x, "__name__", str(x)))
 def test_a_defect_shows_in_the_log_by_its_size(write, defect, shown, ratio, within):
     assert shown(write(defect)) / shown(write()) == pytest.approx(ratio, rel=within)
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
+from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.report.plots.kit import panels
 from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
@@ -34,7 +34,8 @@ def bars_figure(comparison: DriveComparison, *, title: str = "") -> Figure:
     runs = comparison.ordered()
     bands = f", lines: 5 to 95 % of {comparison.n} draws" if comparison.n else ", nothing drawn"
     text = f"{title}{bands}; not validated"
-    figure, axes = panels((10.0, 1.8 + 0.5 * len(runs)), 1, 2, title=text, grid="x", sharey=True)
+    figure, axes = kit.panels(1, 2, (10.0, 1.8 + 0.5 * len(runs)), text, grid="x", sharey=True)
+    axes = axes.ravel()
     scales: dict[str, tuple[Callable[[float], float], str]] = {
         "e_c_pp": (lambda x: in_unit(x, "mm", "length"), "error, peak to peak [mm]"),
         "energy_net": (kwh, "net energy [kWh per hour]"),
@@ -71,7 +72,7 @@ def sankey_figure(run: DriveRun) -> Figure:
     total = max(sum(left.values()), sum(right.values()), 1.0)
     passing, net = number(kwh(total)), number(kwh(e.net))
     title = f"{run.name}: {passing} kWh per hour pass through; net {net} kWh per hour"
-    figure, (ax,) = panels((9.0, 4.0), title=title, grid="")
+    figure, ax = kit.panel((9.0, 4.0), title, grid="")
     _side(ax, _large(left, total), total, -1.0)
     _side(ax, _large(right, total), total, 1.0)
     ax.set(xlim=(-2.1, 2.1), ylim=(-0.3, HEIGHT + 0.3))

@@ -14,8 +14,8 @@ from stillhook.analysis.loop_stability.sweeps import AXES, bode, root_locus, slo
 from stillhook.analysis.loop_stability.transfer import about, full_matrices, motor_poles
 from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.engine.pack.winch import gains
+from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY, colours_of
-from stillhook.report.plots.kit import displayed, legend_below, panels
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.units import show
@@ -37,10 +37,10 @@ def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) 
     """
 
     def at(alpha_m: Any) -> Any:
-        return displayed(np.asarray(alpha_m) * crane.active.motor.D_total, "displacement")
+        return kit.display(np.asarray(alpha_m) * crane.active.motor.D_total, "displacement")
 
     title = f"{crane.name}: position gain at which the winch starts to oscillate"
-    figure, (ax,) = panels((7.5, 5.4), title=title)
+    figure, ax = kit.panel((7.5, 5.4), title)
     D, K_p = at(data["alpha_m"].values), crane.control.K_p
     late = f" and {1e3 * data.attrs['delay']:g} ms of delay" if data.attrs["delay"] else ""
     with_plc = f"with PLC ({1e3 * crane.control.t_cycle:g} ms){late}"
@@ -67,11 +67,12 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
     """Gain limits over layer, leakage, damping, bulk modulus, delay, each in its own panel."""
     columns, rows = 3, math.ceil(len(sweeps) / 3)
     title = f"{crane.name}: what the gain limit depends on, motors at {sweeps[0].attrs['alpha_m']:g}"
-    figure, axes = panels((10.5, 3.4 * rows), rows, columns, title=title)
+    figure, axes = kit.panels(rows, columns, (10.5, 3.4 * rows), title)
+    axes = axes.ravel()
     for ax, data in zip(axes, sweeps, strict=False):
         name = str(data["K_p_ms"].dims[0])
         kind, label = next((axis.kind, axis.label) for axis in AXES.values() if axis.name == name)
-        x = displayed(data[name].values, kind)
+        x = kit.display(data[name].values, kind)
         ax.plot(x, data["K_p_ms"], color=COLOURS[0], label="published loop")
         ax.plot(x, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label="with PLC and delay")
         ax.axhline(crane.control.K_p, color=GREY, ls=":", label="K_p of the crane")
@@ -80,7 +81,7 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
             ax.set_xticks([v for v in x if v % 2 == 0])
     for ax in axes[len(sweeps) :]:
         ax.set_axis_off()
-    legend_below(figure, axes[0])
+    kit.legend_below(figure, [axes[0]])
     return figure
 
 
@@ -88,7 +89,8 @@ def bode_figure(crane: Crane, alphas: tuple[float, ...] = (1.0,), *, delay: floa
     """Magnitude and phase of the cut loop at the crane's K_p, solid as published, dashed with PLC and delay."""
     late = f" and {1e3 * delay:g} ms of delay" if delay else ""
     title = f"{crane.name}, K_p = {crane.control.K_p:g} 1/m: solid as published, dashed with PLC{late}"
-    figure, (top, bottom) = panels((7.5, 6.5), 2, title=title, sharex=True)
+    figure, axes = kit.panels(2, 1, (7.5, 6.5), title, sharex=True)
+    top, bottom = axes.ravel()
     for colour, alpha in zip(COLOURS * 2, alphas, strict=False):
         data = bode(crane, alpha, delay=delay)
         w = data["omega"].values
@@ -106,7 +108,7 @@ def bode_figure(crane: Crane, alphas: tuple[float, ...] = (1.0,), *, delay: floa
 def root_locus_figure(crane: Crane, alphas: tuple[float, ...] = (1.0, 0.6)) -> Figure:
     """Poles of the published loop as K_p grows from 0 to three times its limit; dots at the crane's own K_p."""
     title = f"{crane.name}: poles for K_p from 0 (crosses) to three times the limit; dots: K_p of the crane"
-    figure, (ax,) = panels((7.5, 5.5), title=title)
+    figure, ax = kit.panel((7.5, 5.5), title)
     for colour, alpha in zip(COLOURS, alphas, strict=False):
         locus, now = root_locus(crane, alpha), root_locus(crane, alpha, K_p=[crane.control.K_p])
         lines = ax.plot(locus["pole_re"], locus["pole_im"], color=colour, lw=1.2)
@@ -123,7 +125,8 @@ def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] | None = None) -> Fi
     """Poles of the motors' own loop and of the circuit in the position loop as the tip's speed rises under SSC, at the
     crane's K_p."""
     title = f"{crane.name}: what SSC's measured displacement does to the poles as the tip moves faster"
-    figure, (left, right) = panels((10.0, 4.4), 1, 2, title=title)
+    figure, axes = kit.panels(1, 2, (10.0, 4.4), title)
+    left, right = axes.ravel()
     modes = tuple(mode for mode in Mode if mode.compensates and moves(crane, mode)) if modes is None else modes
     colours = colours_of(map(str, modes))
     for mode in modes:
@@ -134,7 +137,7 @@ def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] | None = None) -> Fi
         for p, style, what, lw in ((poles, "-", "motors' own loop", 1.5), (swing, ":", "oil spring", width)):
             line: dict[str, Any] = {"color": colours[str(mode)], "ls": style}
             damping = -p[:, 0].real / np.abs(p[:, 0])
-            left.plot(displayed(speeds, "speed"), damping, lw=lw, label=f"{mode}: {what}", **line)
+            left.plot(kit.display(speeds, "speed"), damping, lw=lw, label=f"{mode}: {what}", **line)
             right.plot(p.real, p.imag, lw=width, **line)
     left.set(xlabel="steady tip speed [m/min]", ylabel="damping ratio [-]", ylim=(0.0, 1.05))
     right.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")

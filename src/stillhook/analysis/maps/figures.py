@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stillhook.analysis.maps.result import BEST_CLASSIC, SHOWN, Map
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC
-from stillhook.report.plots.kit import displayed, panels
+from stillhook.report import kit
 from stillhook.units import show
 
 if TYPE_CHECKING:
@@ -113,19 +113,20 @@ def _panels(n: int, title: str, across: int | None = None) -> tuple[Figure, list
     columns = across or (n if n < 4 else 2)
     rows = -(-n // columns)
     size = (PANEL[0] * columns + 1.2, PANEL[1] * rows + 0.9)
-    figure, axes = panels(size, rows, columns, title=title, grid="", sharex=True, sharey=True)
+    figure, axes = kit.panels(rows, columns, size, title, grid="", sharex=True, sharey=True)
+    axes = axes.ravel()
     for ax in axes[-columns:]:
         ax.set_xlabel("speed [m/min]")
     for ax in axes[::columns]:
         ax.set_ylabel("load [t]")
     for ax in axes[n:]:
         ax.set_visible(False)
-    return figure, axes[:n]
+    return figure, list(axes[:n])
 
 
 def _scales(result: Map) -> tuple[FloatArray, FloatArray]:
     """Speeds [m/min] and loads [t]."""
-    return displayed(result.axes.speeds, "speed"), displayed(result.axes.loads, "mass")
+    return kit.display(result.axes.speeds, "speed"), kit.display(result.axes.loads, "mass")
 
 
 def _edges(centres: FloatArray) -> FloatArray:

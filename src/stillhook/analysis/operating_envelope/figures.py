@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillhook.analysis.operating_envelope.load_speed import PHYSICAL
 from stillhook.analysis.steady.limits import Direction, Limit
+from stillhook.base.arrays import FloatArray
 from stillhook.library import crane_from_toml
+from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.report.plots.kit import displayed, legend_below, panels
 from stillhook.units import in_display
 
 if TYPE_CHECKING:
@@ -48,12 +48,12 @@ def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: 
     """
     crane, number = _crane(data), int(data["layer"].max()) if layer is None else layer
     of_layer = data.sel(layer=number)
-    v, tonnes = slower(of_layer), displayed(of_layer["load"].values, "mass")
+    v, tonnes = slower(of_layer), kit.display(of_layer["load"].values, "mass")
     place = f"{crane.name}, layer {number} of {crane.drum.layers}"
     title = title or f"{place}: steady speed that each mode follows, losses included"
-    figure, (ax,) = panels((9.0, 6.0), title=title)
+    figure, ax = kit.panel((9.0, 6.0), title)
     for mode, colour in _coloured(of_layer):
-        speeds = displayed(v.sel(mode=mode).values, "speed")
+        speeds = kit.display(v.sel(mode=mode).values, "speed")
         if mode in RECTANGLES:
             most = in_display(float(of_layer["load_most"].sel(mode=mode)), "mass")
             _rectangle(ax, speeds, tonnes, most, colour, mode)
@@ -62,12 +62,12 @@ def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: 
             _labels(ax, of_layer, speeds, tonnes)
         else:
             ax.plot(speeds, tonnes, color=colour, lw=2.0, label=mode)
-    right = _right(of_layer, float(np.nanmax(displayed(v.values, "speed"))))
+    right = _right(of_layer, float(np.nanmax(kit.display(v.values, "speed"))))
     _hyperbolas(ax, of_layer, crane, right)
     SWL = in_display(crane.SWL, "mass")
     ax.axhline(SWL, color=GREY, lw=0.8, ls=":")
     ax.set(xlim=(0.0, right), ylim=(0.0, 1.08 * SWL), xlabel="wire speed [m/min]", ylabel="load [t]")
-    legend_below(figure, ax)
+    kit.legend_below(figure, [ax])
     return figure
 
 
@@ -80,8 +80,9 @@ def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
     load, way = in_display(float(curves.attrs["load"]), "mass"), Direction(curves.attrs["direction"])
     place = f"{_crane(curves).name}, {load:g} t, layer {curves.attrs['layer']}, {way}"
     title = title or f"{place}: settings of motors and pumps at a steady wire speed"
-    figure, axes = panels((9.0, 6.5), 2, title=title, sharex=True)
-    x = displayed(curves["v_w"].values, "speed")
+    figure, axes = kit.panels(2, 1, (9.0, 6.5), title, sharex=True)
+    axes = axes.ravel()
+    x = kit.display(curves["v_w"].values, "speed")
     for mode, colour in _coloured(curves):
         of_mode = curves.sel(mode=mode)
         for ax, name in zip(axes, ("alpha_m", "alpha_p"), strict=True):
@@ -90,32 +91,33 @@ def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
         meets = of_mode["v_w_cross"].values
         meets = meets[np.isfinite(meets)]
         at = np.interp(meets, curves["v_w"], of_mode["alpha_m"])
-        axes[0].plot(displayed(meets, "speed"), at, "o", color=colour, ms=5)
+        axes[0].plot(kit.display(meets, "speed"), at, "o", color=colour, ms=5)
     axes[1].axhline(1.0, color="black", lw=0.8)
     axes[1].text(0.0, 1.0, " pumps full", va="bottom", fontsize="small")
     axes[0].set(ylabel="motors alpha_m [-]", ylim=(0.4, 1.05))
     axes[1].set(ylabel="pumps alpha_p [-]", ylim=(0.0, 1.3), xlabel="wire speed [m/min]", xlim=(0.0, float(x[-1])))
     axes[0].plot([], [], color=GREY, ls="--", lw=1.0, label="without leakage, published diameter")
-    legend_below(figure, axes[0], curves.sizes["mode"] + 1)
+    kit.legend_below(figure, [axes[0]], curves.sizes["mode"] + 1)
     return figure
 
 
 def layer_figure(data: xarray.Dataset, *, title: str = "") -> Figure:
     """Highest wire speed by layer, one panel a load of the data, one colour a mode; the slower direction counts."""
     v, title = slower(data), title or f"{_crane(data).name}: highest steady wire speed by layer"
-    figure, axes = panels((9.0, 5.0), 1, data.sizes["load"], title=title, sharey=True)
+    figure, axes = kit.panels(1, data.sizes["load"], (9.0, 5.0), title, sharey=True)
+    axes = axes.ravel()
     for ax, load in zip(axes, data["load"].values, strict=True):
         for mode, colour in _coloured(data):
             style = MACHINE if mode == PHYSICAL else {"color": colour, "lw": 1.6, "marker": "o", "ms": 3, "label": mode}
-            ax.plot(data["layer"], displayed(v.sel(mode=mode, load=load).values, "speed"), **style)
+            ax.plot(data["layer"], kit.display(v.sel(mode=mode, load=load).values, "speed"), **style)
         ax.set(xlabel="layer, 1 on the bare drum", title=f"{in_display(float(load), 'mass'):g} t")
     axes[0].set(ylabel="highest wire speed [m/min]")
     axes[0].set_ylim(bottom=0.0)
-    legend_below(figure, axes[0], data.sizes["mode"])
+    kit.legend_below(figure, [axes[0]], data.sizes["mode"])
     return figure
 
 
-def _rectangle(ax: Any, speeds: Sequence[float], tonnes: Sequence[float], most: float, colour: str, mode: str) -> None:
+def _rectangle(ax: Any, speeds: FloatArray, tonnes: FloatArray, most: float, colour: str, mode: str) -> None:
     """A classic mode's range: filled up to the load that it may carry."""
     inside = [(v, t) for v, t in zip(speeds, tonnes, strict=True) if np.isfinite(v)]
     if not inside:
@@ -125,7 +127,7 @@ def _rectangle(ax: Any, speeds: Sequence[float], tonnes: Sequence[float], most: 
     ax.plot([*xs, 0.0], [*ys, ys[-1]], color=colour, lw=1.6, label=f"{mode} (to {most:g} t)")
 
 
-def _labels(ax: Any, of_layer: xarray.Dataset, speeds: Sequence[float], tonnes: Sequence[float]) -> None:
+def _labels(ax: Any, of_layer: xarray.Dataset, speeds: FloatArray, tonnes: FloatArray) -> None:
     """What binds the machine where it is not the pumps' flow, once for each limit, at its lowest load."""
     way = of_layer["v_w_top"].sel(mode=PHYSICAL).fillna(np.inf).argmin("direction")
     names = of_layer["binds"].sel(mode=PHYSICAL).isel(direction=way).values
@@ -146,10 +148,10 @@ def _hyperbolas(ax: Any, of_layer: xarray.Dataset, crane: Crane, right: float) -
     for name, label, style in HYPERBOLAS if "v_w_power" in of_layer else ():
         weight = of_layer["load"].values + crane.hook_mass
         power = float(np.nanmedian(of_layer[name].values * weight))  # speed times weight is the same at every load
-        speeds = displayed(power / (loads + crane.hook_mass), "speed")
+        speeds = kit.display(power / (loads + crane.hook_mass), "speed")
         inside = speeds <= right
         if inside.any():
-            ax.plot(speeds[inside], displayed(loads[inside], "mass"), color=GREY, lw=1.3, ls=style, label=label)
+            ax.plot(speeds[inside], kit.display(loads[inside], "mass"), color=GREY, lw=1.3, ls=style, label=label)
 
 
 def _coloured(data: xarray.Dataset) -> list[tuple[str, str]]:

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
+from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY, colours_of
-from stillhook.report.plots.kit import panels
 from stillhook.units import in_display
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def pareto_figure(
 
     fronts: controller -> points of `front`; marks: controller -> start and best. Down and left is better.
     """
-    figure, (ax,) = panels((8.0, 5.6), title=title)
+    figure, ax = kit.panel((8.0, 5.6), title)
     colours = colours_of(marks)
     for name, (start, best) in marks.items():
         at, colour = [_at(p) for p in fronts.get(name, ())], colours[name]
@@ -62,7 +62,8 @@ def bars_figure(rows: Mapping[str, Sequence[Rating]], *, title: str = "") -> Fig
     never saw."""
     without = any(math.isnan(r.p_max) for row in rows.values() for r in row)  # a winch without pressure
     labels = ("mean error p-p [mm]",) if without else ("mean error p-p [mm]", "highest pressure [bar]")
-    figure, axes = panels((9.0, 6.4), len(labels), title=title, grid="y", sharex=True)
+    figure, axes = kit.panels(len(labels), 1, (9.0, 6.4), title, grid="y", sharex=True)
+    axes = axes.ravel()
     for i, (ax, label) in enumerate(zip(axes, labels, strict=True)):
         for k, (name, colour, hatch) in enumerate(STYLES):
             at = [j + (k - 1.5) * WIDTH for j in range(len(rows))]

@@ -10,8 +10,8 @@ import numpy as np
 
 from stillhook.analysis.uncertainty.report import Limit, bands
 from stillhook.analysis.uncertainty.sobol import MATTERS, Sensitivity, largest_totals
+from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.report.plots.kit import displayed, panels
 from stillhook.units import in_display
 
 if TYPE_CHECKING:
@@ -31,19 +31,20 @@ def band_figure(run: xarray.Dataset, title: str = "", limits: Sequence[Limit] = 
     shown = [name for name in SHOWN if name in run]
     at_values, results = json.loads(run.attrs["at_values"]), bands(run, shown)
     size = (5.0 * len(shown), 1.6 + 0.75 * len(cases))
-    figure, axes = panels(size, 1, len(shown), title=title, grid="x", sharey=True)
+    figure, axes = kit.panels(1, len(shown), size, title, grid="x", sharey=True)
+    axes = axes.ravel()
     for ax, name in zip(axes, shown, strict=True):
         words, kind = SHOWN[name]
         for y, (case, colour) in enumerate(zip(cases, COLOURS * len(cases), strict=False)):
-            values = displayed(run[name].sel(case=case).values, kind)
+            values = kit.display(run[name].sel(case=case).values, kind)
             spread = 0.16 * (np.argsort(np.argsort(run["factor_value"].values[:, 0])) / max(len(values) - 1, 1) - 0.5)
             ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.45, ms=4, mew=0)
             b = results[case][name]
-            low, median, high = displayed((b.low, b.median, b.high), kind)
+            low, median, high = kit.display((b.low, b.median, b.high), kind)
             of_band, of_base = ("5 to 95 %", "as described") if y == 0 else (None, None)
             ax.plot([low, high], [y - 0.08, y - 0.08], color=colour, lw=5, solid_capstyle="butt", label=of_band)
             ax.plot(median, y - 0.08, "|", color="white", ms=9, mew=2)
-            ax.plot(displayed(at_values[case][name], kind), y - 0.28, "^", color=GREY, ms=6, label=of_base)
+            ax.plot(kit.display(at_values[case][name], kind), y - 0.28, "^", color=GREY, ms=6, label=of_base)
         for limit in (limit for limit in limits if limit.name == name):
             ax.axvline(in_display(limit.value, kind), color=GREY, ls="--", lw=1)
         ax.set(xlabel=words, yticks=range(len(cases)), ylim=(len(cases) - 0.5, -0.5))
@@ -61,7 +62,8 @@ def index_figure(results: Sequence[Sensitivity], title: str = "", least: float =
     names = [name for name, x in largest.items() if x >= least] or list(largest)[:1]
     cases, outputs = list(dict.fromkeys(s.case for s in results)), list(dict.fromkeys(s.output for s in results))
     size = (4.2 * len(cases) + 1.0, len(outputs) * (0.34 * len(names) + 1.1) + 0.6)
-    figure, axes = panels(size, len(outputs), len(cases), title=title, grid="x", sharex=True, sharey=True)
+    figure, axes = kit.panels(len(outputs), len(cases), size, title, grid="x", sharex=True, sharey=True)
+    axes = axes.ravel()
     for s in results:
         ax = axes[outputs.index(s.output) * len(cases) + cases.index(s.case)]
         _bars(ax, s, names)

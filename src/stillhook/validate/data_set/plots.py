@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.report import kit
 from stillhook.report.plots.colours import BLACK, BLUE, GREEN, GREY, RED
 from stillhook.validate.data_set.campaign import Campaign
 
@@ -26,14 +27,7 @@ def panels(
 ) -> tuple[Figure, Any]:
     """A figure with its axes (rows, columns), always two-dimensional; size [inch]. The title says where the data are
     synthetic."""
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, **more)
-    for ax in np.ravel(axes):
-        ax.grid(alpha=0.3)
-    figure.suptitle(f"SYNTHETIC. {title}" if campaign.synthetic else title, fontsize="medium")
-    return figure, axes
+    return kit.panels(rows, columns, size, f"SYNTHETIC. {title}" if campaign.synthetic else title, **more)
 
 
 def finish(figure: Figure, axes: Any, names: Sequence[str], columns: int) -> Figure:
@@ -41,11 +35,7 @@ def finish(figure: Figure, axes: Any, names: Sequence[str], columns: int) -> Fig
     for ax, name in zip(axes[:, 0], names, strict=True):
         ax.set_ylabel(name)
     figure.align_ylabels(axes[:, 0])
-    pairs = {
-        label: handle for ax in np.ravel(axes) for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
-    }
-    legend = list(pairs.values()), list(pairs)
-    figure.legend(*legend, loc="outside lower center", ncols=columns, fontsize="small", frameon=False)
+    kit.legend_below(figure, np.ravel(axes), columns)
     return figure
 
 
