@@ -22,7 +22,8 @@ from stillhook.formats.binary import process as reader_process
 from stillhook.formats.binary import reader as binary_reader
 from stillhook.formats.binary.reader import read_binary
 from stillhook.formats.table import file as file_module
-from stillhook.formats.table.columns import ColumnSpec, read_columns
+from stillhook.formats.table.columns import ColumnSpec
+from stillhook.formats.table.read import read_columns
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.wavespectra import read_wavespectra
 from stillhook.formats.weather.file import read_weather

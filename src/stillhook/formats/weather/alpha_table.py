@@ -14,7 +14,8 @@ from pathlib import Path
 
 from stillhook.base.choice import nearest
 from stillhook.errors import UnitError, WeatherError
-from stillhook.formats.table.columns import Columns, ColumnSpec, read_columns
+from stillhook.formats.table.columns import ColumnSpec
+from stillhook.formats.table.read import Columns, read_columns
 from stillhook.units import parse, quote, show
 from stillhook.weather.alpha import DEFAULT, TEXTS, AlphaTable, alpha_tables, load_alpha_table
 

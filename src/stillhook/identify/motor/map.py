@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
-from stillhook.formats.table.columns import Columns, ColumnSpec, read_columns
+from stillhook.formats.table.columns import ColumnSpec
+from stillhook.formats.table.read import Columns, read_columns
 from stillhook.physics.hydraulics.motor_losses import LossMotor
 from stillhook.units import parse, quote, show
 

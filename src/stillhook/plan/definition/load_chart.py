@@ -22,7 +22,8 @@ from pydantic import Field
 
 from stillhook import units as u
 from stillhook.errors import PlanError
-from stillhook.formats.table.columns import Columns, ColumnSpec, read_columns
+from stillhook.formats.table.columns import ColumnSpec
+from stillhook.formats.table.read import Columns, read_columns
 from stillhook.plan.definition.phases import IN_AIR, Phase
 from stillhook.sea.vessel.boom import Boom
 from stillhook.sea.vessel.tip import TipPoint, parse_point

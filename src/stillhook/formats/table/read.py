@@ -1,0 +1,163 @@
+"""Tables of named columns: a CSV, Parquet or Excel file with a line of headings, read in SI.
+
+A heading carries its unit, `D_m [cm^3/rev]`, or a mapping file says which column is what:
+
+    [columns]
+    D_m = { column = "Vg", unit = "cm^3/rev" }
+    eta_hm = { column = "hm. efficiency", unit = "%", scale = 1.0 }
+
+A unit is never guessed. CSV: separator comma, semicolon or tab; decimal comma with the latter two, or in quotes;
+comments begin with #; a byte-order mark, CRLF and quotes do no harm.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pydantic import Field, field_validator
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.choice import nearest
+from stillhook.errors import LogError, SpecError, StillhookError, UnitError
+from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values
+from stillhook.formats.table.dialect import MISSING
+from stillhook.formats.table.file import unpacked
+from stillhook.formats.table.text import TextTable, decoded, headed_table
+from stillhook.formats.table.workbook import READERS, read_workbook
+from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.kinds import FileKind, toml_instead
+from stillhook.tables.table import Number, Spec, Text
+from stillhook.units import quote
+
+LARGEST_TABLE = 50_000_000
+"""Bytes; a million cells. Logs are read elsewhere, streamed."""
+START = "Give a table with a line of headings and one row a measured point."
+_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
+
+
+class ColumnTable(Spec):
+    """One row of a mapping file."""
+
+    column: Text = Field(description="heading in the table")
+    unit: Text | None = Field(default=None, description="unit of its numbers")
+    scale: Number = Field(default=1.0, description="factor on its numbers")
+
+    @field_validator("scale")
+    @classmethod
+    def _not_zero(cls, scale: float) -> float:
+        if scale == 0.0:
+            raise ValueError("give a number that is not 0.")
+        return scale
+
+
+class ColumnsFile(Spec):
+    """A mapping file."""
+
+    columns: Mapping[str, ColumnTable] = Field(min_length=1, description="table [columns] with one row for each column")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns in SI, NaN where a cell is empty, and the table that they are from."""
+
+    table: TextTable
+    values: Mapping[str, FloatArray]
+    headings: Mapping[str, str]
+    unused: tuple[str, ...]
+
+    @property
+    def source(self) -> str:
+        """Name of the file."""
+        return self.table.name
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """The number of each row in the file."""
+        return self.table.lines
+
+
+def read_columns(
+    path: str | os.PathLike[str],
+    specs: Sequence[ColumnSpec],
+    mapping: str | os.PathLike[str] | None = None,
+    error: type[StillhookError] = LogError,
+) -> Columns:
+    """The requested columns that a table has, in SI.
+
+    Parameters: path .csv, .txt, .tsv, .parquet or .xlsx; specs what may be there; mapping a TOML file with a table
+    [columns]; error: what is raised.
+    Errors: `error`, UnitError of one line with file, row, column, what came and what is allowed.
+    """
+    if line := toml_instead(path, "a table of numbers"):
+        raise error(line)
+    chosen = _mapping(Path(mapping), specs) if mapping is not None else {}
+    table = _table(Path(path), error)
+    places = {spec.name: place for spec in specs if (place := place_of(table, spec, chosen.get(spec.name))) is not None}
+    for spec in specs:
+        if spec.required and spec.name not in places:
+            raise missing_column(table, spec, "Name it so, or map it in a mapping file.")
+    _one_decimal_sign(table, sorted(places.values()))
+    table = replace(table, comma=True, row="row")
+    values = {
+        spec.name: si_values(table, spec, places[spec.name], MISSING, chosen.get(spec.name))
+        for spec in specs
+        if spec.name in places
+    }
+    unused = tuple(h for i, h in enumerate(table.headings) if i not in places.values() and h)
+    return Columns(table, values, {name: table.headings[i] for name, i in places.items()}, unused)
+
+
+def _table(path: Path, error: type[StillhookError]) -> TextTable:
+    kind = path.suffix.lower()
+    if kind in (".xls", ".ods"):
+        raise error(f"{path.name}: {kind} is not read. Save it as .xlsx or .csv.")
+    data = unpacked(path, "table in CSV, Parquet or Excel", error, LARGEST_TABLE)
+    if kind in READERS:
+        return read_workbook(path, error, START)
+    return headed_table(path.name, decoded(path.name, data, error), error, START)
+
+
+def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:
+    """The table [columns] of a mapping file."""
+    example = f'{specs[0].name} = {{ column = "my heading", unit = "{specs[0].units[-1]}" }}'
+    rows = f"A mapping has one table [columns] with rows such as {example}."
+    try:
+        return read_toml(path, FileKind.COLUMNS, LogError, lambda table: _columns(table, specs), start=rows)
+    except SpecError as problem:
+        raise LogError(str(problem)) from None
+
+
+def _columns(table: TomlTable, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:
+    columns, by_name = table.read(ColumnsFile).columns, {spec.name: spec for spec in specs}
+    for name, row in columns.items():
+        if name not in by_name:
+            near = nearest(name, by_name)
+            raise LogError(f"{table.place('columns', name)}: unknown column{near} Allowed: {', '.join(by_name)}.")
+        units = by_name[name].units
+        if row.unit is not None and row.unit not in units:
+            place = table.place("columns", name, "unit")
+            raise UnitError(f"{place} = {quote(row.unit)}: not one of {', '.join(units)}.")
+    return columns
+
+
+def _one_decimal_sign(table: TextTable, places: Sequence[int]) -> None:
+    """Refuse numbers that may mean two things: commas here and points there, or "1,500" which may be fifteen
+    hundred."""
+    texts = [(table.headings[i], cell) for i in places for cell in table.column(i)]
+    comma, point = (next(((h, c) for h, c in texts if sign in c), None) for sign in ",.")
+    if comma is not None and point is not None:
+        raise table.error(
+            f"{table.name}: {quote(comma[1])} in column {quote(comma[0])} has a comma and {quote(point[1])} in column"
+            f" {quote(point[0])} a point. Write one decimal sign and no thousands sign."
+        )
+    for heading in () if table.comma else dict.fromkeys(h for h, c in texts if "," in c):
+        with_comma = [c for h, c in texts if h == heading and "," in c]
+        if all(_THOUSANDS.fullmatch(c) for c in with_comma):
+            raise table.error(
+                f"{table.name}: column {quote(heading)}: {quote(with_comma[0])} may be a thousand or a decimal comma. "
+                "Write numbers without a thousands sign, with a decimal point."
+            )
