@@ -444,7 +444,7 @@ class TestCaseFiles:
             ["--motion", "a\0b"],
             ["--controllers", "ns\nhs"],
             ["--controllers", "ns,ns"],
-            ["--crane", "/"],
+            ["/"],
         ],
     )
     def test_odd_arguments_are_one_line(self, capsys, option):

@@ -221,7 +221,7 @@ def test_a_command_with_a_module_that_cannot_be_one_is_refused_in_one_line(
 )
 def test_modules_that_cannot_be_loaded_together_are_refused(names: list[str], line: str, example: Path) -> None:
     (example / "same.py").write_bytes((example / "ssc_pi.py").read_bytes())
-    run = python("-m", "stillhook", "list cranes", extensions=[Path(name) for name in names], folder=example)
+    run = python("-m", "stillhook", "list", "cranes", extensions=[Path(name) for name in names], folder=example)
     assert Answer(run.returncode, run.stderr).refused, run.stderr
     assert line in run.stderr
 

@@ -44,7 +44,7 @@ def test_a_plan_tells_of_every_certificate_that_it_is_unsigned(plan):
     assert facts_of_crane(plan.crane, False)["certificate"] is None
     told = facts_of_crane(certified(plan, load=("1 t", "250 t")).crane, False)["certificate"]
     assert told["unsigned"] == UNSIGNED
-    for word in ("checksum, not a signature", "stillhook certificate check"):
+    for word in ("checksum, not a signature", "stillhook certificate certificate.json --check"):
         assert word in UNSIGNED
 
 

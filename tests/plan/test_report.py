@@ -325,7 +325,7 @@ def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
 def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
     quick = replace(result, facts={**result.facts, "tiers": ["closed-form", "frequency"]})
     assert (
-        "To repeat: stillhook plan made-up.toml --tier frequency --alpha dnv-os-h101 --out FOLDER, then stillhook report FOLDER."
+        "To repeat: stillhook plan made-up.toml --tier frequency --forecast-factors dnv-os-h101 --out FOLDER, then stillhook report FOLDER."
         in told(quick)
     )
 

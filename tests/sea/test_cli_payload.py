@@ -15,7 +15,7 @@ def answer(capsys, *arguments):
 
 
 def test_the_list_names_every_payload(capsys):
-    assert [row["payload"] for row in answer(capsys, "list")] == list(payloads())
+    assert [row["payload"] for row in commands.answer(capsys, "list", "payloads")] == list(payloads())
     assert run(["list", "payloads"]) == 0
     out = capsys.readouterr().out
     assert all(name in out for name in payloads())
@@ -24,7 +24,7 @@ def test_the_list_names_every_payload(capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", payloads())
 def test_a_sheet_gives_its_numbers_in_si_under_known_names(capsys, name):
-    found = answer(capsys, "show", name)
+    found = answer(capsys, name)
     load = read_payload(name)
     assert set(found) | set(found["levels"][0]) | set(found["sources"][0]) - {"source"} <= set(BY_NAME)
     assert found["mass"] == load.mass
@@ -37,7 +37,7 @@ def test_a_sheet_gives_its_numbers_in_si_under_known_names(capsys, name):
 def test_a_payload_of_ones_own_is_shown_in_the_water_that_is_asked_for(capsys, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('mass = "40 t"\nshape = "disc"\ndiameter = "5 m"\nheight = "0.4 m"\n', encoding="utf-8")
-    salt, fresh = (answer(capsys, "show", str(path), "--rho", f"{rho} kg/m^3") for rho in (1025, 1000))
+    salt, fresh = (answer(capsys, str(path), "--rho", f"{rho} kg/m^3") for rho in (1025, 1000))
     assert fresh["A33"] == pytest.approx(salt["A33"] * 1000.0 / 1025.0)
     assert fresh["W_sub"] > salt["W_sub"]
     assert run(["payload", str(path)]) == 0
@@ -60,17 +60,17 @@ def test_a_picture_and_numbers_are_written_on_request_only(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (("show", "mud-mat"), 'error: No payload "mud-mat": the library has manifold-60t'),
-        (("show", "spool-20t", "--rho", "1025"), 'error: --rho = "1025": no unit; write "1025 kg/m^3"'),
+        (("mud-mat",), 'error: No payload "mud-mat": the library has manifold-60t'),
+        (("spool-20t", "--rho", "1025"), 'error: --rho = "1025": no unit; write "1025 kg/m^3"'),
         (
-            ("show", "spool-20t", "--rho", "0 kg/m^3"),
+            ("spool-20t", "--rho", "0 kg/m^3"),
             'error: --rho = "0 kg/m^3": is not the density of sea water, 900 to 1300 kg/m^3',
         ),
         (
-            ("show", "spool-20t", "--rho", "9000 kg/m^3"),
+            ("spool-20t", "--rho", "9000 kg/m^3"),
             'error: --rho = "9000 kg/m^3": is not the density of sea water',
         ),
-        (("show", "missing.toml"), 'error: "missing.toml": no such file.'),
+        (("missing.toml",), 'error: "missing.toml": no such file.'),
     ],
 )
 def test_mistakes_end_in_one_line(capsys, arguments, line):

@@ -81,11 +81,11 @@ def test_a_vessel_that_does_not_ride_is_shown_with_its_numbers_by_check_and_refu
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (("show", "no-such-ship"), "no such vessel file"),
-        (("check", "no-such-ship"), "no such vessel file"),
-        (("show", "FILE", "--at", "x=-20, y=3 m"), 'write "-20 m"'),
-        (("show", "FILE", "--at", "-20 m"), "is not x, y or z with a length"),
-        (("show",), "Missing argument"),
+        (("no-such-ship",), "no such vessel file"),
+        (("no-such-ship", "--check"), "no such vessel file"),
+        (("FILE", "--at", "x=-20, y=3 m"), 'write "-20 m"'),
+        (("FILE", "--at", "-20 m"), "is not x, y or z with a length"),
+        ((), "Missing argument"),
     ],
 )
 def test_bad_input_ends_in_one_line(

@@ -137,13 +137,11 @@ def certificate(
     if check:
         raise typer.Exit(0 if _checked(file, campaign, quick=quick, json=json) else 1)
     refuse({"--campaign": campaign, "--quick": quick}, "belongs to --check. Give it, or leave this out.")
-    from stillhook.validate.certificate.summary import summary
-
     read = load_certificate(file)
     if json:
         print_json(read.data)
     else:
-        print_document(summary(read))
+        print_document(read.summary())
     raise typer.Exit(0 if read.passed else 1)
 
 

@@ -28,7 +28,7 @@ EDGE = 0.01
 hardly better, and a test repeated as it was is no extrapolation."""
 UNSIGNED = (
     "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine."
-    " Verify it by computing it again from the logs: stillhook certificate certificate.json. --check"
+    " Verify it by computing it again from the logs: stillhook certificate certificate.json --check."
 )
 """Printed wherever credit rests on a certificate."""
 SHORT = 12
