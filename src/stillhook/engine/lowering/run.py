@@ -176,6 +176,10 @@ def run_lowerings(
     )
 
 
+ON_SLINGS = Setup(joint=joint_of(None))
+"""What the kernel of a lowering without a unit between hook and slings runs besides its winch."""
+
+
 def setup_of(lift: Lowering) -> Setup:
     """What the kernel of a lowering runs besides its winch."""
     return Setup(joint=joint_of(lift.compensator))

@@ -13,7 +13,6 @@ from stillhook.report import kit
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.report.plots.run import SEABED, STEEL, WATER
 from stillhook.spec.lift.lowering import Lowering
-from stillhook.winches.joints.registry import UNITS
 
 if TYPE_CHECKING:
     import xarray
@@ -103,7 +102,7 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
     H, half, w = lift.payload.height, bounds.half, 0.5 * _width(lift)
     top, hook, unit = z + H, z + H + lift.rigging.height, lift.compensator
     if unit is not None:
-        s = float(run[UNITS[unit.type].EXTENSION][i])
+        s = float(run[lift.extension_signal][i])
         ax.plot([0.0, 0.0], [hook, hook + s], color=STEEL, lw=2.0)
         ax.plot([0.0, 0.0], [hook + s, hook + s + unit.shortest], color="black", lw=5.0, solid_capstyle="butt")
     ax.fill_between([-half, half], bounds.low, min(max(eta, bounds.low), bounds.high), color=WATER, lw=0)
@@ -115,7 +114,7 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
         sag = 0.25 * w if slack else 0.0
         x, y = [side, 0.5 * side + math.copysign(sag, side), 0.0], [top, 0.5 * (top + hook), hook]
         ax.plot(x, y, color=COLOURS[1], lw=1.0)
-    wire = hook if unit is None else hook + float(run[UNITS[unit.type].EXTENSION][i]) + unit.shortest
+    wire = hook if unit is None else hook + float(run[lift.extension_signal][i]) + unit.shortest
     ax.plot([0.0, 0.0], [wire, bounds.high], color="black", lw=1.2)
     ax.plot([0.0], [wire], marker="s", color="black", ms=4)
     ax.set(xlim=(-half, half), ylim=(bounds.low, bounds.high))

@@ -23,7 +23,7 @@ from stillhook.sea.vessel.realisation import Amplitudes, WaveField, band, realis
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
 from stillhook.winches.joints.interface import JointUnit
-from stillhook.winches.joints.registry import unit_of
+from stillhook.winches.joints.registry import UNITS, unit_of
 
 
 class StageMode(StrEnum):
@@ -242,6 +242,12 @@ class Lowering(Record):
     rho: u.Density = Field(default=RHO_SEA, gt=0)
     sensors: Sensors = Field(default_factory=Sensors)
     friction: FrictionModel = FrictionModel.LUGRE
+
+    @property
+    def extension_signal(self) -> str:
+        """Column of a series that says how much longer than its shortest the unit between hook and slings is; "" where
+        there is none."""
+        return "" if self.compensator is None else str(UNITS[self.compensator.type].EXTENSION)
 
     @property
     def link_mass(self) -> float:
