@@ -161,7 +161,7 @@ def threshold(ax: Axes, value: float, label: str = "", *, along: str = "x", note
     (ax.axhline if along == "x" else ax.axvline)(value, color=GREY, ls="--", lw=1.0, label=label or None)
     if note:
         beside = ax.get_yaxis_transform()
-        ax.text(1.0, value, f"{note} ", color=GREY, transform=beside, ha="right", va="bottom", fontsize="small")
+        ax.text(1.0, value, f"{note} ", color=GREY, transform=beside, ha="right", va="top", fontsize="small")
 
 
 def legend(ax: Axes, loc: str = "best", **more: Any) -> None:

@@ -81,7 +81,7 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
             ax.set_xticks([v for v in x if v % 2 == 0])
     for ax in axes[len(sweeps) :]:
         ax.set_axis_off()
-    kit.legend_below(figure, [axes[0]])
+    kit.legend_below(figure, [axes[0]], 4)
     return figure
 
 

@@ -67,7 +67,7 @@ def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: 
     SWL = in_display(crane.SWL, "mass")
     ax.axhline(SWL, color=GREY, lw=0.8, ls=":")
     ax.set(xlim=(0.0, right), ylim=(0.0, 1.08 * SWL), xlabel="wire speed [m/min]", ylabel="load [t]")
-    kit.legend_below(figure, [ax])
+    kit.legend_below(figure, [ax], 4)
     return figure
 
 
