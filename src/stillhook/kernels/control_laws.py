@@ -13,7 +13,7 @@ from stillhook.control.guard import FINITE, Guard, check, is_code, known_mode, l
 from stillhook.control.interface import DISPLACEMENT, Demand
 from stillhook.control.plc import command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
-from stillhook.physics.records import define, replace
+from stillhook.physics.records import define, record, replace
 from stillhook.physics.scalar import scalar
 
 
@@ -51,14 +51,13 @@ def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: boo
     laws = [law for law in CONTROLLERS.values() if (law.in_every_kernel and drive in law.drives) or law.name in names]
     parts = [(f"{law.field}_{part}", cls) for law in laws for part, cls in _parts(law)]
     behind = [("guard", Guard)] if guarded else []
-    record: Any = NamedTuple("LawRecord", [("code", float), *parts, *behind])  # type: ignore[misc]
     kind = f"{drive}{' guarded' if guarded else ''} {' '.join(names)}"
-    record.__module__ = f"{__name__} {kind}"  # its generated functions are distinguished by it
-    names_used: dict[str, Any] = {"Record": record, "Demand": Demand, "observe": observe, "command": command}
+    LawRecord = record("LawRecord", f"{__name__} {kind}", code=float, **dict(parts), **dict(behind))
+    names_used: dict[str, Any] = {"Record": LawRecord, "Demand": Demand, "observe": observe, "command": command}
     guarding: tuple[Any, ...] = (check, is_code, known_mode, limited, outside, sound_demand)
     names_used |= {each.__name__: each for each in guarding}
     if guarded:
-        names_used |= {"with_guard": replace(record, "guard"), "with_memory": replace(Guard, "g")}
+        names_used |= {"with_guard": replace(LawRecord, "guard"), "with_memory": replace(Guard, "g")}
     for law in laws:
         names_used[f"cycle_{law.field}"] = law.cycle
         names_used |= {f"{law.field}_{part}_class": cls for part, cls in _parts(law)}
@@ -71,10 +70,10 @@ def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: boo
         values: dict[str, Any] = {"code": -1.0, "guard": guard}
         values |= {f"{law.field}_settings": settings[law.name] for law in laws if law.record is not None}
         values |= {f"{law.field}_memory": law.memory() for law in laws if law.memory is not None}
-        names: tuple[str, ...] = record._fields
-        return record(*[values[name] for name in names])
+        names: tuple[str, ...] = LawRecord._fields
+        return LawRecord(*[values[name] for name in names])
 
-    return ControlLaws(record, names_used["checked"], scalar(names_used["cycle"]), blank)
+    return ControlLaws(LawRecord, names_used["checked"], scalar(names_used["cycle"]), blank)
 
 
 CYCLE = """\

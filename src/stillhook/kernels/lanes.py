@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.physics.records import define, fields
+from stillhook.physics.records import define, fields, record
 from stillhook.physics.scalar import scalar
 
 if typing.TYPE_CHECKING:
@@ -99,13 +99,13 @@ class Joined(typing.NamedTuple):
 
 def joined(name: str, first: type, second: type) -> Joined:
     """The record of the fields of both, in this order, and join(a, b)."""
-    record: Any = typing.NamedTuple(name, [*fields(first), *fields(second)])  # type: ignore[misc]
-    record.__module__ = f"{first.__module__} and {second.__module__}"  # its generated functions are distinguished by it
+    of = f"{first.__module__} and {second.__module__}"
+    made = record(name, of, **dict(fields(first)), **dict(fields(second)))
     args = [f"a.{f}" for f, _ in fields(first)] + [f"b.{f}" for f, _ in fields(second)]
-    names: dict[str, Any] = {"record": record}
-    file = f"<{name} of {record.__module__}>"
+    names: dict[str, Any] = {"record": made}
+    file = f"<{name} of {of}>"
     define(f"def join(a, b): return record({', '.join(args)})\n", names, file)
-    return Joined(record, scalar(names["join"]))
+    return Joined(made, scalar(names["join"]))
 
 
 def room_for(shape: tuple[int, ...]) -> NDArray[np.float64]:

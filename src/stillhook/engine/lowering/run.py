@@ -232,22 +232,9 @@ class LiftBlock(Block[Ready]):
         self.n_peak = max(round(interval / (sampled * self.drive.t_cycle)), 1) * sampled
         self.P = np.full((self.drive.n_ticks // self.n_peak + 1, NP, lanes), -np.inf)
         blank_winch = blank(d.winch.Stats, ready[0].winch.plant)
-        self.first = np.array(flatten(blank_winch) + flatten(self.blank_lift()))
+        of_joint = () if d.joint.Stats is None else (d.joint.blank(),)
+        self.first = np.array(flatten((blank_winch, blank_lift_stats(), *of_joint)))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
-
-    def blank_lift(self) -> tuple[Any, ...]:
-        """Statistics of the lift that are of nothing yet."""
-        joint = self.d.joint
-        return (blank_lift_stats(),) if joint.Stats is None else (blank_lift_stats(), joint.blank())
-
-    def more_records(self, packed: PackedLift) -> dict[str, Any]:
-        """Records of a lane in addition to those of every lift."""
-        return {} if self.d.joint.Stats is None else {"link": packed.link, "cs": self.d.joint.blank()}
-
-    def link_stats(self, row: Sequence[float]) -> Any:
-        """Statistics of what joins hook and payload, where it is more than slings."""
-        record = self.d.joint.Stats
-        return None if record is None else record_of(record)(row, size(self.of_winch.Stats) + size(LiftStats))
 
     def _stages(self) -> FloatArray:
         """Stages of every lane; a shorter programme goes no further than its last."""
@@ -292,7 +279,7 @@ class LiftBlock(Block[Ready]):
             lift=r.packed.lift,
             solve=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
             F_s=r.packed.F_sling,
-            **self.more_records(r.packed),
+            **({} if d.joint.Stats is None else {"link": r.packed.link, "cs": d.joint.blank()}),
         )
         return flatten(lane)
 
@@ -421,7 +408,9 @@ class LiftBlock(Block[Ready]):
         row = self.G[s, :, l].tolist()
         e_c, tip, load, hook = row[self.d.NT :]
         stats, lift = record_of(self.of_winch.Stats)(row, 0), record_of(LiftStats)(row, size(self.of_winch.Stats))
-        return StageResult(stats, lift, (e_c, tip, load, hook), self.link_stats(row))
+        of_joint = self.d.joint.Stats
+        link = None if of_joint is None else record_of(of_joint)(row, size(self.d.winch.Stats) + size(LiftStats))
+        return StageResult(stats, lift, (e_c, tip, load, hook), link)
 
     def _statistics(self, l: int) -> list[float]:
         """Statistics of lane l in the stage that runs."""
