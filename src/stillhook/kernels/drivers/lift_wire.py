@@ -9,7 +9,6 @@ same order, whatever the lane count: the bits are the same.
 from dataclasses import dataclass
 from typing import Any
 
-from stillhook.control.supervisor import Stage
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import access, offset, size
 from stillhook.physics.load_path.payload import (
@@ -24,18 +23,15 @@ from stillhook.physics.load_path.payload import (
     wetted,
 )
 from stillhook.physics.load_path.rope import Element, element, element_weight
-from stillhook.physics.records import fields, record, replace
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import scalar
 from stillhook.winches.records import Geometry
 from stillhook.winches.suspended_load import (
     SNAP,
     Hanging,
     Lift,
-    LiftSignals,
     LiftStats,
     Solve,
-    Sums,
-    Windowed,
     Works,
     ahead,
     begin,
@@ -56,48 +52,19 @@ HALF = (LEVELS - 1) // 2
 
 @dataclass(frozen=True)
 class LiftWire:
-    """Lane, everything that one trajectory carries: it begins as that of the winch's driver does, statistics follow
-    each other, and so do signals; and what moves wire, hook and payload on."""
+    """What moves wire, hook and payload on."""
 
-    Lane: Any
     look_up: Any
     relay: Any
     take_water: Any
     wire_step: Any
 
 
-def lane_of(d: Driver, joint: Any) -> Any:
-    """The record of everything that one trajectory carries; parts of the joint where it has some."""
-    link = {} if joint.Link is None else {"link": joint.Link}
-    stats = {} if joint.Stats is None else {"cs": joint.Stats}
-    signals = {} if joint.Signals is None else {"cy": joint.Signals}
-    return record(
-        "Lane",
-        f"{d.Lane.__module__}, {joint.__name__}",
-        **dict(fields(d.Lane)),
-        ls=LiftStats,
-        **stats,
-        ly=LiftSignals,
-        **signals,
-        hang=Hanging,
-        solve=Solve,
-        sums=Sums,
-        F_s=float,
-        lift=Lift,
-        **link,
-        stage=Stage,
-        lo=WettedLevel,
-        hi=WettedLevel,
-        h_wet=float,
-        seen=Windowed,
-    )
-
-
 def lift_wire(d: Driver, joint: Any) -> LiftWire:
     """Wire and payload below the winch of a driver, joined by slings or what a module puts above them; as plain
     Python."""
     LANES = ONE_BY_ONE = d.lanes  # the compiler is told that a loop over LANES runs side by side; not over the other
-    Lane, wire_speed = lane_of(d, joint), d.plant.wire_speed
+    Lane, wire_speed = d.Lane, d.plant.wire_speed
     pull_joint, mean, energy = joint.pull, joint.mean, joint.energy
     Q, V, W, C, D = (f * LANES for f in range(5))
     ROW = 5 * LANES
@@ -391,4 +358,4 @@ def lift_wire(d: Driver, joint: Any) -> LiftWire:
             put_works(A, WORKS + l, with_wire(w, w.top + h * top * v, damping, gravity))
             A[V_W_0 + l] = wire_speed(get_x(A, X + l).winch, get_geo(A, GEO + l))
 
-    return LiftWire(Lane, look_up, relay, take_water, wire_step)
+    return LiftWire(look_up, relay, take_water, wire_step)
