@@ -85,7 +85,7 @@ def lane_parts(joint: Any) -> LaneParts:
 
 def run_of(d: Driver, joint: Any) -> Any:
     """The kernel of lowerings with the winch of a driver and what joins hook and payload, as plain Python."""
-    LANES, Lane, geometry, sense, path_point = d.lanes, d.Lane, d.geometry, d.plant.sense, d.path_point
+    LANES, Lane, geometry, sensing, path_point = d.lanes, d.Lane, d.geometry, d.sensing, d.path_point
     wire = lift_wire(d, joint)
     look_up, relay, take_water, wire_step = wire.look_up, wire.relay, wire.take_water, wire.wire_step
     Ordered = ordered_of(d, sup=Supervisor)
@@ -167,7 +167,7 @@ def run_of(d: Driver, joint: Any) -> Any:
         # from drum to tip the wire is damped as its elements are
         geo = with_c(geometry(b.x.path.s_w, b.p), e.c / e.k * rope.EA / rope.L_0)
         q = path_point(b.x, geo, tip, b.p)
-        raw = sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p)
+        raw, _, _ = sensing(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.laws, b.p)
         order, sup = supervise(
             Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip), b.hang.sup, b.stage, b.lift.settings
         )
