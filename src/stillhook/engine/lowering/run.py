@@ -25,9 +25,10 @@ from stillhook.physics.records import fields
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
+from stillhook.winches.elements.lift import Course, Hanging
+from stillhook.winches.elements.payload import LiftStats, Momentum, blank_lift_stats
 from stillhook.winches.joints.registry import JOINTS, joint_of
 from stillhook.winches.records import Tick
-from stillhook.winches.suspended_load import Hanging, LiftStats, Solve, blank_lift_stats
 
 PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
 """Largest and least numbers that are kept of every interval of a run; a peak-to-peak is that of a window which ends in
@@ -256,13 +257,13 @@ class LiftBlock(Block[Ready]):
         d, packed = self.d, r.packed.winch
         tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
-        still = nothing(Solve)
+        still = nothing(Momentum)
         lane = first_lane(d, packed, tick)._replace(
             m=memory,
             ls=blank_lift_stats(),
             hang=r.packed.hang,
             lift=r.packed.lift,
-            solve=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
+            momentum=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
             F_s=r.packed.F_sling,
             **({"link": r.packed.link, "cs": self.of_joint()[0]} if "link" in d.parts.others else {}),
         )
@@ -339,7 +340,7 @@ class LiftBlock(Block[Ready]):
         """Cases whose programme has ended, where it ends the run."""
         if not self.short:
             return ()
-        stage = self.A[offset(self.d.Lane, "hang", 1) + offset(Hanging, "stage", 1)]
+        stage = self.A[offset(self.d.Lane, "hang", 1) + offset(Hanging, "course", 1) + offset(Course, "stage", 1)]
         return [i for i, r in enumerate(self.ready) if stage[i] >= len(r.packed.programme.rows)]
 
     def sound(self) -> BoolArray:
@@ -360,11 +361,11 @@ class LiftBlock(Block[Ready]):
         """What came out of one lane."""
         t_cycle, (ending, t_end) = self.drive.t_cycle, self.ending(l)
         hang: Hanging = self.part("hang", l)
-        last = int(hang.stage)
+        last = int(hang.course.stage)
         self.G[last, : self.n_stats, l] = self._statistics(l)
         best = self.W.reshape(-1, SIGNALS, len(self.lanes))[2]
         self.G[last, self.n_stats :, l] = best[:, l]
-        self.starts[last, l] = hang.k_stage * t_cycle
+        self.starts[last, l] = hang.course.k_stage * t_cycle
         ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
         return LiftResult(
             case=self.ready[l].case,

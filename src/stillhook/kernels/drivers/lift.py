@@ -4,28 +4,19 @@ from typing import Any, NamedTuple
 
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.supervisor import STAGE_LANDING, Stage, Supervisor, Watch, supervise
-from stillhook.kernels.drivers.lift_wire import lift_wire
 from stillhook.kernels.drivers.loop import Hooks, cycles_of, ordered_of
+from stillhook.kernels.drivers.water import water_at_payload
 from stillhook.kernels.drivers.winch import Driver, LaneParts
+from stillhook.kernels.drivers.wire import below_winch
 from stillhook.kernels.lanes import Array, access, offset, size
 from stillhook.kernels.statistics.cycles import window_add, window_turn
-from stillhook.physics.load_path.payload import WettedLevel, submergence, water_force, wetted
+from stillhook.physics.load_path.payload import submergence, water_force, wetted
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import align_stack, fmax, scalar
+from stillhook.winches.elements.lift import Course, Hanging, Lift, LiftSignals, Windowed, compensating, waiting
+from stillhook.winches.elements.payload import NEVER, Body, LiftStats, Momentum, take_weights
+from stillhook.winches.elements.wire import Rows, Sums, Wire
 from stillhook.winches.records import Geometry, Tick, Tip
-from stillhook.winches.suspended_load import (
-    NEVER,
-    Hanging,
-    Lift,
-    LiftSignals,
-    LiftStats,
-    Solve,
-    Sums,
-    Windowed,
-    compensating,
-    take_weights,
-    waiting,
-)
 
 SIGNALS = 4
 """Windowed signals: control error while compensating, tip, payload and hook against the path that the joystick
@@ -68,15 +59,13 @@ def lane_parts(joint: Any) -> LaneParts:
         signals={"ly": LiftSignals} | ({"cy": own["Signals"]} if "Signals" in own else {}),
         others={
             "hang": Hanging,
-            "solve": Solve,
+            "rows": Rows,
+            "momentum": Momentum,
             "sums": Sums,
             "F_s": float,
             "lift": Lift,
             **({"link": own["Link"]} if "Link" in own else {}),
             "stage": Stage,
-            "lo": WettedLevel,
-            "hi": WettedLevel,
-            "h_wet": float,
             "seen": Windowed,
         },
         windows=SIGNALS,
@@ -86,8 +75,9 @@ def lane_parts(joint: Any) -> LaneParts:
 def run_of(d: Driver, joint: Any) -> Any:
     """The kernel of lowerings with the winch of a driver and what joins hook and payload, as plain Python."""
     LANES, Lane, geometry, sensing, path_point = d.lanes, d.Lane, d.geometry, d.sensing, d.path_point
-    wire = lift_wire(d, joint)
-    look_up, relay, take_water, wire_step = wire.look_up, wire.relay, wire.take_water, wire.wire_step
+    water = water_at_payload(d)
+    below = below_winch(d, joint, water)
+    look_up, take_water, relay, move = water.look_up, water.take_water, below.relay, below.step
     Ordered = ordered_of(d, sup=Supervisor)
 
     def store(cls: Any) -> Any:
@@ -98,12 +88,12 @@ def run_of(d: Driver, joint: Any) -> Any:
     with_c, with_orders = replace(Geometry, "c"), replace(Tick, "v_op", "s_op", "mode")
     put_ly, put_sup, put_seen = store(LiftSignals), store(Supervisor), store(Windowed)
     Q, V, D, ROW = 0, LANES, 4 * LANES, 5 * LANES
-    X, ST, Y, LY, STAGE_NOW, SEEN, HANG, H_WET = (
-        offset(Lane, f, LANES) for f in ("x", "st", "y", "ly", "stage", "seen", "hang", "h_wet")
+    X, ST, Y, LY, STAGE_NOW, SEEN, HANG = (
+        offset(Lane, f, LANES) for f in ("x", "st", "y", "ly", "stage", "seen", "hang")
     )
-    SUP, S_JOY, E_HELD, STAGE, K_STAGE, V_BEFORE, DATUM = (
-        HANG + offset(Hanging, f, LANES) for f in ("sup", "s_joy", "e_held", "stage", "k_stage", "v_before", "datum")
-    )
+    COURSE, WIRE, BODY = (HANG + offset(Hanging, f, LANES) for f in ("course", "wire", "body"))
+    SUP, S_JOY, E_HELD, STAGE, K_STAGE, DATUM = (COURSE + offset(Course, f, LANES) for f in Course._fields)
+    V_BEFORE, H_WET = WIRE + offset(Wire, "v_before", LANES), BODY + offset(Body, "h", LANES)
     SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
     PATH = X + offset(d.State, "path", LANES)
     X_S, X_V = (PATH + offset(d.path.State, f, LANES) for f in ("s_load", "v_load"))
@@ -163,14 +153,13 @@ def run_of(d: Driver, joint: Any) -> Any:
     def ordered(b, t):
         """What the supervisor orders one lane at t [s]."""
         tip = Tip(b.tick.s, b.tick.v)
-        e, rope = b.hang.element, b.lift.rope
+        e, rope = b.hang.wire.element, b.lift.rope
         # from drum to tip the wire is damped as its elements are
         geo = with_c(geometry(b.x.path.s_w, b.p), e.c / e.k * rope.EA / rope.L_0)
         q = path_point(b.x, geo, tip, b.p)
         raw, _, _ = sensing(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.laws, b.p)
-        order, sup = supervise(
-            Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip), b.hang.sup, b.stage, b.lift.settings
-        )
+        seen = Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip)
+        order, sup = supervise(seen, b.hang.course.sup, b.stage, b.lift.settings)
         tick = with_orders(b.tick, order.v_op, order.s_op, order.mode)
         held = order.hold > 0.5
         m = with_F(b.m, order.F_hold if held else b.m.F)
@@ -180,13 +169,13 @@ def run_of(d: Driver, joint: Any) -> Any:
     @scalar
     def keep(A, l, b, o):
         """Lane l with what the supervisor decided."""
-        A[S_JOY + l] = b.hang.s_joy + o.sup.v_joy * b.lift.t_cycle
+        A[S_JOY + l] = b.hang.course.s_joy + o.sup.v_joy * b.lift.t_cycle
         put_sup(A, SUP + l, o.sup)
 
     @scalar
     def seen(A, l, b, o, y):
         """The control error while the winch compensates, the last one while it does not."""
-        A[E_HELD + l] = y.e_c if compensating(o.sup, b.stage, b.lift.settings.code) > 0.5 else b.hang.e_held
+        A[E_HELD + l] = y.e_c if compensating(o.sup, b.stage, b.lift.settings.code) > 0.5 else b.hang.course.e_held
 
     @scalar
     def energy(E, b):
@@ -213,19 +202,19 @@ def run_of(d: Driver, joint: Any) -> Any:
         for l in range(LANES):
             b = load(A, l)
             s_load = hook[ROW + Q + l]
-            A[H_WET + l] = submergence(b.lift.z_ref + s_load, b.hang.water.eta, b.lift.load.reach)
-            sup, relative = b.hang.sup, s_load - b.hang.s_joy
-            over = sup.stage + sup.done != b.hang.stage or (
-                b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.hang.grounded > 0.0)
+            A[H_WET + l] = submergence(b.lift.z_ref + s_load, b.hang.body.water.eta, b.lift.load.reach)
+            sup, relative = b.hang.course.sup, s_load - b.hang.course.s_joy
+            over = sup.stage + sup.done != b.hang.course.stage or (
+                b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.hang.body.grounded > 0.0)
             )
-            restarts = b.hang.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
-            datum = relative if restarts and not over else b.hang.datum
+            restarts = b.hang.course.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
+            datum = relative if restarts and not over else b.hang.course.datum
             stretch = hook[Q + l] - s_load
             put_seen(
                 A,
                 SEEN + l,
                 Windowed(
-                    b.hang.e_held,
+                    b.hang.course.e_held,
                     b.tick.s,
                     b.seen.load if over else relative - datum,
                     b.seen.hook if over else relative + stretch - datum,
@@ -236,8 +225,8 @@ def run_of(d: Driver, joint: Any) -> Any:
         for l in range(LANES):
             b = load(A, l)
             s_load, v_load = hook[ROW + Q + l], hook[ROW + V + l]
-            z, water = b.lift.z_ref + s_load, b.hang.water
-            force = water_force(z, v_load, wetted(b.h_wet, b.lo, b.hi), water, b.lift.load)
+            z, water = b.lift.z_ref + s_load, b.hang.body.water
+            force = water_force(z, v_load, wetted(b.hang.body.h, b.hang.body.lo, b.hang.body.hi), water, b.lift.load)
             h = submergence(z, water.eta, b.lift.load.H)
             put_signals(
                 A,
@@ -257,7 +246,7 @@ def run_of(d: Driver, joint: Any) -> Any:
                     eta=water.eta,
                     w_water=0.5 * (water.w_1 + water.w_2),
                     h_load=h,
-                    stage_number=b.hang.stage,
+                    stage_number=b.hang.course.stage,
                 ),
             )
             A[S_LOAD + l] = s_load
@@ -304,7 +293,7 @@ def run_of(d: Driver, joint: Any) -> Any:
     @scalar
     def before(A, at, t, tau, h):
         """Wire and payload move; the winch pulls at a first node that moves evenly."""
-        wire_step(A, at.B, at.N, at.T, t, tau, h)
+        move(A, at.B, at.N, at.T, t, tau, h)
         lead(A, at.B)
 
     @scalar
