@@ -25,9 +25,6 @@ from stillhook.physics.scalar import scalar
 from stillhook.winches.load_path import Hoist
 from stillhook.winches.records import Geometry, Motion, Sensors, Tick, Tip
 
-NOT_YET = 1.0e300
-"""Stands for the lowest value of nothing yet."""
-
 
 class Parts(NamedTuple):
     """What a run gives every winch type to pack: records of drum, wire and load, PLC and sensors, and functions that
@@ -339,8 +336,9 @@ class Undeclared:
 
     @staticmethod
     def refusal(crane: Any, case: Any) -> str:
-        """Reason why it cannot run a case; "" where it can."""
-        return ""
+        """Reason why it cannot run a case; "" where it can. Where no accumulator has a charge, none can be held."""
+        no_gas = case.gas_held and crane.plant.type.charge(crane) == 0.0
+        return f'gas_held: "{crane.name}" has no accumulator. Leave it out.' if no_gas else ""
 
     @staticmethod
     def notes(crane: Any, held: Any, parts: Parts) -> list[str]:

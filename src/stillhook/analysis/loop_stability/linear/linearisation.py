@@ -32,7 +32,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
 from stillhook.control.plc import Memory
 from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
-from stillhook.engine.pack.winch import NO_LIMIT, controllers_of, plc_record
+from stillhook.engine.pack.winch import controllers_of, plc_record
 from stillhook.engine.scenario.followed_law import FollowedLaw
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
@@ -41,6 +41,7 @@ from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
+from stillhook.winches.circuits.packing import NO_LIMIT
 from stillhook.winches.records import Tick, Tip
 
 if TYPE_CHECKING:
