@@ -14,6 +14,7 @@ p parameters, m memory of the PLC, m_0 before its cycle, r what it read, tick wh
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, NoReturn, Protocol
 
@@ -369,23 +370,21 @@ class Undeclared:
 
     @staticmethod
     def steady(p: Any, geo: Geometry, F_w: float, omega_m: float, v_op: float, alpha_m: float) -> NoReturn:
-        """State and Command of a steady speed. Without it, `carried` and `mean_pressure` the type has no operating
-        point, and margins are those of the linearised engine."""
+        """State and Command of a steady speed. Without it the type has no operating point, and margins are those of the
+        linearised engine."""
         raise NotImplementedError
 
     @staticmethod
-    def carried(p: Any, geo: Geometry, F_w: float) -> NoReturn:
-        """What other motors than the active ones hold of a load, as `Carried`."""
-        raise NotImplementedError
+    def carried(p: Any, geo: Geometry, F_w: float) -> Carried:
+        """What other motors than the active ones hold of a load."""
+        return Carried(0.0, 0.0, math.inf)
 
     @staticmethod
-    def mean_pressure(x: Any, p: Any) -> NoReturn:
+    def mean_pressure(x: Any, p: Any) -> float:
         """Mean accumulator pressure that the PLC has seen in a steady state [Pa]."""
-        raise NotImplementedError
+        return 0.0
 
 
-STEADY = ("steady", "carried", "mean_pressure")
-"""Functions of a type that has steady operating points: all or none."""
 RECORDS: Mapping[str, Record] = {
     "Params": Record(
         needs={

@@ -10,19 +10,10 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.base.variable import Row
 from stillhook.physics.friction import Bristle
+from stillhook.physics.hydraulics import lines
 from stillhook.physics.hydraulics.accumulator import Accumulator
 from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn, vapour_share
 from stillhook.physics.hydraulics.cylinder import Chambers, Ends, RodFriction, rod_friction_dry
-from stillhook.physics.hydraulics.lines import (
-    Boost,
-    Flushing,
-    Relief,
-    boost_flows,
-    external_leakage,
-    flushing_flow,
-    internal_leakage,
-    relief_flow,
-)
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import wire_damping
 from stillhook.physics.scalar import scalar
@@ -171,11 +162,11 @@ class CylinderDrive(NamedTuple):
     servo: Servo
     Q_p: float
     C_leak: float
-    boost: Boost
-    relief: Relief
-    flushing: Flushing
+    boost: lines.Boost
+    relief: lines.Relief
+    flushing: lines.Flushing
     accumulator: Accumulator
-    passive_relief: Relief
+    passive_relief: lines.Relief
     P_back: float
     v_rod: float
     v_winch: float
@@ -213,11 +204,11 @@ def cylinder_flows(alpha_p, P_a, P_b, f_pump, C):
     Q_p = f_pump * C.Q_p * alpha_p
     p_a, p_b, i_beta = line_pressure(P_a), line_pressure(P_b), 1.0 / C.chambers.beta
     void_a, void_b = vapour_share(P_a, i_beta), vapour_share(P_b, i_beta)
-    Q_int = internal_leakage(C.C_leak, p_a - p_b) + vapour_drawn(Q_p, void_b, void_a)
-    Q_ext_a, Q_ext_b = external_leakage(C.C_leak, p_a), external_leakage(C.C_leak, p_b)
-    Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, C.boost)
-    Q_relief_a, Q_relief_b = relief_flow(p_a, C.relief), relief_flow(p_b, C.relief)
-    Q_flush_a, Q_flush_b = flushing_flow(p_a, p_b, C.flushing), flushing_flow(p_b, p_a, C.flushing)
+    Q_int = lines.internal_leakage(C.C_leak, p_a - p_b) + vapour_drawn(Q_p, void_b, void_a)
+    Q_ext_a, Q_ext_b = lines.external_leakage(C.C_leak, p_a), lines.external_leakage(C.C_leak, p_b)
+    Q_boost_a, Q_boost_b = lines.boost_flows(p_a, p_b, C.boost)
+    Q_relief_a, Q_relief_b = lines.relief_flow(p_a, C.relief), lines.relief_flow(p_b, C.relief)
+    Q_flush_a, Q_flush_b = lines.flushing_flow(p_a, p_b, C.flushing), lines.flushing_flow(p_b, p_a, C.flushing)
     Q_ab = Q_p - Q_int - Q_relief_a + Q_relief_b
     return ActiveFlows(
         Q_p=Q_p,

@@ -16,17 +16,6 @@ from stillhook.physics.hydraulics.lines import Relief, capacitance, external_lea
 from stillhook.physics.hydraulics.load_sensing import LoadSensing, load_pressure, pump_setting_wanted
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage
 from stillhook.physics.hydraulics.swash import Servo, displacement
-from stillhook.physics.hydraulics.valves import (
-    Edges,
-    check_drop,
-    counterbalance_opening,
-    flow_coefficient,
-    in_series,
-    make_up_flow,
-    orifice_flow,
-    share_of_drop,
-    spool_opening,
-)
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.tables.table import Count, Number, Spec, Text
 from stillhook.winches.circuits import packing, rows, tables
@@ -149,7 +138,7 @@ class ValveCircuit(NamedTuple):
     of all motors [m^3/rad]."""
 
     motors: Motors
-    edges: Edges
+    edges: valves.Edges
     spool: Servo
     cb: valves.Counterbalance
     pump: LoadSensing
@@ -222,17 +211,17 @@ def valve_flows(x_v, alpha_p, omega_m, P_a, P_b, P_s, p_pilot, f_pump, A):
     """
     e, cb, p_T = A.edges, A.cb, A.tank.p_T
     p_a, p_b, p_s = line_pressure(P_a), line_pressure(P_b), line_pressure(P_s)
-    opening = spool_opening(displacement(x_v, A.spool), e)
+    opening = valves.spool_opening(displacement(x_v, A.spool), e)
     K_up, K_down = e.K_v * fmax(opening, 0.0), e.K_v * fmax(-opening, 0.0)
-    y = counterbalance_opening(p_a, p_pilot, cb)
+    y = valves.counterbalance_opening(p_a, p_pilot, cb)
     K_cb = cb.K_v * y
-    dp_up, dp_down = check_drop(p_s - p_a, cb.p_check), fmax(p_a - p_T, 0.0)
-    Q_PA = orifice_flow(in_series(K_up, cb.K_v), dp_up, e.dp_l)
-    Q_AT = orifice_flow(in_series(K_down, K_cb), dp_down, e.dp_l)
-    Q_PB = orifice_flow(K_down, p_s - p_b, e.dp_l)
-    Q_BT = orifice_flow(K_up, p_b - p_T, e.dp_l)
-    dp_PA = share_of_drop(K_up, cb.K_v) * dp_up
-    dp_AT = share_of_drop(K_down, K_cb) * dp_down
+    dp_up, dp_down = valves.check_drop(p_s - p_a, cb.p_check), fmax(p_a - p_T, 0.0)
+    Q_PA = valves.orifice_flow(valves.in_series(K_up, cb.K_v), dp_up, e.dp_l)
+    Q_AT = valves.orifice_flow(valves.in_series(K_down, K_cb), dp_down, e.dp_l)
+    Q_PB = valves.orifice_flow(K_down, p_s - p_b, e.dp_l)
+    Q_BT = valves.orifice_flow(K_up, p_b - p_T, e.dp_l)
+    dp_PA = valves.share_of_drop(K_up, cb.K_v) * dp_up
+    dp_AT = valves.share_of_drop(K_down, K_cb) * dp_down
     p_load = load_pressure(opening, p_s - dp_PA, p_b)
     wanted = pump_setting_wanted(p_s, p_load, f_pump, A.pump)
     C_m = motor_leakage(omega_m, A.motors)
@@ -245,7 +234,7 @@ def valve_flows(x_v, alpha_p, omega_m, P_a, P_b, P_s, p_pilot, f_pump, A):
     Q_relief_a = relief_flow(p_a, A.relief)
     Q_relief_b = relief_flow(p_b, A.relief)
     Q_relief_s = relief_flow(p_s, A.supply_relief)
-    Q_make_up_a, Q_make_up_b = make_up_flow(p_a, A.tank), make_up_flow(p_b, A.tank)
+    Q_make_up_a, Q_make_up_b = valves.make_up_flow(p_a, A.tank), valves.make_up_flow(p_b, A.tank)
     P_valve = dp_PA * Q_PA + dp_AT * Q_AT + (p_s - p_b) * Q_PB + (p_b - p_T) * Q_BT
     dp_v = dp_PA if x_v >= 0.0 else p_s - p_b
     P_make_up = (p_T - p_a) * Q_make_up_a + (p_T - p_b) * Q_make_up_b
@@ -282,13 +271,13 @@ def valve_circuit(crane: Any, P_max: float) -> ValveCircuit:
     v, b, w, t, m, d = c.valve, c.counterbalance, c.pump, c.tank, c.motor, c.drive
     return ValveCircuit(
         motors=packing.motors_record(m, m.C_1, m.C_2),
-        edges=Edges(flow_coefficient(v.Q_N, v.dp_N), v.deadband, 1.0 / (1.0 - v.deadband), v.dp_laminar),
+        edges=valves.Edges(valves.flow_coefficient(v.Q_N, v.dp_N), v.deadband, 1.0 / (1.0 - v.deadband), v.dp_laminar),
         spool=packing.servo_record(v.servo),
         cb=valves.Counterbalance(
             psi=b.ratio,
             p_crack=b.p_crack,
             i_dp_open=1.0 / b.dp_open,
-            K_v=flow_coefficient(b.Q_N, b.dp_N),
+            K_v=valves.flow_coefficient(b.Q_N, b.dp_N),
             p_check=b.p_check,
             i_tau=1.0 / b.tau_pilot,
         ),
@@ -321,7 +310,7 @@ def valve_rates(A: ValveCircuit, J: float) -> dict[str, float]:
     C_leak = float(motor_leakage(A.n_max, A.motors))
     edge = e.K_v / math.sqrt(e.dp_l)
     spread = A.D_m * math.sqrt(2.0 * A.i_C_h / J)
-    opening = in_series(e.K_v, cb.K_v) * math.sqrt(A.relief.p) * cb.i_dp_open
+    opening = valves.in_series(e.K_v, cb.K_v) * math.sqrt(A.relief.p) * cb.i_dp_open
     return {
         "control edges against the oil": edge * (A.i_C_h + A.i_C_s),
         "relief valve against the line's oil": A.relief.G * A.i_C_h,

@@ -14,27 +14,8 @@ from stillhook.physics.hydraulics.swash import displacement, pilot, swash_accele
 from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import fmax, scalar
 from stillhook.winches import load_path, shaft
-from stillhook.winches.circuits import rows
-from stillhook.winches.circuits.active import (
-    BLANK,
-    ActiveCircuit,
-    ActiveFlows,
-    Extremes,
-    active_flows,
-    active_stiffness,
-    cavitates,
-    fold_extremes,
-    full_speed,
-    lag,
-    least_displacement,
-    line_energy,
-    line_voids,
-    out_of_boost,
-    out_of_power,
-    overspeed,
-    readings,
-    relieves,
-)
+from stillhook.winches.circuits import active, rows
+from stillhook.winches.circuits.active import BLANK, Extremes, fold_extremes, full_speed, lag, least_displacement
 from stillhook.winches.circuits.passive import (
     PassiveCircuit,
     PassiveFlows,
@@ -60,7 +41,7 @@ TABLES = ("active", "passive")
 
 
 class Params(NamedTuple):
-    active: ActiveCircuit
+    active: active.ActiveCircuit
     passive: PassiveCircuit
     hoist: Hoist
     plc: Plc
@@ -102,7 +83,7 @@ class Circuit(NamedTuple):
     """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], vapour in all lines [m^3],
     torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
-    f: ActiveFlows
+    f: active.ActiveFlows
     o: PassiveFlows
     p_a: float
     p_b: float
@@ -176,7 +157,7 @@ def circuit(x, q, u, geo, p):
 
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
-    f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
+    f = active.active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
 
     D_pm = P.motors.count * P.motors.D_max * alpha_pm
     o = passive_flows(alpha_pp, D_pm, x.omega_m, x.V_o, u.f_passive, P)
@@ -189,7 +170,7 @@ def circuit(x, q, u, geo, p):
         o=o,
         p_a=p_a,
         p_b=p_b,
-        V_void=line_voids(x, A.i_C_h) + accumulator_void(x.V_o, P.accumulator),
+        V_void=active.line_voids(x, A.i_C_h) + accumulator_void(x.V_o, P.accumulator),
         alpha_p=alpha_p,
         alpha_m=alpha_m,
         alpha_pp=alpha_pp,
@@ -255,7 +236,7 @@ def sense(x, y, q, m, tick, geo, p):
     P = p.passive
     p_hp = accumulator_pressure(x.V_o, P.accumulator)
     T_passive = motor_torque(P.settings.D_m_max * displacement(x.alpha_pm, P.motor_servo), p_hp - P.settings.p_lp)
-    return readings(x, y, q, m, tick, geo, T_passive, p_hp, p)
+    return active.readings(x, y, q, m, tick, geo, T_passive, p_hp, p)
 
 
 @scalar
@@ -333,19 +314,20 @@ def powers(c, x, q, p):
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]; the accumulator's is counted as power."""
-    return shaft.energy(x, geo) + line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
+    return shaft.energy(x, geo) + active.line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
 
 
 @scalar
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`. All motors sit on one shaft and each set has its own speed limit."""
+    A, P = p.active, p.passive
     return Limits(
-        relief=fmax(relieves(c.f.Q_relief_a + c.f.Q_relief_b), relieves(c.o.Q_relief)),
-        overspeed=fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive)),
-        stroke=at_an_end(x.V_o, p.passive.accumulator),
-        cavitation=fmax(cavitates(c.p_a, c.p_b), cavitates(c.o.p_hp, c.o.p_hp)),
-        power=out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active),
-        boost=out_of_boost(c.f, p.active),
+        relief=fmax(active.relieves(c.f.Q_relief_a + c.f.Q_relief_b), active.relieves(c.o.Q_relief)),
+        overspeed=fmax(active.overspeed(c.alpha_m, x.omega_m, A), active.overspeed(c.alpha_pm, x.omega_m, P)),
+        stroke=at_an_end(x.V_o, P.accumulator),
+        cavitation=fmax(active.cavitates(c.p_a, c.p_b), active.cavitates(c.o.p_hp, c.o.p_hp)),
+        power=active.out_of_power(power_units(c, x, p), u.f_pump, p.plc, A),
+        boost=active.out_of_boost(c.f, A),
     )
 
 
@@ -416,6 +398,6 @@ def pump_flows(crane: Any) -> tuple[float, float]:
 def stiffness(p: Params) -> Stiffness:
     """Fast modes of the winch."""
     J = shaft_inertia_without_wire(p.hoist)
-    a, passive = active_stiffness(p.active, J), passive_stiffness(p.passive, J)
+    a, passive = active.active_stiffness(p.active, J), passive_stiffness(p.passive, J)
     rates = {**a.rates, **passive.rates}
     return Stiffness(rates, a.viscous + passive.viscous, a.dry + passive.dry, a.n_max)

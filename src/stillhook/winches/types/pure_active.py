@@ -1,6 +1,5 @@
 """Pure active winch: one closed circuit moves the drum and carries the weight (thesis sections 2.1 and 2.3)."""
 
-import math
 from typing import Any, NamedTuple
 
 from stillhook.control.plc import Plc, hold
@@ -12,28 +11,9 @@ from stillhook.physics.records import zeros_but
 from stillhook.physics.scalar import scalar
 from stillhook.units import show
 from stillhook.winches import load_path, shaft
-from stillhook.winches.circuits import rows
-from stillhook.winches.circuits.active import (
-    BLANK,
-    ActiveCircuit,
-    ActiveFlows,
-    Extremes,
-    active_flows,
-    active_stiffness,
-    cavitates,
-    fold_extremes,
-    full_speed,
-    lag,
-    least_displacement,
-    line_energy,
-    line_voids,
-    out_of_boost,
-    out_of_power,
-    overspeed,
-    readings,
-    relieves,
-)
-from stillhook.winches.interface import Carried, Parts, Stiffness
+from stillhook.winches.circuits import active, rows
+from stillhook.winches.circuits.active import BLANK, Extremes, fold_extremes, full_speed, lag, least_displacement
+from stillhook.winches.interface import Parts, Stiffness
 from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.shaft import bristle_after, geometry, wire_speed
@@ -46,7 +26,7 @@ TABLES = ("active",)
 
 
 class Params(NamedTuple):
-    active: ActiveCircuit
+    active: active.ActiveCircuit
     hoist: Hoist
     plc: Plc
     sensors: Sensors
@@ -79,7 +59,7 @@ class Circuit(NamedTuple):
     """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], vapour in both lines [m^3],
     torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
-    f: ActiveFlows
+    f: active.ActiveFlows
     p_a: float
     p_b: float
     V_void: float
@@ -138,13 +118,13 @@ def circuit(x, q, u, geo, p):
     alpha_m = displacement(x.alpha_m, A.motor_servo)
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
-    f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
+    f = active.active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
     g = shaft.dry_level(motors_dry(alpha_m, p_a - p_b, A.motors), x.omega_m, q.F_w * 0.5 * geo.d, h)
     return Circuit(
         f=f,
         p_a=p_a,
         p_b=p_b,
-        V_void=line_voids(x, A.i_C_h),
+        V_void=active.line_voids(x, A.i_C_h),
         alpha_p=alpha_p,
         alpha_m=alpha_m,
         D_m=D_m,
@@ -196,7 +176,7 @@ def settle(x, q, u, tick, geo, p):
 @scalar
 def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads; y state and q point of the load path."""
-    return readings(x, y, q, m, tick, geo, 0.0, 0.0, p)
+    return active.readings(x, y, q, m, tick, geo, 0.0, 0.0, p)
 
 
 @scalar
@@ -241,18 +221,18 @@ def powers(c, x, q, p):
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]."""
-    return shaft.energy(x, geo) + line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
+    return shaft.energy(x, geo) + active.line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
 
 
 @scalar
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
     return Limits(
-        relief=relieves(c.f.Q_relief_a + c.f.Q_relief_b),
-        overspeed=overspeed(c.alpha_m, x.omega_m, p.active),
-        cavitation=cavitates(c.p_a, c.p_b),
-        power=out_of_power(c.f.Q_p * (c.p_a - c.p_b), u.f_pump, p.plc, p.active),
-        boost=out_of_boost(c.f, p.active),
+        relief=active.relieves(c.f.Q_relief_a + c.f.Q_relief_b),
+        overspeed=active.overspeed(c.alpha_m, x.omega_m, p.active),
+        cavitation=active.cavitates(c.p_a, c.p_b),
+        power=active.out_of_power(c.f.Q_p * (c.p_a - c.p_b), u.f_pump, p.plc, p.active),
+        boost=active.out_of_boost(c.f, p.active),
     )
 
 
@@ -260,16 +240,6 @@ def steady(p: Params, geo: Geometry, F_w: float, omega_m: float, v_op: float, al
     """State and command of a steady speed, without the active circuit's pressures: omega_m motor speed [rad/s]; alpha_m
     displacement of the motors [-]."""
     return still(alpha_m, 0.0, 0.0)._replace(omega_m=omega_m), Command(0.0, alpha_m, 1.0, 0.0)
-
-
-def carried(p: Params, geo: Geometry, F_w: float) -> Carried:
-    """Nothing but the active motors holds the load."""
-    return Carried(0.0, 0.0, math.inf)
-
-
-def mean_pressure(x: State, p: Params) -> float:
-    """Mean accumulator pressure that the PLC has seen [Pa]: there is none."""
-    return 0.0
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
@@ -294,7 +264,7 @@ def pump_flows(crane: Any) -> tuple[float, float]:
 
 def stiffness(p: Params) -> Stiffness:
     """Fast modes of the winch."""
-    return active_stiffness(p.active, shaft_inertia_without_wire(p.hoist))
+    return active.active_stiffness(p.active, shaft_inertia_without_wire(p.hoist))
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
@@ -302,7 +272,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
     r_eff, D = 0.5 * held.d / crane.i_hD, crane.active.motor.D_total * held.alpha
     dp = held.W * r_eff / D
     A, p_b = parts.active(crane), crane.active.boost.p
-    f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
+    f = active.active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
     leak = f.Q_int + f.Q_ext_a
     out = []
     relief = crane.active.relief.p - crane.active.boost.p
