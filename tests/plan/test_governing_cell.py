@@ -266,9 +266,9 @@ def test_the_runs_of_the_alternative_that_sets_the_limit_govern(plan, limits, ce
             OF_CAP,
             "frequency",
             "",
-            "landing: the limit is by the frequency tier, and no run sets it. Add Hs=2 m and phase=",
+            "landing: the limit is by the frequency tier, and no run sets it. Add Hs=1.2 m and phase=",
         ),
-        ({}, "time", "", "no limit up to Hs 3 m. Add Hs=2 m and phase="),
+        ({}, "time", "", "no limit up to Hs 3 m. Add Hs=1.5 m and phase="),
         (
             OF_CAP,
             "closed-form",
