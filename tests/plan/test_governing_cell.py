@@ -329,6 +329,16 @@ def test_without_a_rule_the_one_that_the_waves_use_most_is_said(plan, monkeypatc
 
 
 @pytest.mark.slow
+def test_where_a_calm_is_beyond_the_run_is_one_in_still_water(plan, tmp_path, monkeypatch):
+    monkeypatch.setattr(cell_run, "can_draw", lambda: False)
+    of = Governing(Alternative.SSC, Alternative.SSC, plan.phase("landing"), "landing-speed", 0.0, credited=True)
+    found = governing_run(plan, of, wanted("Tp=9 s, heading=165 deg", plan), Execution())
+    assert (found.Hs, found.n) == (0.0, 1)
+    assert "up to Hs 0 m; the run made now in still water: v_landed" in found.line
+    assert cell_run.lowered(found, tmp_path / "cell").repeats
+
+
+@pytest.mark.slow
 def test_a_run_that_no_store_holds_is_made_once_and_written_with_what_lowers_it(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(cell_run, "can_draw", lambda: False)  # its animation takes a minute
     monkeypatch.chdir(tmp_path)
