@@ -164,6 +164,13 @@ def test_angle_is_a_dimension_so_a_volume_is_no_displacement() -> None:
         units._scale("cm^3", "m^3/rad")
 
 
+@given(st.sampled_from(sorted(set(KINDS) - {"temperature"})), st.floats(-1e6, 1e6))
+@example("length", 0.1)
+@example("angle", math.radians(165.0))
+def test_an_exact_text_is_read_as_the_same_number(kind, value):
+    assert parse(units.exact(value, kind), kind) == value
+
+
 @given(st.sampled_from(sorted(KINDS)), st.floats(-1e6, 1e6))
 @settings(deadline=None)
 def test_shown_values_read_back_the_same_within_their_digits(kind: str, value: float) -> None:

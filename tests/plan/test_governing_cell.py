@@ -266,9 +266,9 @@ def test_the_runs_of_the_alternative_that_sets_the_limit_govern(plan, limits, ce
             OF_CAP,
             "frequency",
             "",
-            "landing: the limit is by the frequency tier, and no run sets it. Add Hs=2 m and phase=",
+            "landing: the limit is by the frequency tier, and no run sets it. Add Hs=1.2 m and phase=",
         ),
-        ({}, "time", "", "no limit up to Hs 3 m. Add Hs=2 m and phase="),
+        ({}, "time", "", "no limit up to Hs 3 m. Add Hs=1.5 m and phase="),
         (
             OF_CAP,
             "closed-form",
@@ -326,6 +326,16 @@ def test_without_a_rule_the_one_that_the_waves_use_most_is_said(plan, monkeypatc
     ask = wanted("Tp=9 s, heading=165 deg, Hs=2 m, alternative=ssc, phase=landing, held", plan)
     found = governing_run(plan, governing(plan, None, ask), ask, Execution())
     assert (found.rule.rule.key, found.number, found.value) == ("control-error", 2, 0.4)
+
+
+@pytest.mark.slow
+def test_where_a_calm_is_beyond_the_run_is_one_in_still_water(plan, tmp_path, monkeypatch):
+    monkeypatch.setattr(cell_run, "can_draw", lambda: False)
+    of = Governing(Alternative.SSC, Alternative.SSC, plan.phase("landing"), "landing-speed", 0.0, credited=True)
+    found = governing_run(plan, of, wanted("Tp=9 s, heading=165 deg", plan), Execution())
+    assert (found.Hs, found.n) == (0.0, 1)
+    assert "up to Hs 0 m; the run made now in still water: v_landed" in found.line
+    assert cell_run.lowered(found, tmp_path / "cell").repeats
 
 
 @pytest.mark.slow

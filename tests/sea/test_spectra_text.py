@@ -9,7 +9,10 @@ from hypothesis import strategies as st
 
 from stillhook.errors import SeaError, UnitError
 from stillhook.sea.spectra.directions import DirectionSense, coming_from, relative
-from stillhook.sea.spectra.text import parse_sea, parse_wave, spectrum_from_dict
+from stillhook.sea.spectra.measured import Measured
+from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen
+from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.spectra.text import parse_sea, parse_wave, sea_text, spectrum_from_dict
 
 ROUNDING = 1e-12
 angles = st.floats(0.0, 2.0 * math.pi, exclude_max=True)
@@ -39,6 +42,22 @@ class TestSeas:
         assert math.degrees(wind.beta) == pytest.approx(150.0)
         assert (wind.spread, swell.spread, swell.beta) == (4.0, None, math.pi)
         assert [spectrum_from_dict(t.spectrum.to_dict()) for t in sea.trains] == [t.spectrum for t in sea.trains]
+
+    @given(
+        st.floats(0.1, 12.0),
+        st.floats(7.1, 20.0),
+        angles,
+        st.none() | st.floats(1.0, 7.0),
+        st.none() | st.floats(1.0, 9.0),
+    )
+    def test_a_sea_as_text_is_the_same_sea_to_the_last_digit(self, Hs, Tp, beta, gamma, spread):
+        trains = [Train(Jonswap(Hs, Tp, gamma), beta, spread), Train(Torsethaugen(Hs, Tp, "printed"), beta)]
+        assert parse_sea(sea_text(Sea(tuple(trains)))) == Sea(tuple(trains))
+
+    def test_spectra_that_no_text_names_are_refused(self):
+        measured = Measured([0.5, 0.6], [0.1, 0.1], [1.0, 1.0], "buoy")
+        with pytest.raises(SeaError, match="has no text"):
+            sea_text(Sea((Train(measured, 0.0),)))
 
     def test_a_sea_without_a_side_is_refused(self):
         with pytest.raises(SeaError, match="no heading"):

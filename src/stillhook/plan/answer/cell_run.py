@@ -78,7 +78,8 @@ class GoverningRun:
             f"{self.rule.rule.key} in {of.phase.name} governs {of.by}{credited}, up to Hs {show(of.Hs, 'length', 3)}"
         )
         what = f"{of.phase.name}, {of.by}" if math.isnan(of.Hs) else up_to
-        which = "the run" if self.n == 1 else f"run {self.number}, the worst of {self.n}{' made now' * self.made}"
+        which = "the run" if self.n == 1 else f"run {self.number}, the worst of {self.n}"
+        which += " made now" if self.made else ""
         sea = "in still water" if self.Hs == 0.0 else f"at Hs {show(self.Hs, 'length', 3)}"
         sense = self.rule.rule.sense.replace("-", " ")
         judged = f"{name} {shown(name, self.value)}, {self.rule.rule.key} {sense} {shown(name, self.limit)}"
