@@ -1,9 +1,10 @@
-"""The compensating cylinder: closed forms against the running twin, an ideal compensator beside it, joules, limits."""
+"""The compensating cylinder: closed forms against the running twin, and an ideal compensator beside it."""
 
 import math
 
 import numpy as np
 import pytest
+from tests.physics.slopes import jacobian
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack, wire_speed_max
@@ -52,17 +53,8 @@ def rod_jacobian(x_rod: float) -> np.ndarray:
     u = winch.Command(0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     p_0 = 0.5 * (TABLE.boost.p + p.cylinder.flushing.p)  # between boost and flushing valves: both shut
     x_0 = winch.start(100.0, None, p)._replace(p_a=p_0, p_b=p_0, x_rod=x_rod)
-    names, steps = ("p_a", "p_b", "x_rod", "v_rod"), (1e3, 1e3, 1e-4, 1e-5)
-
-    def rate(x):
-        r = winch.rates(winch.circuit(x, q, u, geo, p), x, q, u, geo, p)
-        return np.array([getattr(r, name) for name in names])
-
-    def slope(name, h):
-        value = getattr(x_0, name)
-        return (rate(x_0._replace(**{name: value + h})) - rate(x_0._replace(**{name: value - h}))) / (2.0 * h)
-
-    return np.array([slope(name, h) for name, h in zip(names, steps, strict=True)]).T
+    steps = {"p_a": 1e3, "p_b": 1e3, "x_rod": 1e-4, "v_rod": 1e-5}
+    return jacobian(lambda x: winch.rates(winch.circuit(x, q, u, geo, p), x, q, u, geo, p), x_0, steps)
 
 
 def test_the_rod_rings_on_its_oil_at_the_textbook_frequency():

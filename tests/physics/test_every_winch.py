@@ -19,8 +19,8 @@ from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted, limits_passed
 from stillhook.errors import StillhookError
-from stillhook.kernels.build import c_source
 from stillhook.kernels.c99 import library as native
+from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.lanes import VL, flatten
 from stillhook.library import changed
 from stillhook.spec.crane import Crane
@@ -324,13 +324,16 @@ def test_compiled_physics_is_the_physics_that_python_runs(name: str) -> None:
 @pytest.mark.parametrize("lanes", [1, VL])
 @every_winch
 def test_c_runs_the_same_physics(name: str, lanes: int, tmp_path: Path) -> None:
-    """Under the operator, whose controller every kernel holds."""
-    run = getattr(compile_c(c_source(name), tmp_path), f"run_{lanes}")
-    array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
-    run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
-    driven = {"mode": "manual", "operator": profile((0, "0 m/min"), (5, "0 m/min"), (15, "10 m/min"))}
-    cases = [case.model_copy(update=driven) for case in mixed(name, lanes)]
-    assert differ(series(name, cases), series(name, cases, lambda d: run)) < SAME
+    def in_c(d: Any) -> Any:
+        translator = Translator()
+        translator.function(d.run, entry_types(d.run), export="run")
+        run = compile_c(translator.source(), tmp_path).run
+        array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
+        run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
+        return run
+
+    cases = mixed(name, lanes)
+    assert differ(series(name, cases), series(name, cases, in_c)) < SAME
 
 
 @pytest.mark.thorough

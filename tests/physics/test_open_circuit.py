@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.engine.runs import run_one
+from tests.physics.slopes import jacobian
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
@@ -210,19 +211,11 @@ def ringing(opened: float) -> tuple[complex, complex]:
         x_v=opened, p_a=(p_s + dp) / 2, p_b=(p_s - dp) / 2, p_s=p_s, omega_m=omega, z=0.0
     )
     point = open_circuit.PATH.Point(v_w=0.0, F_w=1.0e5, a_load=0.0, k=0.0, stretch=0.0, stretch_rate=0.0)
-    fields, steps = ("p_a", "p_b", "omega_m"), (1.0e3, 1.0e3, 1.0e-3)
 
-    def rate(x: Any) -> np.ndarray:
-        c = open_circuit.circuit(x, point, u, geo, p)._replace(g=1.0e-9)
-        r = open_circuit.rates(c, x, point, u, geo, p)
-        return np.array([getattr(r, f) for f in fields])
+    def rates(x: Any) -> Any:
+        return open_circuit.rates(open_circuit.circuit(x, point, u, geo, p)._replace(g=1.0e-9), x, point, u, geo, p)
 
-    J = np.column_stack(
-        [
-            (rate(at._replace(**{f: getattr(at, f) + h})) - rate(at._replace(**{f: getattr(at, f) - h}))) / (2 * h)
-            for f, h in zip(fields, steps, strict=True)
-        ]
-    )
+    J = jacobian(rates, at, {"p_a": 1.0e3, "p_b": 1.0e3, "omega_m": 1.0e-3})
     pole = max(np.linalg.eigvals(J), key=lambda each: each.imag)
     C_t, J_m = 2.0 / a.i_C_h, 1.0 / geo.i_J  # V_t / beta, V_t being both lines
     K_c = a.D_m * omega / (2.0 * (p_s - dp))  # - d Q_L / d p_L of Q_L = K_v x sqrt((p_s - p_L)/2)

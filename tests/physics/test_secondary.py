@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 from tests.engine.runs import run_one
+from tests.physics.slopes import jacobian
 
 from stillhook import Scenario, Sine, cli, load_crane, simulate
 from stillhook.engine.pack.winch import pack
@@ -173,20 +174,10 @@ def moving(p: Any, omega_m: float, **state: float) -> tuple[Any, Any, Any, Any]:
 def poles(p: Any) -> np.ndarray:
     """Eigenvalues of the speed loop at 50 rad/s, from differences of the twin's own rates."""
     x, q, u, geo = moving(p, 50.0)
-    loop, step = (
-        ("alpha_s", "alpha_s_dot", "T_I", "omega_m"),
-        {"alpha_s": 1e-6, "alpha_s_dot": 1e-6, "T_I": 1.0, "omega_m": 1e-4},
+    steps = {"alpha_s": 1e-6, "alpha_s_dot": 1e-6, "T_I": 1.0, "omega_m": 1e-4}
+    return np.linalg.eigvals(
+        jacobian(lambda x: secondary.rates(secondary.circuit(x, q, u, geo, p), x, q, u, geo, p), x, steps)
     )
-
-    def rate(x: Any) -> np.ndarray:
-        found = secondary.rates(secondary.circuit(x, q, u, geo, p), x, q, u, geo, p)
-        return np.array([getattr(found, name) for name in loop])
-
-    columns = []
-    for name in loop:
-        h, at = step[name], getattr(x, name)
-        columns.append((rate(x._replace(**{name: at + h})) - rate(x._replace(**{name: at - h}))) / (2.0 * h))
-    return np.linalg.eigvals(np.array(columns).T)
 
 
 def test_the_speed_loop_has_the_poles_of_an_inertia_behind_its_displacement_control():
