@@ -16,6 +16,7 @@ from stillhook import Scenario, load_crane
 from stillhook.base.extensions import load, modules_in
 from stillhook.control import controllers
 from stillhook.control import registry as of_controllers
+from stillhook.control.sensors import registry as of_sensors
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
 from stillhook.library import cranes
@@ -23,7 +24,9 @@ from stillhook.winches import checks as of_winches
 from stillhook.winches import imposed_tension, load_path, types
 
 TEXTS = printed_files()
-NAMES = {"controller": "ssc_pi.py", "winch": "torque_drive.py"}
+NAMES = {"controller": "ssc_pi.py", "winch": "torque_drive.py", "sensor": "measuring_wheel.py"}
+CHECKS = {"cycle": of_controllers, "rates": of_winches, "reading": of_sensors}
+"""What checks a module, by the function by which it is known."""
 
 
 def checked(text: str, folder: Path) -> ModuleType:
@@ -32,7 +35,7 @@ def checked(text: str, folder: Path) -> ModuleType:
     file.write_text(text, encoding="utf-8")
     try:
         module = load(str(file))
-        (of_controllers if hasattr(module, "cycle") else of_winches).check_module(module)
+        next(each for name, each in CHECKS.items() if hasattr(module, name)).check_module(module)
         return module
     finally:
         sys.modules.pop("stillhook_extension_mine", None)
@@ -229,7 +232,34 @@ OF_A_CONTROLLER = [
     ("NAME =", "NAME ==", "line 9: NameError: name 'NAME' is not defined"),
     ("NAME =", "NAME NAME =", "line 9: SyntaxError"),
 ]
-CASES = [("winch", *each) for each in OF_A_WINCH] + [("controller", *each) for each in OF_A_CONTROLLER]
+QUANTITY, OF_S_W = 'QUANTITY = "s_w"\n', 'QUANTITY = "s_w"'
+MEASURED = "return s.count * ceil(s_f / s.count - 0.5), Memory(m.s_0, s_f)"
+OF_A_SENSOR = [
+    ("TITLE =", "HEAD =", "TITLE is missing. A sensor needs TITLE"),
+    (QUANTITY, "", "QUANTITY is missing. A sensor needs QUANTITY: field of Sensed that it reads"),
+    (OF_S_W, 'QUANTITY = "s_v"', 'QUANTITY = "s_v". It must be one of s_tip, v_tip, a_tip, s_w, F'),
+    (OF_S_W, 'QUANTITY = ("s_w", "s_w")', "QUANTITY = ('s_w', 's_w')"),
+    (OF_S_W, "QUANTITY = ()", "QUANTITY = ()"),
+    (OF_S_W, 'QUANTITY = "mode"', 'QUANTITY = "mode"'),
+    ('"measuring-wheel"', '"ssc"', 'NAME = "ssc" is that of a controller. Change NAME'),
+    ("(true, h, s, m)", "(true, s, m)", "reading(true, s, m). It must be reading(true, h, s, m)"),
+    ("@scalar\ndef reading", "def reading", "reading is not decorated with @scalar"),
+    ("def begin(", "def start(", "begin is missing. A sensor needs begin(true, s)"),
+    ("class Memory(", "class Memry(", "Memory is missing. A sensor needs Memory"),
+    ("class Settings(NamedTuple)", "class Settings", "Settings is no NamedTuple"),
+    ("    s_f: float", "    s_f: int", "Memory.s_f is annotated as int"),
+    ("most=10.0)]", "most=10.0, search=(0.0, 1.0))]", "search = (0.0, 1.0). Leave it out: sensors are not tuned"),
+    ('"0.5 mm"', '"0.5 kg"', 'Settings.count: default = "0.5 kg": unit "kg" is not one of'),
+    (MEASURED, "return s_f", "reading gave 1.0. It must give a number and a Memory of numbers"),
+    (MEASURED, "return s_f, s_f", "It must give a number and a Memory of numbers"),
+    ("Memory(true, true)", "(true, true)", "begin gave (1.0, 1.0). It must give a Memory of numbers"),
+    ("s.slip)", "s.slipp)", "reading at 1, with the settings by default: AttributeError"),
+]
+CASES = [
+    (kind, *each)
+    for kind, table in (("winch", OF_A_WINCH), ("controller", OF_A_CONTROLLER), ("sensor", OF_A_SENSOR))
+    for each in table
+]
 
 
 @pytest.mark.parametrize(("kind", "before", "after", "words"), CASES)
