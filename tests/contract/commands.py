@@ -161,6 +161,17 @@ OF_WINCH = {
     "friction compare": 'friction compare crane-1 crane-2 --crane CRANE --load "30 t"',
 }
 """Commands that take no controller, and other forms of those that do."""
+OF_CLOSED_CIRCUITS = {
+    "map strong-ssc": "another kind of drive",
+    "stability delay": "closed circuits",
+    "stability full": "closed circuits",
+    "stability layer": "closed circuits",
+    "calc eigenfrequency": "closed circuit",
+    "calc gain-limit": "closed circuit",
+}
+"""Commands that have no meaning for a winch without a closed circuit -> what their one line says."""
+OF_NUMBERS = {"map p_max": "p_max", "map alpha_m": "alpha_m_min", "uncertainty pressure": "p_max"}
+"""Commands that ask for a number -> the number, which a winch type may not have."""
 BOTH = OF_CONTROLLER | OF_WINCH
 
 

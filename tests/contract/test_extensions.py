@@ -11,23 +11,21 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.contract.commands import BOTH, CASE, OF_CONTROLLER, Answer, printed_files
+from tests.contract.commands import (
+    BOTH,
+    CASE,
+    OF_CLOSED_CIRCUITS,
+    OF_CONTROLLER,
+    OF_NUMBERS,
+    Answer,
+    printed_files,
+)
 from tests.scripts import DOCS
 
 ROOT = DOCS.parent
 LIFTS = ROOT / "src" / "stillhook" / "library" / "data" / "lifts"
-MEANINGLESS = {
-    "stability delay": "closed circuits",
-    "stability full": "closed circuits",
-    "stability layer": "closed circuits",
-    "calc eigenfrequency": "closed circuit",
-    "calc gain-limit": "closed circuit",
-    "map strong-ssc": "another kind of drive",
-    "map p_max": "has no p_max",
-    "map alpha_m": "has no alpha_m_min",
-    "uncertainty pressure": "has no p_max",
-}
-"""Commands that have no meaning for a winch without a closed circuit -> what their one line says."""
+MEANINGLESS = OF_CLOSED_CIRCUITS | {command: f"has no {number}" for command, number in OF_NUMBERS.items()}
+"""Commands that have no meaning for the example's winch -> what their one line says."""
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from tests.contract.commands import OF_CONTROLLER, OF_OPERATOR, OF_WINCH, answer
+from tests.contract.commands import OF_CLOSED_CIRCUITS, OF_CONTROLLER, OF_NUMBERS, OF_OPERATOR, OF_WINCH, answer
 
 from stillhook import Scenario, load_crane
 from stillhook.control.registry import MANUAL_MODE, Mode
@@ -66,19 +66,6 @@ def test_every_command_runs_on_every_winch_with_every_controller_of_its(
 ) -> None:
     found = answer(command, CRANES[winch], mode.value, tmp_path)
     assert found.given or (found.refused and mode is MANUAL_MODE and command not in OF_OPERATOR), found.error
-
-
-OF_CLOSED_CIRCUITS = {
-    "map strong-ssc": "another kind of drive",
-    "stability delay": "closed circuits",
-    "stability full": "closed circuits",
-    "stability layer": "closed circuits",
-    "calc eigenfrequency": "closed circuit",
-    "calc gain-limit": "closed circuit",
-}
-"""Commands that have no meaning for a winch without a closed circuit -> what their one line says."""
-OF_NUMBERS = {"map p_max": "p_max", "map alpha_m": "alpha_m_min", "uncertainty pressure": "p_max"}
-"""Commands that ask for a number -> the number, which a winch type may not have."""
 
 
 def reason(command: str, winch: str) -> str:
