@@ -28,26 +28,16 @@ def test_everything_that_a_file_states_is_read_in_si(tmp_path):
         'water = { volume = "10 m^3", added_mass = "20 t", C_D = 1.2, area = "12 m^2" }\n'
         '[[test]]\nname = "2"\nlog = "x.csv"\nkind = "limits"\n',
     )
-    assert (campaign.title, campaign.date, campaign.delay, campaign.synthetic) == (
-        "Trials",
-        datetime.date(2026, 11, 21),
-        0.04,
-        False,
-    )
+    assert (campaign.title, campaign.date) == ("Trials", datetime.date(2026, 11, 21))
+    assert (campaign.delay, campaign.synthetic) == (0.04, False)
     assert campaign.remarks == ("calm", "no wind")
     assert (campaign.criteria.name, campaign.crane.name) == ("paper-f", "nov-250t")
     first, second = campaign.tests
     assert (first.load, first.s_w, first.mode, first.start, first.end) == (82e3, 487.0, Mode.SSC, 10.0, 120.0)
     assert first.water is not None
     assert first.water.added_mass == 20e3
-    assert (second.kind, second.load, second.s_w, second.mode, second.start, second.end) == (
-        Kind.LIMITS,
-        None,
-        None,
-        None,
-        -math.inf,
-        math.inf,
-    )
+    assert (second.kind, second.load, second.s_w, second.mode) == (Kind.LIMITS, None, None, None)
+    assert (second.start, second.end) == (-math.inf, math.inf)
     assert campaign.of(Kind.LIMITS) == (second,)
     assert first.mapping is not None
     assert first.mapping["s_w"].unit == "m"
@@ -86,115 +76,61 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
     assert loaded(tmp_path, f"{text}{TOP.split(chr(10), 1)[1]}{SIGNALS}{TEST}").synthetic
 
 
+WATER = f"{TEST}water = {{ volume = "
+PAYLOAD = 'payload = "82 t"\ndepth = '
+REFUSED = [  # what a good file has, what stands there instead, what is said of it
+    ("date = 2026-11-21\n", "", "c.toml: date: missing (date of the certificate). Add it."),
+    ("2026-11-21", '"2026-11-21"', "it must be a date without quotes, such as 2026-11-21"),
+    ("2026-11-21", "2026-11-21T10:00:00", "it must be a date without quotes"),
+    ('crane = "nov-250t"\n', "", "crane: missing (library name or crane file"),
+    ("nov-250t", "nov-251t", 'did you mean "nov-250t"?'),
+    ('title = "Trials"', "title = 3", "title = 3: it must be a text"),
+    (
+        'title = "Trials"',
+        'titel = "Trials"',
+        'titel: unknown field; did you mean "title"? Allowed: title, date, crane,',
+    ),
+    ('title = "Trials"', 'delay = "-40 ms"', "it must be greater than or equal to 0."),
+    ('title = "Trials"', "delay = 0.04", 'write it as text with its unit, "0.04 s"'),
+    ('title = "Trials"', 'remarks = "x"', "it must be a list"),
+    ('title = "Trials"', 'synthetic = "yes"', "it must be true or false"),
+    ('title = "Trials"', 'criteria = "paper-g"', 'Unknown criteria "paper-g".'),
+    ('title = "Trials"', "modes = [1]", "modes = [1]: it must be a table."),
+    (TEST, f'[modes]\n5 = "super"\n{TEST}', "modes.5 = \"super\": it must be 'manual', 'level-1', 'level-2', 'ns'"),
+    (TEST, f"[modes]\n5 = 3\n{TEST}", "modes.5 = 3: it must be 'manual'"),
+    ("[[test]]", 's_tip = { column = "w", unit = "m" }\n[[test]]', "s_tip and s_w both refer to column"),
+    ('unit = "m"', 'unit = "kg"', 'signals.s_w.unit = "kg" is not one of m, cm, mm, km.'),
+    (TEST, "", "test: missing (one [[test]] table for each log). Add it."),
+    (TEST, "[test]\nname = '1'\n", "test: write a list of tables, [[test]]."),
+    ('name = "1"', "name = 1", "test 1: name = 1: it must be a text ("),
+    ('kind = "ahc"', 'kind = "heave"', "it must be 'ahc', 'limits' or 'dynamics'."),
+    ('kind = "ahc"\n', "", 'test "1": kind: missing (heave compensation, speed limit, or'),
+    ("x.csv", "y.csv", 'test "1": log = "y.csv": no such file next to this file. Check the path.'),
+    ('"82 t"', "82", 'test "1": load = 82: a bare number; write it as text with its unit, "82 t"'),
+    ("82 t", "300 t", 'load = "300 t": "nov-250t" is rated for 0 t to 250 t. Check the load.'),
+    (TEST, f'{TEST}s_w = "9 km"\n', 's_w = "9 km": "nov-250t" has 0 m to 2831 m of wire.'),
+    (TEST, f'{TEST}mode = "sssc"\n', 'mode = "sssc": it must be'),
+    (TEST, f'{TEST}mode = "manual"\n', 'a test of kind "ahc" needs a compensating mode.'),
+    (TEST, f'{TEST}start = "5 s"\nend = "3 s"\n', 'end = "3 s": must come after start 5 s.'),
+    (TEST, f'{TEST}laod = "3 t"\n', 'laod: unknown field; did you mean "load"?'),
+    (TEST, f'{TEST}water = "1 m^3"\n', 'water = "1 m^3": it must be a table, with volume'),
+    (TEST, f'{TEST}water = {{ volum = "1 m^3" }}\n', 'water.volum: unknown field; did you mean "volume"?'),
+    (TEST, f'{WATER}"-1 m^3" }}\n', 'water.volume = "-1 m^3": it must be greater than 0.'),
+    (TEST, f'{WATER}"100 m^3" }}\n', "a payload of 82 t floats. Check load and volume."),
+    (TEST, f'e_c_measured = {{ column = "w", unit = "m" }}\n{TEST}', "s_w and e_c_measured both refer to column"),
+    (TEST, f'{TEST}payload = "60 t"\n', "load and payload: both stated."),
+    (TEST, f'{TEST}depth = "467 m"\n', "load with depth: load already includes the weight of the wire out."),
+    ("load", "payload", "payload: needs depth or h_tip for the weight of the wire out."),
+    ('load = "82 t"', 'depth = "467 m"', "depth: stated without payload. State payload"),
+    ('load = "82 t"', f'{PAYLOAD}"-1 m"', 'depth = "-1 m": give how far the hook is below the water line'),
+    ('load = "82 t"', 'payload = "300 t"\ndepth = "1 m"', "is rated for 0 t to 250 t. Check the payload."),
+    (TEST, TEST + TEST, 'the name "1" is given twice. Give every test its own.'),
+    (TEST, TEST + TEST.replace('"1"', '"2"'), 'log = "x.csv" is that of test "1" as well, and would count twice.'),
+]
+
+
 @pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("was", "instead", "told"),
-    [
-        ("date = 2026-11-21\n", "", "c.toml: date: missing (date of the certificate). Add it."),
-        (
-            "2026-11-21",
-            '"2026-11-21"',
-            'date = "2026-11-21": it must be a date without quotes, such as 2026-11-21 (date of the certificate).',
-        ),
-        ("2026-11-21", "2026-11-21T10:00:00", "it must be a date without quotes"),
-        ('crane = "nov-250t"\n', "", "crane: missing (library name or crane file: the twin under test). Add it."),
-        ("nov-250t", "nov-251t", 'did you mean "nov-250t"?'),
-        ('title = "Trials"', "title = 3", "title = 3: it must be a text (title of the certificate)."),
-        (
-            'title = "Trials"',
-            'titel = "Trials"',
-            'titel: unknown field; did you mean "title"? Allowed: title, date, crane, criteria, delay, signals, modes, test, synthetic, remarks.',
-        ),
-        ('title = "Trials"', 'delay = "-40 ms"', 'delay = "-40 ms": it must be greater than or equal to 0.'),
-        ('title = "Trials"', "delay = 0.04", 'delay = 0.04: a bare number; write it as text with its unit, "0.04 s"'),
-        ('title = "Trials"', 'remarks = "x"', "it must be a list"),
-        (
-            'title = "Trials"',
-            'synthetic = "yes"',
-            'synthetic = "yes": it must be true or false (simulated, measured on no crane).',
-        ),
-        ('title = "Trials"', 'criteria = "paper-g"', 'Unknown criteria "paper-g". Choose paper-f'),
-        ('title = "Trials"', "modes = [1]", "modes = [1]: it must be a table."),
-        (
-            TEST,
-            f'[modes]\n5 = "super"\n{TEST}',
-            "modes.5 = \"super\": it must be 'manual', 'level-1', 'level-2', 'ns', 'hs', 'ssc' or 'ssc-cubic'.",
-        ),
-        (TEST, f"[modes]\n5 = 3\n{TEST}", "modes.5 = 3: it must be 'manual', 'level-1'"),
-        ("[[test]]", 's_tip = { column = "w", unit = "m" }\n[[test]]', "signals: s_tip and s_w both refer to column"),
-        ('unit = "m"', 'unit = "kg"', 'signals.s_w.unit = "kg" is not one of m, cm, mm, km.'),
-        (TEST, "", "test: missing (one [[test]] table for each log). Add it."),
-        (TEST, "[test]\nname = '1'\n", "test: write a list of tables, [[test]]."),
-        ('name = "1"', "name = 1", "test 1: name = 1: it must be a text ("),
-        ('kind = "ahc"', 'kind = "heave"', "test \"1\": kind = \"heave\": it must be 'ahc', 'limits' or 'dynamics'."),
-        ('kind = "ahc"\n', "", 'test "1": kind: missing (heave compensation, speed limit, or'),
-        ("x.csv", "y.csv", 'test "1": log = "y.csv": no such file next to this file. Check the path.'),
-        ('"82 t"', "82", 'test "1": load = 82: a bare number; write it as text with its unit, "82 t"'),
-        ("82 t", "300 t", 'test "1": load = "300 t": "nov-250t" is rated for 0 t to 250 t. Check the load.'),
-        (TEST, f'{TEST}s_w = "9 km"\n', 'test "1": s_w = "9 km": "nov-250t" has 0 m to 2831 m of wire.'),
-        (TEST, f'{TEST}mode = "sssc"\n', 'test "1": mode = "sssc": it must be \'manual\','),
-        (
-            TEST,
-            f'{TEST}mode = "manual"\n',
-            'mode = "manual": a test of kind "ahc" needs a compensating mode. State that mode, or another kind.',
-        ),
-        (TEST, f'{TEST}start = "5 s"\nend = "3 s"\n', 'test "1": end = "3 s": must come after start 5 s.'),
-        (TEST, f'{TEST}laod = "3 t"\n', 'test "1": laod: unknown field; did you mean "load"?'),
-        (TEST, f'{TEST}water = "1 m^3"\n', 'test "1": water = "1 m^3": it must be a table, with volume'),
-        (
-            TEST,
-            f'{TEST}water = {{ volum = "1 m^3" }}\n',
-            'test "1": water.volum: unknown field; did you mean "volume"?',
-        ),
-        (
-            TEST,
-            f'{TEST}water = {{ volume = "-1 m^3" }}\n',
-            'test "1": water.volume = "-1 m^3": it must be greater than 0.',
-        ),
-        (
-            TEST,
-            f'{TEST}water = {{ volume = "100 m^3" }}\n',
-            'test "1": water.volume = "100 m^3": a payload of 82 t floats. Check load and volume.',
-        ),
-        (
-            TEST,
-            'e_c_measured = { column = "w", unit = "m" }\n' + TEST,
-            'test "1": signals: s_w and e_c_measured both refer to column "w". Map each to its own',
-        ),
-        (
-            TEST,
-            f'{TEST}payload = "60 t"\n',
-            'test "1": load and payload: both stated. load includes the weight of the wire out, payload does not. State one of them.',
-        ),
-        (
-            TEST,
-            f'{TEST}depth = "467 m"\n',
-            'test "1": load with depth: load already includes the weight of the wire out. State payload (mass suspended from the hook), or',
-        ),
-        ("load", "payload", 'test "1": payload: needs depth or h_tip for the weight of the wire out.'),
-        (
-            'load = "82 t"',
-            'depth = "467 m"',
-            'test "1": depth: stated without payload. State payload (mass suspended from the hook).',
-        ),
-        (
-            'load = "82 t"',
-            'payload = "82 t"\ndepth = "-1 m"',
-            'test "1": depth = "-1 m": give how far the hook is below the water line',
-        ),
-        (
-            'load = "82 t"',
-            'payload = "300 t"\ndepth = "1 m"',
-            'test "1": payload = "300 t": "nov-250t" is rated for 0 t to 250 t. Check the payload.',
-        ),
-        (TEST, TEST + TEST, 'test: the name "1" is given twice. Give every test its own.'),
-        (
-            TEST,
-            TEST + TEST.replace('"1"', '"2"'),
-            'test "2": log = "x.csv" is that of test "1" as well, and would count twice.',
-        ),
-    ],
-)
+@pytest.mark.parametrize(("was", "instead", "told"), REFUSED)
 def test_everything_else_is_one_line_that_names_file_and_field(tmp_path, was, instead, told):
     text = f"{TOP}{SIGNALS}{TEST}"
     assert was in text
@@ -206,13 +142,10 @@ def test_everything_else_is_one_line_that_names_file_and_field(tmp_path, was, in
     assert "\n" not in line
 
 
-def test_a_file_that_is_not_there_or_no_toml_is_told(tmp_path):
-    with pytest.raises(StillhookError, match="no such file"):
-        load_campaign(tmp_path / "none.toml")
-    with pytest.raises(StillhookError, match=r"c\.toml: not valid TOML"):
-        loaded(tmp_path, "crane = \n")
-    with pytest.raises(StillhookError, match=r"c\.toml: empty"):
-        loaded(tmp_path, "")
+@pytest.mark.parametrize(("text", "told"), [("crane = \n", r"c\.toml: not valid TOML"), ("", r"c\.toml: empty")])
+def test_a_file_that_is_no_toml_is_told(tmp_path, text, told):
+    with pytest.raises(StillhookError, match=told):
+        loaded(tmp_path, text)
 
 
 @pytest.mark.slow
@@ -222,7 +155,6 @@ def test_a_file_that_is_not_there_or_no_toml_is_told(tmp_path):
         ((5, None), "campaign = 5: it must be the path"),
         (("c.toml", 0), "steps = 0: it must be a list of some of 0, 1"),
         (("c.toml", [9]), "steps = [9]: it must be a list"),
-        (("c.toml", []), "steps = []: it must be a list"),
         (("c.toml", "0"), 'steps = "0": it must be a list'),
     ],
 )

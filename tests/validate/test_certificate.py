@@ -141,21 +141,14 @@ def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tm
 
 
 @pytest.mark.slow
-def test_the_level_is_that_of_table_2_7(campaign, tmp_path):
-    passed, failed = (certificate_of(staged(campaign, **found)).short for found in ({}, TOO_MUCH))
-    assert (passed.level, passed.variant) == (2, 3)
-    assert (failed.level, failed.variant) == (1, 1)
-
-
-@pytest.mark.slow
-def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing(campaign, tmp_path):
+def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing(campaign):
     files = certificate_files(staged(campaign, **TOO_MUCH))
     assert sorted(files) == ["not-passed-annex.pdf", "not-passed.json", "not-passed.pdf"]
     data = json.loads(files["not-passed.json"])
-    assert data["passed"] is False
-    assert data["envelope"] is None
+    assert (data["passed"], data["envelope"], data["outcome"]) == (False, None, "refuted")
     assert data["verdict"].startswith("REFUTED")
-    assert data["outcome"] == "refuted"
+    passed, failed = (certificate_of(staged(campaign, **found)).short for found in ({}, TOO_MUCH))
+    assert (passed.level, passed.variant, failed.level, failed.variant) == (2, 3, 1, 1)  # of table 2.7
 
 
 def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
@@ -166,10 +159,7 @@ def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
     campaign.write_text(campaign.read_text().replace("synthetic", 'criteria = "lax.toml"\nsynthetic'))
     data = certificate_of(staged(campaign, **NOT_SHOWN)).data
     assert data["passed"] is False
-    assert (
-        data["verdict"]
-        == "NOT ASSESSED: no criterion of lax version 1 counts on these data, so that nothing was shown."
-    )
+    assert data["verdict"].startswith("NOT ASSESSED: no criterion of lax version 1 counts on these data")
     assert certificate_of(staged(campaign)).passed
 
 

@@ -18,7 +18,7 @@ CALLS = [
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
     if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Note" and isinstance(node.args[0], ast.Constant)
 ]
-FAMILIES = ("ends-", "lacks-", "outside-", "wire-by-", "map-", "by-")
+FAMILIES = ("ends-", "lacks-", "outside-", "wire-by-", "map-", "by-", "line-")
 """Codes of which a name is a part."""
 
 

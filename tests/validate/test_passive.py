@@ -92,21 +92,22 @@ def test_9_m3_of_gas_in_the_file_where_there_are_5_is_refuted_and_named():
     assert "no n of nitrogen (here 2.35) makes it the file's volume" in note(step, "gas_volume_error")
 
 
-@pytest.mark.parametrize("count", [2, 3])
-def test_dead_passive_motors_are_refuted_and_counted(count):
-    step = checked(records(spoil=dead(count)))
-    assert refuted(step) == {"6-motors", "6-torque"}
+@pytest.mark.parametrize(
+    ("working", "count", "keys", "words"),
+    [
+        (14, 16, {"6-motors", "6-torque"}, "14.0 of 16 motors work: 2 dead; the PLC assumes all"),
+        (13, 16, {"6-motors", "6-torque"}, "13.0 of 16 motors work: 3 dead; the PLC assumes all"),
+        (16, 14, {"6-motors", "6-torque", "6-setting"}, "16.0 motors, not 14: the PLC also uses 16, so the number"),
+        (16, 18, {"6-motors", "6-torque", "6-setting"}, "16.0 motors, not 18: the PLC also uses 16, so the number"),
+    ],
+)
+def test_dead_motors_are_refuted_and_told_from_a_wrong_number_in_the_file(working, count, keys, words):
+    spoil = {"spoil": dead(16 - working)} if working < 16 else {}
+    step = checked(records(**spoil), other(motor={"count": count}) if count != 16 else TWIN)
+    assert refuted(step) == keys
     (m,) = step.measures_of("passive_motors_error")
-    assert f"{16 - count}.0 of 16 motors work: {count} dead; the PLC assumes all" in m.note
-    assert m.low < -count / 16 < m.high
-
-
-@pytest.mark.parametrize("count", [14, 18])
-def test_a_wrong_number_of_motors_in_the_file_is_refuted_and_told_from_dead_ones(count):
-    step = checked(records(), other(motor={"count": count}))
-    assert refuted(step) == {"6-motors", "6-torque", "6-setting"}
-    (m,) = step.measures_of("passive_motors_error")
-    assert f"16.0 motors, not {count}: the PLC also uses 16, so the number in the crane file is wrong" in m.note
+    assert words in m.note
+    assert m.low < working / count - 1.0 < m.high
 
 
 def test_a_load_cell_that_reads_wrong_is_not_counted_as_dead_motors():

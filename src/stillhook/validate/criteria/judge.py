@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from stillhook.units import in_unit, number
 from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit, Requirement
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import MEASURES, CriterionResult, Measure, Outcome, StepNumber, Verdict
 
 DIGITS = 3
@@ -147,7 +148,7 @@ def _not_judged(c: Criterion, reason: str) -> CriterionResult:
         weight=c.weight,
         judged=False,
         source=c.source,
-        message=f"{c.title}: not judged, {reason}.",
+        message=Note("line-no-meaning", title=c.title, reason=reason),
         required=False,
     )
 
@@ -182,30 +183,16 @@ def structural_words(c: Criterion, m: Measure) -> str:
 def _message(c: Criterion, m: Measure | None, known: Sequence[Measure]) -> str:
     """One sentence: figure, interval, limit and the data behind it."""
     if m is None:
-        note = "" if c.needed else ", and none are required"
-        return f"{c.title}: no such data are available{note} (the limit is {c.limit_text})."
+        return Note("line-without-data" if c.needed else "line-without-needed-data", title=c.title, limit=c.limit_text)
     rest = "".join(f"; {part}" for part in (m.data, m.note) if part)
     where = f" in {m.test}" if m.test else ""
-    if m.test and len(known) > 1:
-        where += f", the worst of {len(known)}"
-    value = _value(m)
+    where += f", the worst of {len(known)}" if m.test and len(known) > 1 else ""
+    value, of = _value(m), {"title": c.title, "where": where, "limit": c.limit_text, "rest": rest}
     if value is None:
-        return f"{c.title}{where}: no value from these data (the limit is {c.limit_text}){rest}."
+        return Note("line-without-value", **of)
     parts = [part for part in (interval_words(c, m), structural_words(c, m)) if part]
     interval = f" (95 % interval {', '.join(parts)})" if parts else ""
-    limit = f"limit {c.limit_text}{_beyond(c, m)}" if c.judged else f"{c.limit_text} for comparison, not judged"
-    if m.undetectable:
-        limit = f"not detectable with these data, as the interval is wider than the limit ({c.limit_text})"
-    return f"{c.title}{where}: {in_words(c, value)}{interval}, {limit}{rest}."
-
-
-def _beyond(c: Criterion, m: Measure) -> str:
-    """Why a value is not shown or not covered, in words."""
-    verdict = verdict_of(c, m)
-    if verdict is Verdict.NOT_COVERED:
-        return ", which the tests do not reach"
-    if verdict is not Verdict.NOT_SHOWN or m.value is None:
-        return ""
-    if _within(c, m.value):
-        return ", which part of the interval misses"
-    return ", which the estimate misses and part of the interval meets"
+    open_ = "not-shown-in" if _within(c, value) else "not-shown-out"
+    beyond = {Verdict.NOT_COVERED: "not-covered", Verdict.NOT_SHOWN: open_}.get(verdict_of(c, m), "as-it-is")
+    code = "not-detectable" if m.undetectable else beyond if c.judged else "not-judged"
+    return Note(f"line-{code}", value=in_words(c, value), interval=interval, **of)

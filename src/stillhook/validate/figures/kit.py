@@ -57,7 +57,10 @@ def over_time(
         for ax, c in zip(column, curves, strict=True):
             crane(ax, c.t, c.measured)
             for label, colour, y in c.simulated:
-                twin(ax, c.t, y, label, colour)
+                if c.measured is None:  # nothing below it to show through the dashes
+                    ax.plot(c.t, y, color=colour, lw=0.8, label=label)
+                else:
+                    twin(ax, c.t, y, label, colour)
             for a, b in c.shaded:
                 ax.axvspan(a, b, color=SHADE, lw=0.0, zorder=0)
         column[0].set_title(heading, fontsize="small")

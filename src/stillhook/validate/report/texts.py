@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from stillhook.units import number
 from stillhook.validate.criteria.criteria import Criterion, Limit, Requirement
 from stillhook.validate.criteria.judge import in_words, interval_words, outcome_of, structural_words
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import RISK, CriterionResult, Outcome, Step, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import MARK
 from stillhook.validate.validation import Validation
@@ -34,35 +35,36 @@ def title(campaign: Any) -> str:
 
 def sentence(validation: Validation) -> str:
     """The verdict in one sentence."""
-    campaign, lines = validation.campaign, validation.lines
-    judged = [line for line in lines if line.judged]
-    criteria = campaign.criteria.label
-    part = (
-        ""
-        if validation.complete
-        else f" This is {_steps(validation.steps)} only: a certificate needs all steps, 0 to {max(StepNumber)}."
-    )
-    if left_out := without_meaning(validation):
-        part = f" Not judged: {_count(sum(map(len, left_out.values())), 'line', 'lines')}, {'; '.join(left_out)}.{part}"
-    count = _count(len(judged), "criterion", "criteria")
-    failed = [line for line in judged if line.failed]
+    judged, label = [line for line in validation.lines if line.judged], validation.campaign.criteria.label
+    failed, of = [line for line in judged if line.failed], Note("criteria", n=len(judged), criteria=label)
     match validation.outcome:
         case Outcome.NOT_JUDGED:
-            return f"NOT ASSESSED: {criteria} has no criterion that counts for these steps.{part}"
+            text = Note("verdict-none", criteria=label)
         case Outcome.PASSED:
-            subject = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
-            represents = f'"{campaign.crane.name}" as described represents {subject}, within the tested ranges'
-            claim = represents if validation.complete else "no objection"
-            shown = sum(line.verdict is Verdict.SHOWN for line in judged)
-            open_ = _counts(judged, OPEN)
-            rest = f"; {' and '.join(open_)}, none of which blocks" if open_ else ""
-            return f"PASSED: {claim}: of {count} of {criteria}, {shown} shown{rest}.{part}"
+            text = Note("verdict-passed", claim=_claim(validation), of=of, shown=_number(judged, Verdict.SHOWN))
         case Outcome.NOT_SHOWN:
-            keys = " and ".join(_counts(failed, OPEN)) or "none shown"
-            return f"NOT SHOWN: of {count} of {criteria}, none refuted, but {keys}.{part}"
+            text = Note("verdict-not-shown", of=of, open=_counts(failed, OPEN) or ["none shown"])
         case Outcome.REFUTED:
-            counts = _counts(failed, (Verdict.REFUTED, *OPEN))
-            return f"REFUTED: of {count} of {criteria}, {' and '.join(counts)}.{part}"
+            text = Note("verdict-refuted", of=of, counts=_counts(failed, (Verdict.REFUTED, *OPEN)))
+    open_ = _counts(judged, OPEN) if validation.outcome is Outcome.PASSED else []
+    parts = [Note("verdict-open", open=open_)] if open_ else []
+    if left_out := without_meaning(validation):
+        parts.append(Note("lines-left-out", n=sum(map(len, left_out.values())), reasons="; ".join(left_out)))
+    if not validation.complete:
+        parts.append(Note("steps-only", steps=[int(s.number) for s in validation.steps], last=int(max(StepNumber))))
+    return " ".join((text, *parts))
+
+
+def _claim(validation: Validation) -> str:
+    """What a validation that is passed says of the twin."""
+    if not validation.complete:
+        return "no objection"
+    crane = validation.campaign.crane.name
+    return Note("represents-synthetic" if validation.campaign.synthetic else "represents", crane=crane)
+
+
+def _number(lines: Sequence[CriterionResult], verdict: Verdict) -> int:
+    return sum(line.verdict is verdict for line in lines)
 
 
 def _counts(lines: Sequence[CriterionResult], verdicts: Sequence[Verdict]) -> list[str]:
@@ -98,26 +100,26 @@ def _used(line: CriterionResult) -> float:
 
 
 def decisive_text(validation: Validation, line: CriterionResult) -> str:
-    """A governing line: value against its limit, and utilisation."""
+    """A governing line: value against its limit, and utilisation by the far end of the interval."""
     cells, m = line_cells(validation, line), line.measure
     if m is None or m.value is None or math.isnan(m.value):
-        return f"{cells.title}: no value; {m.note if m is not None and m.note else 'no such data are available'}"
-    test = f" in {m.test}" if m.test else ""
-    value = f"{cells.value} ({cells.interval})" if line.figures else cells.value
-    return f"{cells.title}{test}: {value}, limit {cells.limit}; {_closeness(validation, line)}"
-
-
-def _closeness(validation: Validation, line: CriterionResult) -> str:
-    """Utilisation of the limit by the far end of the interval."""
+        return Note("decisive-none", title=cells.title, why=m.note if m is not None and m.note else NO_DATA)
+    interval = f" ({cells.interval})" if line.figures else ""
     end = "the far end of the interval" if line.figures else "that"
+    at_least = criterion(validation, line).kind is Limit.AT_LEAST
     if math.isnan(line.used):
-        return f"{end} is {'beyond' if line.failed else 'within'} it"
-    if criterion(validation, line).kind is Limit.AT_LEAST:
-        least = 1.0 / line.used if line.used > 0.0 else math.inf
-        return f"{end} is {number(least, 3)} times the limit"
-    if line.used >= 2.0:
-        return f"{end} is {number(line.used, 3)} times the limit"
-    return f"{end} is at {number(100.0 * line.used, 3)} % of the limit"
+        close = f"{end} is {'beyond' if line.failed else 'within'} it"
+    elif at_least or line.used >= 2.0:
+        times = line.used if not at_least else 1.0 / line.used if line.used > 0.0 else math.inf
+        close = f"{end} is {number(times, 3)} times the limit"
+    else:
+        close = f"{end} is at {number(100.0 * line.used, 3)} % of the limit"
+    where = f" in {m.test}" if m.test else ""
+    value = {"value": cells.value, "interval": interval, "limit": cells.limit}
+    return Note("decisive", title=cells.title, where=where, close=close, **value)
+
+
+NO_DATA = "no such data are available"
 
 
 def risks(results: Iterable[CriterionResult]) -> str:
@@ -126,33 +128,15 @@ def risks(results: Iterable[CriterionResult]) -> str:
     sampled = [line for line in judged if line.figures]
     bare = [line for line in judged if not line.figures and line.measure is not None and line.measure.value is not None]
     if not sampled:
-        return "No judged line has an interval, so no sampling risk can be stated." if judged else "No line was judged."
-    percent, most = f"{100.0 * RISK:g} %", max(line.figures for line in sampled)
-    several = f", n times that at most where the worst of n tests is judged (n up to {most} here)" if most > 1 else ""
-    text = (
-        f"{_count(len(sampled), 'line was', 'lines were')} judged by the 95 % interval of the value. Consumer's risk:"
-        f" such a line is judged shown in at most {percent} of campaigns where its true value is at the limit or"
-        f" beyond. Producer's risk: it is judged refuted in at most {percent} of campaigns where its true value is at"
-        f" the limit or within{several}. Both apply to one line and are as good as the intervals (coverage is measured"
-        " on synthetic campaigns)."
-    )
-    if bare:
-        count = _count(len(bare), "line was", "lines were")
-        text += f" {count} judged by value, without an interval (counts, maxima): no risk is stated for them."
-    return text
-
-
-def _steps(steps: Sequence[Step[Any]]) -> str:
-    numbers = [str(int(s.number)) for s in steps]
-    return f"step {numbers[0]}" if len(numbers) == 1 else f"steps {', '.join(numbers[:-1])} and {numbers[-1]}"
+        return Note("no-risk" if judged else "none-judged")
+    most = max(line.figures for line in sampled)
+    several = Note("risk-of-several", most=most) if most > 1 else ""
+    text = Note("risk", n=len(sampled), risk=RISK, several=several)
+    return f"{text} {Note('by-value', n=len(bare))}" if bare else text
 
 
 def _keys(lines: Iterable[CriterionResult]) -> str:
     return ", ".join(line.key for line in lines)
-
-
-def _count(n: int, one: str, many: str) -> str:
-    return f"{n} {one if n == 1 else many}"
 
 
 def criterion(validation: Validation, line: CriterionResult) -> Criterion:
