@@ -10,7 +10,7 @@ from stillhook.kernels.drivers.winch import Driver, LaneParts
 from stillhook.kernels.drivers.wire import below_winch
 from stillhook.kernels.lanes import Array, access, offset, size
 from stillhook.kernels.statistics.cycles import window_add, window_turn
-from stillhook.physics.load_path.payload import submergence, water_force, wetted
+from stillhook.physics.load_path.payload import Heights, Water, submergence, water_force, wetted
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import align_stack, fmax, scalar
 from stillhook.winches.elements.lift import Course, Hanging, Lift, LiftSignals, Windowed, compensating, waiting
@@ -65,6 +65,7 @@ def lane_parts(joint: Any) -> LaneParts:
             "F_s": float,
             "lift": Lift,
             **({"link": own["Link"]} if "Link" in own else {}),
+            **({"unit_water": Water, "unit_level": Heights} if hasattr(joint, "heights") else {}),
             "stage": Stage,
             "seen": Windowed,
         },
@@ -75,7 +76,7 @@ def lane_parts(joint: Any) -> LaneParts:
 def run_of(d: Driver, joint: Any) -> Any:
     """The kernel of lowerings with the winch of a driver and what joins hook and payload, as plain Python."""
     LANES, Lane, geometry, sensing, path_point = d.lanes, d.Lane, d.geometry, d.sensing, d.path_point
-    water = water_at_payload(d)
+    water = water_at_payload(d, joint)
     below = below_winch(d, joint, water)
     look_up, take_water, relay, move = water.look_up, water.take_water, below.relay, below.step
     Ordered = ordered_of(d, sup=Supervisor)
