@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from time import perf_counter, process_time, thread_time
 from typing import Any
 
-from stillhook.engine.lowering.run import LiftBlock
+from stillhook.engine.lowering.run import ON_SLINGS
 from stillhook.engine.simulate import simulate
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL
@@ -49,7 +49,7 @@ def table(plan: LiftPlan, seeds: int = SEEDS) -> list[InSea]:
 @contextmanager
 def timed(plant: str) -> Iterator[Callable[[], float]]:
     """Processor time that the kernel takes meanwhile [s], on all threads."""
-    module = driver(plant, VL, LiftBlock.setup)
+    module = driver(plant, VL, ON_SLINGS)
     run, lock, spent = module.run, threading.Lock(), [0.0]
 
     def kernel(*args: Any) -> None:

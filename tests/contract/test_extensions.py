@@ -60,6 +60,8 @@ def test_the_pages_print_modules_a_crane_and_their_tests(example: Path) -> None:
     assert names == {"ssc_pi.py", "test_ssc_pi.py", "torque_drive.py", "my-winch.toml", "test_torque_drive.py"} | {
         "shock_absorber.py",
         "test_shock_absorber.py",
+        "upper_load.py",
+        "test_upper_load.py",
         "measuring_wheel.py",
         "our-crane.toml",
         "test_measuring_wheel.py",
@@ -95,7 +97,7 @@ def test_every_command_runs_on_the_example_winch_or_says_why_not(example: Path) 
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", ["ssc_pi", "torque_drive", "shock_absorber", "measuring_wheel"])
+@pytest.mark.parametrize("name", ["ssc_pi", "torque_drive", "shock_absorber", "upper_load", "measuring_wheel"])
 def test_the_tests_of_the_examples_pass(name: str, example: Path) -> None:
     run = python("-m", "pytest", "-q", f"test_{name}.py", extensions=[example / f"{name}.py"], folder=example)
     assert run.returncode == 0, run.stdout

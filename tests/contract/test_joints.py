@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -12,7 +13,7 @@ from tests.contract.commands import printed_files
 from stillhook.errors import SpecError
 from stillhook.winches.joints.registry import UNITS, check_module
 
-TEXT = printed_files()["shock_absorber.py"]
+TEXT, WITH_BODY = (printed_files()[name] for name in ("shock_absorber.py", "upper_load.py"))
 
 
 def module_of(text: str, folder: Path) -> ModuleType:
@@ -31,8 +32,9 @@ def test_the_units_of_the_package_keep_the_contract(name: str) -> None:
     check_module(UNITS[name])
 
 
-def test_the_unit_of_the_how_to_keeps_it(tmp_path: Path) -> None:
-    check_module(module_of(TEXT, tmp_path))
+@pytest.mark.parametrize("text", [TEXT, WITH_BODY], ids=["unit", "body"])
+def test_the_units_of_the_how_to_keep_it(text: str, tmp_path: Path) -> None:
+    check_module(module_of(text, tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -70,3 +72,21 @@ def test_each_fault_is_one_line_with_file_and_attribute(before: str, after: str,
     assert str(problem.value).startswith("mine.py: ")
     assert words in str(problem.value)
     assert "\n" not in str(problem.value)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        (
+            "def moved(",
+            "def goes_on(",
+            "heights and foresee and work alone. A unit with a body of its own needs heights, ",
+        ),
+        ("def work(w, x,", "def work(x, w,", "work(x, w, v_up, v_down, h, sling, before, link). It must be work(w, x,"),
+        ("@scalar\ndef foresee(", "def foresee(", "foresee is not decorated with @scalar"),
+    ],
+)
+def test_a_body_is_checked_as_well(before: str, after: str, words: str, tmp_path: Path) -> None:
+    assert before in WITH_BODY
+    with pytest.raises(SpecError, match=re.escape(words)):
+        check_module(module_of(WITH_BODY.replace(before, after, 1), tmp_path))

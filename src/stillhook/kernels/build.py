@@ -217,7 +217,7 @@ def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:
     """One C99 file with everything that a plant's kernels do.
 
     For each lane count it exports `run_<lanes>` and `at_rest_<lanes>` (arguments as in
-    `stillhook.kernels.drivers.winch`) and `step_<lanes>`, one step of one trajectory on structs.
+    `stillhook.kernels.drivers.loop`) and `step_<lanes>`, one step of one trajectory on structs.
     """
     t = Translator()
     for n in lanes:

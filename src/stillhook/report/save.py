@@ -13,7 +13,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder
 from stillhook.control.supervisor import wire_weight
 from stillhook.engine.inputs import twin_line
-from stillhook.engine.pack.programme import settings
+from stillhook.engine.pack.programme import link_buoyancy, settings
 from stillhook.formats.lift_file import LiftFile, describe_stage
 from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G
@@ -65,6 +65,7 @@ def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> FloatAr
     s = settings(crane, lift)
     h = np.clip(run["eta"].values - run["z_load"].values, 0.0, lift.payload.reach(lift.rho))
     hook = (lift.payload.mass - lift.rho * lift.payload.at(h, lift.rho).V + crane.hook_mass + lift.link_mass) * G
+    hook -= np.array([link_buoyancy(lift, float(z)) for z in (run["z_load"] - run["eta"]).values])
     return np.asarray(hook + np.array([wire_weight(float(x), s) for x in run["s_w"].values]))
 
 

@@ -15,7 +15,14 @@ from stillhook.control.plc import MANUAL
 from stillhook.control.registry import code_of
 from stillhook.control.supervisor import Watch, supervisor_at_rest
 from stillhook.engine.pack.payload import pack_payload, wetted_at
-from stillhook.engine.pack.programme import Programme, hanging, pack_programme, static_stroke, wire_strength
+from stillhook.engine.pack.programme import (
+    Programme,
+    hanging,
+    link_buoyancy,
+    pack_programme,
+    static_stroke,
+    wire_strength,
+)
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.physics.load_path.drum import Load, Wire
 from stillhook.physics.load_path.payload import Heights, Water, WettedLevel, heights, submergence
@@ -95,10 +102,10 @@ def field_record(waves: WaveField | None) -> Field:
     return STILL_WATER if waves is None else Field(waves.z_0, 1.0 / waves.ds, waves.w.shape[1] - 1.0)
 
 
-def at_rest(s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: Element, stretch: float) -> FloatArray:
+def at_rest(s_tip: float, k_0: float, weights: FloatArray, F_hook: float, e: Element, stretch: float) -> FloatArray:
     """Displacements [m] of nodes and payload under their own weights, from the crane tip down; k_0 stiffness from drum
-    to tip [N/m], stretch of slings and compensator [m]."""
-    below = F_sling + np.cumsum(weights[::-1])[::-1]
+    to tip [N/m], F_hook pull at the hook [N], stretch of what joins it to the payload [m]."""
+    below = F_hook + np.cumsum(weights[::-1])[::-1]
     nodes = s_tip - below[0] / k_0 - np.concatenate([[0.0], np.cumsum(below[1:]) / e.k])
     return np.append(nodes, nodes[-1] - stretch)
 
@@ -112,19 +119,21 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     wet = wetted_at(submergence(case.z_0, 0.0, load.reach), table)
     m_s, r = load.m, case.rigging
     sling = Sling(k=r.stiffness, c=2.0 * r.zeta * math.sqrt(r.stiffness * m_s))
-    hook, link = Hook(crane.hook_mass, crane.hook_mass * G), None
+    hook, link, own = Hook(crane.hook_mass, crane.hook_mass * G), None, 0.0
     unit = case.compensator
     if unit is not None:
         link, (upper, lower) = unit.pack(sling.k, case.rho, case.payload.height + r.height), unit.masses
         hook = Hook(hook.m + upper, hook.W + upper * G)
         load = load._replace(m=load.m + lower, W=load.W + lower * G)
-    rope = rope_record(crane, case, hook.m + load.m)
+        own = unit.mass - sum(unit.masses)
+    rope = rope_record(crane, case, hook.m + load.m + own)
     e, n = element(s_w, wet.A33, rope), case.wire.nodes
     parts = np.array([element_weight(float(i), e.l, rope) for i in range(n)])
     weights = 0.5 * (np.append(parts, 0.0) + np.append(0.0, parts))
     weights[-1] += hook.W
     F_sling = load.W - load.rho * load.g * wet.V
-    F_top = F_sling + float(weights.sum())
+    F_hook = F_sling + (own * G - link_buoyancy(case, case.z_0))
+    F_top = F_hook + float(weights.sum())
 
     k_0 = rope.EA / crane.wire.L_0
     field = field_record(case.waves)
@@ -141,8 +150,9 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     )
     stretch = F_sling / sling.k
     if unit is not None:
-        stretch = unit.stretch(F_sling, static_stroke(case, case.z_0), sling.k, link)
-    q = at_rest(s_tip, k_0, weights, F_sling, e, stretch)
+        s, z = static_stroke(case, case.z_0), case.z_0 + case.payload.height + r.height
+        stretch, link = unit.at_rest(F_sling, s, z, sling.k, link)
+    q = at_rest(s_tip, k_0, weights, F_hook, e, stretch)
     lift = lift._replace(z_ref=case.z_0 + s_tip - float(q[-1]))
     sup = supervisor_at_rest(Watch(t=0.0, s_w=s_w, F=F_top, s_tip=0.0, v_tip=0.0), settings)
     z = case.z_0 + s_tip

@@ -76,7 +76,7 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
 
     .. math:: e = \frac{F_{tip} L_0}{E A} + \int_0^\ell \frac{F(s)}{E A} ds, \qquad s_w = \ell - e
     """
-    F_hook = payload_weight(lift, z) + (crane.hook_mass + lift.link_mass) * G
+    F_hook = payload_weight(lift, z) + (crane.hook_mass + lift.link_mass) * G - link_buoyancy(lift, z)
     EA, steel = wire_strength(crane)
     top = z + hook_height(lift, z)
     length, wet = lift.h_tip - top, max(-top, 0.0)
@@ -94,6 +94,12 @@ def payload_weight(lift: Lowering, z: float) -> float:
     h = min(max(-z, 0.0), load.reach(lift.rho))
     V = float(load.at(np.array([h]), lift.rho).V[0])
     return (load.mass - lift.rho * V) * G
+
+
+def link_buoyancy(lift: Lowering, z: float) -> float:
+    """Weight of the water that the unit between hook and slings displaces, the payload hanging still at z [N]."""
+    unit = lift.compensator
+    return 0.0 if unit is None else unit.buoyancy(z + lift.payload.height + lift.rigging.height, lift.rho)
 
 
 def hook_height(lift: Lowering, z: float) -> float:

@@ -2,7 +2,7 @@
 
 The subset of Python that is translated (anything else is refused with `SubsetError`, which names file and line):
 
-- Functions with positional parameters: `scalar` components and the functions of `stillhook.kernels.drivers.winch`.
+- Functions with positional parameters: `scalar` components and the functions of `stillhook.kernels.drivers`.
 Types follow from the call: float -> double, int -> int64_t, a truth value -> int, a NamedTuple of floats -> struct, a
 tuple -> struct, an array of floats -> double *. - Statements: docstring; `a = x`, `a, b = x, y`, `a, b = f()`, `A[i] =
 x`; if / elif / else; `for i in range(...)` with a constant step; break; return; the call of a function that returns

@@ -32,8 +32,8 @@ class WaterAt:
     take_water: Any
 
 
-def water_at_payload(d: Driver) -> WaterAt:
-    """See `WaterAt`; as plain Python."""
+def water_at_payload(d: Driver, joint: Any) -> WaterAt:
+    """See `WaterAt`; also at the body that a joint may have. As plain Python."""
     LANES = ONE_BY_ONE = d.lanes  # the compiler is told that a loop over LANES runs side by side; not over the other
     Q, ROW = 0, 5 * LANES
     load, get_lift = access(d.Lane, LANES).load, access(Lift, LANES).load
@@ -66,47 +66,60 @@ def water_at_payload(d: Driver) -> WaterAt:
         return moves * cubic(w_0, w_1, w_2, w_3, f), moves * cubic(a_0, a_1, a_2, a_3, f)
 
     @scalar
+    def water_about(z, level, eta, eta_dot, field, lo, hi, l, H_w, last):
+        """The water at heights z above still water, and the levels at which it was taken; level those before."""
+        y = Heights(
+            level_of(z.m_1, level.m_1, field),
+            level_of(z.m_2, level.m_2, field),
+            level_of(z.d_1, level.d_1, field),
+            level_of(z.d_2, level.d_2, field),
+        )
+        _, a_1 = water_at(y.m_1, field.last, lo, hi, l, H_w, last)
+        _, a_2 = water_at(y.m_2, field.last, lo, hi, l, H_w, last)
+        w_1, b_1 = water_at(y.d_1, field.last, lo, hi, l, H_w, last)
+        w_2, b_2 = water_at(y.d_2, field.last, lo, hi, l, H_w, last)
+        return Water(eta=eta, eta_dot=eta_dot, a_1=a_1, a_2=a_2, w_1=w_1, w_2=w_2, b_1=b_1, b_2=b_2), y
+
+    if hasattr(joint, "heights"):
+        heights_of = joint.heights
+        UNIT_WATER, UNIT_LEVEL = (offset(d.Lane, f, LANES) for f in ("unit_water", "unit_level"))
+
+        @scalar
+        def about_unit(A, l, b, hook, lo, hi, H_w, last):
+            """The water at the body of what joins hook and payload."""
+            x, w = hook[Q + l] - hook[ROW + Q + l], b.hang.body.water
+            at = heights_of(x, b.lift.z_ref + hook[Q + l], b.link)
+            made, y = water_about(at, b.unit_level, w.eta, w.eta_dot, b.lift.field, lo, hi, l, H_w, last)
+            put_water(A, UNIT_WATER + l, made)
+            put_levels(A, UNIT_LEVEL + l, y)
+
+    else:
+
+        @scalar
+        def about_unit(A, l, b, hook, lo, hi, H_w, last):
+            """Nothing: it has no body."""
+
+    @scalar
     def take_water(A, B, N, T, lo, hi, H_w, levels):
         """The water at every load at the start of a cycle, from the samples before and after, over its part that is wet
         now."""
-        pay = B[(N + 1) * ROW :]
+        hook = B[N * ROW :]
         for l in range(LANES):
             eta, eta_dot, eta_1, eta_dot_1 = lo[l], lo[LANES + l], hi[l], hi[LANES + l]
             surface = H_w[0] * eta + H_w[1] * eta_dot + H_w[2] * eta_1 + H_w[3] * eta_dot_1
             A[WATER + l] = surface
             A[WATER + LANES + l] = H_w[4] * eta + H_w[5] * eta_dot + H_w[6] * eta_1 + H_w[7] * eta_dot_1
             lift = get_lift(A, LIFT + l)
-            A[H_WET + l] = submergence(lift.z_ref + pay[Q + l], surface, lift.load.reach)
+            A[H_WET + l] = submergence(lift.z_ref + hook[ROW + Q + l], surface, lift.load.reach)
         look_up(A, T)
         for l in range(LANES):
             b = load(A, l)
-            field, last = b.lift.field, levels - 1
-            z = heights(b.lift.z_ref + pay[Q + l], wetted(b.hang.body.h, b.hang.body.lo, b.hang.body.hi))
-            y = Heights(
-                level_of(z.m_1, b.hang.body.level.m_1, field),
-                level_of(z.m_2, b.hang.body.level.m_2, field),
-                level_of(z.d_1, b.hang.body.level.d_1, field),
-                level_of(z.d_2, b.hang.body.level.d_2, field),
-            )
-            _, a_1 = water_at(y.m_1, field.last, lo, hi, l, H_w, last)
-            _, a_2 = water_at(y.m_2, field.last, lo, hi, l, H_w, last)
-            w_1, b_1 = water_at(y.d_1, field.last, lo, hi, l, H_w, last)
-            w_2, b_2 = water_at(y.d_2, field.last, lo, hi, l, H_w, last)
-            put_water(
-                A,
-                WATER + l,
-                Water(
-                    eta=b.hang.body.water.eta,
-                    eta_dot=b.hang.body.water.eta_dot,
-                    a_1=a_1,
-                    a_2=a_2,
-                    w_1=w_1,
-                    w_2=w_2,
-                    b_1=b_1,
-                    b_2=b_2,
-                ),
-            )
+            g, field, last = b.hang.body, b.lift.field, levels - 1
+            z = heights(b.lift.z_ref + hook[ROW + Q + l], wetted(g.h, g.lo, g.hi))
+            made, y = water_about(z, g.level, g.water.eta, g.water.eta_dot, field, lo, hi, l, H_w, last)
+            put_water(A, WATER + l, made)
             put_levels(A, LEVEL + l, y)
+            about_unit(A, l, b, hook, lo, hi, H_w, last)
 
     @scalar
     def look_up(A, T):

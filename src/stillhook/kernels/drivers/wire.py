@@ -82,6 +82,38 @@ def below_winch(d: Driver, joint: Any, water: WaterAt) -> BelowWinch:
         def get_link(A, l):
             return load_link(A, LINK + l)
 
+    if hasattr(joint, "moved"):
+        foresee, moved, work, put_link = joint.foresee, joint.moved, joint.work, store(joint.Link)
+
+        @scalar
+        def foreseen(A, l, b, hook, tau, h):
+            """The body of what joins hook and payload, with the water in the middle of the step."""
+            x, z = hook[Q + l] - hook[ROW + Q + l], b.lift.z_ref + hook[Q + l]
+            put_link(A, LINK + l, foresee(x, z, later(b.unit_water, tau + 0.5 * h), h, b.lift.sling, b.link))
+
+        @scalar
+        def joined(A, l, w, x, v, z, v_up, v_down, h, sling):
+            """Force on the payload over the step, the sea's part of it, and works."""
+            before = get_link(A, l)
+            link = moved(x, z, v_up, v_down, h, sling, before)
+            put_link(A, LINK + l, link)
+            F, sea = mean(x, v, z, v_up - v_down, h, sling, link)
+            return F, sea, work(w, x, v_up, v_down, h, sling, before, link)
+
+    else:
+
+        @scalar
+        def foreseen(A, l, b, hook, tau, h):
+            """Nothing: it has no body."""
+
+        @scalar
+        def joined(A, l, w, x, v, z, v_up, v_down, h, sling):
+            """Force over the step, the sea's part of it, and works."""
+            link, rate = get_link(A, l), v_up - v_down
+            F, sea = mean(x, v, z, rate, h, sling, link)
+            stored = energy(x + h * rate, sling, link) - energy(x, sling, link)
+            return F, sea, of_joint(w, F, sea, rate, stored, h)
+
     if joint.Stats is None:
 
         @scalar
@@ -152,6 +184,7 @@ def below_winch(d: Driver, joint: Any, water: WaterAt) -> BelowWinch:
             v_w = wire_speed(b.x.winch, b.geo)
             put_rows(A, ROWS + l, rows_of(b.hang.wire, b.x.path, v_w, B[Q + l], b.tip_1, b.geo.c, b.p.hoist, h))
             put_momentum(A, MOMENTUM + l, momentum(v, v_mid, force, h, b.lift.load))
+            foreseen(A, l, b, hook, tau, h)
             A[SUMS + l] = 0.0
             A[SUMS + LANES + l] = 0.0
         for l in range(LANES):
@@ -203,11 +236,10 @@ def below_winch(d: Driver, joint: Any, water: WaterAt) -> BelowWinch:
             x_0 = hook[Q + l] - hook[ROW + Q + l]
             dv = 2.0 * (v_p - hook[ROW + V + l])
             rate = v_h - v_p
-            z_h, v_h_0, link = lift.z_ref + hook[Q + l], hook[V + l] - hook[ROW + V + l], get_link(A, l)
-            F_s, sea = mean(x_0, v_h_0, z_h, rate, h, lift.sling, link)
+            z_h, v_h_0 = lift.z_ref + hook[Q + l], hook[V + l] - hook[ROW + V + l]
+            works = of_body(b.hang.works, p, v_p, dv, h, lift.load)
+            F_s, sea, works = joined(A, l, works, x_0, v_h_0, z_h, v_h, v_p, h, lift.sling)
             x_1 = x_0 + h * rate
-            stored = energy(x_1, lift.sling, link) - energy(x_0, lift.sling, link)
-            works = of_joint(of_body(b.hang.works, p, v_p, dv, h, lift.load), F_s, sea, rate, stored, h)
             put_works(A, WORKS + l, works)
             z_0, v_0 = lift.z_ref + hook[ROW + Q + l], hook[ROW + V + l]
             hook[ROW + Q + l] += h * v_p

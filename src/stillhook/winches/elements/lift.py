@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 from stillhook.control.supervisor import STAGE_AHC, STAGE_LANDING, LiftSettings, Supervisor
-from stillhook.physics.load_path.payload import Payload
+from stillhook.physics.load_path.payload import Payload, submergence, water_force, wetted
 from stillhook.physics.load_path.rope import Rope, Sling
 from stillhook.physics.scalar import scalar
-from stillhook.winches.elements.payload import Body, Field
+from stillhook.winches.elements.payload import NEVER, Body, Field
 from stillhook.winches.elements.wire import Hook, Wire
 from stillhook.winches.elements.works import Works
 
@@ -86,3 +86,41 @@ def waiting(sup, stage, code):
     """1 in a stage that compensates, before its compensation has begun."""
     wants = (stage.mode == STAGE_AHC or stage.mode == STAGE_LANDING) and sup.landed == 0.0
     return 1.0 - compensating(sup, stage, code) if wants else 0.0
+
+
+@scalar
+def relative(hang, stage, seen, code, s_tip, q, q_hook):
+    """What the windows take, and the datum of payload and hook: place of the payload against the joystick's path as
+    compensation begins. Both stand still once the stage is over or the payload has landed.
+
+    Parameters: seen what they took before; q, q_hook displacements of payload and hook [m].
+    """
+    c = hang.course
+    landed = stage.mode == STAGE_LANDING and (c.sup.landed > 0.0 or hang.body.grounded > 0.0)
+    over, way = c.sup.stage + c.sup.done != c.stage or landed, q - c.s_joy
+    restarts = c.datum >= NEVER or waiting(c.sup, stage, code) > 0.5
+    datum = way if restarts and not over else c.datum
+    load, hook = way - datum, way + (q_hook - q) - datum
+    return Windowed(c.e_held, s_tip, seen.load if over else load, seen.hook if over else hook), datum
+
+
+@scalar
+def signals_of(z, v, q_hook, v_hook, F_sling, hang, load):
+    """A row of the series: z height of the payload's underside above still water [m], v its speed [m/s]."""
+    g, water = hang.body, hang.body.water
+    force = water_force(z, v, wetted(g.h, g.lo, g.hi), water, load)
+    return LiftSignals(
+        z_load=z,
+        s_hook=q_hook,
+        v_hook=v_hook,
+        F_sling=F_sling,
+        F_buoyancy=force.buoyancy,
+        F_inertia=force.inertia,
+        F_drag=force.drag,
+        F_slam=force.slam,
+        F_bottom=force.bottom,
+        eta=water.eta,
+        w_water=0.5 * (water.w_1 + water.w_2),
+        h_load=submergence(z, water.eta, load.H),
+        stage_number=hang.course.stage,
+    )

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 from numpy.typing import ArrayLike
 from pydantic import Field, ValidationError
@@ -24,9 +24,11 @@ from pydantic import Field, ValidationError
 from stillhook.base.arrays import FloatArray
 from stillhook.base.variable import Row
 from stillhook.errors import ScenarioError
+from stillhook.physics.load_path.payload import Water
 from stillhook.physics.load_path.rope import Pull, Sling
 from stillhook.physics.scalar import scalar
 from stillhook.tables.table import Source, Spec, first_problem
+from stillhook.winches.elements.works import Works
 
 NEVER = 1.0e300
 """Time of what did not happen [s], and its negative the largest of nothing."""
@@ -81,7 +83,7 @@ class JointUnit(Spec):
 
     @property
     def mass(self) -> float:
-        """Mass of the whole unit [kg]."""
+        """Mass of the whole unit, with that of a body of its own [kg]."""
         return sum(self.masses)
 
     @property
@@ -99,6 +101,11 @@ class JointUnit(Spec):
         """How much longer than its shortest it is at rest with F [N] on it [m]; z height of its upper part above still
         water at its shortest [m], weight that of a cubic metre of water [N/m^3]."""
 
+    def buoyancy(self, z: float, rho: float) -> float:
+        """Weight of the water that it displaces at rest [N]; z height of the slings' top above still water [m], rho
+        density of water [kg/m^3]."""
+        return 0.0
+
     @abstractmethod
     def pack(self, stiffness: float, rho: float, height: float) -> Any:
         """The `Link` of its module over slings of a stiffness [N/m], in water of density rho [kg/m^3]; height of the
@@ -107,6 +114,11 @@ class JointUnit(Spec):
     @abstractmethod
     def stretch(self, F: float, s: float, stiffness: float, link: Any) -> float:
         """Stretch x of its equations at rest [m], with F [N] on it and the extension s [m]."""
+
+    def at_rest(self, F: float, s: float, z: float, stiffness: float, link: Any) -> tuple[float, Any]:
+        """Stretch at rest as `stretch` gives it, and the Link with which a run begins; z height of the slings' top
+        above still water [m]."""
+        return self.stretch(F, s, stiffness, link), link
 
     def linear(self, s: float) -> LinearJoint | None:
         """It about the extension s [m] at rest; None where the frequency-domain method cannot take it."""
@@ -218,3 +230,37 @@ class Joint(Protocol):
 
     def summary(self, unit: Any, run: Mapping[str, float]) -> str:
         """A run in one line, from its numbers."""
+
+
+class Undeclared:
+    """What a unit with a body of its own has besides, all four. Its Link carries what the body remembers, and `pull`,
+    `mean` and `energy` read it there."""
+
+    @staticmethod
+    @scalar
+    def heights(x: float, z: float, link: Any) -> NoReturn:
+        """`Heights` at which its body feels the water's motion."""
+        raise NotImplementedError
+
+    @staticmethod
+    @scalar
+    def foresee(x: float, z: float, water: Water, h: float, sling: Sling, link: Any) -> NoReturn:
+        """The Link before a step, with what the water does to the body in the middle of it."""
+        raise NotImplementedError
+
+    @staticmethod
+    @scalar
+    def moved(x: float, z: float, v_up: float, v_down: float, h: float, sling: Sling, link: Any) -> NoReturn:
+        """The Link after a step whose ends moved at v_up and v_down in its middle [m/s]; x at its start."""
+        raise NotImplementedError
+
+    @staticmethod
+    @scalar
+    def work(
+        w: Works, x: float, v_up: float, v_down: float, h: float, sling: Sling, before: Any, link: Any
+    ) -> NoReturn:
+        """`Works` with those of this step, of body and slings; before the Link before the step, link that after it."""
+        raise NotImplementedError
+
+
+BODY = ("heights", "foresee", "moved", "work")

@@ -24,13 +24,13 @@ from stillhook.control.registry import source_of
 from stillhook.errors import ScenarioError
 from stillhook.units import quote
 from stillhook.winches.joints import slings, types
-from stillhook.winches.joints.interface import Joint, JointUnit
+from stillhook.winches.joints.interface import BODY, Joint, JointUnit, Undeclared
 
 DEFAULT = "gas-spring"
 """Type of a unit that names none."""
 
 
-CONTRACT = Contract("A unit between hook and slings", Joint, type("Nothing", (), {}), source_of)
+CONTRACT = Contract("A unit between hook and slings", Joint, Undeclared, source_of)
 RECORDS = {"Link": Record(), "Signals": Record(mark=Row, nested=False), "Stats": Record(nested=False)}
 
 
@@ -39,6 +39,9 @@ def check_module(module: ModuleType) -> None:
     CONTRACT.check(module)
     for name, rule in RECORDS.items():
         check_record(module, name, rule)
+    some = [name for name in BODY if hasattr(module, name)]
+    if some and len(some) < len(BODY):
+        raise fault(module, f"{' and '.join(some)} alone", f"A unit with a body of its own needs {', '.join(BODY)}")
     if not (isinstance(module.Unit, type) and issubclass(module.Unit, JointUnit)):
         raise fault(module, "Unit is no JointUnit", "Write class Unit(JointUnit)")
     if getattr(module.Unit.model_fields.get("type"), "default", None) != module.NAME:
