@@ -13,7 +13,7 @@ from typing import NamedTuple
 from stillhook.control.commands import displacement_for_weight, make_up
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, Plc
-from stillhook.physics.friction import dry_torque
+from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow
@@ -36,7 +36,6 @@ from stillhook.winches.circuits.active import (
 from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.load_path import Hoist
 from stillhook.winches.records import Geometry, Sensors, apply_override
-from stillhook.winches.shaft import bristle_after, wire_speed
 from stillhook.winches.types import active_passive
 from stillhook.winches.types.active_passive import SUPPLIED, Limits, Powers, Signals
 from trials.reference_plant import rope
@@ -64,12 +63,7 @@ OF = active_passive.NAME
 """Winch type that it stands in for."""
 stiffness = active_passive.stiffness
 PATH = rope
-# fmt: off
-__all__ = [
-    "BLANK", "NAME", "PATH", "SUPPLIED", "Extremes", "Limits", "Powers", "Signals", "bristle_after", "fold_extremes",
-    "wire_speed",
-]
-# fmt: on
+__all__ = ["BLANK", "NAME", "PATH", "SUPPLIED", "Extremes", "Limits", "Powers", "Signals", "fold_extremes"]
 
 
 class Extra(NamedTuple):
@@ -268,6 +262,12 @@ def rates(c, x, q, u, geo, p):
 
 
 @scalar
+def bristle_after(c, x, p, tau):
+    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+
+
+@scalar
 def geometry(s_w, p):
     """The drum during one PLC cycle, with s_w of wire out [m]; its damping of the wire is not used."""
     drum = p.extra.drum
@@ -280,6 +280,12 @@ def geometry(s_w, p):
         i_J=1.0 / inertia_true(L_left, w, drum),
         c=0.0,
     )
+
+
+@scalar
+def wire_speed(x, geo):
+    """Wire speed that the winch gives, hoisting positive [m/s]."""
+    return x.omega_m * geo.r_eff
 
 
 @scalar
