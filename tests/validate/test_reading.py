@@ -85,72 +85,54 @@ def test_a_gap_stays_a_gap_and_both_sides_are_used(tmp_path):
     assert all(np.isfinite(record.part(s, "s_tip")).all() for s in record.segments)
 
 
-def test_a_gap_that_the_stamps_hide_is_seen_by_the_jump_and_named(tmp_path):
-    frame = ahc(170.0)
-    hidden = frame.filter((pl.col("Time") < 70.0) | (pl.col("Time") >= 90.0)).with_columns(
-        Time=frame["Time"][: len(frame) - 2000]
-    )
-    record = read(tmp_path, hidden)
-    assert [round(s.start, 1) for s in record.segments] == [0.0, 70.0]
-    assert (
-        "jump: samples are missing without a gap in the time stamps; the parts before and after are used as two."
-        in record.statements[0]
-    )
-    assert record.statements[0].startswith('Test "1", 70')
+def hidden(frame):
+    """20 s are missing, and the stamps go on."""
+    rest = frame.filter((pl.col("Time") < 70.0) | (pl.col("Time") >= 90.0))
+    return rest.with_columns(Time=frame["Time"][: len(frame) - 2000])
 
 
-def test_an_encoder_that_is_set_anew_cuts_the_record(tmp_path):
-    frame = ahc()
-    s_w = frame["Wire out"].to_numpy().copy()
-    s_w[7000:] += 1.2
-    record = read(tmp_path, changed(frame, "Wire out", s_w))
-    assert len(record.segments) == 2
-    assert any(
-        "wire paid out jumps, and no other signal does: its sensor was reset" in text for text in record.statements
-    )
+def spoiled(heading, part, value):
+    """A column of a log with other values in a part."""
+
+    def change(frame):
+        x = frame[heading].to_numpy().copy()
+        x[part] = value(x[part])
+        return changed(frame, heading, x)
+
+    return change
+
+
+SPOILED = {  # what is wrong with a log -> how it is made, parts that are used, words of the statement
+    "gap": (hidden, 2, "jump: samples are missing without a gap in the time stamps; the parts before and after"),
+    "counter": (
+        spoiled("Wire out", slice(7000, None), lambda x: x + 1.2),
+        *(2, "wire paid out jumps, and no other signal does: its sensor was reset"),
+    ),
+    "spike": (spoiled("Wire out", slice(7000, 7001), lambda x: x + 3.0), 1, "1 sample of s_w left out as spikes far"),
+    "tip": (spoiled("Tip pos", slice(8000, 8500), lambda x: np.nan), 2, "500 samples missing (empty cells)"),
+    "error": (spoiled("AHC error", slice(8000, 8500), lambda x: np.nan), 1, "500 samples missing (empty cells)"),
+    "stuck": (spoiled("Tip pos", slice(8000, 8800), lambda x: x[0]), 2, "while v_tip moves: stuck"),
+}
+
+
+@pytest.mark.parametrize("case", SPOILED)
+def test_what_is_wrong_with_a_log_is_left_out_and_stated(tmp_path, case):
+    spoil, parts, words = SPOILED[case]
+    record = read(tmp_path, spoil(ahc(170.0)))
+    assert len(record.segments) == parts
+    assert any(words in text for text in record.statements), record.statements
+    if case == "gap":
+        assert [round(s.start, 1) for s in record.segments] == [0.0, 70.0]
+    if case == "spike":
+        assert record.segments[0].s_w_max < 489.0
+    if case == "stuck":
+        assert np.isnan(record.signals["s_tip"][8005:8795]).all()
 
 
 def test_friction_that_breaks_away_is_no_seam(tmp_path):
     """At rest and in slow waves the winch's speed steps; the tip does not."""
-    for frame, kind in ((ahc(), "ahc"), (manual(), "dynamics")):
-        assert (
-            len(
-                read(
-                    tmp_path, frame, kind=kind, test='load = "0 t"' if kind == "dynamics" else 'load = "90 t"'
-                ).segments
-            )
-            == 1
-        )
-
-
-def test_a_spike_is_left_out_and_told(tmp_path):
-    frame = ahc()
-    s_w = frame["Wire out"].to_numpy().copy()
-    s_w[7000] += 3.0
-    record = read(tmp_path, changed(frame, "Wire out", s_w))
-    assert len(record.segments) == 1
-    assert record.segments[0].s_w_max < 489.0
-    assert 'Test "1": 1 sample of s_w left out as spikes far from their neighbours.' in record.statements
-
-
-def test_a_block_of_empty_cells_in_the_tip_parts_the_record_and_one_in_the_error_does_not(tmp_path):
-    frame = ahc(170.0)
-    for heading, parts in (("Tip pos", 2), ("AHC error", 1)):
-        values = frame[heading].to_numpy().copy()
-        values[8000:8500] = np.nan
-        record = read(tmp_path, changed(frame, heading, values))
-        assert len(record.segments) == parts
-        assert any("500 samples missing (empty cells)" in text for text in record.statements)
-
-
-def test_a_tip_that_is_stuck_is_not_used(tmp_path):
-    frame = ahc(170.0)
-    tip = frame["Tip pos"].to_numpy().copy()
-    tip[8000:8800] = tip[8000]
-    record = read(tmp_path, changed(frame, "Tip pos", tip))
-    assert np.isnan(record.signals["s_tip"][8005:8795]).all()
-    assert len(record.segments) == 2
-    assert any("while v_tip moves: stuck" in text for text in record.statements)
+    for frame, kind, load in ((ahc(), "ahc", "90 t"), (manual(), "dynamics", "0 t")):
+        assert len(read(tmp_path, frame, kind=kind, test=f'load = "{load}"').segments) == 1
 
 
 def test_a_winch_at_rest_below_a_tip_that_moves_is_not_stuck(tmp_path):

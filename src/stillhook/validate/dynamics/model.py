@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import itertools
 import math
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from importlib.resources import files
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -36,13 +38,15 @@ MOST = math.log(2.5)
 
 class Unknown(NamedTuple):
     """A factor on the crane. bend(crane, factor) gives the crane; spread: standard deviation of its logarithm before
-    any data (inf: none is assumed); step: by how much the logarithm changes in a finite difference."""
+    any data (inf: none is assumed); step: by how much the logarithm changes in a finite difference; varies: its
+    deviation from turn to turn."""
 
     name: str
     meaning: str
     bend: Callable[[Crane, float], Crane]
-    spread: float
+    spread: float = math.inf
     step: float = 2e-3
+    varies: float = 0.0
 
     @property
     def most(self) -> float:
@@ -106,37 +110,6 @@ def _pump_flow(crane: Crane, x: float) -> Crane:
     return with_change(crane, "active.pump.leak_scale", lambda scale: (1.0 if scale is None else scale) / x)
 
 
-DRY = ("friction.system.Y_2", "friction.system.Y_6", "motors.loss.X_4")
-BREAKAWAY = ("friction.system.Y_1", "friction.system.Y_3")
-LEAKAGE = ("active.motor.C_1", "active.motor.C_2", "active.pump.leak_scale")
-UNKNOWNS = (
-    Unknown(C_H, "capacitance of both active lines", scaling("active.line.V"), math.inf),
-    Unknown(C_LEAK, "leakage of the active pumps and motors", scaling(*LEAKAGE), math.inf),
-    Unknown(INERTIA, "inertia at the motor shaft", _inertia, math.inf),
-    Unknown(SPEED_LEAKAGE, "rise of leakage with speed, and slip of the electric motors", _speed_leakage, 0.12, 0.01),
-    Unknown("dry", "dry friction of motors and transmission", scaling(*DRY), 1.0),
-    Unknown("breakaway", "breakaway friction of the transmission", scaling(*BREAKAWAY), 1.0),
-    Unknown(VISCOUS, "friction that grows with speed", scaling("friction.system.Y_5", "motors.loss.X_1"), 1.0),
-    Unknown(
-        "pressure_loss", "motor loss that grows with pressure", scaling("motors.loss.X_3", "motors.loss.X_5"), 0.25
-    ),
-    Unknown("bristle", "stiffness of the winch held by its friction", scaling("friction.sigma_0"), 1.0, 0.01),
-    Unknown("pump_flow", "flow of the pumps at a setting", _pump_flow, 0.01, 5e-4),
-    Unknown(
-        "pump_omega_n",
-        "natural frequency of the pumps' displacement control",
-        scaling("active.pump.servo.omega_n"),
-        0.5,
-    ),
-    Unknown("pump_zeta", "damping ratio of the pumps' displacement control", scaling("active.pump.servo.zeta"), 0.5),
-    Unknown("boost", "conductance of the boost valves", scaling("active.boost.conductance"), 0.5, 0.01),
-    Unknown("flushing", "conductance of the flushing valve", scaling("active.flushing.conductance"), 0.5, 0.01),
-)
-"""Factors on the crane: first the three that are tuned. Spreads: friction of one crane is known to a factor of e, the
-loss with pressure to 25 % (paper D: 10 % in place), the pumps' flow to 1 % (slip of the electric motors and tolerance
-of the displacement), the valves of the low side, which a crane file mostly assumes, to a factor of 1.6."""
-
-
 class Extra(NamedTuple):
     """Effect that the twin does not model and a log shows: value 0 is the unchanged twin. spread: deviation beforehand;
     low, high: bounds; unit in which it is reported, and the unit's value in SI."""
@@ -161,22 +134,14 @@ OFFSETS = {"p_a": "p_a_offset", "p_b": "p_b_offset"}
 """Signals whose sensor may have a constant error, and the parameter that says which."""
 DELAYS = {"p_a": P_DELAY, "p_b": P_DELAY, "omega_m": SPEED_DELAY}
 """Signals whose sensor may be late, and the parameter that says by how much."""
-EXTRAS = (
-    Extra(COMMAND_DELAY, "dead time of the pumps' control", 0.01, -0.01, 0.04, "ms", 1e-3),
-    Extra(INERTANCE, "inertia of the oil in a line, part of J_m_eff", 0.03, 0.0, 0.2, "%", 0.01),
-    Extra(DROP, "pressure drop of a line at full pump flow", 2e5, 0.0, 20e5, "bar", 1e5),
-    Extra(OFFSETS["p_a"], "offset of p_a", 2e5, -20e5, 20e5, "bar", 1e5),
-    Extra(OFFSETS["p_b"], "offset of p_b", 2e5, -20e5, 20e5, "bar", 1e5),
-    Extra(P_DELAY, "lateness of the pressures", 0.01, -0.04, 0.04, "ms", 1e-3),
-    Extra(SPEED_DELAY, "lateness of omega_m", 0.05, -0.2, 0.2, "ms", 1e-3),
+_TABLE = tomllib.loads((files("stillhook.validate.dynamics") / "parameters.toml").read_text(encoding="utf-8"))
+BENDS = {SPEED_LEAKAGE: _speed_leakage, INERTIA: _inertia, "pump_flow": _pump_flow}
+"""Factors that are not those of single numbers of the crane file."""
+UNKNOWNS = tuple(
+    Unknown(bend=scaling(*row.pop("paths")) if "paths" in row else BENDS[row["name"]], **row)
+    for row in _TABLE["unknown"]
 )
-"""The pressure transmitters are taken to sit at the motors: what a line's oil takes to be moved is not seen by them,
-but swings along."""
-VARIES: Mapping[str, float] = {C_LEAK: 0.05, "dry": 0.05, "pump_flow": 1e-3}
-"""By how much a parameter may differ from turn to turn, as a deviation: leakage with the temperature of the oil (some 2
-K), dry friction with the direction and the state of the flanks, the pumps' flow by a count of the command's 12 bits at
-a fifth of their
-stroke."""
+EXTRAS = tuple(Extra(**row) for row in _TABLE["extra"])
 NAMES = (*(u.name for u in UNKNOWNS), *(e.name for e in EXTRAS))
 """Every parameter of the fit, in its order."""
 PLACE = {name: i for i, name in enumerate(NAMES)}
@@ -279,7 +244,7 @@ class Twin:
             noise=LEAST_DEVIATIONS,
             centre=centres,
             spread=spread,
-            varies=np.array([VARIES.get(name, 0.0) for name in NAMES]),
+            varies=np.array([*(u.varies for u in UNKNOWNS), *(0.0 for _ in EXTRAS)]),
             low=low,
             high=high,
         )
