@@ -95,6 +95,44 @@ def test_a_type_checker_checks_a_module_against_its_contract(tmp_path: Path) -> 
         assert run.stdout.count("error:") == errors, run.stdout
 
 
+OWN = """
+from stillhook.physics.friction import bristle_update
+from stillhook.physics.scalar import fmax
+from stillhook.winches.load_path import drum_geometry
+
+BLANK = Extremes(0.0, 0.0)
+
+
+@scalar
+def fold_extremes(a, y):
+    return Extremes(fmax(a.omega_m_max, abs(y.omega_m)), fmax(a.T_m_max, abs(y.T_m)))
+
+
+@scalar
+def geometry(s_w, p):
+    return drum_geometry(s_w, p.hoist)
+
+
+@scalar
+def wire_speed(x, geo):
+    return x.omega_m * geo.r_eff
+
+
+@scalar
+def bristle_after(c, x, p, tau):
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+"""
+
+
+def test_a_winch_may_declare_itself_what_it_can_take_over(tmp_path: Path) -> None:
+    text = TEXTS[NAMES["winch"]]
+    for taken in ("BLANK, fold_extremes = folded(Extremes)\n", "import bristle_after, geometry, sense, wire_speed"):
+        assert taken in text
+    text = text.replace("BLANK, fold_extremes = folded(Extremes)\n", OWN)
+    module = checked(text.replace("import bristle_after, geometry, sense, wire_speed", "import sense"), tmp_path)
+    assert module.fold_extremes(module.BLANK, module.Signals(-2.0, 1.0, 0.0)) == module.Extremes(2.0, 1.0)
+
+
 SUPPLIED = 'SUPPLIED = ("motor",)\n'
 T_M = '    T_m: Annotated[float, Row("N m", "torque", "hoisting positive", "torque of all motors")]'
 OF_A_WINCH = [
@@ -138,7 +176,8 @@ OF_A_WINCH = [
     ("PATH = load_path", "import math\nPATH = math", "PATH: math"),
     ('{"torque_drive": TorqueDrive}', '"active"', 'TABLES = "active"'),
     ('{"torque_drive": TorqueDrive}', '{"torque_drive": dict}', "each a stillhook.tables.table.Spec"),
-    ("Extremes(0.0, 0.0)", "(0.0, 0.0)", "BLANK = (0.0, 0.0)"),
+    ("folded(Extremes)\n", "(0.0, 0.0), folded(Extremes)[1]\n", "BLANK = (0.0, 0.0)"),
+    (', largest("T_m")', "", "Extremes.T_m_max: note highest, lowest or largest of a signal beside its Row"),
     ('"T_m_max": "peak', '"T_max": "peak', "of omega_m_max, T_m_max, torque_time"),
     ('CONTROL = "speed"', 'CONTROL = "torque"', 'It must be "displacement" or "speed"'),
     (SUPPLIED, SUPPLIED + 'TUNED = {"torque_drive.K": (1.0, 2.0)}\n', "TUNED"),
@@ -151,11 +190,11 @@ OF_A_WINCH = [
     ("    friction: float\n", "    drag: float\n", "Powers.drag is there already"),
     ("    T_m_max: Annotated", "    torque_time: Annotated", "Extremes.torque_time is also the time of Limits.torque"),
     ('Cause("torque"', 'Cause("ok"', "Limits.torque: status 'ok'"),
-    ("def bristle_after", "def bristle", "State.z without bristle_after"),
+    ("import bristle_after, geometry", "import geometry", "State.z without bristle_after"),
     ("    z: float  # bristle, half a step ahead [rad]\n", "", "bristle_after without State.z"),
     ('"torque-drive"', '"truth"', "and not truth"),
     ("def pack(", "@scalar\ndef cycle(r, plc):\n    return 0\n\n\ndef pack(", "both cycle and rates"),
-    ("NAME = ", "raise SystemExit(3)\nNAME = ", "line 22: SystemExit: 3"),
+    ("NAME = ", "raise SystemExit(3)\nNAME = ", "line 18: SystemExit: 3"),
 ]
 NAME = 'NAME = "ssc-pi"\n'
 OF_A_CONTROLLER = [
