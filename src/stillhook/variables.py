@@ -1,7 +1,7 @@
 """One row per variable: name, symbol, SI unit, kind (for display), sign, meaning, source.
 
-Results, JSON output and the nomenclature page use it. The rows are in `variables.csv`; those of winch types and of
-what joins hook and payload are with their modules.
+Results, JSON output and the nomenclature page use it. The rows are in `variables.csv`; those of winch types, of
+sensors and of what joins hook and payload are with their modules.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from stillhook.base.variable import Variable as Variable
+from stillhook.control.sensors.registry import sensor_rows
 from stillhook.winches.joints.registry import joint_rows
 from stillhook.winches.registry import own_rows
 
@@ -29,7 +30,7 @@ def _groups() -> dict[str, tuple[Variable, ...]]:
 
 _GROUPS = _groups()
 _SIGNALS, _NUMBERS = own_rows({row.name for group in ("series", "summary", "lift") for row in _GROUPS[group]})
-SERIES = (*_GROUPS["series"], *_SIGNALS)
+SERIES = (*_GROUPS["series"], *_SIGNALS, *sensor_rows())
 COMMON_SUMMARY = _GROUPS["summary"]
 """Numbers of a run that every winch type has."""
 SUMMARY = (*COMMON_SUMMARY, *_NUMBERS)

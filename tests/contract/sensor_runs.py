@@ -77,8 +77,8 @@ def test_a_session_and_many_lanes_read_as_a_run_does() -> None:
 def test_what_the_wheel_slips_is_what_the_winch_is_off() -> None:
     """Only the way since it was set counts."""
     run = series(wheel(slip=SLIP, count="0.001 mm"), CASE)
-    read = run.s_w + run.e_c - run.e_c_measured
-    assert np.allclose(read, 100.0 + (1.0 + SLIP) * (run.s_w - 100.0), atol=2e-6)
+    assert np.allclose(run.s_w_measured, run.s_w + run.e_c - run.e_c_measured, atol=1e-9)
+    assert np.allclose(run.s_w_measured, 100.0 + (1.0 + SLIP) * (run.s_w - 100.0), atol=2e-6)
 
 
 def test_a_winch_on_a_host_s_wire_reads_by_its_sensors() -> None:
@@ -95,7 +95,7 @@ def test_an_export_reads_by_the_sensors_of_its_crane(tmp_path: Path) -> None:
     case = case_of(crane)
     made, run = export(crane, case), series(crane, case)
     assert {"measuring-wheel.slip", "measuring-wheel.tau", "measuring-wheel.count"} <= {p.name for p in made.ports}
-    names = ("s_w", "e_c", "e_c_measured", "u_p")
+    names = ("s_w", "s_w_measured", "e_c", "e_c_measured", "u_p")
     host, signals = hosted(made, tmp_path, rows(crane, case), names)
     for signal, values in zip(names, signals, strict=True):
         assert np.abs(values - run[signal].values).max() < 1e-9, signal

@@ -26,6 +26,7 @@ class ControlLaws(NamedTuple):
     the actuators' commands, the PLC's memory and the new record."""
 
     Record: Any
+    sensors: tuple[str, ...]
     sensing: Callable[..., Any]
     check: Callable[..., Any]
     cycle: Callable[..., Any]
@@ -80,7 +81,7 @@ def control_laws(
         return LawRecord(*[values[name] for name in names])
 
     read_by = functools.partial(sensing, names=sensors, LawRecord=LawRecord)
-    return ControlLaws(LawRecord, read_by, names_used["checked"], scalar(names_used["cycle"]), blank)
+    return ControlLaws(LawRecord, sensors, read_by, names_used["checked"], scalar(names_used["cycle"]), blank)
 
 
 CYCLE = """\

@@ -6,12 +6,14 @@ carry from cycle to cycle, see `stillhook.kernels.control_laws`. A kernel withou
 
 import hashlib
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from stillhook.control.interface import Sensed
+from stillhook.control.plc import ActuatorCommands
 from stillhook.control.sensors.interface import AFTER, BEFORE
-from stillhook.control.sensors.registry import SENSORS, Sensor
-from stillhook.physics.records import define, replace
+from stillhook.control.sensors.registry import SENSORS, Sensor, measured
+from stillhook.kernels.lanes import joined
+from stillhook.physics.records import define, record, replace
 from stillhook.physics.scalar import scalar
 from stillhook.winches.records import Tick
 
@@ -63,19 +65,19 @@ def sensing(sense: Callable[..., Any], names: tuple[str, ...], LawRecord: Any) -
         (sensor.memory_field(quantity), f"n_{i}") for i, (sensor, quantity) in enumerate(pairs) if sensor.memory
     ]
     lines = ["def sensing(x, y, q, m, tick, geo, laws, p):", "    h, begun = p.plc.t_cycle, laws.code >= 0.0"]
-    for kind, record, of in ((BEFORE, "tick", Tick), (AFTER, "sensed", Sensed)):
+    for kind, holder, of in ((BEFORE, "tick", Tick), (AFTER, "sensed", Sensed)):
         new = {}
         for i, (sensor, quantity) in enumerate(pairs):
             if quantity not in kind:
                 continue
             place = PLACES.get(quantity, quantity)
-            true = TRUE.get(quantity, f"{record}.{place}")
+            true = TRUE.get(quantity, f"{holder}.{place}")
             lines += _reading(i, sensor, quantity, true, used)
             new[place] = f"tick.{place} + (r_{i} - {true})" if quantity in TRUE else f"r_{i}"
         if new:
-            used[f"with_{record}"] = replace(of, *new)
-            lines.append(f"    {record} = with_{record}({record}, {', '.join(new.values())})")
-        if record == "tick":
+            used[f"with_{holder}"] = replace(of, *new)
+            lines.append(f"    {holder} = with_{holder}({holder}, {', '.join(new.values())})")
+        if holder == "tick":
             lines.append("    sensed = sense(x, y, q, m, tick, geo, p)")
     if memories:
         used["with_laws"] = replace(LawRecord, *(field for field, _ in memories))
@@ -96,3 +98,40 @@ def _reading(i: int, sensor: Sensor, quantity: str, true: str, used: dict[str, A
         f"    m_{i} = laws.{sensor.memory_field(quantity)} if begun else begin_{i}({true}, {settings})",
         f"    r_{i}, n_{i} = reading_{i}({true}, h, {settings}, m_{i})",
     ]
+
+
+class Shown(NamedTuple):
+    """How a series shows what sensors give: the record of its signals; keep(drive, sensed), the active drive's signals
+    with those of the sensors; show(signals, drive), one row of the series."""
+
+    Signals: Any
+    keep: Callable[..., Any]
+    show: Callable[..., Any]
+
+
+def shown(names: tuple[str, ...], Signals: Any) -> Shown:
+    """The signals of a winch with one for each quantity that these sensors read."""
+    if not names:
+
+        @scalar
+        def first(a, b):
+            return a
+
+        return Shown(Signals, first, first)
+    quantities = [quantity for name in names for quantity in SENSORS[name].quantities]
+    of = f"{Signals.__module__} by {' '.join(names)}"
+    Measured = record("Measured", of, **{measured(quantity): float for quantity in quantities})
+    row = joined("Signals", Signals, Measured)
+    join_drive = joined("Drive", ActuatorCommands, Measured).join
+    used = {"Measured": Measured, "join_drive": join_drive, "join_signals": row.join}
+    read = ", ".join(f"sensed.{quantity}" for quantity in quantities)
+    kept = ", ".join(f"drive.{name}" for name in Measured._fields)
+    source = f"""\
+def keep(drive, sensed):
+    return join_drive(drive, Measured({read}))
+
+def show(signals, drive):
+    return join_signals(signals, Measured({kept}))
+"""
+    define(source, used, f"<signals of {of}>")
+    return Shown(row.record, scalar(used["keep"]), scalar(used["show"]))

@@ -12,6 +12,7 @@ from typing import Any
 from stillhook.base import contract
 from stillhook.base.contract import NAME, TEXT, Contract, Record, Rule, fault
 from stillhook.base.extensions import extensions
+from stillhook.base.variable import Row, Variable
 from stillhook.control.interface import Setting
 from stillhook.control.registry import CONTROLLERS, check_setting, source_of
 from stillhook.control.sensors import interface
@@ -74,6 +75,29 @@ def check_module(module: ModuleType) -> None:
     if hasattr(module, "Memory"):
         contract.check_record(module, "Memory", Record(nested=False))
     _try(module)
+
+
+_MEASURED = {
+    "s_tip": ("m", "length", "up positive", "crane tip height as the PLC reads it"),
+    "v_tip": ("m/s", "speed", "up positive", "crane tip speed as the PLC reads it"),
+    "a_tip": ("m/s^2", "acceleration", "up positive", "crane tip acceleration as the PLC reads it"),
+    "s_w": ("m", "length", "paid out positive", "wire paid out as the PLC reads it"),
+    "F": ("N", "force", "", "wire tension as the PLC reads it"),
+    "alpha_m": ("1", "", "", "displacement of the active motors as the PLC reads it"),
+    "dp": ("Pa", "pressure", "hoisting positive", "pressure of line A less B as the PLC reads it"),
+    "p_hp": ("Pa", "pressure", "", "accumulator pressure as the PLC reads it"),
+}
+
+
+def measured(quantity: str) -> str:
+    """Name of the signal that a sensor of a quantity gives, in a series."""
+    return f"{quantity}_measured"
+
+
+def sensor_rows() -> list[Variable]:
+    """Rows of the signals of all sensors, each name once."""
+    quantities = dict.fromkeys(quantity for sensor in SENSORS.values() for quantity in sensor.quantities)
+    return [Row(*_MEASURED[quantity]).named(measured(quantity)) for quantity in quantities]
 
 
 H = 0.01

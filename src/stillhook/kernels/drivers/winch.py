@@ -15,6 +15,7 @@ from typing import Any
 from stillhook.control.plc import Memory
 from stillhook.kernels.control_laws import ControlLaws
 from stillhook.kernels.lanes import access, joined
+from stillhook.kernels.sensing import shown
 from stillhook.kernels.statistics.cycles import SIGNALS, CommonStats, fold_common
 from stillhook.kernels.statistics.oscillation import Oscillation
 from stillhook.physics.records import inflow, record, replace
@@ -91,7 +92,8 @@ def winch_driver(
     point, path_rates, path_powers = path.at, path.rates, path.powers
     at_its_end, path_motion = path.at_its_end, path.motion
     plc_check, plc_cycle = laws.check, laws.cycle
-    Signals, join_signals = joined("Signals", CommonSignals, plant.Signals)
+    of_winch, join_signals = joined("Signals", CommonSignals, plant.Signals)
+    Signals, keep_measured, show_measured = shown(laws.sensors, of_winch)
     Powers, join_powers = joined("Powers", plant.Powers, path.Powers)
     State = record("State", of, winch=plant.State, path=path.State)
     # what is counted: statistics of every winch, extremes of its own, cycles beyond each limit, powers summed up
@@ -160,7 +162,7 @@ def winch_driver(
         read, m, laws = plc_check(read, m, laws, p.plc)
         drive, after, laws = plc_cycle(read, m, laws, p.plc)
         u, after, drive = actuate(drive, read, x.winch, m, after, tick, geo, p)
-        return u, after, laws, drive
+        return u, after, laws, keep_measured(drive, read)
 
     @scalar
     def signals(c, x, q, u, m, drive, tick, geo, p):
@@ -186,7 +188,7 @@ def winch_driver(
             v_op=tick.v_op,
             brake=u.brake,
         )
-        return join_signals(common, own_signals(c, x.winch, q, u, geo, p))
+        return show_measured(join_signals(common, own_signals(c, x.winch, q, u, geo, p)), drive)
 
     @scalar
     def through(power, q):
