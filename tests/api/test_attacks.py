@@ -479,7 +479,7 @@ def strict(text: str) -> object:
 
 
 class TestOutput:
-    FAST = ("compare", "--motion", SWELL, "--duration", "35 s", "--controllers", "ssc", "--step", "5 ms")
+    FAST = ("compare", "--motion", SWELL, "--duration", "35 s", "--controllers", "ssc")
 
     @pytest.mark.slow
     @pytest.mark.parametrize("tip", ["still", "sine 20 m 12 s"])

@@ -162,7 +162,7 @@ def test_an_empty_lift_is_not_told_to_be_a_crane(tmp_path, capsys):
     assert "base =" not in line
 
 
-TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m", "--wave")
+TIP = ("tip", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m", "--wave")
 JONSWAP = "jonswap Hs=1 m Tp=8 s gamma=3.3"
 
 

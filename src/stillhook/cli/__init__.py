@@ -29,7 +29,7 @@ DEBUG = "STILLHOOK_DEBUG"
 
 COMMANDS = {
     "list": Entry("library.listing", "list_kind"),
-    "crane": Entry("library.crane", "show_crane"),
+    "crane": Entry("library.listing", "show_crane"),
     "run": Entry("runs.simulation", "run"),
     "compare": Entry("runs.simulation", "compare"),
     "envelope": Entry("analysis.envelope", "envelope"),
@@ -49,7 +49,7 @@ COMMANDS = {
     "convert": Entry("export.convert", "convert"),
     "external": Entry("export.external", "external"),
     "example": Entry("library.example", "example"),
-    "calc": Entry("library.crane", "calc"),
+    "calc": Entry("library.calc", "calc"),
     "certificate": Entry("validate", "certificate"),
     "identify": Entry(
         "identify",
@@ -125,10 +125,10 @@ def main() -> None:
 
 def run(arguments: list[str]) -> int:
     """Run one command line; returns the exit code."""
-    arguments, notes = modern(arguments)
-    for note in notes:
-        print(f"note: {note}.", file=sys.stderr)
     try:
+        arguments, notes = modern(arguments)
+        for note in notes:
+            print(f"note: {note}.", file=sys.stderr)
         code = _command()(arguments, standalone_mode=False)
         if sys.stdout is not None:  # closed by the caller
             sys.stdout.flush()

@@ -38,8 +38,7 @@ def plan(
         typer.Argument(metavar="LIFT.toml", help="Plan file, or one of the library's; a wrong name lists them."),
     ],
     check: Annotated[bool, typer.Option("--check", help="Check the plan and print its content; run nothing.")] = False,
-    tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
+    tier: Annotated[str, typer.Option(help=TIER_HELP)] = "time",
     alpha: Annotated[str | None, typer.Option("--forecast-factors", help=FACTORS_HELP)] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")
@@ -67,9 +66,7 @@ def plan(
     lift_plan = load_plan(lift)
     if check:
         raise typer.Exit(0 if _show_check(lift_plan, json=json) else 1)
-    if quick and tier not in (None, "frequency"):
-        raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
-    result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads, seed)
+    result = run(lift_plan, tier, alpha, out, store, scheduler, threads, seed)
     show(result, out, json=json)
     raise typer.Exit(0 if result.workable and not result.failed else 1)
 

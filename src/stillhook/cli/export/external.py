@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.export.fmu import CaseArgument, CraneArgument, case_for, listed, say_if_first
-from stillhook.cli.parser import Json
+from stillhook.cli.export.fmu import CaseArgument, case_for, listed, say_if_first
+from stillhook.cli.parser import CraneArgument, Json
 from stillhook.units import show
 
 

@@ -1,4 +1,5 @@
-"""`stillhook list WHAT`: what the library has by name, and what may be named elsewhere."""
+"""`stillhook list WHAT` and `stillhook crane NAME`: what the library has by name, what may be named elsewhere, and the
+sheet of a crane."""
 
 from __future__ import annotations
 
@@ -7,9 +8,9 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import CraneArgument, Json
 from stillhook.errors import CommandError
-from stillhook.report.terminal import print_json, print_table
+from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin
 from stillhook.units import quote, show
 
 
@@ -144,3 +145,35 @@ def _cell(name: str, value: Any) -> str:
         first, *others = value
         return f"{first}{f' (and {len(others)} more)' if others else ''}"
     return str(value)
+
+
+def show_crane(name: CraneArgument, json: Json = False) -> None:
+    """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
+    from stillhook.engine.inputs import twin_line
+    from stillhook.library import load_crane, sheet, sheet_json
+    from stillhook.tables.plausible import implausible_values, marked
+
+    crane = load_crane(name)
+    notes = implausible_values(crane)
+    if json:
+        print_json(sheet_json(crane) | {"twin": twin_line(crane), "status": marked("ok", notes), "notes": list(notes)})
+        return
+    print(f"{crane.name}: {crane.title}")
+    print_twin(crane)
+    print_implausible(crane)
+    rows = [(r.field, r.value, r.meaning, r.kind, r.source) for section in sheet(crane) for r in section.rows]
+    print_sheet(rows)
+
+
+def print_sheet(rows: list[tuple[str, str, str, str, str]]) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(header_style="bold")
+    for title in ("field", "value", "meaning", "kind", "source"):
+        table.add_column(title, overflow="fold", no_wrap=title in ("field", "value", "kind"))
+    for row in rows:
+        table.add_row(*(escape(cell) for cell in row))
+    console = Console()
+    (console if console.is_terminal else Console(width=200)).print(table)
