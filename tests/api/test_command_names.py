@@ -10,7 +10,7 @@ from tests.commands import commands
 from stillhook.cli import run
 from stillhook.cli.names import MOVED, OLD_COMMANDS, OLD_OPTIONS, OPTIONS, modern
 
-MOST_COMMANDS, MOST_OPTIONS = 40, 201
+MOST_COMMANDS, MOST_OPTIONS = 40, 200
 
 
 COMMANDS = commands()

@@ -184,8 +184,8 @@ def test_options_of_a_tip_that_cannot_count_are_refused(options, said, tmp_path,
 
 
 def test_a_crane_stands_above_water(capsys):
-    crane = ("--pedestal", "x=-15 m, y=-6 m, z=-15 m", "--slew", "270 deg", "--main", "25 m 60 deg")
-    line = refusal(capsys, *TIP[:3], *crane, "--wave", JONSWAP, "--heading", "180 deg")
+    crane = ("--boom", "x=-15 m, y=-6 m, z=-15 m, slew 270 deg, main 25 m 60 deg")
+    line = refusal(capsys, *TIP[:2], *crane, "--wave", JONSWAP, "--heading", "180 deg")
     assert "its heel is 15 m below still water" in line
 
 

@@ -127,8 +127,8 @@ OF_CONTROLLER = {
     "lower": "lower LIFT",
     "response": "response LIFT",
     "plan check": "plan PLAN --check",
-    "plan quick": "plan PLAN --tier frequency --threads 1",
-    "plan": "plan PLAN --threads 1 --store OUT",
+    "plan quick": "plan PLAN --tier frequency --workers 1",
+    "plan": "plan PLAN --workers 1 --store OUT",
     "friction draws": 'friction draws FRICTION --crane CRANE --controller MODE --load "30 t" --draws 4',
 }
 """Commands that take a controller."""
@@ -162,7 +162,7 @@ OF_WINCH = {
     "lower files": "lower LIFT --out OUT",
     "response files": "response LIFT --out OUT",
     "plan closed-form": "plan PLAN --tier closed-form",
-    "plan files": "plan PLAN --tier frequency --threads 1 --out OUT",
+    "plan files": "plan PLAN --tier frequency --workers 1 --out OUT",
     "calc drum": "calc drum CRANE",
     "calc inertia": "calc inertia CRANE",
     "calc speed": "calc speed CRANE",

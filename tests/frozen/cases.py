@@ -479,14 +479,14 @@ def plan_quick() -> Any:
         .replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
     )
     write(plan=headings.replace("[operation]", '[weather]\nfile = "SYNTHETIC-norwegian-sea"\n\n[operation]'))
-    return cli("plan", "plan.toml", "--tier", "frequency", "--threads", "1")
+    return cli("plan", "plan.toml", "--tier", "frequency", "--workers", "1")
 
 
 @case
 @computed_afresh
 def plan_with_the_twin() -> Any:
     write(plan=TWIN_PLAN)
-    return cli("plan", "plan.toml", "--threads", "1", "--store", "store")
+    return cli("plan", "plan.toml", "--workers", "1", "--store", "store")
 
 
 @case

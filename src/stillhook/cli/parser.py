@@ -83,9 +83,6 @@ Record = Annotated[
     typer.Option(help="Of a file of measured waves: one record, its number from 0 or time, 1996-01-05T12:00 (UTC)."),
 ]
 Spread = Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")]
-Scheduler = Annotated[
-    str | None, typer.Option("--scheduler", help='Address of a Dask scheduler, such as "tcp://10.0.0.1:8786".')
-]
 
 
 def case_of(
