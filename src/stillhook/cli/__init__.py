@@ -47,8 +47,8 @@ COMMANDS = {
     "report": Entry("plan", "report"),
     "fmu": Entry("export.fmu", "fmu"),
     "convert": Entry("export.convert", "convert"),
-    "external": Entry("export.external", "external"),
-    "example": Entry("library.example", "example"),
+    "external": Entry("export.fmu", "external"),
+    "example": Entry("library.listing", "example"),
     "calc": Entry("library.calc", "calc"),
     "certificate": Entry("validate", "certificate"),
     "identify": Entry(

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, write_out
+from stillhook.cli.parser import CraneArgument, Json, check_out, write_out
 from stillhook.report.terminal import print_json
 from stillhook.units import quote
 
@@ -18,7 +18,7 @@ LANGUAGES = ("st",)
 
 @app.command("export")
 def export(
-    crane: Annotated[str, typer.Argument(metavar="CRANE", help="Crane of the library, or a crane file.")],
+    crane: CraneArgument,
     controller: Annotated[
         str | None, typer.Option(help="Controller, such as ssc or position (default: the usual one of the drive).")
     ] = None,
