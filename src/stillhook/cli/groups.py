@@ -177,7 +177,8 @@ class Later(type):
 
 UNUSED = {"rich.markdown": "Markdown", "rich.traceback": "Traceback"}
 """Parts of rich that typer imports with its help pages, at a third of the time of `stillhook --help`, for pages in
-Markdown and for coloured tracebacks. Stillhook has neither."""
+Markdown and for coloured tracebacks. Stillhook has neither. typer's plain pages (rich_markup_mode = None) need no rich,
+and cut the summaries of the commands off."""
 
 
 @functools.cache

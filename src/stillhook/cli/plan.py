@@ -132,6 +132,7 @@ def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> Non
     with client_of(work.scheduler) as client, progress_bar(f"{lift_plan.name}: {ask.text}") as bar:
         found = governing_run(lift_plan, governs, ask, Execution(work.store, client, work.threads, work.seed), bar)
     folder = work.out / found.folder
+    say(f"lowering {found.of.phase.name} again, and drawing it ...")
     written = lowered(found, folder)
     if json:
         print_json(

@@ -1,5 +1,5 @@
-"""`stillhook list WHAT`, `stillhook crane NAME`, `stillhook example WHAT OUT`: what the library has by name, the sheet of
-a crane, and files to try a command on."""
+"""`stillhook list WHAT`, `stillhook crane NAME`, `stillhook example WHAT OUT`: what the library has by name, the sheet
+of a crane, and files to try a command on."""
 
 from __future__ import annotations
 
