@@ -12,11 +12,9 @@ from stillhook.cli.parser import CraneArgument, Json, check_out, write_out
 from stillhook.report.terminal import print_json
 from stillhook.units import quote
 
-app = typer.Typer(no_args_is_help=True)
 LANGUAGES = ("st",)
 
 
-@app.command("export")
 def export(
     crane: CraneArgument,
     controller: Annotated[
@@ -55,7 +53,6 @@ def export(
         print(f"SHA-256 {facts['sha256']}")
 
 
-@app.command("check")
 def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Text that stillhook plc export wrote.")],
     json: Json = False,

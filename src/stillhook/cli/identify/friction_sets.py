@@ -25,10 +25,7 @@ BAND = {"low": 0.05, "median": 0.5, "high": 0.95}
 """Ends and middle of a printed band, as shares of the draws below."""
 FILES = ("friction-sets.png", "friction-sets.json")
 
-app = typer.Typer(no_args_is_help=True)
 
-
-@app.command("compare")
 def compare(
     sets: Annotated[list[str], typer.Argument(metavar="SET...", help="Sets of the library, or paths of .toml files.")],
     load: Annotated[
@@ -112,7 +109,6 @@ def _print(rows: list[dict[str, Any]], T_d: float, description: str) -> None:
         print(f"{r['set']}: {r['title']} ({'; '.join(r['sources'])})")
 
 
-@app.command("draws")
 def draws(
     sets: Annotated[
         list[str], typer.Argument(metavar="SET...", help="A friction set, a motor set, or both, each with evidence.")

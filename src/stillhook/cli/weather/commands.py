@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
     from stillhook.weather.limit_text import Limit
 
-app = typer.Typer(no_args_is_help=True)
 
 OUT_FILES = ("weather.png", "weather.json")
 FILE_HELP = (
@@ -65,7 +64,6 @@ Limits = Annotated[list[str], typer.Option("--limit", help=LIMIT_HELP)]
 Ship = Annotated[str | None, typer.Option("--ship", help=SHIP_HELP)]
 
 
-@app.command("persistence")
 def persistence(
     file: File,
     limit: Limits,
@@ -106,7 +104,6 @@ def persistence(
         _write(out, partial(persistence_figure, answer), answer, quiet=json)
 
 
-@app.command("alpha")
 def alpha(
     hs: Annotated[str, typer.Option("--hs", help="Limiting significant wave height of the operation (OP_LIM).")],
     t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period.")],
@@ -135,7 +132,6 @@ def alpha(
     raise typer.Exit(1 if result.case_by_case else 0)
 
 
-@app.command("forecast")
 def forecast(
     file: File,
     limit: Annotated[list[str] | None, typer.Option("--limit", help=LIMIT_HELP)] = None,
@@ -200,7 +196,6 @@ def forecast(
     raise typer.Exit(0 if answer["go"] else 1)
 
 
-@app.command("lift")
 def lift(
     plan: Annotated[str, typer.Argument(metavar="PLAN.toml", help="Plan file, or one of the library's.")],
     file: Annotated[
@@ -244,7 +239,6 @@ def lift(
         print_lift(answer)
 
 
-@app.command("show")
 def show(
     file: File,
     json: Json = False,
