@@ -40,7 +40,7 @@ READERS = {
     FileKind.LIFT: ("lower",),
     FileKind.CASE: ("run",),
     FileKind.CRANE: ("crane",),
-    FileKind.PAYLOAD: ("payload"),
+    FileKind.PAYLOAD: ("payload",),
     FileKind.CAMPAIGN: ("validate",),
     FileKind.FRICTION_CAMPAIGN: ("identify", "friction"),
     FileKind.FRICTION: ("friction", "compare"),
