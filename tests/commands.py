@@ -42,9 +42,9 @@ def answer(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -
     return json.loads(capsys.readouterr().out)
 
 
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
     """The one line of an error: nothing else is printed, and the exit code is 2."""
-    assert run([*arguments]) == 2
+    assert run([*map(str, arguments)]) == 2
     out = capsys.readouterr()
     assert out.out == ""
     (line,) = out.err.strip().splitlines()

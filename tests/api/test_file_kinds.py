@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from tests.commands import refusal
 
 import stillhook
 from stillhook.cli import run
@@ -57,14 +58,6 @@ def files(tmp_path):
     for kind, text in TEXTS.items():
         (tmp_path / f"{kind.name.lower()}.toml").write_text(text)
     return FILES | {kind: tmp_path / f"{kind.name.lower()}.toml" for kind in TEXTS}
-
-
-def refusal(capsys, *arguments):
-    assert run([str(a) for a in arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    return err
 
 
 def test_every_kind_of_file_is_known_by_its_tables(files):

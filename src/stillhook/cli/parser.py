@@ -66,10 +66,6 @@ Out = Annotated[
 Controllers = Annotated[
     str | None, typer.Option(help=f"Controllers, {CONTROLLERS}, strong-ssc or TOML files, with commas.{USUAL}")
 ]
-Controller = Annotated[
-    str | None,
-    typer.Option(help=f"Controller: {CONTROLLERS}, strong-ssc or a TOML file. Default: the usual one of the winch."),
-]
 Load = Annotated[str | None, typer.Option(help='Payload on the hook (default "100 t").')]
 WireOut = Annotated[str | None, typer.Option("--s-w", help='Wire paid out (default "100 m").')]
 MotionText = Annotated[str | None, typer.Option("--motion", help=MOTION_HELP)]
