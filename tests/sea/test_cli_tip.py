@@ -106,13 +106,7 @@ def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(answe
 @pytest.mark.slow
 def test_out_writes_picture_series_and_summary_that_agree(answer, beam, tmp_path):
     out = tmp_path / "tip"
-    found = answer(
-        *beam,
-        "--duration",
-        "10 min",
-        "--out",
-        str(out),
-    )
+    found = answer(*beam, "--duration", "10 min", "--out", str(out))
     assert sorted(p.name for p in out.iterdir()) == ["summary.json", "tip.csv", "tip.json", "tip.png"]
     motion = motion_from_json((out / "tip.json").read_text())
     assert motion.duration == found["series"]["repeat"] == 600.0
@@ -147,13 +141,7 @@ def test_exact_rotations_are_told_beside_the_linear_motion(answer, vessel, tmp_p
 def test_a_case_file_runs_on_the_series_that_was_written(answer, beam, tmp_path):
     from stillhook.formats.case_file import load_case
 
-    answer(
-        *beam,
-        "--duration",
-        "5 min",
-        "--out",
-        str(tmp_path),
-    )
+    answer(*beam, "--duration", "5 min", "--out", str(tmp_path))
     (tmp_path / "case.toml").write_text(
         'crane = "nov-250t"\n[scenario]\nload = "50 t"\ns_w = "100 m"\ntip = { file = "tip.json" }\n'
     )
@@ -187,13 +175,7 @@ def test_a_case_file_says_how_a_log_is_read(answer, refusal, shared_data, tmp_pa
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
 def test_the_series_that_was_written_has_the_numbers_of_the_spectra(answer, refusal, beam, tmp_path):
-    given = (
-        *beam,
-        "--duration",
-        "40 min",
-        "--out",
-        str(tmp_path),
-    )
+    given = (*beam, "--duration", "40 min", "--out", str(tmp_path))
     spectra, series = (
         answer(*given),
         answer("--log", str(tmp_path / "tip.json"), "--duration", "40 min"),
@@ -251,13 +233,7 @@ def test_measured_spectra_are_taken_record_by_record(answer, refusal, vessel, sh
 
 @pytest.mark.slow
 def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(answer, beam, capsys):
-    given = (
-        *beam,
-        "--duration",
-        "1 h",
-        "--seeds",
-        "12",
-    )
+    given = (*beam, "--duration", "1 h", "--seeds", "12")
     found = answer(*given)
     for name in ("z_mpm", "v_mpm", "a_mpm"):
         met = found["maxima"][name]

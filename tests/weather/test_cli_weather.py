@@ -74,12 +74,7 @@ class TestPersistence:
         assert "Feb" in out
 
     def test_a_ship_free_to_turn_works_where_a_fixed_one_does_not(self, file, tmp_path, capsys):
-        head = (
-            "--limit",
-            "Hs <= 3 m for beta 150..210 deg",
-            "--limit",
-            "Hs <= 1 m for beta 210..150 deg",
-        )
+        head = ("--limit", "Hs <= 3 m for beta 150..210 deg", "--limit", "Hs <= 1 m for beta 210..150 deg")
         file = described(file, tmp_path, 'sense = "coming-from"')
         free = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "free")
         fixed = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "90 deg")
