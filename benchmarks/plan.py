@@ -59,10 +59,10 @@ def compiled_only(folder: Path) -> Path:
 
 def measured(*, quick: bool, threads: int) -> list[Spent]:
     """Every call, one after another."""
-    run("compiles", cache_root(), ["--tier", "frequency", "--threads", str(threads)], QUICK_GOAL)
+    run("compiles", cache_root(), ["--tier", "frequency", "--workers", str(threads)], QUICK_GOAL)
     with tempfile.TemporaryDirectory() as folder:
         cache, out = compiled_only(Path(folder)), Path(folder) / "plan"
-        common = ["--threads", str(threads)]
+        common = ["--workers", str(threads)]
         results = [
             run("frequency tier, residuals recomputed", cache, ["--tier", "frequency", *common], QUICK_GOAL),
             run("frequency tier, residuals from the cache", cache, ["--tier", "frequency", *common], QUICK_GOAL),

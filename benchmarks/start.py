@@ -102,7 +102,7 @@ def fresh() -> Spent:
         for kept in (path for path in cache_root().iterdir() if path.name not in (RESIDUALS, CAPACITIES)):
             copy = shutil.copytree if kept.is_dir() else shutil.copy2
             copy(kept, Path(folder) / kept.name)
-        return spent([*RUNS, "plan", "template-to-1500m", "--quick"], {VARIABLE: folder})
+        return spent([*RUNS, "plan", "template-to-1500m", "--tier", "frequency"], {VARIABLE: folder})
 
 
 def main() -> None:

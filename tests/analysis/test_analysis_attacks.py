@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.commands import case_file
 
 from stillhook.cli import run
 
@@ -78,10 +79,22 @@ def test_controller_file_cannot_take_the_name_of_another_row(
 
 
 @pytest.mark.thorough
-def test_band_of_one_draw_is_no_band(capfd: pytest.CaptureFixture[str]) -> None:
+def test_band_of_one_draw_is_no_band(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A single draw has no spread, and a heavy lift in HS with an open relief valve is no working controller: both are
     said."""
-    assert run(["uncertainty", "--load", "250 t", "--controllers", "hs", "--draws", "1", "--seed", "3"]) == 1
+    assert (
+        run(
+            [
+                "uncertainty",
+                case_file(tmp_path, settings="seed = 3", load="250 t", tip="sine 2.8 m 12 s", duration="60 s"),
+                "--controllers",
+                "hs",
+                "--draws",
+                "1",
+            ]
+        )
+        == 1
+    )
     said = capfd.readouterr().out
     assert "too few draws for a 5 to 95 % band" in said
     assert "hs: every draw goes beyond a limit" in said

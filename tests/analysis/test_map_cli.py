@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from tests.commands import case_file
 
 from stillhook.cli import run
 from stillhook.variables import BY_NAME
@@ -58,7 +59,7 @@ class TestOutput:
     @pytest.mark.slow
     def test_layers_and_periods_have_tables_of_their_own(self, capsys):
         one_cell = ["map", "nov-250t", "--controllers", "ssc", "--loads", "50 t", "--speeds", "40 m/min"]
-        assert run([*one_cell, "--layer", "12", "--layer", "3", "--period", "8 s, 12 s"]) == 0
+        assert run([*one_cell, "--layer", "12", "--layer", "3", "--periods", "8 s, 12 s"]) == 0
         out = capsys.readouterr().out
         assert out.count("SSC: ") == 4
         assert "layer 3, sine of 8 s" in out
@@ -92,9 +93,10 @@ class TestRefusals:
         assert run([*SMALL, "--out", str(tmp_path / "file")]) == 2
         assert capsys.readouterr().out == ""
 
-    def test_a_missing_cluster_library_says_what_to_install(self, capsys, monkeypatch):
+    def test_a_missing_cluster_library_says_what_to_install(self, capsys, monkeypatch, tmp_path):
         monkeypatch.setitem(sys.modules, "distributed", None)
-        assert run([*SMALL, "--scheduler", "tcp://127.0.0.1:8786"]) == 2
+        case = case_file(tmp_path, settings='scheduler = "tcp://127.0.0.1:8786"')
+        assert run(["map", case, "--loads", "50 t", "--speeds", "40 m/min"]) == 2
         assert 'pip install "stillhook[dask]"' in capsys.readouterr().err
 
 

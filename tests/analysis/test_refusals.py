@@ -4,10 +4,13 @@ code 2."""
 from __future__ import annotations
 
 import shlex
+from pathlib import Path
 
 import pytest
 
 from stillhook.cli import run
+
+CASE = 'crane = "nov-250t"\n[scenario]\nload = "100 t"\ns_w = "100 m"'
 
 REFUSED = {
     "stability nov-250t": (
@@ -47,14 +50,16 @@ REFUSED = {
         ("--loads '20 % to 100 % by 0.0001 %'", "at most 1000"),
         ("--layer 13", "layers 1 to 12"),
         ("--metric x", "not one of e_c_pp"),
-        ("--period '25 s'", "a complete wave"),
-        ("--period '-12 s'", "must be above 0"),
-        ("--motion still", "is stationary"),
-        ("--motion 'sine 1 m 6 s' --period '8 s'", "its own periods"),
-        ("--metric settling --period '8 s'", "--period: a settling test"),
-        ("--duration '5 s'", "warm_up"),
+        ("--periods '25 s'", "a complete wave"),
+        ("--periods '-12 s'", "must be above 0"),
+        ("--metric settling --periods '8 s'", "--periods: a settling test"),
         ("--s-w '9000 m'", "can pay out"),
-        ("--scheduler garbage --loads '100 t' --speeds '40 m/min'", "no Dask scheduler answers (missing port"),
+    ),
+    "map CASE": (
+        ("--loads '100 t' | tip = 'still'", "is stationary"),
+        ("--loads '100 t' | duration = '5 s'", "warm_up"),
+        ("--metric settling |", "scenario.tip: a settling test"),
+        ("--loads '100 t' --speeds '40 m/min' | [settings] scheduler = 'garbage'", "answers (missing port"),
     ),
     "tune nov-250t": (
         ("--controllers scc", 'did you mean "ssc"?'),
@@ -65,29 +70,32 @@ REFUSED = {
         ("--objective speed", "worst-error"),
         ("--limit 'p_max < 3 bar'", "p_max <= ..."),
         ("--limit 'p_max <= 300'", "no unit"),
-        ("--budget 3", "from 20 on"),
         ("--loads '400 t'", "exceeds the SWL"),
         ("--loads '-1 t'", "below 0"),
         ("--speeds '3 knots'", "knots"),
-        ("--delay '3 s' --controllers strong-ssc", "0 up to 1 s"),
-        ("--seed -1", "seed"),
+    ),
+    "tune CASE": (
+        ("| [settings] budget = 3", "from 20 on"),
+        ("--controllers strong-ssc | sensors = { delay = '3 s' }", "0 up to 1 s"),
+        ("| [settings] seed = -1", "settings.seed = -1: it must be greater than or equal to 0"),
     ),
     "uncertainty": (
         ("--draws 0", "draws = 0"),
         ("--draws 1.5", "as an integer. See --help."),
-        ("--seed -1", "seed = -1"),
         ("--limit 'e_c_pp < 1 m'", "write a name, <= or >="),
         ("--limit 'foo <= 1 m'", "there are "),
         ("--controllers sss", 'did you mean "ssc"'),
         ("--controllers ssc,ssc", "named twice"),
-        ("--at-most 2", "--at-most"),
         ("--factors nowhere.toml", "no such file"),
         ("--load '300 t' --draws 4", "exceeds the SWL"),
         ("--motion nowhere.csv", "no such file"),
-        ("case.toml --load '1 t'", "the case file defines it"),
         ("case.toml", "no such file"),
-        ("--scheduler nowhere", "nowhere"),
         ("--attribute", "Give it as --limit"),
+    ),
+    "uncertainty CASE": (
+        ("| [settings] at_most = 2", "settings.at_most = 2"),
+        ("| [settings] scheduler = 'nowhere'", "nowhere"),
+        ("| [settings] sed = 2", 'did you mean "seed"?'),
     ),
     "compare": (
         ("--drives hydraulic", 'unknown drive "hydraulic". Choose active-passive'),
@@ -95,25 +103,33 @@ REFUSED = {
         ("--drives ,", "name at least one. Choose active-passive"),
         ("--drives pure-active --controllers ns", "Leave one of them out."),
         ("--drives pure-active --load '300 t'", "exceeds the SWL"),
-        ("--drives pure-active --draws -1", "give a whole number from 0"),
-        ("--drives pure-active --full-plan", "Give --plan."),
-        ("--draws 4", "belongs to --drives"),
+        ("--plan template-to-1500m", "belongs to --drives"),
         ("--drives pure-active --plan no-such-plan", "no-such-plan"),
+    ),
+    "compare CASE": (
+        ("--drives pure-active | [settings] draws = -1", "settings.draws = -1"),
         *(
-            (f"--drives electric,cylinder --top-speed '{v}'", f'--top-speed "{v}"' if "nan" not in v else "--top-speed")
+            (f"--drives electric | [settings] top_speed = '{v}'", "settings.top_speed")
             for v in ("1e6 m/min", "0 m/s", "-1 m/s", "nan m/s")
         ),
     ),
 }
-"""Command -> what is added to it, and words of the line in which it is refused."""
+"""Command -> what is added to it, and words of the line in which it is refused; behind a bar fields of the scenario, or
+of the settings, of the case file."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "line"), [(f"{command} {more}", line) for command, rows in REFUSED.items() for more, line in rows]
 )
-def test_bad_input_is_one_line_and_exit_code_2(words: str, line: str, capfd: pytest.CaptureFixture[str]) -> None:
-    assert run(shlex.split(words)) == 2
+def test_bad_input_is_one_line_and_exit_code_2(
+    words: str, line: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    words, _, rows = words.partition("|")
+    scenario, mark, settings = rows.partition("[settings]")
+    file = tmp_path / "case.toml"
+    file.write_text("\n".join([CASE, scenario.strip() or "tip = 'sine 1 m 10 s'", mark, settings]), encoding="utf-8")
+    assert run([str(file) if word == "CASE" else word for word in shlex.split(words)]) == 2
     said = capfd.readouterr()
     errors = [text for text in said.err.splitlines() if not text.startswith("compiling the winch model")]
     assert len(errors) == 1, said.err

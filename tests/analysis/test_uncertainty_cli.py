@@ -1,14 +1,23 @@
 """`stillhook uncertainty`: what a person reads, what a program reads, and what is refused."""
 
 import json
+from pathlib import Path
 
 import pytest
+from tests.commands import case_file
 
 from stillhook.cli import run as command
 from stillhook.formats.results import load_run
 from stillhook.variables import BY_NAME
 
-SHORT = ["--duration", "32 s", "--warm-up", "20 s", "--draws", "16"]
+DRAWS = ["--draws", "16"]
+
+
+def short(folder: Path, settings: str = "") -> str:
+    """A case file of a short run."""
+    return case_file(folder, settings=settings, tip="sine 2.8 m 12 s", duration="32 s", warm_up="20 s")
+
+
 CASE = """crane = "nov-150t"
 [scenario]
 load = "60 t"
@@ -21,17 +30,29 @@ warm_up = "20 s"
 
 
 @pytest.mark.thorough
-def test_bands_of_every_mode_in_one_table(capsys):
-    assert command(["uncertainty", *SHORT]) == 0
+def test_bands_of_every_mode_in_one_table(tmp_path, capsys):
+    assert command(["uncertainty", short(tmp_path), *DRAWS]) == 0
     out = capsys.readouterr().out
     for words in ("friction", "lognormal 1", "assumed", "16 draws (seed 0)", "ns", "hs", "ssc / hs", "5 to 95 %"):
         assert words in out
 
 
 @pytest.mark.thorough
-def test_json_has_named_keys_and_everything_that_was_asked_for(capsys):
+def test_json_has_named_keys_and_everything_that_was_asked_for(tmp_path, capsys):
     assert (
-        command(["uncertainty", *SHORT, "--controllers", "hs,ssc", "--sobol", "--limit", "e_c_pp <= 1 m", "--json"])
+        command(
+            [
+                "uncertainty",
+                short(tmp_path),
+                *DRAWS,
+                "--controllers",
+                "hs,ssc",
+                "--sobol",
+                "--limit",
+                "e_c_pp <= 1 m",
+                "--json",
+            ]
+        )
         == 0
     )
     data = json.loads(capsys.readouterr().out)
@@ -47,11 +68,11 @@ def test_json_has_named_keys_and_everything_that_was_asked_for(capsys):
 
 
 @pytest.mark.thorough
-def test_the_answer_is_no_when_every_mode_goes_beyond_a_limit_too_often(capsys):
+def test_the_answer_is_no_when_every_mode_goes_beyond_a_limit_too_often(tmp_path, capsys):
     limits = ["--limit", "p_max <= 150 bar"]
-    assert command(["uncertainty", *SHORT, *limits]) == 1
+    assert command(["uncertainty", short(tmp_path), *DRAWS, *limits]) == 1
     assert "exceeded" in capsys.readouterr().out
-    assert command(["uncertainty", *SHORT, *limits, "--at-most", "1.0"]) == 0
+    assert command(["uncertainty", short(tmp_path, "at_most = 1.0"), *DRAWS, *limits]) == 0
 
 
 @pytest.mark.thorough
@@ -71,7 +92,7 @@ def test_a_case_file_runs_in_its_own_mode_and_results_are_written_whole(tmp_path
 
 @pytest.mark.thorough
 def test_a_stopped_run_goes_on_from_its_store(tmp_path, capsys):
-    given = ["uncertainty", *SHORT, "--controllers", "ssc", "--store", str(tmp_path / "store"), "--json"]
+    given = ["uncertainty", short(tmp_path, 'store = "store"'), *DRAWS, "--controllers", "ssc", "--json"]
     assert command(given) == 0
     first = capsys.readouterr().out
     assert any((tmp_path / "store").iterdir())
@@ -83,7 +104,17 @@ def test_a_stopped_run_goes_on_from_its_store(tmp_path, capsys):
 def test_a_limit_is_attributed_to_factors_and_pairs_of_them(tmp_path, capsys):
     (tmp_path / "factors.toml").write_text('[factors]\nleakage = { uniform = [1.0, 3.0] }\nboost = "default"\n')
     factors = ("--factors", str(tmp_path / "factors.toml"))
-    given = ["uncertainty", *SHORT, "--controllers", "ssc", *factors, "--limit", "e_c_pp >= 15 cm", "--attribute"]
+    given = [
+        "uncertainty",
+        short(tmp_path),
+        *DRAWS,
+        "--controllers",
+        "ssc",
+        *factors,
+        "--limit",
+        "e_c_pp >= 15 cm",
+        "--attribute",
+    ]
     command(given)
     out = capsys.readouterr().out
     assert "closes the gap" in out.split("leakage")[-2] + out.split("leakage")[-1]

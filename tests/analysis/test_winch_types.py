@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.commands import case_file
 
 from stillhook import library, load_crane
 from stillhook.cli import run
@@ -62,8 +63,8 @@ def found(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, dict[st
     [
         f"envelope {PURE} --loads '60 t' --controllers ns,ssc",
         f"map {PURE} --controllers ns,ssc --loads '60 t' --speeds '10 m/min'",
-        f"tune {PURE} --controllers ssc --loads '60 t' --speeds '10 m/min' --periods '10 s' --budget 20",
-        f"uncertainty --crane {PURE} --load '60 t' --controllers ns,ssc --draws 16",
+        f"tune {PURE} --controllers ssc --loads '60 t' --speeds '10 m/min' --periods '10 s'",
+        f"uncertainty {PURE} --load '60 t' --controllers ns,ssc --draws 16",
     ],
     ids=lambda words: words.split()[0],
 )
@@ -74,9 +75,9 @@ def test_a_pure_active_winch_tells_of_its_offset_in_every_answer(words: str, cap
 
 
 @pytest.mark.slow
-def test_more_oil_than_the_accumulator_takes_is_said_of_a_map(capsys):
-    cell = "--loads '250 t' --speeds '120 m/min' --period '30 s' --duration '80 s'"
-    words = shlex.split(f"map nov-250t --controllers ns {cell}")
+def test_more_oil_than_the_accumulator_takes_is_said_of_a_map(tmp_path, capsys):
+    case = case_file(tmp_path, tip="sine 1 m 30 s", duration="80 s", warm_up="10 s")
+    words = ["map", case, "--controllers", "ns", "--loads", "250 t", "--speeds", "120 m/min"]
     text, data = found(capsys, *words)
     assert "the piston will run into its ends" in text
     assert any("accumulator's stroke" in note for note in data["notes"])

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from tests.commands import refusal
 
 import stillhook
 from stillhook import Scenario, compare, load_crane, metrics, save_run, simulate
@@ -47,15 +48,6 @@ def other(**tables):
 
 def lowering(speed: str, since: str = "0 s") -> Operator:
     return Operator(profile=((since, "0 m/min"), ("40 s", speed)))
-
-
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line of an error: nothing else is printed, the exit code is 2, and there is no traceback."""
-    assert command([str(a) for a in arguments]) == 2
-    out = capsys.readouterr()
-    assert out.out == ""
-    assert len(out.err.splitlines()) == 1, out.err
-    return out.err
 
 
 def process(*arguments: object, cache: Path | None = None, **options) -> subprocess.Popen:
@@ -479,7 +471,7 @@ def strict(text: str) -> object:
 
 
 class TestOutput:
-    FAST = ("compare", "--motion", SWELL, "--duration", "35 s", "--controllers", "ssc", "--step", "5 ms")
+    FAST = ("compare", "--motion", SWELL, "--duration", "35 s", "--controllers", "ssc")
 
     @pytest.mark.slow
     @pytest.mark.parametrize("tip", ["still", "sine 20 m 12 s"])

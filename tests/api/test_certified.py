@@ -310,7 +310,7 @@ def test_a_map_counts_the_cells_that_are_not_validated(file, capsys):
             "100 t, 200 t",
             "--speeds",
             "30 m/min",
-            "--period",
+            "--periods",
             "9 s",
             "--s-w",
             "1000 m",
@@ -324,7 +324,6 @@ def test_draws_and_envelope_and_tuning_say_it(file, capsys):
     command(
         [
             "uncertainty",
-            "--crane",
             str(file),
             "--load",
             "200 t",

@@ -158,7 +158,7 @@ def test_a_load_above_the_swl_is_refused_before_the_run(capsys, lift_toml):
         (["LIFT", "--duration", "5"], "--duration"),
         (["LIFT", "--seed", "3"], "--seed: belongs to waves"),
         (["LIFT", "--animation"], "--animation: is written to a folder. Give --out as well."),
-        (["LIFT", "--step", "7 ms"], "step"),
+        (["LIFT", "--step", "7 ms"], "--step: moved. Write step in the lift file."),
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(capsys, lift_toml, arguments, says):

@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from tests.commands import commands
 
-from stillhook.cli import _command, run
-from stillhook.cli.names import OLD_COMMANDS, OLD_OPTIONS, OPTIONS, modern
+from stillhook.cli import run
+from stillhook.cli.names import MOVED, OLD_COMMANDS, OLD_OPTIONS, OPTIONS, modern
 
-MOST_COMMANDS = 40
-
-
-def commands() -> Iterator[tuple[str, Any]]:
-    """Every command by its words."""
-
-    def walk(group: Any, words: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
-        if not hasattr(group, "commands"):
-            yield " ".join(words), group
-            return
-        for name in list(group.commands):
-            yield from walk(group.commands[name], (*words, name))
-
-    return walk(_command(), ())
+MOST_COMMANDS, MOST_OPTIONS = 40, 200
 
 
-COMMANDS = dict(commands())
+COMMANDS = commands()
 
 
 def options(command: Any) -> set[str]:
@@ -50,16 +37,29 @@ def test_a_plural_names_several_and_its_singular_one():
         assert len(both) < 2, command
 
 
-def test_there_are_few_commands():
+def test_there_are_few_commands_and_few_options():
     assert len(COMMANDS) <= MOST_COMMANDS
+    assert sum(len(options(command) - {"--help"}) for command in COMMANDS.values()) <= MOST_OPTIONS
+
+
+def test_every_command_shows_an_example():
+    assert [name for name, command in COMMANDS.items() if "Example: stillhook " not in (command.help or "")] == []
 
 
 def test_no_old_name_is_a_name_of_today():
     assert not [" ".join(words) for words in OLD_COMMANDS if " ".join(words) in COMMANDS]
     for words, renamed in OLD_OPTIONS.items():
         here = options(COMMANDS[" ".join(words)])
-        assert here >= {new for new in renamed.values() if new}
+        assert here >= {new.partition("=")[0] for new in renamed.values() if new.startswith("--")}
         assert not here & renamed.keys()
+
+
+@pytest.mark.parametrize("words", MOVED, ids=" ".join)
+def test_what_moved_is_refused_with_its_place(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]):
+    assert not options(COMMANDS[" ".join(words)]) & MOVED[words].keys()
+    for option, place in MOVED[words].items():
+        assert run([*words, option, "1"]) == 2
+        assert capsys.readouterr().err == f"error: {option}: moved. Write {place}.\n"
 
 
 @pytest.mark.parametrize(
@@ -72,6 +72,10 @@ def test_no_old_name_is_a_name_of_today():
         ("friction draws a --n 8 --mode ssc", "friction draws a --draws 8 --controller ssc", "--draws"),
         ("weather alpha --table own.toml", "weather alpha --forecast-factors own.toml", "--forecast-factors"),
         ("compare -- --modes", "compare -- --modes", ""),
+        ("plan p --quick --json", "plan p --tier=frequency --json", "--tier=frequency"),
+        ("calc drum c --layer 6 --json", "calc drum c layer=6 --json", "--layer VALUE is written layer=VALUE now"),
+        ("calc steady c --v-w=8 --mode ssc", "calc steady c v_w=8 controller=ssc", "v_w=VALUE"),
+        ("tip --vessel v --at x", "tip v --at x", "--vessel is an argument now"),
         ("map nov-250t --controllers ns", "map nov-250t --controllers ns", ""),
     ],
 )
@@ -110,8 +114,9 @@ def test_a_list_of_something_else_is_refused(capsys: pytest.CaptureFixture[str])
     ("words", "line"),
     [
         ("calc drumm nov-250t", 'calc "drumm": choose motor-loss, friction'),
-        ("calc drum nov-250t --dp 2bar", "--dp: drum does not follow from it."),
-        ("calc friction crane-1", "--drum-torque: missing, and this quantity follows from it."),
+        ("calc drum nov-250t dp_m=2bar", '"dp_m=2bar": drum follows from layer'),
+        ("calc drum nov-250t layer=2 layer=3", "layer: given twice."),
+        ("calc friction crane-1", "T_d: missing, and friction follows from it."),
         ("certificate c.json --quick", "--quick: belongs to --check."),
         ("vessel construction-vessel-130m --check --out o", "--out: --check writes nothing."),
         ("example maps o", 'example "maps": choose plan, sea-trials'),

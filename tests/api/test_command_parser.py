@@ -4,52 +4,26 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 
 import pytest
-import typer
+from tests.commands import commands, refusal
 
-from stillhook.cli import app, run
+from stillhook.cli import run
 from stillhook.cli.groups import Command
 
-PROGRAM = typer.main.get_command(app)
-
-
-def commands(group: object = PROGRAM, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Command]]:
-    """Every command with the words that call it."""
-    for name, command in group.commands.items():
-        if hasattr(command, "commands"):
-            yield from commands(command, (*path, name))
-        else:
-            yield (*path, name), command
-
-
-EVERY = list(commands())
-PLACES = [" ".join(path) for path, _ in EVERY]
-
-
-def options(command: Command) -> list[object]:
-    return [p for p in command.params if p.param_type_name == "option"]
-
-
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert run(list(arguments)) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    return err
+EVERY = commands()
 
 
 class TestRepeatedOptions:
     def test_every_command_is_held_to_it(self):
         assert len(EVERY) > 30
-        assert all(isinstance(command, Command) for _, command in EVERY)
+        assert all(isinstance(command, Command) for command in EVERY.values())
 
     @pytest.mark.thorough
-    @pytest.mark.parametrize("path", PLACES)
+    @pytest.mark.parametrize("path", EVERY)
     def test_no_command_lets_the_last_of_repeated_values_win(self, capsys, path):
-        command = dict(zip(PLACES, (c for _, c in EVERY), strict=True))[path]
-        one_value = [o for o in options(command) if not (o.multiple or o.is_flag)]
+        options = [p for p in EVERY[path].params if p.param_type_name == "option"]
+        one_value = [o for o in options if not (o.multiple or o.is_flag)]
         for option in one_value:
             said = refusal(capsys, *path.split(), option.opts[0], "1", option.opts[0], "2")
             assert said.startswith(f"error: {option.opts[0]} appears 2 times and takes one value. Give it once"), path
@@ -70,12 +44,6 @@ class TestRepeatedOptions:
         assert '"load":100000.0' in re.sub(r"\s", "", out)
         assert '"load":150000.0' in re.sub(r"\s", "", out)
 
-    def test_two_headings_for_one_column_are_refused(self, capsys):
-        said = refusal(
-            capsys, "weather", "show", "SYNTHETIC-norwegian-sea", "--column", "Hs=a (m)", "--column", "H_s=b (m)"
-        )
-        assert 'H_m0 already has the heading "a (m)". Name each column once.' in said
-
     def test_two_limits_on_one_number_are_refused(self, capsys):
         said = refusal(capsys, "tune", "nov-250t", "--limit", "p_max <= 200 bar", "--limit", "p_max <= 300 bar")
         assert "p_max has a limit already. Write each limit once." in said
@@ -83,12 +51,12 @@ class TestRepeatedOptions:
 
 class TestHelp:
     @pytest.mark.thorough
-    @pytest.mark.parametrize("path", PLACES)
+    @pytest.mark.parametrize("path", EVERY)
     def test_help_shows_every_bracket_that_is_written_in_it(self, capsys, monkeypatch, path):
         monkeypatch.setenv("COLUMNS", "100")
         assert run([*path.split(), "--help"]) == 0
         shown = squeezed(capsys.readouterr().out)
-        callback = dict(zip(PLACES, (c for _, c in EVERY), strict=True))[path].callback
+        callback = EVERY[path].callback
         texts = [callback.__doc__, *(p.help for p in written(callback))]
         for text in texts:
             for bracket in re.findall(r"\[[^\]]*\]", text or ""):

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.commands import case_file
 
 from stillhook.base.extras import EXTRAS
 
@@ -18,8 +19,8 @@ import sys
 sys.modules.update(dict.fromkeys({tuple(EXTRAS)!r}))
 """
 """An import of a name whose place among the modules holds None fails as that of a library that is not installed."""
-SHORT = ["--duration", "10 s", "--warm-up", "2 s"]
-MAP = ["--loads", "50 t", "--speeds", "20 m/min", "--duration", "20 s", "--warm-up", "5 s"]
+CASE = "case.toml"
+MAP = [CASE, "--loads", "50 t", "--speeds", "20 m/min"]
 
 
 def core(code: str, *arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -43,7 +44,7 @@ def lines(text: str) -> list[str]:
 @pytest.mark.parametrize(
     ("arguments", "files"),
     [
-        (["compare", "--controllers", "ssc", *SHORT], {"runs.nc", "summary.json"}),
+        (["compare", CASE, "--controllers", "ssc"], {"runs.nc", "summary.json"}),
         (["sea", "jonswap Hs=2 m Tp=9 s"], {"sea.json"}),
         (["map", *MAP], {"map.nc", "map.json"}),
         (["friction", "compare", "crane-1"], {"friction-sets.json"}),
@@ -52,6 +53,7 @@ def lines(text: str) -> list[str]:
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
 def test_a_command_leaves_its_pictures_out_with_one_line(tmp_path: Path, arguments: list[str], files: set[str]) -> None:
+    case_file(tmp_path, duration="20 s", warm_up="5 s")
     done = command(*arguments, "--out", "out", folder=tmp_path)
     assert done.returncode == (1 if arguments[0] == "stability" else 0), done.stderr  # it oscillates slowly under load
     assert lines(done.stderr).count(PICTURES) == 1

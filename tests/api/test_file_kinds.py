@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from tests.commands import refusal
 
 import stillhook
 from stillhook.cli import run
@@ -32,6 +33,7 @@ TEXTS = {
     FileKind.VESSEL: 'motions = "hull.nc"\nmass = "9000 t"\n',
     FileKind.FACTORS: "[factors]\nfriction = { lognormal = [1, 1.3] }\n",
     FileKind.MAPPING: MAPPING,
+    FileKind.WEATHER: 'file = "site.csv"\n[columns]\nHs = "height"\n',
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
 }
 READERS = {
@@ -39,10 +41,11 @@ READERS = {
     FileKind.LIFT: ("lower",),
     FileKind.CASE: ("run",),
     FileKind.CRANE: ("crane",),
-    FileKind.PAYLOAD: ("payload"),
+    FileKind.PAYLOAD: ("payload",),
     FileKind.CAMPAIGN: ("validate",),
     FileKind.FRICTION_CAMPAIGN: ("identify", "friction"),
     FileKind.FRICTION: ("friction", "compare"),
+    FileKind.WEATHER: ("weather", "show"),
     FileKind.FACTORS: ("uncertainty", "--factors"),
     FileKind.CONTROLLER: ("map", "nov-250t", "--controllers"),
     FileKind.ALPHA: ("weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--forecast-factors"),
@@ -55,14 +58,6 @@ def files(tmp_path):
     for kind, text in TEXTS.items():
         (tmp_path / f"{kind.name.lower()}.toml").write_text(text)
     return FILES | {kind: tmp_path / f"{kind.name.lower()}.toml" for kind in TEXTS}
-
-
-def refusal(capsys, *arguments):
-    assert run([str(a) for a in arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    return err
 
 
 def test_every_kind_of_file_is_known_by_its_tables(files):
@@ -136,7 +131,7 @@ def test_vessel_files_and_toml_files_are_told_apart(files, capsys):
     ("command", "wanted"),
     [
         (("sea",), "a file of measured waves"),
-        (("weather", "show"), "a table of weather"),
+        (("weather", "show"), "a description of a weather file"),
         (("compare", "--motion"), "a log of motion"),
         (("identify", "motor"), "a table of numbers"),
     ],
@@ -152,7 +147,7 @@ def test_a_toml_file_in_place_of_data_is_told_too(command, wanted, files, capsys
 def test_a_mapping_says_what_it_is_not(files, tmp_path, capsys):
     (tmp_path / "log.csv").write_text("t;p\n0;1\n1;2\n")
     assert "is a lift file, not a mapping of log signals: stillhook lower" in refusal(
-        capsys, "identify", "curve", tmp_path / "log.csv", "--mapping", files[FileKind.LIFT], "--position", "s_w"
+        capsys, "identify", "curve", tmp_path / "log.csv", "--mapping", files[FileKind.LIFT]
     )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.commands import refusal
 
 from stillhook.cli import run as command
 from stillhook.formats.vessel.csv import write_rao_csv
@@ -15,15 +16,6 @@ from stillhook.sea.vessel.rao import Rao
 ANCHOR = 'name = "a"\nmass = "92 t"\nshape = "suction-anchor"\ndiameter = "6.5 m"\nheight = "11 m"\nwall = "35 mm"\nroof = "0.4 m"\nhatch = 0.05\n'
 LEVELS = "".join(f'[[levels]]\nh = "{h} m"\nV = "{2 * h} m^3"\nA33 = "{70 * h} t"\nA_p = "90 m^2"\n' for h in (0, 1, 4))
 NDBC = "YY MM DD hh   .030   .040   .050\n96 01 01 00   1.00   2.00   1.00\n96 01 01 01   0.00   0.00   0.00\n"
-
-
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
-    """The one line of an error: nothing else is printed, the exit code is 2, and there is no traceback."""
-    assert command([str(a) for a in arguments]) == 2
-    out = capsys.readouterr()
-    assert out.out == ""
-    assert len(out.err.splitlines()) == 1, out.err
-    return out.err
 
 
 def told(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
@@ -162,7 +154,7 @@ def test_an_empty_lift_is_not_told_to_be_a_crane(tmp_path, capsys):
     assert "base =" not in line
 
 
-TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m", "--wave")
+TIP = ("tip", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m", "--wave")
 JONSWAP = "jonswap Hs=1 m Tp=8 s gamma=3.3"
 
 
@@ -184,8 +176,8 @@ def test_options_of_a_tip_that_cannot_count_are_refused(options, said, tmp_path,
 
 
 def test_a_crane_stands_above_water(capsys):
-    crane = ("--pedestal", "x=-15 m, y=-6 m, z=-15 m", "--slew", "270 deg", "--main", "25 m 60 deg")
-    line = refusal(capsys, *TIP[:3], *crane, "--wave", JONSWAP, "--heading", "180 deg")
+    crane = ("--boom", "x=-15 m, y=-6 m, z=-15 m, slew 270 deg, main 25 m 60 deg")
+    line = refusal(capsys, *TIP[:2], *crane, "--wave", JONSWAP, "--heading", "180 deg")
     assert "its heel is 15 m below still water" in line
 
 

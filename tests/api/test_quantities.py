@@ -202,7 +202,7 @@ def test_a_lift_response_has_its_depth_and_duration_in_units():
         response.lift_response(file, waves, z="-1500 m", duration=3600.0)
 
 
-TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m", "--wave", WAVES)
+TIP = ("tip", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m", "--wave", WAVES)
 
 
 @pytest.mark.thorough
@@ -212,13 +212,12 @@ TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m", "--wa
         ((*TIP, "--heading", "180"), '--heading = "180": no unit; write "180 deg"'),
         ((*TIP, "--heading", "400 deg"), '--heading = "400 deg": not between 0 deg and 360 deg'),
         ((*TIP, "--heading", "180 deg", "--duration", "3"), '--duration = "3": no unit'),
-        (("envelope", "nov-250t", "--load", "100"), '--loads = "100": no unit; write "100 t"'),
+        (("envelope", "nov-250t", "--loads", "100"), '--loads = "100": no unit; write "100 t"'),
         (("stability", "nov-250t", "--delay", "50"), '--delay = "50": no unit'),
         (("stability", "nov-250t", "--full", "--v-tip", "60"), '--v-tip = "60": no unit'),
         (("compare", "--load", "100"), '"100": no unit'),
-        (("map", "nov-250t", "--period", "12"), '"12": no unit'),
-        (("tune", "nov-250t", "--delay", "1"), "no unit"),
-        (("calc", "inertia", "nov-250t", "--s-w", "100"), '--s-w = "100": no unit'),
+        (("map", "nov-250t", "--periods", "12"), '"12": no unit'),
+        (("calc", "inertia", "nov-250t", "s_w=100"), 's_w = "100": no unit'),
         (("payload", "suction-anchor-85t", "--rho", "1025"), '--rho = "1025": no unit'),
         (("response", "anchor-to-3000m", "--depth", "1500"), '--depth = "1500": no unit'),
         (("lower", "anchor-to-3000m", "--duration", "60"), '"60": no unit'),

@@ -5,9 +5,11 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping
+from pathlib import Path
 
 import pytest
 import typer
+from tests.commands import case_file
 
 from stillhook.cli import COMMANDS, app
 from stillhook.kernels.c99.library import compiler
@@ -39,8 +41,7 @@ NOT_CHECKED = (
     "stillhook.response.winch.identify",
 )
 """Rooms of what a plan computes and reports, of which its check shows nothing."""
-SHORT = ["--duration", "10 s", "--warm-up", "2 s"]
-SMALL_MAP = ["--loads", "50 t", "--speeds", "20 m/min", *SHORT]
+SMALL_MAP = ["--loads", "50 t", "--speeds", "20 m/min"]
 
 
 def imported(*arguments: str, environment: Mapping[str, str] | None = None) -> set[str]:
@@ -65,9 +66,10 @@ def test_help_of_the_program_needs_no_numbers_and_no_command() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", [["compare", *SHORT], ["map", *SMALL_MAP]], ids=lambda words: words[0])
-def test_runs_need_no_tables_and_no_search(command: list[str]) -> None:
+@pytest.mark.parametrize(("name", "options"), [("compare", []), ("map", SMALL_MAP)])
+def test_runs_need_no_tables_and_no_search(name: str, options: list[str], tmp_path: Path) -> None:
     """Kernels that are compiled already do not ask for their compiler."""
+    command = [name, case_file(tmp_path, duration="10 s", warm_up="2 s"), *options]
     imported(*command)
     heavy = {*ALWAYS_HEAVY, *PARTS_OF_SCIPY, "xarray", "polars"}
     if compiler() is None:

@@ -97,35 +97,46 @@ covariance = [[4e-14, -1e-14], [-1e-14, 9e-15]]
 dof = 312
 data = "seven staircases"
 """
-FILES = {"CASE": CASE, "LIFT": LIFT, "HUNG": LIFT + COMPENSATOR, "PLAN": PLAN, "FRICTION": FRICTION}
+ON_CRANE = CASE.replace('mode = "MODE"\n', "")
+TUNED_CASE = 'crane = "CRANE"\n[settings]\nbudget = 20\n'
+DRIVEN = ON_CRANE + "[settings]\ndraws = 2\n"
+FILES = {
+    "CASE": CASE,
+    "SHORT": ON_CRANE,
+    "TUNED": TUNED_CASE,
+    "DRIVEN": DRIVEN,
+    "LIFT": LIFT,
+    "HUNG": LIFT + COMPENSATOR,
+    "PLAN": PLAN,
+    "FRICTION": FRICTION,
+}
 """Word of a command line -> text of the file that it stands for."""
 
-SHORT = '--load "30 t" --motion "sine 1 m 10 s" --duration "20 s" --warm-up "10 s"'
 CELLS = '--loads "20 t, 30 t" --speeds "20 m/min, 30 m/min"'
-TUNED = '--loads "30 t" --speeds "20 m/min" --periods "10 s" --budget 20 --free K_p'
+POINT = '--loads "30 t" --speeds "20 m/min" --periods "10 s" --free K_p'
 
 OF_CONTROLLER = {
-    "compare": f"compare CRANE --controllers MODE {SHORT}",
+    "compare": "compare SHORT --controllers MODE",
     "run": "run CASE",
     "map": f"map CRANE --controllers MODE {CELLS}",
     "map settling": f"map CRANE --controllers MODE --metric settling {CELLS}",
     "envelope": 'envelope CRANE --controllers MODE --loads "30 t"',
-    "tune": f"tune CRANE --controllers MODE {TUNED}",
-    "uncertainty": f"uncertainty --crane CRANE --controllers MODE --draws 4 {SHORT}",
-    "calc steady": 'calc steady CRANE --mode MODE --v-w "20 m/min"',
+    "tune": f"tune TUNED --controllers MODE {POINT}",
+    "uncertainty": "uncertainty SHORT --controllers MODE --draws 4",
+    "calc steady": 'calc steady CRANE controller=MODE "v_w=20 m/min"',
     "lower": "lower LIFT",
     "response": "response LIFT",
     "plan check": "plan PLAN --check",
-    "plan quick": "plan PLAN --quick --threads 1",
-    "plan": "plan PLAN --threads 1 --store OUT",
-    "friction draws": 'friction draws FRICTION --crane CRANE --mode MODE --load "30 t" --n 4',
+    "plan quick": "plan PLAN --tier frequency --workers 1",
+    "plan": "plan PLAN --workers 1 --store OUT",
+    "friction draws": 'friction draws FRICTION --crane CRANE --controller MODE --load "30 t" --draws 4',
 }
 """Commands that take a controller."""
 OF_OPERATOR = ("compare", "run", "calc steady", "friction draws")
 """Those that also take manual mode."""
 OF_WINCH = {
     "crane": "crane CRANE",
-    "compare files": f"compare CRANE --controllers PAIR {SHORT} --out OUT",
+    "compare files": "compare SHORT --controllers PAIR --out OUT",
     "run files": "run CASE --out OUT",
     "map files": f"map CRANE --controllers PAIR {CELLS} --out OUT",
     "map eta_c": f"map CRANE --controllers PAIR {CELLS} --metric eta_c",
@@ -139,25 +150,25 @@ OF_WINCH = {
     "stability delay": 'stability CRANE --alpha-m 1 --delay "50 ms"',
     "stability full": 'stability CRANE --full --load "30 t" --v-tip "10 m/min"',
     "stability layer": "stability CRANE --layer 3",
-    "tune files": f"tune CRANE --controllers MODE {TUNED} --objective error --out OUT",
-    "uncertainty files": f"uncertainty --crane CRANE --controllers PAIR --draws 8 {SHORT} --sobol --out OUT",
-    "uncertainty causes": f'uncertainty --crane CRANE --controllers PAIR --draws 4 {SHORT} --limit "e_c_pp <= 1 cm" --attribute',
-    "uncertainty pressure": f'uncertainty --crane CRANE --controllers PAIR --draws 4 {SHORT} --limit "p_max <= 300 bar"',
+    "tune files": f"tune TUNED --controllers MODE {POINT} --objective error --out OUT",
+    "uncertainty files": "uncertainty SHORT --controllers PAIR --draws 8 --sobol --out OUT",
+    "uncertainty causes": 'uncertainty SHORT --controllers PAIR --draws 4 --limit "e_c_pp <= 1 cm" --attribute',
+    "uncertainty pressure": 'uncertainty SHORT --controllers PAIR --draws 4 --limit "p_max <= 300 bar"',
     "uncertainty case": "uncertainty CASE --draws 4",
-    "compare drives": f"compare CRANE --drives active-passive,electric --draws 2 {SHORT}",
+    "compare drives": "compare DRIVEN --drives active-passive,electric",
     "validate": "trials.campaigns sea-trials OUT --crane CRANE ; validate CAMPAIGN --steps 0,1,5",
     "lower compensated": "lower HUNG",
     "response compensated": "response HUNG",
     "lower files": "lower LIFT --out OUT",
     "response files": "response LIFT --out OUT",
     "plan closed-form": "plan PLAN --tier closed-form",
-    "plan files": "plan PLAN --quick --threads 1 --out OUT",
+    "plan files": "plan PLAN --tier frequency --workers 1 --out OUT",
     "calc drum": "calc drum CRANE",
     "calc inertia": "calc inertia CRANE",
     "calc speed": "calc speed CRANE",
-    "calc eigenfrequency": "calc eigenfrequency CRANE --alpha-m 0.8",
-    "calc gain-limit": "calc gain-limit CRANE --alpha-m 0.8",
-    "calc friction": 'calc friction L4593 --drum-torque "1 MN m" --speed "100 rev/min"',
+    "calc eigenfrequency": "calc eigenfrequency CRANE alpha_m=0.8",
+    "calc gain-limit": "calc gain-limit CRANE alpha_m=0.8",
+    "calc friction": 'calc friction L4593 "T_d=1 MN m" "omega_m=100 rev/min"',
     "friction compare": 'friction compare crane-1 crane-2 --crane CRANE --load "30 t"',
 }
 """Commands that take no controller, and other forms of those that do."""
@@ -236,7 +247,7 @@ def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
     code = 0
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
         for line in sized(BOTH[command], crane).split(" ; "):
-            first, *arguments = (words.get(word, word) for word in shlex.split(line))
+            first, *arguments = (words.get(word, word.replace("MODE", mode)) for word in shlex.split(line))
             code = max(code, campaigns(arguments) if first == "trials.campaigns" else run([first, *arguments]))
             if code == 2:
                 break

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.commands import case_file
 from tests.contract.commands import (
     BOTH,
     CASE,
@@ -276,7 +277,7 @@ def said(example: Path, module: str, *arguments: str) -> str:
     return run.stdout + run.stderr
 
 
-MOTION = ("--load", "50 t", "--motion", "sine 1 m 10 s", "--duration", "40 s", "--warm-up", "20 s")
+LIFTED = {"load": "50 t", "duration": "40 s", "warm_up": "20 s"}
 
 
 @pytest.mark.slow
@@ -288,7 +289,7 @@ def test_an_offset_is_foreseen_by_the_law_of_the_controller(example: Path) -> No
     found = {
         crane: re.findall(
             r"(\S+): the load is held .* under (.+) expect a standing offset of about ([\d.]+) m",
-            said(example, "ssc_pi.py", "compare", crane, "--controllers", "ssc,ssc-pi", *MOTION),
+            said(example, "ssc_pi.py", "compare", case_file(example, crane, **LIFTED), "--controllers", "ssc,ssc-pi"),
         )
         for crane in ("nov-100t-pure-active", "short.toml")
     }
@@ -359,9 +360,10 @@ def test_a_winch_is_asked_about_nothing_that_it_does_not_have(example: Path) -> 
         assert before in text
         text = text.replace(before, after)
     module.write_text(text, encoding="utf-8")
-    grid = ("--loads", "30 t", "--speeds", "20 m/min", "--periods", "10 s", "--budget", "20", "--free", "K_p")
-    tuned = said(example, module.name, "tune", "my-winch.toml", *grid)
-    bands = said(example, module.name, "uncertainty", "--crane", "my-winch.toml", "--draws", "4", *MOTION)
+    grid = ("--loads", "30 t", "--speeds", "20 m/min", "--periods", "10 s", "--free", "K_p")
+    case = case_file(example, "my-winch.toml", settings="budget = 20", **LIFTED)
+    tuned = said(example, module.name, "tune", case, *grid)
+    bands = said(example, module.name, "uncertainty", case, "--draws", "4")
     assert "motion signal 0.1 s later" in tuned
     assert "inertia" in bands
     for word in ("friction", "pump", "pressure"):

@@ -69,6 +69,13 @@ def write(**texts: str) -> None:
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
 
 
+def case_file(crane: str, load: str, settings: str = "", **fields: str) -> str:
+    """Text of a case file: the usual lift, with other fields; settings: rows of its table [settings]."""
+    scenario = {"load": load, "s_w": "100 m", "tip": "sine 1 m 10 s"} | fields
+    rows = "".join(f'{name} = "{value}"\n' for name, value in scenario.items())
+    return f'crane = "{crane}"\n[scenario]\n{rows}{settings and f"[settings]{chr(10)}{settings}"}'
+
+
 def dataset(data: xarray.Dataset) -> dict[str, Any]:
     """Variables of a result. Signals without a value other than 0 are left out: winches without a circuit may or may not have them."""
     out: dict[str, Any] = {}
@@ -90,9 +97,8 @@ def dataset(data: xarray.Dataset) -> dict[str, Any]:
 @contextlib.contextmanager
 def fresh_cache() -> Iterator[None]:
     """A cache with the compiled kernels but without results of earlier runs, so that these are computed by the present code."""
-    cli(
-        "compare", "--controllers", "ssc", "--motion", "sine 1 m 10 s", "--duration", "2 s", "--warm-up", "1 s"
-    )  # kernels exist from here on
+    write(warm=case_file("nov-250t", "100 t", duration="2 s", warm_up="1 s"))
+    cli("compare", "warm.toml", "--controllers", "ssc")  # kernels exist from here on
     before = os.environ.get(CACHE)
     real = Path(before or platformdirs.user_cache_dir("stillhook", appauthor=False))
     with tempfile.TemporaryDirectory(prefix="frozen-cache-") as folder:
@@ -165,12 +171,12 @@ def crane_of_a_user() -> Any:
 @case
 def calc() -> Any:
     rows = [
-        ("motor-loss", "A6VM215", "--displacement", "215 cm^3/rev", "--speed", "1000 rev/min", "--dp", "200 bar"),
-        ("friction", "crane-1", "--drum-torque", "1.5 MN m", "--speed", "100 rev/min"),
+        ("motor-loss", "A6VM215", "D_m=215 cm^3/rev", "omega_m=1000 rev/min", "dp_m=200 bar"),
+        ("friction", "crane-1", "T_d=1.5 MN m", "omega_m=100 rev/min"),
     ]
     for crane in ("nov-250t", "nov-100t-pure-active"):
-        rows += [("drum", crane), ("inertia", crane), ("steady", crane, "--v-w", "40 m/min")]
-        rows += [(command, crane, "--alpha-m", "0.7") for command in ("speed", "eigenfrequency", "gain-limit")]
+        rows += [("drum", crane), ("inertia", crane), ("steady", crane, "v_w=40 m/min")]
+        rows += [(command, crane, "alpha_m=0.7") for command in ("speed", "eigenfrequency", "gain-limit")]
     return {" ".join(row): cli("calc", *row) for row in rows}
 
 
@@ -215,17 +221,8 @@ def sea_measured() -> Any:
 
 @case
 def tip() -> Any:
-    base = ("tip", "--vessel", "construction-vessel-130m", "--duration", "10 min")
-    boom = (
-        "--pedestal",
-        "x=-10 m, y=-6 m, z=15 m",
-        "--slew",
-        "270 deg",
-        "--main",
-        "25 m 50 deg",
-        "--knuckle",
-        "15 m 60 deg",
-    )
+    base = ("tip", "construction-vessel-130m", "--duration", "10 min")
+    boom = ("--boom", "x=-10 m, y=-6 m, z=15 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg")
     wave = ("--wave", "jonswap Hs=1 m Tp=8 s gamma=3.3")
     results = [
         cli(*base, *wave, "--at", "x=-20 m, y=-18 m", "--heading", "180 deg", "--seeds", "5"),
@@ -315,10 +312,11 @@ def simulate_many_lanes() -> Any:
 
 @case
 def compare() -> Any:
-    motion = ("--motion", "sine 1 m 10 s", "--duration", "30 s", "--warm-up", "10 s", "--delay", "50 ms")
     modes = "ns,hs,ssc,ssc-cubic,level-1,level-2,manual"
     both = (("nov-250t", "100 t"), ("nov-100t-pure-active", "60 t"))
-    return {crane: cli("compare", crane, "--load", load, "--controllers", modes, *motion) for crane, load in both}
+    times = {"duration": "30 s", "warm_up": "10 s"}
+    write(**{crane: case_file(crane, load, **times) + 'sensors = { delay = "50 ms" }\n' for crane, load in both})
+    return {crane: cli("compare", f"{crane}.toml", "--controllers", modes) for crane, _ in both}
 
 
 # Lowering
@@ -401,26 +399,15 @@ def maps() -> Any:
 @case
 def tune() -> Any:
     grid = ("--loads", "50 t", "--speeds", "40 m/min", "--periods", "12 s")
-    return cli(
-        "tune", "nov-250t", "--controllers", "ns", "--budget", "20", "--free", "K_p", "--objective", "error", *grid
-    )
+    write(short='crane = "nov-250t"\n[settings]\nbudget = 20\n')
+    return cli("tune", "short.toml", "--controllers", "ns", "--free", "K_p", "--objective", "error", *grid)
 
 
 @case
 def uncertainty() -> Any:
-    limits = ("--limit", "e_c_pp <= 12 cm", "--duration", "25 s", "--warm-up", "10 s")
-    return cli(
-        "uncertainty",
-        "--crane",
-        "nov-250t",
-        "--draws",
-        "8",
-        "--controllers",
-        "ns,ssc,strong-ssc",
-        "--load",
-        "100 t",
-        *limits,
-    )
+    write(short=case_file("nov-250t", "100 t", tip="sine 2.8 m 12 s", duration="25 s", warm_up="10 s"))
+    draws = ("--draws", "8", "--controllers", "ns,ssc,strong-ssc", "--limit", "e_c_pp <= 12 cm")
+    return cli("uncertainty", "short.toml", *draws)
 
 
 # Identification
@@ -435,7 +422,9 @@ def identify_motor() -> Any:
 @case
 def identify_friction() -> Any:
     write_friction_tests(campaign_plan("crane-2"), "tests", duration="3 min")
-    return cli("identify", "friction", "tests/campaign.toml", "--proposals", "1", "--loops", "1")
+    with Path("tests/campaign.toml").open("a", encoding="utf-8") as campaign:
+        campaign.write("[fit]\nloops = 1\n")
+    return cli("identify", "friction", "tests/campaign.toml", "--proposals", "1")
 
 
 @case
@@ -490,14 +479,14 @@ def plan_quick() -> Any:
         .replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
     )
     write(plan=headings.replace("[operation]", '[weather]\nfile = "SYNTHETIC-norwegian-sea"\n\n[operation]'))
-    return cli("plan", "plan.toml", "--quick", "--threads", "1")
+    return cli("plan", "plan.toml", "--tier", "frequency", "--workers", "1")
 
 
 @case
 @computed_afresh
 def plan_with_the_twin() -> Any:
     write(plan=TWIN_PLAN)
-    return cli("plan", "plan.toml", "--threads", "1", "--store", "store")
+    return cli("plan", "plan.toml", "--workers", "1", "--store", "store")
 
 
 @case

@@ -128,7 +128,7 @@ def test_the_figure_shows_what_was_used_and_what_was_not() -> None:
 # ---- the command
 
 
-def written(folder: Path) -> tuple[Path, Path]:
+def written(folder: Path, settings: str = 'position = "position"') -> tuple[Path, Path]:
     log = ram()
     file, mapping = folder / "ram.csv", folder / "ram.toml"
     s = log.signals
@@ -139,7 +139,8 @@ def written(folder: Path) -> tuple[Path, Path]:
     file.write_text("\n".join(["t,v,F,x", *rows]) + "\n", encoding="utf-8")
     mapping.write_text(
         '[signals]\ntime = { column = "t", unit = "s" }\nspeed = { column = "v", quantity = "speed", unit = "mm/s" }\n'
-        'effort = { column = "F", quantity = "force", unit = "N" }\nposition = { column = "x", quantity = "length", unit = "mm" }\n',
+        'effort = { column = "F", quantity = "force", unit = "N" }\nposition = { column = "x", quantity = "length", unit = "mm" }\n'
+        f"[curve]\n{settings}\n",
         encoding="utf-8",
     )
     return file, mapping
@@ -156,9 +157,7 @@ def app() -> typer.Typer:
 def test_the_command_prints_a_table_and_writes_figure_csv_and_json(tmp_path: Path, app: typer.Typer) -> None:
     file, mapping = written(tmp_path)
     out = tmp_path / "out"
-    result = CliRunner().invoke(
-        app, [str(file), "--mapping", str(mapping), "--position", "position", "--out", str(out)]
-    )
+    result = CliRunner().invoke(app, [str(file), "--mapping", str(mapping), "--out", str(out)])
     assert result.exit_code == 0, result.output
     assert "m/min" in result.output
     assert "kN" in result.output
@@ -170,18 +169,17 @@ def test_the_command_prints_a_table_and_writes_figure_csv_and_json(tmp_path: Pat
 
 
 def test_json_holds_points_with_intervals_and_rejects_with_reasons(tmp_path: Path, app: typer.Typer) -> None:
-    file, mapping = written(tmp_path)
-    result = CliRunner().invoke(
-        app, [str(file), "--mapping", str(mapping), "--position", "position", "--least-length", "6 s", "--json"]
-    )
+    file, mapping = written(tmp_path, 'position = "position"\nleast_length = "6 s"')
+    result = CliRunner().invoke(app, [str(file), "--mapping", str(mapping), "--json"])
     data = json.loads(result.stdout)
     assert data["points"][0]["interval_95"][0] < friction(0.05) < data["points"][0]["interval_95"][1]
     assert any("a window needs 6 s" in r["reason"] for r in data["rejected"])
 
 
 def test_bad_options_are_refused_before_the_log_is_read(tmp_path: Path, app: typer.Typer) -> None:
-    for option, value in (("--least-length", "2"), ("--least-speed", "fast")):
-        result = CliRunner().invoke(app, [str(tmp_path / "none.csv"), option, value])
+    for setting, value in (("least_length", "2"), ("least_speed", "fast"), ("least", "unknown field")):
+        _, mapping = written(tmp_path, f'{setting} = "{value}"')
+        result = CliRunner().invoke(app, [str(tmp_path / "none.csv"), "--mapping", str(mapping)])
         assert value in str(result.exception)
 
 
@@ -215,8 +213,8 @@ def test_a_log_without_the_signals_is_refused_with_the_columns_that_are_needed(
     tmp_path: Path, app: typer.Typer
 ) -> None:
     file, _ = written(tmp_path)
-    problem = str(CliRunner().invoke(app, [str(file), "--position", "position"]).exception)
-    assert "with the columns of time, speed, effort, position under [signals]" in problem
+    problem = str(CliRunner().invoke(app, [str(file)]).exception)
+    assert "with the columns of time, speed, effort under [signals]" in problem
     assert 'among "t", "v", "F", "x"' in problem
 
 
@@ -253,9 +251,9 @@ def test_a_log_of_short_steps_is_read_with_shorter_stretches_and_says_so() -> No
     ("log", "settings", "words"),
     [
         (quick(1.5), None, "Stretches down to 0.7 s were tried as well."),
-        (quick(2.2), WindowSettings(least_length="2 s"), 'take shorter stretches: --least-length "'),
+        (quick(2.2), WindowSettings(least_length="2 s"), 'take shorter stretches: curve.least_length = "'),
         (quick(2.2, spring=SPRING), None, "no speed at which both directions can be compared"),
-        (ram(spring=0.0), WindowSettings(least_length="40 s"), 'take shorter stretches: --least-length "'),
+        (ram(spring=0.0), WindowSettings(least_length="40 s"), 'take shorter stretches: curve.least_length = "'),
     ],
     ids=["too short for any", "a least length that was named", "a load that changes along the way", "none so long"],
 )

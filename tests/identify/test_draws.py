@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from tests.commands import case_file
 from tests.identify.refusals import refused
 
 from stillhook import Scenario, load_crane, simulate
@@ -129,7 +130,7 @@ def test_what_cannot_be_drawn_is_one_line(sets, more, text):
 @pytest.mark.thorough
 def test_the_command_prints_median_and_band(tmp_path, capsys):
     path = str(save_set(KNOWN, tmp_path / "my.friction.toml"))
-    options = ["--crane", "nov-150t", "--load", "60 t", "--motion", "sine 1 m 9 s", "--draws", "16"]
+    options = ["--crane", case_file(tmp_path, "nov-150t", load="60 t", tip="sine 1 m 9 s"), "--draws", "16"]
     assert command(["friction", "draws", path, *options, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     band = data["band_90"]["p_max"]

@@ -47,12 +47,20 @@ def result(noisy):
     return identify.friction(noisy.campaign, loops=1)
 
 
+def with_fit(campaign, rows):
+    """Path of the campaign with a table [fit], beside it."""
+    path = campaign.with_name("with-fit.toml")
+    path.write_text(f"{campaign.read_text(encoding='utf-8')}\n[fit]\n{rows}\n", encoding="utf-8")
+    return path
+
+
 @pytest.fixture(scope="module")
 def written(noisy, tmp_path_factory):
     """Results that the command line wrote of the noisy campaign, and what it printed."""
     out, printed = tmp_path_factory.mktemp("written") / "results", io.StringIO()
     with contextlib.redirect_stdout(printed):
-        assert run(["identify", "friction", str(noisy.campaign), "--out", str(out), "--loops", "1"]) == 0
+        path = with_fit(noisy.campaign, "loops = 1")
+        assert run(["identify", "friction", str(path), "--out", str(out)]) == 0
     return out, printed.getvalue()
 
 
@@ -194,7 +202,8 @@ def test_without_low_speeds_no_set_is_written_and_the_exit_code_says_no(noisy, t
     assert "friction.toml is not written" in streams.err
     assert not (tmp_path / "out" / "friction.toml").exists()
     assert (tmp_path / "out" / "report.html").exists()
-    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out"), "--like", "crane-2"]) == 0
+    path = with_fit(path, 'like = "crane-2"')
+    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 0
     filled = load_friction(tmp_path / "out" / "friction.toml")
     assert filled.system.Y_1 == system_friction("crane-2").Y_1
     assert "taken from crane-2" in filled.sources["Y_1"].text
@@ -302,21 +311,24 @@ def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, c
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("options", "line"),
+    ("fit", "options", "line"),
     [
-        (["--keep-Y-2", "perhaps"], '--keep-Y-2 = "perhaps": not one of auto, yes, no.'),
-        (["--variant", "simplex"], '--variant = "simplex": not one of box, krus, complex-rf.'),
-        (["--like", "crane-9"], "crane-9"),
-        (["--map", "none.csv"], "none.csv"),
-        (["--out", "campaign-file-below/x"], "campaign-file-below"),
+        ('keep_Y_2 = "perhaps"', [], 'fit.keep_Y_2 = "perhaps"'),
+        ('variant = "simplex"', [], 'fit.variant = "simplex"'),
+        ('like = "crane-9"', [], "crane-9"),
+        ('map = "none.csv"', [], "none.csv"),
+        ("loops = 11", [], "fit.loops = 11"),
+        ("", ["--out", "campaign-file-below/x"], "campaign-file-below"),
+        ("", ["--loops", "1"], "--loops: moved. Write fit.loops in the campaign file."),
     ],
 )
-def test_bad_options_are_refused_in_one_line_and_nothing_is_written(
-    noisy, tmp_path, capsys, monkeypatch, options, line
+def test_bad_settings_are_refused_in_one_line_and_nothing_is_written(
+    noisy, tmp_path, capsys, monkeypatch, fit, options, line
 ):
     monkeypatch.chdir(tmp_path)
     Path("campaign-file-below").write_text("a file, not a folder")
     path = edited(noisy, tmp_path, lambda text: only(text, lambda t: '"107 t"' in t or '"0 t"' in t))
+    path = with_fit(path, fit)
     before = {p.name for p in tmp_path.iterdir()}
     assert run(["identify", "friction", str(path), *options]) == 2
     streams = capsys.readouterr()

@@ -113,17 +113,13 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
         (["template-to-1500m", "elsewhere"], 'a folder follows "example" only'),
         (["template-to-1500m", "--tier", "tmie"], 'Unknown tier "tmie". Choose closed-form, frequency or time.'),
         (
-            ["template-to-1500m", "--quick", "--forecast-factors", "nobody"],
+            ["template-to-1500m", "--tier", "frequency", "--forecast-factors", "nobody"],
             '--forecast-factors "nobody": no such table of alpha factors',
         ),
-        (
-            ["template-to-1500m", "--quick", "--tier", "time"],
-            "--quick with --tier time: --quick is --tier frequency. Leave one of them out.",
-        ),
-        (["template-to-1500m", "--threads", "0"], "--threads"),
-        (["template-to-1500m", "--quick", "--seed", "3"], "waves are drawn in tier time alone"),
+        (["template-to-1500m", "--workers", "0"], "--workers 0: give 1 to 256"),
+        (["template-to-1500m", "--tier", "frequency", "--seed", "3"], "waves are drawn in tier time alone"),
         (["template-to-1500m", "--seed", "-1"], "--seed"),
-        (["template-to-1500m", "--quick", "--scheduler", "nowhere"], "--scheduler"),
+        (["template-to-1500m", "--tier", "frequency", "--workers", "nowhere"], "scheduler"),
     ],
 )
 def test_mistakes_are_refused_in_one_line(arguments, said, capsys):
@@ -161,7 +157,7 @@ def test_demo_plans_the_example_and_knows_what_it_can_show(capsys, monkeypatch):
     assert run(["demo"]) == 130
     assert asked["name"] == "Template of 120 t to 1,500 m"
     assert run(["demo", "motion"]) == 2
-    assert "Choose plan or motions" in capsys.readouterr().err
+    assert "Choose plan, quick or motions" in capsys.readouterr().err
 
 
 class TestWhatAnAnswerTellsApart:

@@ -3,12 +3,13 @@
 import json
 
 import pytest
+from tests.commands import case_file
 
 from stillhook.cli import run
 
 pytestmark = pytest.mark.slow
 
-POSITION = "-10 m, 8 m, 25 m"
+POSITION = '["-10 m", "8 m", "25 m"]'
 """Crane tip of a mid-ship crane from the motion sensor: a little aft, to port, up."""
 
 
@@ -16,7 +17,8 @@ POSITION = "-10 m, 8 m, 25 m"
 def results(shared_data, tmp_path_factory):
     out = tmp_path_factory.mktemp("palmer")
     log = shared_data / "ship_motion_palmer" / "NBP1406_seap-2014-08-01.txt"
-    code = run(["compare", "--load", "60 t", "--motion", str(log), "--position", POSITION, "--out", str(out), "--json"])
+    case = case_file(out, load="60 t", warm_up="30 s", tip=f'{{ file = "{log}", position = {POSITION} }}')
+    code = run(["compare", case, "--out", str(out), "--json"])
     return code, json.loads((out / "summary.json").read_text()), out
 
 

@@ -120,7 +120,7 @@ class TestOneSea:
 
     @pytest.mark.slow
     def test_every_key_is_a_name_of_the_registry(self, capsys, lift, plain, records):
-        for more in ((), ("--sea", records, "--heading", "150 deg")):
+        for more in ((), ("--wave", records, "--heading", "150 deg")):
             told = answer(capsys, lift, *more)
             unknown = {key for key in names_of(told) if key not in BY_NAME}
             assert unknown <= {"time", "valid"}  # of records, as in `stillhook sea`
@@ -128,7 +128,7 @@ class TestOneSea:
     @pytest.mark.slow
     def test_the_tip_moves_as_stillhook_tip_says(self, capsys, lift, plain):
         told = answer(capsys, lift)
-        place = ["--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m"]
+        place = ["supply-vessel-82m", "--at", "x=-20 m, y=-18 m"]
         assert run(["tip", *place, "--wave", "jonswap Hs=1.5 m Tp=8 s gamma=2", "--heading", "165 deg", "--json"]) == 0
         tip = json.loads(capsys.readouterr().out)
         for name in ("sigma_z", "sigma_v", "T_z", "z_mpm", "v_mpm"):
@@ -187,7 +187,7 @@ class TestOneSea:
 class TestRecords:
     @pytest.mark.slow
     def test_missing_records_are_counted_and_calm_ones_are_calm(self, capsys, lift, plain, records):
-        told = answer(capsys, lift, "--sea", records, "--heading", "150 deg")
+        told = answer(capsys, lift, "--wave", records, "--heading", "150 deg")
         assert (told["n_records"], told["n_valid"], told["n_missing"]) == (4, 3, 1)
         assert told["records"]["valid"] == [True, False, True, True]
         one, missing, calm, four = told["records"]["sigma_z"]
@@ -201,8 +201,8 @@ class TestRecords:
 
     @pytest.mark.slow
     def test_one_record_alone_is_the_same(self, capsys, lift, plain, records):
-        whole = answer(capsys, lift, "--sea", records, "--heading", "150 deg")["records"]
-        alone = answer(capsys, lift, "--sea", records, "--heading", "150 deg", "--record", "3")
+        whole = answer(capsys, lift, "--wave", records, "--heading", "150 deg")["records"]
+        alone = answer(capsys, lift, "--wave", records, "--heading", "150 deg", "--record", "3")
         for name in ("sigma_z", "sigma_v", "sigma_load", "sigma_F_top"):
             assert alone[name] == pytest.approx(whole[name][3], rel=5e-3), (
                 name
@@ -211,7 +211,7 @@ class TestRecords:
     @pytest.mark.thorough
     def test_the_folder_holds_every_hour_picture_and_summary(self, capsys, lift, plain, records, tmp_path):
         out = tmp_path / "year"
-        told = answer(capsys, lift, "--sea", records, "--heading", "150 deg", "--out", str(out))
+        told = answer(capsys, lift, "--wave", records, "--heading", "150 deg", "--out", str(out))
         assert sorted(p.name for p in out.iterdir()) == ["response.nc", "response.png", "summary.json"]
         with xarray.open_dataset(out / "response.nc", engine="h5netcdf") as data:
             assert data["sigma_load"].values[[0, 3]] == pytest.approx(
@@ -233,7 +233,7 @@ class TestRecords:
     def test_a_weather_table_with_directions(self, capsys, lift, plain, tmp_path):
         path = tmp_path / "weather.txt"
         path.write_text(WEATHER)
-        told = answer(capsys, lift, "--sea", str(path), "--ship", "9 deg")
+        told = answer(capsys, lift, "--wave", str(path), "--ship", "9 deg")
         assert told["n_valid"] == 2
         off, ahead = told["records"]["sigma_z"][1:]
         head = answer(capsys, lift, "--wave", "jonswap Hs=1.5 m Tp=9 s", "--heading", "0 deg")
@@ -245,7 +245,7 @@ class TestRecords:
     @pytest.mark.thorough
     def test_a_year_in_a_few_seconds_is_that_of_plain_sums(self, capsys, lift, plain, shared_data):
         path = shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"
-        told = answer(capsys, lift, "--sea", str(path), "--heading", "180 deg")
+        told = answer(capsys, lift, "--wave", str(path), "--heading", "180 deg")
         assert (told["n_records"], told["n_valid"]) == (8712, 8600)
         file, series = load_lift(lift, duration="60 s", moving=False), read_sea(path)
         fine = (np.arange(20) + 0.5) / 20 - 0.5
@@ -376,9 +376,9 @@ class TestDepth:
         (["--controller", "foo"], "is not one of"),
         (["--controller", "manual"], "does not compensate"),
         (["--wave", "jonswap Hs=1 m Tp=8 s"], "no heading"),
-        (["--sea", "nowhere.txt"], "no such file"),
-        (["--ship", "30 deg"], "Give --sea as well"),
-        (["--record", "3"], "Give --sea as well"),
+        (["--wave", "nowhere.txt"], "no such file"),
+        (["--ship", "30 deg"], "Give it as --wave"),
+        (["--record", "3"], "Give it as --wave"),
         (["--duration", "-1 h"], "must be longer than 0 s"),
         (["--duration", "1 s"], "Give ten wave periods or more"),
         (["--spread", "-1"], "not between 1 and 200"),
@@ -399,10 +399,9 @@ def test_measured_waves_need_one_direction_and_no_more(capsys, lift, plain, reco
         ([], "has no directions. Give --heading"),
         (["--ship", "30 deg"], "has no directions. Give --heading"),
         (["--ship", "30 deg", "--heading", "30 deg"], "conflicts with --heading"),
-        (["--heading", "30 deg", "--wave", "pm Hs=1 m Tp=8 s"], "conflicts with --sea"),
         (["--heading", "30 deg", "--record", "1"], "is missing"),
     ):
-        assert run(["response", lift, "--sea", records, *more]) == 2
+        assert run(["response", lift, "--wave", records, *more]) == 2
         assert said in capsys.readouterr().err
 
 

@@ -15,7 +15,8 @@ from stillhook.variables import BY_NAME
 
 WAVE = "jonswap Hs=1 m Tp=8 s gamma=3.3"
 AT = "x=-20 m, y=-18 m"
-HEAD_ON = ("--at", AT, "--wave", WAVE, "--heading", "0 deg")
+WAVES = ("--wave", WAVE, "--heading", "0 deg")
+HEAD_ON = ("--at", AT, *WAVES)
 
 
 @pytest.fixture
@@ -43,11 +44,11 @@ def refusal(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
 @pytest.fixture
 def beam(vessel: str) -> tuple[str, ...]:
     """The tip in beam sea."""
-    return ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg")
+    return (vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg")
 
 
 def test_the_line_of_the_handbook_gives_the_tips_numbers(answer, vessel):
-    found = answer("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg")
+    found = answer(vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg")
     assert found["T_z"] == pytest.approx(2.0 * math.pi * found["sigma_z"] / found["sigma_v"])
     assert found["sea"]["H_m0"] == pytest.approx(1.0)
     assert 0.14 < found["sigma_z"] < 0.15
@@ -64,7 +65,7 @@ def test_every_number_has_its_row_among_the_variables(answer, beam):
 @pytest.mark.slow
 def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(answer, vessel):
     plain, unit, own = (
-        answer("--vessel", vessel, "--at", AT, "--wave", wave, *heading)["sigma_z"]
+        answer(vessel, "--at", AT, "--wave", wave, *heading)["sigma_z"]
         for wave, heading in (
             (WAVE, ("--heading", "135 deg")),
             (WAVE, ("--heading", "0.375 rev")),
@@ -77,7 +78,7 @@ def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(a
 @pytest.mark.slow
 def test_short_crested_waves_differ_from_long_crested_ones(answer, vessel):
     long, short = (
-        answer("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "75 deg", *more)["sigma_z"]
+        answer(vessel, "--at", AT, "--wave", WAVE, "--heading", "75 deg", *more)["sigma_z"]
         for more in ((), ("--spread", "4"))
     )
     assert 0.8 * long < short < 0.99 * long
@@ -85,8 +86,8 @@ def test_short_crested_waves_differ_from_long_crested_ones(answer, vessel):
 
 @pytest.mark.slow
 def test_a_crane_in_place_of_a_tip_is_the_tip_that_it_has(answer, beam, vessel):
-    crane = ("--pedestal", "x=-20 m, y=-6 m, z=15 m", "--slew", "270 deg", "--main", "24 m 60 deg")
-    by_crane = answer("--vessel", vessel, *crane, "--wave", WAVE, "--heading", "90 deg")
+    crane = ("--boom", "x=-20 m, y=-6 m, z=15 m, slew 270 deg, main 24 m 60 deg")
+    by_crane = answer(vessel, *crane, "--wave", WAVE, "--heading", "90 deg")
     by_hand = answer(*beam)
     assert by_crane["sigma_a"] == pytest.approx(by_hand["sigma_a"])
     assert by_crane["at"]["z"] == pytest.approx(15.0 + 24.0 * math.sqrt(3.0) / 2.0)
@@ -94,24 +95,18 @@ def test_a_crane_in_place_of_a_tip_is_the_tip_that_it_has(answer, beam, vessel):
 
 @pytest.mark.slow
 def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(answer, capsys, vessel):
-    found = answer("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "all")
+    found = answer(vessel, "--at", AT, "--wave", WAVE, "--heading", "all")
     by_heading = {round(math.degrees(row["beta"])): row["sigma_v"] for row in found["headings"]}
     assert len(by_heading) == 24
     assert by_heading[90] > 1.8 * by_heading[270]  # tip to starboard, waves from starboard
-    assert run(["tip", "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "all"]) == 0
+    assert run(["tip", vessel, "--at", AT, "--wave", WAVE, "--heading", "all"]) == 0
     assert "sigma_v" in capsys.readouterr().out
 
 
 @pytest.mark.slow
 def test_out_writes_picture_series_and_summary_that_agree(answer, beam, tmp_path):
     out = tmp_path / "tip"
-    found = answer(
-        *beam,
-        "--duration",
-        "10 min",
-        "--out",
-        str(out),
-    )
+    found = answer(*beam, "--duration", "10 min", "--out", str(out))
     assert sorted(p.name for p in out.iterdir()) == ["summary.json", "tip.csv", "tip.json", "tip.png"]
     motion = motion_from_json((out / "tip.json").read_text())
     assert motion.duration == found["series"]["repeat"] == 600.0
@@ -137,7 +132,7 @@ def test_the_same_seed_writes_the_same_series_and_another_does_not(answer, beam,
 def test_exact_rotations_are_told_beside_the_linear_motion(answer, vessel, tmp_path):
     wave = "jonswap Hs=3 m Tp=9 s gamma=1"
     series = ("--duration", "10 min", "--exact", "--out", str(tmp_path / "o"))
-    found = answer("--vessel", vessel, "--at", f"{AT}, z=30 m", "--wave", wave, "--heading", "90 deg", *series)
+    found = answer(vessel, "--at", f"{AT}, z=30 m", "--wave", wave, "--heading", "90 deg", *series)
     assert "off the linear motion" in found["series"]["report"]
 
 
@@ -146,13 +141,7 @@ def test_exact_rotations_are_told_beside_the_linear_motion(answer, vessel, tmp_p
 def test_a_case_file_runs_on_the_series_that_was_written(answer, beam, tmp_path):
     from stillhook.formats.case_file import load_case
 
-    answer(
-        *beam,
-        "--duration",
-        "5 min",
-        "--out",
-        str(tmp_path),
-    )
+    answer(*beam, "--duration", "5 min", "--out", str(tmp_path))
     (tmp_path / "case.toml").write_text(
         'crane = "nov-250t"\n[scenario]\nload = "50 t"\ns_w = "100 m"\ntip = { file = "tip.json" }\n'
     )
@@ -173,22 +162,27 @@ def test_a_log_of_a_motion_sensor_gives_the_same_numbers(answer, refusal, shared
 
 
 @pytest.mark.slow
+def test_a_case_file_says_how_a_log_is_read(answer, refusal, shared_data, tmp_path):
+    log = shared_data / "ship_motion_palmer" / "NBP1406_seap-2014-08-01.txt"
+    tip = f'{{ file = "{log}", position = ["40 m", "0 m", "20 m"], start = "60 s", heave = "down" }}'
+    case = commands.case_file(tmp_path, tip=tip)
+    assert answer("--log", case)["sigma_v"] == pytest.approx(
+        answer("--log", str(log), "--at", "x=40 m, y=0 m, z=20 m")["sigma_v"], rel=0.05
+    )
+    assert "moved. Write scenario.tip.max_gap in the case file of --log" in refusal("--log", case, "--max-gap", "3 s")
+
+
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
 def test_the_series_that_was_written_has_the_numbers_of_the_spectra(answer, refusal, beam, tmp_path):
-    given = (
-        *beam,
-        "--duration",
-        "40 min",
-        "--out",
-        str(tmp_path),
-    )
+    given = (*beam, "--duration", "40 min", "--out", str(tmp_path))
     spectra, series = (
         answer(*given),
         answer("--log", str(tmp_path / "tip.json"), "--duration", "40 min"),
     )
     for name in ("sigma_z", "sigma_v", "sigma_a", "T_z", "v_mpm"):
         assert series[name] == pytest.approx(spectra[name], rel=0.01), name  # 10 s of 40 min are left out
-    assert "Leave --at out" in refusal("--log", str(tmp_path / "tip.json"), "--at", f"{AT}, z=1 m")
+    assert "holds the motion of a tip already" in refusal("--log", str(tmp_path / "tip.json"), "--at", f"{AT}, z=1 m")
 
 
 @pytest.mark.thorough
@@ -206,7 +200,7 @@ def test_measured_directions_are_turned_by_the_ships_heading(answer, refusal, be
     monkeypatch.setattr("stillhook.formats.waves.wavespectra.read_sea", lambda path: series)
     file = tmp_path / "buoy.txt"
     file.write_text("")
-    at = ("--vessel", vessel, "--at", AT, "--wave", str(file), "--record", "0")
+    at = (vessel, "--at", AT, "--wave", str(file), "--record", "0")
     for ship, heading in (("0 deg", "90 deg"), ("90 deg", "180 deg"), ("180 deg", "270 deg")):
         by_ship, by_heading = (
             answer(*at, "--ship", ship)["sigma_z"],
@@ -221,7 +215,7 @@ def test_measured_directions_are_turned_by_the_ships_heading(answer, refusal, be
 def test_measured_spectra_are_taken_record_by_record(answer, refusal, vessel, shared_data, tmp_path):
     """The sea of the record, 38 bands; and what the command asks for when it is not determined enough."""
     buoy = str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz")
-    at = ("--vessel", vessel, "--at", AT, "--wave", buoy)
+    at = (vessel, "--at", AT, "--wave", buoy)
     found = answer(*at, "--record", "1996-01-05T12:00", "--heading", "90 deg")
     assert found["sea"]["H_m0"] == pytest.approx(2.46, abs=0.005)
     assert found["sea"]["T_p"] == pytest.approx(1.0 / 0.06)
@@ -234,20 +228,12 @@ def test_measured_spectra_are_taken_record_by_record(answer, refusal, vessel, sh
         "#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD\n#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT\n"
         "2019 08 01 00 00 999  99.0 99.0  1.50  9.00  6.00 270\n"
     )
-    assert "no spectra" in refusal(
-        "--vessel", vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90 deg"
-    )
+    assert "no spectra" in refusal(vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90 deg")
 
 
 @pytest.mark.slow
 def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(answer, beam, capsys):
-    given = (
-        *beam,
-        "--duration",
-        "1 h",
-        "--seeds",
-        "12",
-    )
+    given = (*beam, "--duration", "1 h", "--seeds", "12")
     found = answer(*given)
     for name in ("z_mpm", "v_mpm", "a_mpm"):
         met = found["maxima"][name]
@@ -258,7 +244,7 @@ def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(answer
 
 
 def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, vessel):
-    assert run(["tip", "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg"]) == 0
+    assert run(["tip", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg"]) == 0
     text = capsys.readouterr().out
     for part in ("sigma_z", "T_z", "most probable maximum", "largest in 3 h", "ends at a period of 2 s", "m/min"):
         assert part in text
@@ -284,19 +270,10 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
             "--duration -1 s: is not longer than 0 s",
         ),
         (("--at", AT, "--wave", "waves/gone.txt", "--heading", "0 deg"), '--wave "waves/gone.txt": no such file'),
-        (
-            ("--at", AT, "--slew", "0 deg", "--wave", WAVE, "--heading", "0 deg"),
-            "--slew: the tip is given by --at already",
-        ),
-        (("--slew", "0 deg", "--wave", WAVE, "--heading", "0 deg"), "--pedestal: missing"),
-        (
-            ("--pedestal", AT, "--slew", "0 deg", "--main", "20 m 50 deg", "--wave", WAVE, "--heading", "0 deg"),
-            "--pedestal: z is missing",
-        ),
-        (
-            ("--pedestal", f"{AT}, z=5 m", "--slew", "0 deg", "--main", "20 m", "--wave", WAVE, "--heading", "0 deg"),
-            "is not a length and an angle",
-        ),
+        ((*HEAD_ON, "--boom", "x=0 m"), "--boom: the tip is given by --at already"),
+        (("--boom", AT, *WAVES), "is not heel, slew and main boom"),
+        (("--boom", f"{AT}, slew 0 deg, main 20 m 50 deg", *WAVES), "--boom: z is missing"),
+        (("--boom", f"{AT}, z=5 m, slew 0 deg, main 20 m", *WAVES), "is not a length and an angle"),
         ((*HEAD_ON, "--exact"), "--exact: is for the series"),
         (
             (*HEAD_ON, "--record", "0"),
@@ -318,10 +295,10 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
 )
 def test_bad_input_is_one_line_and_exit_code_2(refusal, vessel, tmp_path, monkeypatch, arguments, text):
     monkeypatch.chdir(tmp_path)
-    assert text in refusal("--vessel", vessel, *arguments)
+    assert text in refusal(vessel, *arguments)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_vessel_that_is_not_there_or_not_given_is_one_line(refusal):
-    assert "--vessel: missing" in refusal()
-    assert "no-such" in refusal("--vessel", "no-such.re1", "--at", AT, "--wave", WAVE, "--heading", "0 deg")
+    assert "VESSEL: missing" in refusal()
+    assert "no-such" in refusal("no-such.re1", "--at", AT, "--wave", WAVE, "--heading", "0 deg")

@@ -29,7 +29,7 @@ def test_the_command_line_reads_a_description(plank: Path, capsys: pytest.Captur
     assert "length scale 60 m" in capsys.readouterr().out
     assert run(["vessel", "--check", str(plank.parent / "plank.4")]) == 1
     waves = ("--wave", "jonswap Hs=2 m Tp=9 s", "--heading", "165 deg")
-    assert run(["tip", "--vessel", str(plank), "--at", "x=-20 m, y=-8 m", *waves]) == 0
+    assert run(["tip", str(plank), "--at", "x=-20 m, y=-8 m", *waves]) == 0
 
 
 @pytest.mark.slow

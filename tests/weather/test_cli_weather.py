@@ -1,6 +1,7 @@
 """`stillhook weather` as a user meets it."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,6 +31,13 @@ def file(tmp_path):
     rows = "".join(f"{t}Z,{0.9 if i // 24 % 3 == 2 else 2.5},{90 * (i // 24 % 4)}\n" for i, t in enumerate(hours))
     (tmp_path / "site.csv").write_text("time,Hs [m],MWD [deg]\n" + rows)
     return str(tmp_path / "site.csv")
+
+
+def described(file, folder, rows):
+    """A description (TOML) of a weather file."""
+    path = Path(folder, "site.toml")
+    path.write_text(f'file = "{file}"\n{rows}\n', encoding="utf-8")
+    return str(path)
 
 
 def answer(capsys, *arguments):
@@ -65,15 +73,9 @@ class TestPersistence:
         assert "left out of the waits" in out
         assert "Feb" in out
 
-    def test_a_ship_free_to_turn_works_where_a_fixed_one_does_not(self, file, capsys):
-        head = (
-            "--limit",
-            "Hs <= 3 m for beta 150..210 deg",
-            "--limit",
-            "Hs <= 1 m for beta 210..150 deg",
-            "--direction",
-            "coming-from",
-        )
+    def test_a_ship_free_to_turn_works_where_a_fixed_one_does_not(self, file, tmp_path, capsys):
+        head = ("--limit", "Hs <= 3 m for beta 150..210 deg", "--limit", "Hs <= 1 m for beta 210..150 deg")
+        file = described(file, tmp_path, 'sense = "coming-from"')
         free = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "free")
         fixed = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "90 deg")
         assert (free["operability"], free["ship"]) == (1.0, "free")
@@ -152,17 +154,12 @@ class TestPersistence:
             (("--limit", "Hs <= 1 m", "--window", "24"), "no unit"),
             (("--limit", "Hs <= 1 m", "--window", "0 h"), '--window "0 h": is not above'),
             (("--limit", "wind <= 9 m/s", "--window", "6 h"), "has no wind; it has H_m0"),
-            (("--limit", "from 0..90 deg", "--window", "6 h"), "say --direction coming-from, going-to, cartesian"),
+            (("--limit", "from 0..90 deg", "--window", "6 h"), "sense = coming-from, going-to, cartesian"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--ship", "90 deg"), "no limit depends on beta"),
-            (("--limit", "beta 0..90 deg", "--window", "6 h", "--direction", "going-to"), "--ship: missing"),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--direction", "from"), "is not one of coming-from"),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs=height"), 'no column "height"'),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "waves=Hs"), "is not one of Hs, Tp"),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs"), "write a name and a heading"),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--time", "when"), '--time "when": no such column'),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--date-order", "dym"), "is not one of ymd, mdy, dmy"),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "0 h"), "is not above 0 s"),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "7 h"), "--step 7 h: its records are 1 h apart"),
+            (
+                ("--limit", "Hs <= 1 m", "--window", "6 h", "--time", "when"),
+                "--time: moved. Write time in a description",
+            ),
             (("--limit", "Hs <= 1 m", "--window", "24"), 'write "24 h"'),
             (
                 ("--limit", "beta 0..90 deg", "--window", "6 h", "--ship", "400 deg"),
@@ -172,6 +169,25 @@ class TestPersistence:
     )
     def test_mistakes_are_one_line(self, file, capsys, arguments, says):
         assert says in refusal(capsys, "persistence", file, *arguments)
+
+    @pytest.mark.parametrize(
+        ("limit", "rows", "says"),
+        [
+            ("beta 0..90 deg", 'sense = "going-to"', "--ship: missing"),
+            ("Hs <= 1 m", 'sense = "from"', 'site.toml: sense = "from": is not one of coming-from'),
+            ("Hs <= 1 m", 'columns = { Hs = "height" }', 'no column "height"'),
+            ("Hs <= 1 m", 'columns = { waves = "Hs" }', "is not one of Hs, Tp"),
+            ("Hs <= 1 m", 'columns = { Hs = "" }', "write a heading of the file"),
+            ("Hs <= 1 m", 'time = "when"', 'time = "when": no such column'),
+            ("Hs <= 1 m", 'date_order = "dym"', "is not one of ymd, mdy, dmy"),
+            ("Hs <= 1 m", 'step = "0 h"', 'step = "0 h": it must be greater than 0'),
+            ("Hs <= 1 m", 'step = "7 h"', "step = 7 h: its records are 1 h apart"),
+            ("Hs <= 1 m", "sens = 3", 'did you mean "sense"'),
+        ],
+    )
+    def test_mistakes_in_a_description_are_one_line(self, file, tmp_path, capsys, limit, rows, says):
+        site = described(file, tmp_path, rows)
+        assert says in refusal(capsys, "persistence", site, "--limit", limit, "--window", "6 h")
 
     @pytest.mark.parametrize("cell", ["NaN", "inf", ""])
     def test_a_column_without_a_number_is_refused(self, tmp_path, capsys, cell):
@@ -193,15 +209,15 @@ class TestPersistence:
 
 
 class TestShow:
-    def test_columns_gaps_and_what_was_made_of_directions(self, file, capsys):
+    def test_columns_gaps_and_what_was_made_of_directions(self, file, tmp_path, capsys):
         found = answer(capsys, "show", file)
         assert set(found["columns"]) == {"H_m0"}
         assert set(found) <= set(BY_NAME)
         assert "does not say what its wave direction" in found["notes"][0]
-        assert set(answer(capsys, "show", file, "--direction", "coming-from")["columns"]) == {"H_m0", "come_from"}
-
-    def test_directions_are_told_from_least_to_most(self, file, capsys):
-        found = answer(capsys, "show", file, "--direction", "coming-from")["columns"]["come_from"]
+        site = described(file, tmp_path, 'sense = "coming-from"')
+        columns = answer(capsys, "show", site)["columns"]
+        assert set(columns) == {"H_m0", "come_from"}
+        found = columns["come_from"]
         assert (found["min"], found["max"]) == (0.0, pytest.approx(1.5 * np.pi))
 
     @pytest.mark.slow

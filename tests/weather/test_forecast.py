@@ -119,8 +119,7 @@ class TestCommand:
         ("more", "says"),
         [
             (["--start", "tomorrow"], "is no time such as"),
-            (["--direction", "nautical"], "is not one of coming-from"),
-            (["--column", "Hs"], "write a name"),
+            (["--direction", "nautical"], "--direction: moved. Write sense in a description"),
             (["--ship", "north"], "--ship"),
             (["--horizon", "3"], "no unit"),
             (["--forecast-factors", "none"], "There are dnv-os-h101"),

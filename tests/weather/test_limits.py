@@ -133,6 +133,6 @@ class TestDirectionGuard:
         assert "come_from" not in found.columns
         with pytest.raises(
             WeatherError,
-            match=r"does not say what its wave direction .* say --direction coming-from, going-to, cartesian",
+            match=r"does not say what its wave direction .* say in a description \(TOML\) sense = coming-from, going-to, cartesian",
         ):
             inside([parse_limit(t) for t in self.LIMITS], found, self.SHIP)

@@ -70,7 +70,7 @@ class TestTimes:
 
     def test_where_either_may_be_the_month_it_must_be_said(self, read, refused):
         table = "time,hs\n1/2/2013 1:00,1\n1/2/2013 2:00,2\n"
-        assert "Say --date-order mdy or dmy" in refused(table)
+        assert 'Say date_order = "mdy" or "dmy"' in refused(table)
         assert read(table, date_order="dmy").time[0] == np.datetime64("2013-02-01T01:00:00")
 
     @pytest.mark.parametrize(
@@ -121,18 +121,18 @@ class TestColumns:
             (
                 "hs",
                 "150",
-                'is no height of weather. Correct the line or empty the cell; if the numbers are in cm, say --column "H_m0=hs [cm]".',
+                'is no height of weather. Correct the line or empty the cell; if the numbers are in cm, say columns.H_m0 = "hs [cm]".',
             ),
-            ("hs (m)", "150", '--column "H_m0=hs [cm]".'),
+            ("hs (m)", "150", 'columns.H_m0 = "hs [cm]".'),
             ("hs", "-2", "is no height of weather. Correct the line or empty the cell."),
             (
                 "tp [rpm]",
                 "0.1",
                 'unit "rpm" is not one of s, sec, second, seconds.',
             ),
-            ("tp [ms]", "8000", 'Convert its numbers, or say --column "T_p=tp [s]" where'),
+            ("tp [ms]", "8000", 'Convert its numbers, or say columns.T_p = "tp [s]" where'),
             ("tp", "80", "is no period of weather. Correct the line or empty the cell."),
-            ("wind", "120", 'if the numbers are in kn, say --column "wind=wind [kn]".'),
+            ("wind", "120", 'if the numbers are in kn, say columns.wind = "wind [kn]".'),
             (
                 "wave_from_direction",
                 "400",
@@ -141,7 +141,7 @@ class TestColumns:
             (
                 "wave_from_direction [rad]",
                 "180",
-                'if the numbers are in deg, say --column "come_from=wave_from_direction [deg]".',
+                'if the numbers are in deg, say columns.come_from = "wave_from_direction [deg]".',
             ),
         ],
     )
@@ -156,7 +156,7 @@ class TestColumns:
     def test_a_step_longer_than_the_spacing_is_refused(self, read, refused):
         rows = "time,hs\n2013-12-31 22:00,1\n2013-12-31 23:00,1\n2014-01-01 00:00,1\n"
         assert (
-            "--step 7 h: its records are 1 h apart, and a longer step would count time twice. Leave --step out."
+            "step = 7 h: its records are 1 h apart, and a longer step would count time twice. Leave step out."
             in refused(rows, step=25200.0)
         )
         assert read(rows, step=3600.0).step == 3600.0
@@ -188,7 +188,7 @@ class TestColumns:
             ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,1,3\n", "line 3: 3 fields where the header has 2"),
             (
                 "time,hs,swh\n2013-02-01 01:00,1,1\n",
-                'columns "hs" and "swh" both read as H_m0. Choose one with --column',
+                'columns "hs" and "swh" both read as H_m0. Choose one, columns.H_m0 =',
             ),
             ("time,hs [bar]\n2013-02-01 01:00,1\n", 'unit "bar" is not one of m, cm, ft'),
             ("time,foo\n2013-02-01 01:00,1\n", 'no column of weather among "foo"'),
@@ -268,7 +268,7 @@ class TestDirections:
 
     def test_directions_that_look_like_radians_are_noted_and_read_so_on_demand(self, read):
         table = "time,MWD [deg]\n" + "".join(f"2013-12-31 0{i}:00,{i}.2\n" for i in range(6))
-        note = 'MWD [deg]: all directions are within 6.3 deg of north: are they in radians? Then say --column "come_from=MWD [rad]"'
+        note = 'MWD [deg]: all directions are within 6.3 deg of north: are they in radians? Then say columns.come_from = "MWD [rad]"'
         assert note in read(table, sense=DirectionSense.FROM_NORTH).notes
         told = read(table, sense=DirectionSense.FROM_NORTH, columns_as={"come_from": "MWD [rad]"})
         assert told.columns["come_from"][3] == pytest.approx(3.2)
@@ -285,7 +285,7 @@ class TestDirections:
 
     def test_an_option_that_contradicts_the_file_is_refused(self, refused):
         table = self.TABLE.replace("mean wave direction", "wave_from_direction")
-        assert 'the file says its directions are "coming from, clockwise from north", --direction says' in refused(
+        assert 'the file says its directions are "coming from, clockwise from north", sense says' in refused(
             table, sense=DirectionSense.TO_EAST
         )
 

@@ -59,7 +59,7 @@ class Draw:
     def compare(self) -> tuple[str, ...]:
         """The command that compares controllers."""
         case = ("--load", self.load, "--s-w", self.s_w, "--motion", self.motion, "--duration", "100 s")
-        return ("compare", "--crane", str(self.folder / CRANE), *case, "--json")
+        return ("compare", str(self.folder / CRANE), *case, "--json")
 
 
 def draw(seed: int, folder: Path) -> Draw:

@@ -136,7 +136,7 @@ def _plan(drawn: Draw, outcome: Outcome, threads: int) -> None:
     file = str(drawn.folder / PLAN)
     module = stillhook.plan.planning
     with captured(module, "plan") as given, listened(module, "demand_block") as tables:
-        code, _ = run_command(["plan", file, "--json", "--threads", str(threads)], outcome)
+        code, _ = run_command(["plan", file, "--json", "--workers", str(threads)], outcome)
     if not given:
         return
     (result,) = given

@@ -19,7 +19,7 @@ import typer
 import typer.main
 
 from stillhook._version import __version__
-from stillhook.cli.groups import Entry, Program
+from stillhook.cli.groups import Entry, Group, Program
 from stillhook.cli.names import modern
 from stillhook.errors import StillhookError
 
@@ -27,9 +27,9 @@ REFUSED, INTERNAL, INTERRUPTED, UNREAD = 2, 3, 130, 141
 DEBUG = "STILLHOOK_DEBUG"
 """Environment variable that shows the traceback of an internal error."""
 
-COMMANDS = {
+COMMANDS: dict[str, Entry | Group] = {
     "list": Entry("library.listing", "list_kind"),
-    "crane": Entry("library.crane", "show_crane"),
+    "crane": Entry("library.listing", "show_crane"),
     "run": Entry("runs.simulation", "run"),
     "compare": Entry("runs.simulation", "compare"),
     "envelope": Entry("analysis.envelope", "envelope"),
@@ -47,31 +47,31 @@ COMMANDS = {
     "report": Entry("plan", "report"),
     "fmu": Entry("export.fmu", "fmu"),
     "convert": Entry("export.convert", "convert"),
-    "external": Entry("export.external", "external"),
-    "example": Entry("library.example", "example"),
-    "calc": Entry("library.crane", "calc"),
+    "external": Entry("export.fmu", "external"),
+    "example": Entry("library.listing", "example"),
+    "calc": Entry("library.calc", "calc"),
     "certificate": Entry("validate", "certificate"),
-    "identify": Entry(
-        "identify",
-        "app",
+    "identify": Group(
         "Friction from tests: motor loss models from supplier maps, system friction from crane logs.",
+        {
+            "motor": Entry("identify.motor", "motor"),
+            "friction": Entry("identify.friction", "friction"),
+            "curve": Entry("identify.curve", "curve"),
+        },
     ),
-    "friction": Entry(
-        "identify.friction_sets",
-        "app",
+    "friction": Group(
         "Friction sets: sets side by side, their uncertainty in a lift.",
+        {"compare": Entry("identify.friction_sets", "compare"), "draws": Entry("identify.friction_sets", "draws")},
     ),
     "vessel": Entry("sea.vessel", "vessel"),
     "payload": Entry("sea.payload", "payload"),
-    "plc": Entry(
-        "export.plc",
-        "app",
+    "plc": Group(
         "PLC: a controller as IEC 61131-3 Structured Text with a test sequence; check such a text.",
+        {"export": Entry("export.plc", "export"), "check": Entry("export.plc", "check")},
     ),
-    "weather": Entry(
-        "weather.commands",
-        "app",
+    "weather": Group(
         "Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.",
+        {name: Entry("weather.commands", name) for name in ("persistence", "alpha", "forecast", "lift", "show")},
     ),
 }
 """Commands and groups of commands, in the order of the help."""
@@ -125,10 +125,10 @@ def main() -> None:
 
 def run(arguments: list[str]) -> int:
     """Run one command line; returns the exit code."""
-    arguments, notes = modern(arguments)
-    for note in notes:
-        print(f"note: {note}.", file=sys.stderr)
     try:
+        arguments, notes = modern(arguments)
+        for note in notes:
+            print(f"note: {note}.", file=sys.stderr)
         code = _command()(arguments, standalone_mode=False)
         if sys.stdout is not None:  # closed by the caller
             sys.stdout.flush()

@@ -22,17 +22,27 @@ FOLDER = Path(__file__).parent
 
 
 class Entry(NamedTuple):
-    """Where a command is, or a group of commands with its help."""
+    """Where a command is."""
 
     module: str  # within this package
-    member: str  # a function, or of a group its Typer
-    help: str = ""  # of a group; a command has that of its function
+    member: str  # a function
+
+    def load(self) -> Any:
+        """Import the function."""
+        return getattr(import_module(f"{__package__}.{self.module}"), self.member)
+
+
+class Group(NamedTuple):
+    """A group of commands, with its help."""
+
+    help: str
+    commands: Mapping[str, Entry]
 
 
 class Commands(Mapping[str, Any]):
     """Commands and groups by name, each built when it is asked for."""
 
-    def __init__(self, entries: Mapping[str, Entry]) -> None:
+    def __init__(self, entries: Mapping[str, Entry | Group]) -> None:
         self.entries = entries
         self.built: dict[str, Any] = {}
 
@@ -51,21 +61,23 @@ class Commands(Mapping[str, Any]):
         return self.built[name]
 
     @staticmethod
-    def build(name: str, entry: Entry) -> Any:
-        """Import a command."""
-        member = getattr(import_module(f"{__package__}.{entry.module}"), entry.member)
+    def build(name: str, entry: Entry | Group) -> Any:
+        """Import a command, or those of a group."""
         program = typer.Typer(add_completion=False)
-        if isinstance(member, typer.Typer):
-            program.add_typer(member, name=name, help=entry.help)
+        if isinstance(entry, Entry):
+            program.command(name)(entry.load())
         else:
-            program.command(name)(member)
+            group = typer.Typer(no_args_is_help=True)
+            for each, of in entry.commands.items():
+                group.command(each)(of.load())
+            program.add_typer(group, name=name, help=entry.help)
         adopt(program)
         return typer.main.get_group(program).commands[name]
 
     def outline(self, name: str) -> TyperCommand:
         """A command that has a name and the first paragraph of its help, and can do nothing."""
         entry = self.entries[name]
-        return Command(name, help=entry.help or first_paragraph(entry))
+        return Command(name, help=first_paragraph(entry) if isinstance(entry, Entry) else entry.help)
 
 
 def first_paragraph(entry: Entry) -> str:
@@ -77,7 +89,7 @@ def first_paragraph(entry: Entry) -> str:
 
 def adopt(app: typer.Typer) -> None:
     """Give a program, and the groups within it, these commands."""
-    app.info.cls = Group
+    app.info.cls = HelpfulGroup
     for command in app.registered_commands:
         command.cls = Command
     for group in app.registered_groups:
@@ -103,7 +115,7 @@ class Command(TyperCommand):
         super().format_help(ctx, formatter)
 
 
-class Group(TyperGroup):
+class HelpfulGroup(TyperGroup):
     """A group of commands whose help keeps its brackets."""
 
     def __init__(self, *names: Any, **settings: Any) -> None:
@@ -115,10 +127,10 @@ class Group(TyperGroup):
         super().format_help(ctx, formatter)
 
 
-class Program(Group):
+class Program(HelpfulGroup):
     """The group at the top: `commands` of its `entries` are built when they are called."""
 
-    entries: Mapping[str, Entry] = {}
+    entries: Mapping[str, Entry | Group] = {}
 
     def __init__(self, *names: Any, **settings: Any) -> None:
         super().__init__(*names, **settings)
@@ -177,7 +189,8 @@ class Later(type):
 
 UNUSED = {"rich.markdown": "Markdown", "rich.traceback": "Traceback"}
 """Parts of rich that typer imports with its help pages, at a third of the time of `stillhook --help`, for pages in
-Markdown and for coloured tracebacks. Stillhook has neither."""
+Markdown and for coloured tracebacks. Stillhook has neither. typer's plain pages (rich_markup_mode = None) need no rich,
+and cut the summaries of the commands off."""
 
 
 @functools.cache

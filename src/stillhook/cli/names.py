@@ -1,13 +1,16 @@
 """One name for one thing on the command line: every option with its meaning, and what older versions called it.
 
 Old names work for this version: the command line is rewritten before it is read, and a note on standard error says the
-new one. `tests/api/test_command_names.py` holds every command against these tables.
+new one. What moved into a file is refused with the key that it has there. `tests/api/test_command_names.py` holds every
+command against these tables.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
+
+from stillhook.errors import CommandError
 
 OPTIONS: Mapping[str, str] = {
     # what is run
@@ -23,66 +26,43 @@ OPTIONS: Mapping[str, str] = {
     "--alpha-m": "displacement of the motors over their largest",
     "--speed": "one speed",
     "--speeds": "speeds of the tip",
-    "--period": "one period",
     "--periods": "periods of the tip",
-    "--v-w": "wire speed",
     "--v-tip": "speed of the tip",
-    "--dp": "pressure drop",
-    "--displacement": "displacement of a motor",
     "--drum-torque": "torque at the drum",
     "--delay": "delay of the motion signals",
     "--depth": "depth of the payload's underside",
     "--rho": "density of the water",
-    "--top-speed": "wire speed at full command",
     # how long, how fine, how often
     "--duration": "length of the run",
     "--start": "where in a log or series to begin",
-    "--warm-up": "begin of the run that no figure counts",
-    "--step": "step of the integration, or of a series",
     "--every": "time between stored values",
-    "--max-gap": "longest gap in a log that is bridged",
     "--horizon": "how far a forecast is looked at",
     "--window": "length of a weather window",
     "--draws": "draws of what is uncertain",
     "--seed": "seed of random numbers",
     "--seeds": "several seeds",
-    "--budget": "runs of a search",
-    "--threads": "cores of this machine",
-    "--scheduler": "address of a Dask scheduler",
+    "--workers": "cores of this machine, or a Dask scheduler",
     "--store": "folder that keeps results as they finish",
     "--quick": "the fast answer",
     "--exact": "without approximation",
     "--full": "the complete plant",
     # sea, vessel, weather
-    "--vessel": "vessel: a library name or a file",
+    "--boom": "crane tip by the crane's geometry",
     "--at": "place of the crane tip, or of a point",
     "--wave": "waves as text, or a file of spectra",
-    "--sea": "a sea of the lift file",
     "--heading": "direction in which waves travel, from the bow",
     "--spread": "exponent of short-crested waves",
     "--record": "record of a file",
     "--point": "point of a file",
     "--ship": "course of the ship",
     "--amplitudes": "how amplitudes are drawn",
-    "--pedestal": "heel pin of the boom",
-    "--slew": "direction of the boom",
-    "--main": "main boom",
-    "--knuckle": "knuckle boom",
-    "--position": "crane tip from the motion sensor, or column of a position",
-    "--heave": "how a ship log counts heave",
     "--log": "measured motion",
-    "--direction": "whether directions say from or to",
-    "--column": "column of a file",
-    "--time": "column of time",
-    "--date-order": "order of day, month and year",
-    "--time-zone": "zone of times without one",
     "--hs": "significant wave height",
     "--t-pop": "planned operation period",
     "--t-c": "contingency",
     "--forecast-factors": "table of factors on forecast heights",
     "--limit": "limit of a quantity",
     "--plan": "lift plan",
-    "--full-plan": "the plan with the twin in the loop",
     "--alternative": "alternative of a plan",
     "--cell": "governing cell of a plan",
     "--twin": "certificate of the winch",
@@ -96,19 +76,11 @@ OPTIONS: Mapping[str, str] = {
     "--factors": "factors that are uncertain",
     "--sobol": "variance-based indices",
     "--attribute": "factor that explains a figure",
-    "--at-most": "factors together",
     "--mapping": "columns of a log",
     "--effort": "column of an effort",
-    "--command": "column of a command",
-    "--least-length": "shortest piece that counts",
-    "--least-speed": "lowest speed that counts",
     "--like": "set whose names and layout are taken",
     "--model": "model of a loss",
     "--threshold": "improvement that a term must bring",
-    "--keep-Y-2": "keep a term",
-    "--loops": "loops of a fit",
-    "--map": "map of the motor's loss",
-    "--variant": "variant of a fit",
     "--proposals": "tests that are proposed",
     "--steps": "steps of a validation",
     "--criteria": "file of criteria",
@@ -119,7 +91,6 @@ OPTIONS: Mapping[str, str] = {
     "--coupling": "where host and winch meet",
     "--contents": "what a model holds",
     "--platforms": "platforms that a library is made for",
-    "--ssp": "system structure as well",
     "--reference": "reference run as well",
     "--signals": "columns that are written",
     "--case": "case of a set of runs",
@@ -162,22 +133,93 @@ AS_ARGUMENT = ""
 OLD_OPTIONS: Mapping[tuple[str, ...], Mapping[str, str]] = {
     ("compare",): {"--modes": "--controllers", "--crane": AS_ARGUMENT},
     ("envelope",): {"--modes": "--controllers", "--load": "--loads"},
-    ("uncertainty",): {"--modes": "--controllers"},
+    ("uncertainty",): {"--modes": "--controllers", "--crane": AS_ARGUMENT},
     ("stability",): {"--mode": "--controller"},
-    ("response",): {"--mode": "--controller"},
-    ("calc",): {"--mode": "--controller"},
+    ("response",): {"--mode": "--controller", "--sea": "--wave"},
+    ("map",): {"--period": "--periods"},
+    ("calc",): {"--displacement": "D_m=", "--speed": "omega_m=", "--dp": "dp_m=", "--drum-torque": "T_d="}
+    | {"--layer": "layer=", "--s-w": "s_w=", "--alpha-m": "alpha_m=", "--v-w": "v_w="}
+    | dict.fromkeys(("--controller", "--mode"), "controller="),
     ("friction", "draws"): {"--mode": "--controller", "--n": "--draws"},
     ("external",): {"--platform": "--platforms"},
-    ("plan",): {"--alpha": "--forecast-factors"},
+    ("plan",): {"--alpha": "--forecast-factors", "--quick": "--tier=frequency"}
+    | {"--threads": "--workers", "--scheduler": "--workers"},
+    ("demo",): {"--quick": "quick"},
+    ("tip",): {"--vessel": AS_ARGUMENT},
+    ("fmu",): {"--ssp": "--contents=ssp"},
     ("weather", "alpha"): {"--table": "--forecast-factors"},
     ("weather", "forecast"): {"--table": "--forecast-factors"},
     ("weather", "lift"): {"--table": "--forecast-factors"},
 }
-"""Options by the command of today."""
+"""Options by the command of today; NAME= is an argument NAME=VALUE now."""
+
+
+def _in(file: str, **keys: str) -> dict[str, str]:
+    """Options by name, each with the place that it moved to."""
+    return {f"--{option.replace('_', '-')}": f"{key} in {file}" for option, key in keys.items()}
+
+
+CASE = "a case file (stillhook COMMAND CASE.toml)"
+WEATHER = "a description of the weather file (stillhook weather COMMAND WEATHER.toml)"
+_RUN = _in(CASE, warm_up="scenario.warm_up", step="step")
+_SEED = _in(CASE, seed="settings.seed")
+_DELAY = _in(CASE, delay="scenario.sensors.delay")
+_KEPT = _in(CASE, store="settings.store", scheduler="settings.scheduler")
+_LOG = {"heave": "scenario.tip.heave", "start": "scenario.tip.start"}
+_TABLE = _in(
+    WEATHER,
+    direction="sense",
+    column="columns",
+    time="time",
+    date_order="date_order",
+    time_zone="time_zone",
+    step="step",
+)
+MOVED: Mapping[tuple[str, ...], Mapping[str, str]] = {
+    ("compare",): _RUN
+    | _SEED
+    | _DELAY
+    | _in(CASE, **_LOG, position="scenario.tip.position", draws="settings.draws")
+    | _in(CASE, top_speed="settings.top_speed", full_plan="settings.full_plan"),
+    ("lower",): _in("the lift file", step="step"),
+    ("map",): _RUN | _KEPT | _in(CASE, motion="scenario.tip", duration="scenario.duration"),
+    ("uncertainty",): _RUN | _SEED | _KEPT | _in(CASE, at_most="settings.at_most"),
+    ("tune",): _SEED | _DELAY | _in(CASE, s_w="scenario.s_w", budget="settings.budget"),
+    ("friction", "draws"): _in(
+        "the case file of --crane", seed="settings.seed", s_w="scenario.s_w", motion="scenario.tip"
+    ),
+    ("identify", "friction"): _in(
+        "the campaign file",
+        like="fit.like",
+        keep_Y_2="fit.keep_Y_2",
+        loops="fit.loops",
+        map="fit.map",
+        variant="fit.variant",
+        seed="fit.seed",
+    ),
+    ("identify", "curve"): _in(
+        "the file of --mapping",
+        position="curve.position",
+        command="curve.command",
+        least_length="curve.least_length",
+        least_speed="curve.least_speed",
+    ),
+    ("tip",): _in(
+        '--boom "x=-10 m, y=-6 m, z=15 m, slew 270 deg, main 25 m 50 deg"',
+        pedestal="x, y, z",
+        slew="slew",
+        main="main",
+        knuckle="knuckle",
+    )
+    | _in("the case file of --log", **_LOG, time="scenario.tip.time", max_gap="scenario.tip.max_gap"),
+    **dict.fromkeys((("weather", "persistence"), ("weather", "forecast"), ("weather", "show")), _TABLE),
+}
+"""Options that moved into files or other options, and where each is now."""
 
 
 def modern(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """A command line in the names of today, and a note for each old one in it."""
+    """A command line in the names of today, and a note for each old one in it. Errors: CommandError for an option that
+    moved into a file."""
     words, notes = list(arguments), []
     for old, new in OLD_COMMANDS.items():
         if tuple(words[: len(old)]) == old:
@@ -188,22 +230,37 @@ def modern(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     for command, options in OLD_OPTIONS.items():
         if tuple(words[: len(command)]) == command:
             words = list(command) + _renamed(words[len(command) :], options, notes)
+    for command, places in MOVED.items():
+        if tuple(words[: len(command)]) == command:
+            _refuse_moved(words, places)
     return words, list(dict.fromkeys(notes))
+
+
+def _refuse_moved(words: Sequence[str], places: Mapping[str, str]) -> None:
+    for word in words[: words.index("--")] if "--" in words else words:
+        name = word.partition("=")[0]
+        if name in places:
+            raise CommandError(f"{name}: moved. Write {places[name]}.")
 
 
 def _renamed(words: Sequence[str], options: Mapping[str, str], notes: list[str]) -> list[str]:
     out: list[str] = []
-    for place, word in enumerate(words):
+    rest = iter(words)
+    for word in rest:
         if word == "--":
-            return [*out, *words[place:]]
+            return [*out, word, *rest]
         name, sign, value = word.partition("=")
         if name not in options:
             out.append(word)
             continue
         new = options[name]
-        notes.append(f"{name} is called {new} now" if new else f"{name} is an argument now: leave its name out")
-        if new:
+        if new.endswith("="):
+            out.append(new + (value if sign else next(rest, "")))
+            notes.append(f"{name} VALUE is written {new}VALUE now")
+        elif new:
             out.append(f"{new}{sign}{value}")
-        elif sign:
-            out.append(value)
+            notes.append(f"{name} is called {new} now")
+        else:
+            out += [value] if sign else []
+            notes.append(f"{name} is an argument now: leave its name out")
     return out

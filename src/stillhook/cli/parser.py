@@ -1,23 +1,29 @@
-"""Options that several commands share.
+"""Arguments and options that several commands share, and the case that they describe.
 
-`--scheduler ADDRESS`: the workers of a dask.distributed cluster instead of this machine's threads.
+A scheduler's address: the workers of a dask.distributed cluster instead of this machine's threads.
 
 Files that a command leaves in a folder: checked before anything runs, written all or none, and announced.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from stillhook.base.atomic import check_folder
 from stillhook.control.registry import Mode
-from stillhook.errors import CommandError, SimulationError
+from stillhook.errors import CommandError, MotionError, SimulationError
 from stillhook.units import quote
+
+if TYPE_CHECKING:
+    from stillhook.formats.case_file import Subject
+    from stillhook.sea.motion.motion import Motion
+    from stillhook.spec.scenario import Scenario
 
 
 def refuse(options: Mapping[str, Any], reason: str) -> None:
@@ -33,27 +39,84 @@ USUAL = " Default: the usual ones of the winch type, ns,hs,ssc on a closed circu
 """End of the help of an option that names controllers."""
 MODES = ", ".join(Mode)
 """Controllers and manual mode as help lists them."""
-
-Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
-Step = Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")]
-Store = Annotated[
-    Path | None, typer.Option(help="Folder that keeps results as they finish; an interrupted run continues from it.")
-]
-Out = Annotated[
-    Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")
-]
-
-
-Spread = Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")]
-LiftArgument = Annotated[
-    str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
-]
-Scheduler = Annotated[
-    str | None, typer.Option("--scheduler", help='Address of a Dask scheduler, such as "tcp://10.0.0.1:8786".')
-]
 FACTORS_HELP = "Table of factors on forecast heights: a name, or a file (TOML, CSV, XLSX)."
 PATIENCE = 15.0
 """Time for a scheduler to answer, and then for its first worker [s]."""
+PYTHON_POSITION = 'tip=("-20 m", "12 m", "35 m")'
+"""How the readers of logs name the place of a crane tip."""
+CASE_POSITION = 'tip = { file = "...", position = ["-20 m", "12 m", "35 m"] } in a case file'
+CRANE_HELP = "Library crane, or path of a crane file."
+MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a log, or the tip.json of stillhook tip.'
+
+CraneArgument = Annotated[str, typer.Argument(metavar="CRANE", help=CRANE_HELP)]
+SubjectArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="CRANE|CASE",
+        help="Library crane, path of a crane file, or case file: crane, [scenario] and [settings].",
+    ),
+]
+LiftArgument = Annotated[
+    str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", help="Folder for pictures, tables and numbers; nothing is written without it.")
+]
+Controllers = Annotated[
+    str | None, typer.Option(help=f"Controllers, {CONTROLLERS}, strong-ssc or TOML files, with commas.{USUAL}")
+]
+Load = Annotated[str | None, typer.Option(help='Payload on the hook (default "100 t").')]
+WireOut = Annotated[str | None, typer.Option("--s-w", help='Wire paid out (default "100 m").')]
+MotionText = Annotated[str | None, typer.Option("--motion", help=MOTION_HELP)]
+Duration = Annotated[str | None, typer.Option(help='Length of the run, such as "300 s".')]
+Draws = Annotated[int, typer.Option(help="Draws of what is uncertain; preferably a power of two.")]
+Ship = Annotated[
+    str | None, typer.Option(help='Where the bow points, clockwise from north, for measured directions: "30 deg".')
+]
+Record = Annotated[
+    str | None,
+    typer.Option(help="Of a file of measured waves: one record, its number from 0 or time, 1996-01-05T12:00 (UTC)."),
+]
+Spread = Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")]
+
+
+def case_of(
+    subject: Subject,
+    usual: Mapping[str, Any],
+    load: str | None = None,
+    s_w: str | None = None,
+    motion: str | None = None,
+    duration: str | None = None,
+) -> Scenario:
+    """The scenario of a command: that of its case file, or the usual one, with the options that were typed."""
+    from stillhook.sea.motion.recorded import Recorded
+
+    typed: dict[str, Any] = {"load": load, "s_w": s_w, "duration": duration}
+    if motion is not None:
+        typed["tip"] = motion_of(motion, duration)
+        if duration is not None and isinstance(typed["tip"], Recorded):  # a log is cut as it is read
+            usual = {name: value for name, value in usual.items() if name != "duration"}
+            del typed["duration"]
+    return subject.case(usual, typed)
+
+
+def motion_of(text: str, duration: str | None = None) -> Motion:
+    """A motion text, or the log that it names."""
+    from stillhook.sea.motion.text import parse_motion
+
+    if text.strip().split(" ")[0].lower() in ("sine", "still"):
+        return parse_motion(text, "--motion")
+    if not os.path.exists(text):
+        raise MotionError(
+            f'--motion {quote(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.'
+        )
+    from stillhook.formats.motion.open import read_tip_motion, stored_motion
+
+    try:
+        return stored_motion(text) or read_tip_motion(text, duration=duration)
+    except MotionError as e:
+        raise MotionError(str(e).replace(PYTHON_POSITION, CASE_POSITION)) from None
 
 
 @contextmanager
@@ -72,7 +135,7 @@ def client_of(address: str | None) -> Iterator[Any]:
         from distributed.comm import get_address_host_port
     except ImportError:
         raise SimulationError(
-            '--scheduler: dask.distributed is not installed. Install it with pip install "stillhook[dask]", here and on'
+            'scheduler: dask.distributed is not installed. Install it with pip install "stillhook[dask]", here and on'
             " every worker."
         ) from None
     try:
@@ -81,7 +144,7 @@ def client_of(address: str | None) -> Iterator[Any]:
     except (OSError, ValueError, TypeError) as e:
         reason = " ".join(str(e).split())[:120] or type(e).__name__
         raise SimulationError(
-            f"--scheduler {quote(address)}: no Dask scheduler answers ({reason})."
+            f"scheduler {quote(address)}: no Dask scheduler answers ({reason})."
             " Start one with dask scheduler, and give its address."
         ) from None
     try:
@@ -89,7 +152,7 @@ def client_of(address: str | None) -> Iterator[Any]:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise SimulationError(
-                f"--scheduler {quote(address)}: no workers. Start some with dask worker {address}."
+                f"scheduler {quote(address)}: no workers. Start some with dask worker {address}."
             ) from None
         yield client
     finally:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from stillhook.base.extras import need
-from stillhook.cli.parser import FACTORS_HELP, Json, Scheduler, announce, check_out, client_of, refuse, say_left_out
+from stillhook.cli.parser import FACTORS_HELP, Json, Out, announce, check_out, client_of, refuse, say_left_out
 from stillhook.errors import PlanError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
@@ -31,6 +31,8 @@ CELL_HELP = (
     'The run that governs a cell, "Tp=9 s, heading=165 deg" (and Hs=, alternative=, phase=), as a lift file with its'
     " animation in a folder of --out. A plan that --out holds is not computed again."
 )
+WORKERS_HELP = 'Cores of this machine to use, or the address of a Dask scheduler, "tcp://10.0.0.1:8786".'
+MOST_THREADS = 256
 SEED_HELP = (
     "Each seed gives the runs of the twin other waves of the same seas: two plans show by how much limits scatter."
 )
@@ -42,15 +44,11 @@ def plan(
         typer.Argument(metavar="LIFT.toml", help="Plan file, or one of the library's; a wrong name lists them."),
     ],
     check: Annotated[bool, typer.Option("--check", help="Check the plan and print its content; run nothing.")] = False,
-    tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
+    tier: Annotated[str, typer.Option(help=TIER_HELP)] = "time",
     alpha: Annotated[str | None, typer.Option("--forecast-factors", help=FACTORS_HELP)] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")
-    ] = None,
+    out: Out = None,
     store: Annotated[Path | None, typer.Option("--store", help=STORE_HELP)] = None,
-    scheduler: Scheduler = None,
-    threads: Annotated[int, typer.Option(min=1, max=256, help="Cores of this machine to use.")] = 2,
+    workers: Annotated[str, typer.Option(help=WORKERS_HELP)] = "2",
     seed: Annotated[int, typer.Option(min=0, help=SEED_HELP)] = 0,
     cell: Annotated[str | None, typer.Option("--cell", help=CELL_HELP)] = None,
     json: Json = False,
@@ -72,19 +70,39 @@ def plan(
     from stillhook.plan.file import load_plan
 
     lift_plan = load_plan(lift)
+    threads, scheduler = _workers(workers)
+    work = Work(alpha, out, out / "runs" if store is None and out is not None else store, scheduler, threads, seed)
     if cell is not None:
-        refuse({"--check": check, "--quick": quick}, "no run of the twin is made, and --cell writes one. Leave it out.")
-        if tier not in (None, "time") or out is None:
+        refuse({"--check": check}, "no run of the twin is made, and --cell writes one. Leave it out.")
+        if tier != "time" or out is None:
             raise PlanError("--cell: is a run of the twin, in a folder of --out. Give --out, and leave --tier out.")
-        _show_cell(lift_plan, cell, alpha, out, store or out / "runs", scheduler, threads, seed, json=json)
+        _show_cell(lift_plan, cell, work, json=json)
         raise typer.Exit(0)
     if check:
         raise typer.Exit(0 if _show_check(lift_plan, json=json) else 1)
-    if quick and tier not in (None, "frequency"):
-        raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
-    result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads, seed)
+    result = run(lift_plan, tier, work)
     show(result, out, json=json)
     raise typer.Exit(0 if result.workable and not result.failed else 1)
+
+
+class Work(NamedTuple):
+    """How a plan is computed: factors on forecast heights, folders of results and of runs, Dask scheduler or cores of
+    this machine, seed of the waves."""
+
+    alpha: str | None = None
+    out: Path | None = None
+    store: Path | None = None
+    scheduler: str | None = None
+    threads: int = 2
+    seed: int = 0
+
+
+def _workers(text: str) -> tuple[int, str | None]:
+    """Cores of this machine, and the address of a scheduler where that is named in place of their number."""
+    number = text.strip().lstrip("+-").isdigit()
+    if number and not 1 <= int(text) <= MOST_THREADS:
+        raise PlanError(f"--workers {text}: give 1 to {MOST_THREADS} cores, or the address of a Dask scheduler.")
+    return (int(text), None) if number else (2, text)
 
 
 def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
@@ -99,31 +117,21 @@ def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
     return possible(answer)
 
 
-def _show_cell(
-    lift_plan: LiftPlan,
-    text: str,
-    alpha: str | None,
-    out: Path,
-    store: Path,
-    scheduler: str | None,
-    threads: int,
-    seed: int,
-    *,
-    json: bool,
-) -> None:
+def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> None:
     """The run that governs a cell: its lift file, lowered, with pictures and animation, in a folder of `out`."""
     from stillhook.plan.answer.cell_run import governing_run, lowered
     from stillhook.plan.answer.governing import answer_in, governing, wanted
     from stillhook.plan.tiers.time_domain.cells import Execution
 
     ask = wanted(text, lift_plan)
-    answer = None if ask.complete else answer_in(out, lift_plan, seed)
+    assert work.out is not None
+    answer = None if ask.complete else answer_in(work.out, lift_plan, work.seed)
     if answer is None and not ask.complete:
-        answer = run(lift_plan, "time", alpha, out, store, scheduler, threads, seed)
+        answer = run(lift_plan, "time", work)
     governs = governing(lift_plan, answer, ask)
-    with client_of(scheduler) as client, progress_bar(f"{lift_plan.name}: {ask.text}") as bar:
-        found = governing_run(lift_plan, governs, ask, Execution(store, client, threads, seed), bar)
-    folder = out / found.folder
+    with client_of(work.scheduler) as client, progress_bar(f"{lift_plan.name}: {ask.text}") as bar:
+        found = governing_run(lift_plan, governs, ask, Execution(work.store, client, work.threads, work.seed), bar)
+    folder = work.out / found.folder
     say(f"lowering {found.of.phase.name} again, and drawing it ...")
     written = lowered(found, folder)
     if json:
@@ -137,31 +145,21 @@ def _show_cell(
     say_left_out()
 
 
-def run(
-    lift_plan: LiftPlan,
-    tier: str,
-    alpha: str | None,
-    out: Path | None,
-    store: Path | None,
-    scheduler: str | None,
-    threads: int,
-    seed: int = 0,
-) -> PlanResult:
+def run(lift_plan: LiftPlan, tier: str, work: Work) -> PlanResult:
     """The plan's result, with its files written where requested."""
     from stillhook.plan.planning import plan as planned
     from stillhook.plan.planning import tier_of
     from stillhook.plan.report.document import OUT_FILES, write_answer
 
-    options: dict[str, Any] = {"seed": seed} | ({} if alpha is None else {"alpha": alpha})
+    options: dict[str, Any] = {"seed": work.seed, "store": work.store, "threads": work.threads}
+    options |= {} if work.alpha is None else {"alpha": work.alpha}
     last = tier_of(tier)
-    check_out(out, OUT_FILES)
-    if out is not None:
-        store = out / "runs" if store is None else store
-    _say_before(lift_plan, last, store)
-    with client_of(scheduler) as client, progress_bar(f"{lift_plan.name}: planning") as bar:
-        result = planned(lift_plan, tier=last, store=store, client=client, threads=threads, progress=bar, **options)
-    if out is not None:
-        write_answer(result, out)
+    check_out(work.out, OUT_FILES)
+    _say_before(lift_plan, last, work.store)
+    with client_of(work.scheduler) as client, progress_bar(f"{lift_plan.name}: planning") as bar:
+        result = planned(lift_plan, tier=last, client=client, progress=bar, **options)
+    if work.out is not None:
+        write_answer(result, work.out)
     return result
 
 
@@ -198,12 +196,14 @@ def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
 
 WIDTH = 98
 """Width of lines that are wrapped."""
-Results = Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder that stillhook plan --out wrote.")]
-Out = Annotated[Path | None, typer.Option(help="Folder for the report, in place of that of the results.")]
-Figures = Annotated[bool, typer.Option("--figures", help="Also write every figure as a separate PNG.")]
 
 
-def report(results: Results, out: Out = None, figures: Figures = False, json: Json = False) -> None:
+def report(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder that stillhook plan --out wrote.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for the report, in place of that of the results.")] = None,
+    figures: Annotated[bool, typer.Option("--figures", help="Also write every figure as a separate PNG.")] = False,
+    json: Json = False,
+) -> None:
     """Write report.pdf and report.html of a lift plan from its saved results; nothing is computed again.
 
     The same results give the same bytes. Exit code 1 where the plan found no workable sea.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import Json, refuse, say_left_out
+from stillhook.cli.parser import Json, Out, refuse, say_left_out
 from stillhook.errors import ValidateError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar
@@ -24,9 +24,7 @@ def validate(
     campaign: Annotated[
         Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")
     ],
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for report, certificate, figures, tables (default: none).")
-    ] = None,
+    out: Out = None,
     steps: Annotated[
         str | None, typer.Option(help="Only these steps of 0 to 6, such as 1,2; without a certificate.")
     ] = None,

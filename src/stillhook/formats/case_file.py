@@ -1,10 +1,10 @@
-"""Case files: one TOML with a crane and a scenario."""
+"""Case files: one TOML with a crane, a scenario, and settings of the commands that are seldom changed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import Field, ValidationError
 
@@ -14,12 +14,15 @@ from stillhook.formats.motion.open import read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
-from stillhook.library.toml.kinds import LIBRARY, FileKind
+from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_toml
+from stillhook.library.toml.tree import toml_text
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.text import parse_motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.tables.table import Spec, Text, first_problem
+from stillhook.tables.table import Flag, Share, Spec, Text, first_problem
+
+Read = TypeVar("Read")
 
 
 class TipFile(Spec):
@@ -34,11 +37,27 @@ class TipFile(Spec):
     duration: Any = Field(default=None, description="length of the part that is used")
 
 
+class Settings(Spec):
+    """The table [settings]: how commands work on a case; each reads those that it knows."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="seed of random numbers")
+    draws: Annotated[int, Field(strict=True, ge=0)] = Field(default=16, description="draws of compare --drives")
+    top_speed: Text | None = Field(default=None, description="wire speed that compare --drives sizes drives for")
+    full_plan: Flag = Field(default=False, description="compare --plan: the twin in the loop (hours)")
+    budget: Annotated[int, Field(strict=True)] = Field(default=400, description="runs of each tuning")
+    at_most: Share = Field(default=0.05, ge=0, le=1, description="tolerated probability of exceeding a limit")
+    store: Text | None = Field(
+        default=None, description="folder that keeps results as they finish, seen from this file"
+    )
+    scheduler: Text | None = Field(default=None, description='address of a Dask scheduler, "tcp://10.0.0.1:8786"')
+
+
 class CaseTables(Spec):
     """A case file."""
 
     crane: Text = Field(description="library name or crane file")
-    scenario: Mapping[str, Any] = Field(description="table [scenario]")
+    scenario: Mapping[str, Any] = Field(default_factory=dict, description="table [scenario]")
+    settings: Settings = Field(default_factory=Settings, description="table [settings]")
     step: Text | None = Field(default=None, description='time step with a unit, such as "2 ms"')
     every: Text | None = Field(default=None, description='time between stored values with a unit, such as "0.1 s"')
 
@@ -50,6 +69,29 @@ class CaseFile(NamedTuple):
     case: Scenario
     step: str | None
     every: str | None
+
+
+class Subject(NamedTuple):
+    """What a command is about: a crane, and of a case file the scenario, its settings and the time step."""
+
+    crane: Crane
+    scenario: Mapping[str, Any]  # fields as written, the tip's motion read
+    settings: Settings
+    step: str | None
+
+    def case(self, usual: Mapping[str, Any], typed: Mapping[str, Any]) -> Scenario:
+        """The scenario of the file, or the usual one where there is none, with what was typed (None: not) in place of
+        its fields."""
+        given = {name: value for name, value in typed.items() if value is not None}
+        return with_usual_controller(self.crane, Scenario(**{**(self.scenario or usual), **given}))
+
+
+def load_subject(name: str) -> Subject:
+    """A crane by name or file, or what a case file describes. Errors: StillhookError of one line."""
+    path = Path(name)
+    if path.suffix == ".toml" and path.is_file() and kind_of_toml(toml_text(path)) is FileKind.CASE:
+        return _read(path, _subject)
+    return Subject(load_crane(name), {}, Settings(), None)
 
 
 def load_case(path: str | Path) -> CaseFile:
@@ -64,17 +106,32 @@ def load_case(path: str | Path) -> CaseFile:
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
+    return _read(path, _case)
+
+
+def _read(path: str | Path, read: Callable[[TomlTable], Read]) -> Read:
     try:
-        return read_toml(path, FileKind.CASE, ScenarioError, _case, start="A case file needs crane and [scenario].")
+        return read_toml(path, FileKind.CASE, ScenarioError, read, start="A case file needs crane and [scenario].")
     except SpecError as e:
         raise ScenarioError(str(e)) from None
 
 
 def _case(table: TomlTable) -> CaseFile:
     file = table.read(CaseTables)
+    if not file.scenario:
+        raise table.missing("scenario")
     crane = load_crane(table.relative_toml(file.crane))
     case = build_scenario(file.scenario, table.path.parent, table.path.stem)
     return CaseFile(crane, with_usual_controller(crane, case), file.step, file.every)
+
+
+def _subject(table: TomlTable) -> Subject:
+    file, folder = table.read(CaseTables), table.path.parent
+    fields = scenario_fields(file.scenario, folder, table.path.stem) if file.scenario else {}
+    settings = file.settings
+    if settings.store is not None:
+        settings = settings.model_copy(update={"store": str(folder / settings.store)})
+    return Subject(load_crane(table.relative_toml(file.crane)), fields, settings, file.step)
 
 
 def stored_cases(path: str | Path) -> list[CaseFile]:
@@ -92,10 +149,15 @@ def demo_cases() -> list[CaseFile]:
 
 def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:
     """A Scenario from a TOML table; files are looked for next to the case file."""
+    return Scenario(**scenario_fields(table, folder, name))
+
+
+def scenario_fields(table: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
+    """Fields of a Scenario from a TOML table, its tip read."""
     values = {"name": name, **table}
     if "tip" in values:
         values["tip"] = read_tip(values["tip"], folder)
-    return Scenario(**values)
+    return values
 
 
 def read_tip(tip: Any, folder: Path) -> Motion:

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from stillhook.identify.steady_state.search import effort_of, in_words, kind_of,
 from stillhook.identify.steady_state.steps import Rejected, Steady, Window, WindowSettings
 from stillhook.identify.steady_state.windows import steady_windows
 from stillhook.identify.system_friction.campaign.pairs import Pair, Pairs, pair_windows
+from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.log import Log
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.correlated_mean import mean_and_uncertainty, students_factor
@@ -115,6 +118,27 @@ class FrictionCurve:
             "least_length": self.least_length,
             "least_length_adapted": self.adapted,
         }
+
+
+class CurveSettings(NamedTuple):
+    """The table [curve] of a mapping file: signals of position and command, and what counts as a steady stretch."""
+
+    position: str | None = None
+    command: str | None = None
+    steady: WindowSettings | None = None
+
+
+def curve_settings(mapping: Path) -> CurveSettings:
+    """The settings of a mapping file. Errors: IdentifyError, SpecError of one line."""
+    return read_toml(mapping, FileKind.MAPPING, IdentifyError, _settings)
+
+
+def _settings(table: TomlTable) -> CurveSettings:
+    fields = dict(table.data.get("curve", {}))
+    signals = {name: fields.pop(name) for name in ("position", "command") if name in fields}
+    steady = WindowSettings(**fields)
+    steady.slowest()
+    return CurveSettings(**signals, steady=steady if fields else None)
 
 
 def friction_curve(
@@ -274,7 +298,11 @@ def _no_point(log: Log, steady: Steady, unpaired: Sequence[Rejected]) -> str:
     """Why there is nothing to compare, and what to do."""
     every = (*unpaired, *steady.rejected)
     longest = max((r.end - r.start for r in every if r.code == "short"), default=0.0)
-    shorter = f', or take shorter stretches: --least-length "{0.9 * longest:.2g} s"' if longest > 0.0 else ""
+    shorter = (
+        f', or take shorter stretches: curve.least_length = "{0.9 * longest:.2g} s" in the mapping file'
+        if longest > 0.0
+        else ""
+    )
     first = f", the first because: {every[0].reason}" if every else ""
     return (
         f"{log.source}: no speed at which both directions can be compared, among {len(steady.windows)} steady stretches"

@@ -15,7 +15,7 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, field_validator
 
 from stillhook import units as u
 from stillhook._version import __version__
@@ -23,8 +23,7 @@ from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
 from stillhook.errors import PlanError, ScenarioError, WeatherError
 from stillhook.formats.lift_file import PlaceTables, compensator_of, depth_notes, payload_of, still_place
-from stillhook.formats.weather.file import SENSES
-from stillhook.formats.weather.times import ORDERS
+from stillhook.formats.weather import description
 from stillhook.kernels.build import results_hash
 from stillhook.library import load_crane
 from stillhook.library.catalogue import weather_file
@@ -71,24 +70,10 @@ class OperationTable(Spec):
     T_C: u.Hours | None = Field(default=None, ge=0, description="contingency")
 
 
-class WeatherTable(Spec):
+class WeatherTable(description.WeatherTable):
     """The table [weather]."""
 
-    file: Text = Field(description="weather of the library, or the path of a file")
     ship: Any = Field(default=None, description="direction of the bow, clockwise from north")
-    sense: Text | None = Field(default=None, description="meaning of the file's directions")
-    columns: Mapping[str, Any] = Field(default_factory=dict, description="names of the file's columns")
-    time: Text | None = Field(default=None, description="column of the times")
-    date_order: Text | None = Field(default=None, description="order of a date")
-    time_zone: Text | None = Field(default=None, description="zone of the times where the file does not say")
-
-    @field_validator("sense", "date_order")
-    @classmethod
-    def _one_of(cls, value: str | None, info: ValidationInfo) -> str | None:
-        allowed = tuple(SENSES) if info.field_name == "sense" else ORDERS
-        if value is not None and value not in allowed:
-            raise ValueError(f"is not one of {', '.join(allowed)}{nearest(value, allowed)}")
-        return value
 
 
 class PlanFile(PlaceTables):

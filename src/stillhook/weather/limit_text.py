@@ -213,13 +213,17 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
     if column not in weather.columns:
         have = ", ".join(weather.columns) or "nothing"
         hint = next((note for note in weather.notes if column == "come_from" and "direction" in note), "")
-        do = hint[:1].upper() + hint[1:] if hint else "Drop the limit, or map a column to it with --column."
+        do = (
+            hint[:1].upper() + hint[1:]
+            if hint
+            else "Drop the limit, or map a column to it, columns.NAME in a description (TOML)."
+        )
         raise WeatherError(f"--limit {quote(limit.text)}: {weather.source} has no {column}; it has {have}. {do}")
     x = weather.columns[column]
     if not np.isfinite(x).any():
         raise WeatherError(
             f"--limit {quote(limit.text)}: {weather.source} has no record of {column}: all {len(x)} are missing. Choose"
-            " another column with --column, or drop the limit."
+            " another column, columns.NAME in a description (TOML), or drop the limit."
         )
     return relative(x, ship) if name == BETA and ship is not None else x
 

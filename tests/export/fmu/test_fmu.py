@@ -461,7 +461,7 @@ def test_terminals_of_winch_and_plc_match(nov: stillhook.Crane, case: stillhook.
         (["--platforms", ","], "--platforms"),
         (["--out", "x.zip"], "ends in .fmu"),
         (["--contents", "controller", "--coupling", "wire"], "no wire"),
-        (["--ssp", "--contents", "plant"], "--ssp"),
+        (["--contents", "ssp", "--reference", "x"], "--reference"),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(options, words, tmp_path, monkeypatch, capsys):

@@ -214,8 +214,8 @@ class DriveComparison:
         asked, top = fmt(self.v_asked, "speed", 3), fmt(self.v_top, "speed", 3)
         return (
             f"This motion asks for {asked} of wire, more than the {top} of full command that all drives are sized for:"
-            " those that can be faster than that (motors that swivel back) are ahead by it alone. Give --top-speed of"
-            " what your sea asks for."
+            " those that can be faster than that (motors that swivel back) are ahead by it alone. Give"
+            " settings.top_speed of what your sea asks for."
         )
 
     def better(self, name: str) -> dict[str, list[str]]:
@@ -379,7 +379,7 @@ def check_comparison(reference: Crane, case: Scenario, names: Sequence[str], n: 
     Errors: SpecError, ScenarioError of one line.
     """
     if type(n) is not int or not 0 <= n <= MOST_DRAWS:
-        raise SpecError(f"--draws {quote(n)}: give a whole number from 0 to {MOST_DRAWS}.")
+        raise SpecError(f"draws = {quote(n)}: give a whole number from 0 to {MOST_DRAWS}.")
     check(reference, with_usual_controller(reference, case))
     for name in names:
         library_crane(name, reference)

@@ -122,7 +122,7 @@ def library_crane(drive: str, reference: Crane) -> Crane:
     found = next((crane for crane in map(load_crane, cranes()) if crane.plant == drive), None)
     if found is None:
         raise SpecError(
-            f'--drives: the library has no crane with the drive "{drive}". Leave it out, or give --crane a crane that'
+            f'--drives: the library has no crane with the drive "{drive}". Leave it out, or compare on a crane that'
             " has it."
         )
     return found

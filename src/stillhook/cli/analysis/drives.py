@@ -13,7 +13,7 @@ from stillhook.units import in_unit, number, parse
 
 if TYPE_CHECKING:
     from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
-    from stillhook.spec.crane import Crane
+    from stillhook.formats.case_file import Subject
     from stillhook.spec.scenario import Scenario
 
 FILES = ("compare-drives.json", "compare-drives.nc", "compare-drives.png")
@@ -37,40 +37,31 @@ HEADERS = (
 
 
 def compare_drives(
-    crane: Crane,
-    case: Scenario,
-    drives: str,
-    *,
-    draws: int,
-    seed: int,
-    top_speed: str | None,
-    step: str | None,
-    plan: str | None,
-    full_plan: bool,
-    out: Path | None,
-    json: bool,
+    subject: Subject, case: Scenario, drives: str, *, plan: str | None, out: Path | None, json: bool
 ) -> bool:
     """Run, print and write the comparison; whether a drive stayed inside every limit."""
     from stillhook.analysis.drives import comparison as analysis
     from stillhook.analysis.drives.sizing import drives as named
 
-    names = named(drives)
+    crane, settings, names = subject.crane, subject.settings, named(drives)
     check_out(out, (*FILES, *(sankey(name) for name in names)))
-    v_top = None if top_speed is None else _speed(top_speed)
+    v_top = None if settings.top_speed is None else _speed(settings.top_speed)
     if plan is not None:
         from stillhook.plan.drives import plan_with_weather
 
         plan_with_weather(plan)
-    analysis.check_comparison(crane, case, names, draws)
+    options: dict[str, Any] = {"seed": settings.seed, "v_top": v_top, "step": subject.step}
+    analysis.check_comparison(crane, case, names, settings.draws)
     say("sizing the drives; a winch model that is new to this machine compiles once, in some 20 s each ...")
     with progress_bar("comparing") as bar:
-        result = analysis.compare_drives(crane, case, names, n=draws, seed=seed, v_top=v_top, step=step, progress=bar)
+        result = analysis.compare_drives(crane, case, names, n=settings.draws, progress=bar, **options)
     data = result.to_dict()
     if plan is not None:
         from stillhook.plan.drives import days_gained
 
         with progress_bar("planning") as bar:
-            data["plan"] = days_gained(plan, [run.drive for run in result.ordered()], full=full_plan, progress=bar)
+            sized = [run.drive for run in result.ordered()]
+            data["plan"] = days_gained(plan, sized, full=settings.full_plan, progress=bar)
     title = f"{crane.name}, {fmt(case.load, 'mass')}, {fmt(case.s_w, 'length')} of wire out"
     title += f", tip: {case.tip.describe().split(':')[0]}"
     if json:
@@ -91,10 +82,10 @@ def _speed(text: str) -> float:
     from stillhook.errors import SpecError
     from stillhook.units import quote
 
-    v = parse(text, "speed", "--top-speed")
+    v = parse(text, "speed", "settings.top_speed")
     if not 0.0 < v <= FASTEST:
         most = fmt(FASTEST, "speed")
-        raise SpecError(f"--top-speed {quote(text)}: it must be greater than 0 and at most {most}.")
+        raise SpecError(f"settings.top_speed = {quote(text)}: it must be greater than 0 and at most {most}.")
     return v
 
 

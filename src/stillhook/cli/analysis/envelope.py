@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, USUAL, Json, check_out, write_out
+from stillhook.cli.parser import Controllers, CraneArgument, Json, Out, check_out, write_out
 from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar
@@ -27,7 +27,7 @@ LAYERS_SHARES = (0.6, 1.0)
 
 
 def envelope(
-    name: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")],
+    name: CraneArgument,
     layer: Annotated[
         int | None, typer.Option(help="Layer in use, counted from the bare drum; the outermost if left out.")
     ] = None,
@@ -37,12 +37,8 @@ def envelope(
             "--loads", help='Payloads, "90 t, 120 t" or "0 t to 100 t by 20 t". Without them 0 to the SWL by 20 %.'
         ),
     ] = None,
-    modes: Annotated[
-        str | None, typer.Option("--controllers", help=f"{CONTROLLERS}, or controller files, with commas.{USUAL}")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and JSON; nothing is written without it.")
-    ] = None,
+    controllers: Controllers = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Highest steady wire speed of each mode by load, and the limit that stops it. Exit code 1 if no mode may be used
@@ -54,12 +50,13 @@ def envelope(
     Example: stillhook envelope nov-150t --loads "90 t, 120 t" --controllers ns,hs,ssc,ssc-cubic --out envelope
     """
     from stillhook.analysis.axes import quantities
-    from stillhook.analysis.controllers import controllers, usual_controllers
+    from stillhook.analysis.controllers import controllers as named_controllers
+    from stillhook.analysis.controllers import usual_controllers
     from stillhook.analysis.operating_envelope.load_speed import envelope_at
     from stillhook.library import load_crane
 
     crane = load_crane(name)
-    chosen = controllers(modes or usual_controllers(crane))
+    chosen = named_controllers(controllers or usual_controllers(crane))
     named = [x for text in load or () for x in quantities(text, "mass", "--loads", percent_of=crane.SWL)]
     loads = list(dict.fromkeys(named)) or [f * crane.SWL for f in SHARES]
     check_out(out, OUT_FILES)

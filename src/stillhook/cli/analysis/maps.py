@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from stillhook.cli.parser import (
-    CONTROLLERS,
-    USUAL,
+    Controllers,
     Json,
     Out,
-    Scheduler,
-    Store,
+    SubjectArgument,
     check_out,
     client_of,
     refuse,
     write_out,
 )
-from stillhook.cli.runs.simulation import motion_of
 from stillhook.control.registry import CLASSIC
-from stillhook.errors import MotionError, SpecError
+from stillhook.errors import SpecError
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
 from stillhook.units import in_display, number, quote, show
 
 if TYPE_CHECKING:
     from stillhook.analysis.maps.result import Map
-    from stillhook.base.progress import Progress
+    from stillhook.sea.motion.motion import Motion
     from stillhook.spec.crane import Crane
 
 SETTLING = "settling"
@@ -40,10 +36,8 @@ RANGE = 'list, or "A to B by STEP"'
 
 
 def show_map(
-    crane: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")] = "nov-250t",
-    controllers: Annotated[
-        str | None, typer.Option(help=f"Names ({CONTROLLERS}, strong-ssc) or TOML files.{USUAL}")
-    ] = None,
+    crane: SubjectArgument = "nov-250t",
+    controllers: Controllers = None,
     metric: Annotated[str, typer.Option(help=f"What the table shows: {', '.join(METRICS)}.")] = "e_c_pp",
     loads: Annotated[
         str | None, typer.Option(help=f'Loads: {RANGE}. Default: "20 % to 100 % by 10 %" of the SWL.')
@@ -51,58 +45,45 @@ def show_map(
     speeds: Annotated[
         str | None, typer.Option(help=f'Peak speeds: {RANGE}. Default: "10 m/min to 120 m/min by 10 m/min".')
     ] = None,
-    period: Annotated[
+    periods: Annotated[
         str | None, typer.Option(help="Period of the sine (default 12 s); several add a dimension.")
     ] = None,
     layer: Annotated[
         list[int] | None, typer.Option(help="Layer in use (default: outermost); repeat it for several.")
     ] = None,
     s_w: Annotated[str | None, typer.Option("--s-w", help="Wire paid out, instead of the middle of a layer.")] = None,
-    motion: Annotated[
-        str | None, typer.Option(help='Another motion: "sine 2 m 13 s + sine 0.5 m 6 s", or a log.')
-    ] = None,
-    duration: Annotated[str | None, typer.Option(help="Length of each run (default 30 s).")] = None,
-    warm_up: Annotated[
-        str | None, typer.Option("--warm-up", help="Start of each run that does not count (default 10 s).")
-    ] = None,
-    step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms, for settling tests 2 ms).")] = None,
-    store: Store = None,
-    scheduler: Scheduler = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
     """Map of controllers over load and speed: error, pressure, and where each cannot be used, and why. Exit code 1 if
     none can be anywhere.
 
+    Of a case file are taken: tip (a motion other than a sine, made larger or smaller in every cell), s_w, duration and
+    warm_up of each run (30 s and 10 s), step, and where results are kept (settings.store), so that an interrupted map
+    goes on.
+
     Example: stillhook map nov-250t --controllers ns,hs,ssc --metric p_max --out maps
     """
-    from stillhook.library import load_crane
+    from stillhook.formats.case_file import load_subject
 
     if metric not in METRICS:
         raise SpecError(f"--metric {quote(metric)}: not one of {', '.join(METRICS)}.")
-    options = {
-        "loads": loads,
-        "speeds": speeds,
-        "s_w": s_w,
-        "layers": layer[0] if layer is not None and len(layer) == 1 else layer or None,
-        "duration": duration,
-        "warm_up": warm_up,
-        "step": step,
-    }
-    arguments = {name: value for name, value in options.items() if value is not None}
     check_out(out, FILES)
-    machine = load_crane(crane)
+    subject = load_subject(crane)
+    machine = subject.crane
     _check_metric(machine, metric)
+    arguments = {"loads": loads, "speeds": speeds, "s_w": s_w or subject.scenario.get("s_w"), "step": subject.step}
+    arguments["layers"] = layer[0] if layer is not None and len(layer) == 1 else layer or None
     if metric == SETTLING:
-        others = {"--period": period, "--motion": motion, "--duration": duration, "--warm-up": warm_up}
-        refuse(
-            others | {"--store": store},
-            "a settling test has the tip at rest and its own times, and is not kept. Leave it out.",
-        )
+        reason = "a settling test has the tip at rest and its own times, and is not kept. Leave it out."
+        times = {f"scenario.{name}": subject.scenario.get(name) for name in ("tip", "duration", "warm_up")}
+        refuse({"--periods": periods, **times, "settings.store": subject.settings.store}, reason)
     else:
-        arguments |= _waves(motion, period)
-    with client_of(scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
-        result = _run(machine, controllers, metric, arguments, store, client, started(machine, bar))
+        arguments |= {name: subject.scenario.get(name) for name in ("duration", "warm_up")}
+        arguments |= _waves(subject.scenario.get("tip"), periods) | {"store": subject.settings.store}
+    arguments = {name: value for name, value in arguments.items() if value is not None}
+    with client_of(subject.settings.scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
+        result = _run(machine, controllers, metric, arguments | {"client": client, "progress": started(machine, bar)})
     if json:
         print_json(result.record())
     else:
@@ -132,24 +113,14 @@ def _check_metric(crane: Crane, metric: str) -> None:
         )
 
 
-def _waves(motion: str | None, period: str | None) -> dict[str, Any]:
-    """Arguments of the map for the motion of the tip."""
-    if motion is None:
-        return {} if period is None else {"periods" if "," in period or " to " in period else "period": period}
-    if period is not None:
-        raise MotionError("--motion and --period: a motion has its own periods. Choose one of them.")
-    return {"motion": motion_of(motion)}
+def _waves(tip: Motion | None, periods: str | None) -> dict[str, Any]:
+    """Arguments of the map for the motion of the tip; periods that are typed are those of a sine."""
+    if periods is not None:
+        return {"periods" if "," in periods or " to " in periods else "period": periods}
+    return {} if tip is None else {"motion": tip}
 
 
-def _run(
-    crane: Crane,
-    controllers: str | None,
-    metric: str,
-    arguments: dict[str, Any],
-    store: Path | None,
-    client: Any,
-    progress: Progress,
-) -> Map:
+def _run(crane: Crane, controllers: str | None, metric: str, arguments: dict[str, Any]) -> Map:
     from stillhook.analysis.controllers import controllers as named
     from stillhook.analysis.controllers import usual_controllers
 
@@ -157,10 +128,10 @@ def _run(
     if metric == SETTLING:
         from stillhook.analysis.maps.settling import settling_of
 
-        return settling_of(crane, chosen, **arguments, client=client, progress=progress)
+        return settling_of(crane, chosen, **arguments)
     from stillhook.analysis.maps.operability import map_of
 
-    return map_of(crane, chosen, **arguments, store=store, client=client, progress=progress)
+    return map_of(crane, chosen, **arguments)
 
 
 def _print(result: Map, metric: str) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json, check_out, refuse, write_out
+from stillhook.cli.parser import CONTROLLERS, CraneArgument, Json, Out, check_out, refuse, write_out
 from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_implausible, print_json, print_table
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Mode
 
-CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 ALPHA_HELP = (
     "Motor displacement over its maximum; repeat it for several. Default: where the mode's law puts the motors at each"
     " place."
@@ -44,7 +43,7 @@ WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
 
 
 def stability(
-    name: CraneName,
+    name: CraneArgument,
     controller: Annotated[str | None, typer.Option("--controller", help=CONTROLLER_HELP)] = None,
     alpha_m: Annotated[list[float] | None, typer.Option("--alpha-m", help=ALPHA_HELP)] = None,
     layer: Annotated[
@@ -55,9 +54,7 @@ def stability(
     full: Annotated[bool, typer.Option("--full", help=FULL_HELP)] = False,
     load: Annotated[str | None, typer.Option(help=LOAD_HELP)] = None,
     s_w: Annotated[str | None, typer.Option("--s-w", help=WIRE_HELP)] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for pictures, sweeps (NetCDF) and stability.json.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Is the position loop stable, and by how much: the complete plant with its PLC on the crane's own wire, from the

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, USUAL, Json, check_out, write_out
+from stillhook.cli.parser import Controllers, Json, Out, SubjectArgument, check_out, write_out
+from stillhook.cli.runs.simulation import USUAL_CASE
 from stillhook.errors import CommandError
 from stillhook.report.terminal import (
     print_implausible,
@@ -20,7 +21,7 @@ from stillhook.report.terminal import (
     say,
     say_if_compiling,
 )
-from stillhook.units import parse, show
+from stillhook.units import show
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
@@ -34,8 +35,8 @@ BARS, PARETO, NUMBERS, TRIALS = "before-after.png", "pareto.png", "tune.json", "
 
 
 def tune(
-    crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")],
-    controllers: Annotated[str | None, typer.Option(help=f"Start: {CONTROLLERS}, strong-ssc, files.{USUAL}")] = None,
+    crane: SubjectArgument,
+    controllers: Controllers = None,
     free: Annotated[
         str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")
     ] = None,
@@ -49,16 +50,10 @@ def tune(
         typer.Option(help='Peak speeds of the tip (default "20 m/min, 50 m/min, 75 m/min", less on a slower winch).'),
     ] = None,
     periods: Annotated[str, typer.Option(help="Wave periods.")] = "8 s, 12 s",
-    s_w: Annotated[str, typer.Option("--s-w", help="Wire paid out.")] = "100 m",
-    delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
     pareto: Annotated[
         bool, typer.Option("--pareto", help="Also the front of error against pressure (five tunings each).")
     ] = False,
-    budget: Annotated[int, typer.Option(help="Evaluations of each tuning.")] = 400,
-    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same settings.")] = 0,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for controller files, pictures, NetCDF and JSON.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Tune controllers on the full twin and compare each at its best, also on waves and winches that it was not tuned
@@ -66,14 +61,18 @@ def tune(
 
     Always kept: gain margin 2, phase margin 45 deg, sensitivity peak 2, speed capacity, no saturation, relief,
     overspeed or cavitation. Exit code 1 if for some controller no setting keeps the limits; the limit that stops it is
-    named. Ctrl-C keeps the best found so far.
+    named. Ctrl-C keeps the best found so far. Wire paid out, delay of the motion signal, seed and evaluations of each
+    tuning (400) are those of a case file.
 
     Example: stillhook tune nov-250t --controllers ns,ssc --objective balanced --limit "p_max <= 300 bar" --out tuned
     """
     from stillhook.analysis.tuning.objective import Objective, hold_out, parse_limits, scenarios
-    from stillhook.library import load_crane
+    from stillhook.formats.case_file import load_subject
+    from stillhook.spec.scenario import Scenario
 
-    machine, limits, late = load_crane(crane), parse_limits(limit or ()), parse(delay, "time", "--delay")
+    subject, limits = load_subject(crane), parse_limits(limit or ())
+    case = Scenario(**(USUAL_CASE | dict(subject.scenario)))
+    machine, settings, late = subject.crane, subject.settings, case.sensors.delay
     chosen = _chosen(controllers, machine, late)
     if objective not in tuple(Objective):
         raise CommandError(f'--objective "{objective}": choose one of {", ".join(Objective)}.')
@@ -86,12 +85,13 @@ def tune(
     where: dict[str, Any] = {
         "loads": _split(loads),
         "speeds": None if speeds is None else _split(speeds),
-        "s_w": s_w,
+        "s_w": f"{case.s_w!r} m",
         "delay": late,
     }
     cases = scenarios(machine, periods=_split(periods), **where)
-    unseen = hold_out(machine, seed=seed, **where)
-    options = {"free": _split(free or ""), "limits": limits, "seed": seed, "budget": budget, "cases": cases}
+    unseen = hold_out(machine, seed=settings.seed, **where)
+    options = {"free": _split(free or ""), "limits": limits, "cases": cases}
+    options |= {"seed": settings.seed, "budget": settings.budget}
     tuned, fronts, trials = _tuned(machine, chosen, objective, options, pareto=pareto)
     report = _Report(machine, tuned, unseen, fronts, cases)
     if json:

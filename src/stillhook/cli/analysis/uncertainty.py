@@ -8,8 +8,22 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Step, Store, check_out, client_of, write_out
-from stillhook.cli.runs.simulation import MOTION_HELP, motion_of
+from stillhook.cli.parser import (
+    Controllers,
+    Draws,
+    Duration,
+    Json,
+    Load,
+    MotionText,
+    Out,
+    SubjectArgument,
+    WireOut,
+    case_of,
+    check_out,
+    client_of,
+    write_out,
+)
+from stillhook.cli.runs import simulation
 from stillhook.control.registry import Mode
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.report.terminal import (
@@ -28,25 +42,15 @@ if TYPE_CHECKING:
     from stillhook.analysis.uncertainty.draws import Uncertainty
     from stillhook.analysis.uncertainty.report import Limit
     from stillhook.analysis.uncertainty.sobol import Sensitivity
+    from stillhook.formats.case_file import Subject
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
 
 FILES = ("uncertainty.nc", "uncertainty.json", "bands.png")
 INDICES = "sensitivity.png"
-CASE = {
-    "crane": "nov-250t",
-    "load": "100 t",
-    "s_w": "100 m",
-    "motion": "sine 2.8 m 12 s",
-    "duration": "60 s",
-    "warm_up": "30 s",
-}
-"""Default case without a case file or options; 60 s hold one complete window of 30 s after the
-warm-up."""
+USUAL_CASE = simulation.USUAL_CASE | {"duration": "60 s"}
+"""Case without a case file or options; 60 s hold one complete window of 30 s after the warm-up."""
 LEAST_ROWS = 16
-EXAMPLE = (
-    'stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands'
-)
 
 
 class _Request(NamedTuple):
@@ -59,27 +63,16 @@ class _Request(NamedTuple):
 
 
 def uncertainty(
-    case_file: Annotated[
-        Path | None, typer.Argument(metavar="CASE.toml", help="Case file; or describe the case by options.")
-    ] = None,
-    crane: Annotated[
-        str | None, typer.Option(help="Library crane, or path of a crane file (default nov-250t).")
-    ] = None,
-    load: Annotated[str | None, typer.Option(help='Payload on the hook (default "100 t").')] = None,
-    s_w: Annotated[str | None, typer.Option("--s-w", help='Wire paid out (default "100 m").')] = None,
-    motion: Annotated[str | None, typer.Option(help=MOTION_HELP)] = None,
-    duration: Annotated[str | None, typer.Option(help='Length of each run (default "60 s").')] = None,
-    warm_up: Annotated[
-        str | None, typer.Option("--warm-up", help='Start of each run that does not count (default "30 s").')
-    ] = None,
-    modes: Annotated[
-        str | None, typer.Option("--controllers", help=f"{CONTROLLERS}, strong-ssc or TOML files.")
-    ] = None,
+    crane: SubjectArgument = "nov-250t",
+    load: Load = None,
+    s_w: WireOut = None,
+    motion: MotionText = None,
+    duration: Duration = None,
+    controllers: Controllers = None,
     factors: Annotated[
         Path | None, typer.Option(help="TOML file of the uncertain factors; default: the built-in table.")
     ] = None,
-    draws: Annotated[int, typer.Option(help="Draws; preferably a power of two.")] = 256,
-    seed: Annotated[int, typer.Option(help="Same seed, same draws.")] = 0,
+    draws: Draws = 256,
     sobol: Annotated[
         bool, typer.Option("--sobol", help="Also the factors that cause the spread (about 8 times the runs).")
     ] = False,
@@ -93,39 +86,36 @@ def uncertainty(
     limit: Annotated[
         list[str] | None, typer.Option(help='Bound on a result, such as "e_c_pp <= 10 cm"; repeat it for several.')
     ] = None,
-    at_most: Annotated[
-        float, typer.Option("--at-most", min=0.0, max=1.0, help="Tolerated probability of exceeding a limit.")
-    ] = 0.05,
-    step: Step = None,
-    store: Store = None,
-    scheduler: Scheduler = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
     """Uncertainty of a winch (friction, leakage, inertia, oil, servos, delay) propagated into error and pressure,
     mode by mode.
 
-    All modes see the same draws. Exit code 1 if every mode goes beyond a --limit with more than the tolerated chance,
-    or beyond the winch's own limits in every draw.
+    All modes see the same draws. A case file also gives the tolerated probability of exceeding a limit (5 %), the seed
+    and where results are kept. Exit code 1 if every mode goes beyond a --limit with more than that probability, or
+    beyond the winch's own limits in every draw.
 
-    Example: stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out
-    bands
+    Example: stillhook uncertainty nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands
     """
     from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
     from stillhook.analysis.uncertainty.report import Limit, report
     from stillhook.engine.scenario.checks import notes_of
+    from stillhook.formats.case_file import load_subject
 
     limits = [Limit.of(text) for text in limit or ()]
     if attribute and not limits:
         raise SpecError('--attribute: a limit is missing. Give it as --limit, such as "e_c_pp <= 10 cm".')
     check_out(out, (*FILES, *((INDICES,) if sobol else ())))
-    fields = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
-    request = _request(case_file, {k: v for k, v in fields.items() if v is not None}, modes, factors)
+    subject = load_subject(crane)
+    request = _request(subject, case_of(subject, USUAL_CASE, load, s_w, motion, duration), controllers, factors)
     for bound in limits:
         bound.check(request.cranes[0])
+    settings = subject.settings
     pairs = [(a, b) for a in request.labels for b in request.labels if _fixed(b) and not _fixed(a)]
-    with client_of(scheduler) as client:
-        options = {"seed": seed, "labels": request.labels, "step": step, "store": store, "client": client}
+    with client_of(settings.scheduler) as client:
+        options: dict[str, Any] = {"seed": settings.seed, "labels": request.labels, "step": subject.step}
+        options |= {"store": settings.store, "client": client}
         with progress_bar("drawing") as bar:
             run = monte_carlo(
                 request.cranes,
@@ -136,7 +126,7 @@ def uncertainty(
                 **options,
             )
         indices = _indices(request, run, pairs, options) if sobol else []
-    data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(request.cranes, request.cases)}
+    data = report(run, limits, settings.at_most, pairs, indices) | {"notes": notes_of(request.cranes, request.cases)}
     causes = _causes(request, limits, None if factors is None else request.factors_table) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
@@ -151,45 +141,20 @@ def uncertainty(
     raise typer.Exit(0 if any(within) else 1)
 
 
-def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, factors: Path | None) -> _Request:
+def _request(subject: Subject, case: Scenario, names: str | None, factors: Path | None) -> _Request:
     """Crane and scenario of every controller, and the uncertain factors."""
     from stillhook.analysis.controllers import controllers, usual_controllers
     from stillhook.analysis.uncertainty.draws import Uncertainty, load_uncertainty
 
-    if case_file is not None:
-        from stillhook.formats.case_file import load_case
-
-        if fields:
-            raise ScenarioError(
-                f"--{next(iter(fields)).replace('_', '-')}: the case file defines it. Leave out one of the two."
-            )
-        file = load_case(case_file)
-        machine, case = file.crane, file.case
-        if case.modes:
-            raise ScenarioError(
-                f"{case_file.name}: modes: a scenario that changes its mode is not a single controller. Leave its modes"
-                " out."
-            )
-    else:
-        machine, case = _built(CASE | fields)
-    of_case = case.mode.value if case_file is not None else usual_controllers(machine)
-    chosen = controllers(modes or of_case)
+    if case.modes:
+        raise ScenarioError("modes: a scenario that changes its mode is not a single controller. Leave its modes out.")
+    of_case = case.mode.value if subject.scenario else usual_controllers(subject.crane)
+    chosen = controllers(names or of_case)
     return _Request(
-        cranes=[c.on(machine) for c in chosen],
+        cranes=[c.on(subject.crane) for c in chosen],
         cases=[case.model_copy(update={"mode": c.mode, "name": c.name}) for c in chosen],
         labels=[c.name for c in chosen],
         factors_table=Uncertainty.default() if factors is None else load_uncertainty(factors),
-    )
-
-
-def _built(fields: dict[str, str]) -> tuple[Crane, Scenario]:
-    from stillhook.library import load_crane
-    from stillhook.spec.scenario import Scenario
-
-    machine = load_crane(fields["crane"])
-    tip = motion_of(fields["motion"])
-    return machine, Scenario(
-        load=fields["load"], s_w=fields["s_w"], tip=tip, duration=fields["duration"], warm_up=fields["warm_up"]
     )
 
 

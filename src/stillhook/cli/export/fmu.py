@@ -1,4 +1,4 @@
-"""`stillhook fmu`: a crane's winch for simulators, without Python."""
+"""`stillhook fmu` and `stillhook external`: a crane's winch for simulators, OrcaFlex and SIMO, without Python."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import CraneArgument, Json, refuse
 from stillhook.errors import CommandError
 from stillhook.units import quote, show
 
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 WIRE_OUT = 100.0
 """Wire out with which a model begins where no case says it [m], as in `stillhook compare`."""
+SSP = "ssp"
+"""Contents: plant and controller as two FMUs in one system (SSP)."""
 CaseArgument = Annotated[
     Path | None,
     typer.Argument(metavar="CASE", help="Case file: load, wire out, water and mode that the model begins with."),
 ]
-CraneArgument = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 
 
 def case_for(crane: Crane, file: Path | None) -> Scenario:
@@ -63,7 +64,7 @@ def fmu(
     name: CraneArgument,
     case_file: CaseArgument = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="File to write (default CRANE.fmu, or CRANE.ssp with --ssp).")
+        Path | None, typer.Option("--out", help="File to write (default CRANE.fmu, or CRANE.ssp of a system).")
     ] = None,
     fmi: Annotated[str, typer.Option("--fmi", help="Version of FMI: 2 or 3.")] = "2",
     coupling: Annotated[
@@ -72,12 +73,13 @@ def fmu(
             help='"tip": motion of the crane tip in. "wire": also the tension in, wire out and its speed out.'
         ),
     ] = "tip",
-    contents: Annotated[str, typer.Option(help="plant+controller, plant or controller.")] = "plant+controller",
+    contents: Annotated[
+        str, typer.Option(help="plant+controller, plant, controller; or ssp: both as two FMUs in one system.")
+    ] = "plant+controller",
     platforms: Annotated[
         str | None,
         typer.Option(help="linux64,win64,macos-arm64,source (default: this machine's; the source is always there)."),
     ] = None,
-    ssp: Annotated[bool, typer.Option("--ssp", help="Plant and controller as two FMUs in one system.")] = False,
     reference: Annotated[
         Path | None,
         typer.Option(help="Folder for inputs and results of the case, as in the FMI cross-check."),
@@ -103,11 +105,8 @@ def fmu(
     chosen = listed(platforms, "--platforms") if platforms is not None else [own or "source", "source"]
     check_choice(fmi, chosen)
     say_if_first(chosen)
-    if ssp:
-        if contents != "plant+controller":
-            raise CommandError("--ssp: holds plant and controller. Leave --contents out.")
-        if reference is not None:
-            raise CommandError("--ssp: has no reference results. Leave --reference out.")
+    if contents == SSP:
+        refuse({"--reference": reference}, "a system of two FMUs has no reference results. Leave it out.")
         made = export(crane, case, "plant", coupling)
         target = out or Path(f"{crane.name}.ssp")
         files: tuple[Path, ...] = (
@@ -128,4 +127,39 @@ def fmu(
         f"mode {case.mode.value}"
     )
     print("steps are whole PLC cycles; inputs are those of the start of a step (input_time 1), or of its end (0)")
+    print("written: " + ", ".join(str(f) for f in files))
+
+
+def external(
+    host: Annotated[str, typer.Argument(metavar="HOST", help="orcaflex or simo.")],
+    name: CraneArgument,
+    case_file: CaseArgument = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder to write (default CRANE-HOST).")] = None,
+    platform: Annotated[
+        str, typer.Option("--platforms", help="Libraries: win64, linux64, macos-arm64, or source for none.")
+    ] = "win64",
+    json: Json = False,
+) -> None:
+    """Write a crane's winch for OrcaFlex (external function) or SIMO (external DLL force), in a folder.
+
+    Without a case it begins with half the SWL on 100 m of wire and the usual controller.
+
+    Example: stillhook external orcaflex nov-250t --out winch
+    """
+    from stillhook.export.hosts import write_host
+    from stillhook.library import load_crane
+    from stillhook.report.terminal import print_json
+
+    crane = load_crane(name)
+    case = case_for(crane, case_file)
+    chosen = [each for each in listed(platform, "--platforms") if each != "source"]
+    say_if_first(chosen)
+    files = write_host(host, crane, case, out or Path(f"{crane.name}-{host}"), platforms=chosen)
+    if json:
+        print_json({"crane": crane.name, "host": host, "platforms": chosen, "files": [str(f) for f in files]})
+        return
+    print(
+        f"{crane.name} for {host}: begins with {show(case.s_w, 'length')} of wire, mode {case.mode.value}; PLC cycle "
+        f"{show(crane.control.t_cycle, 'time')}"
+    )
     print("written: " + ", ".join(str(f) for f in files))

@@ -8,17 +8,15 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, write_out
+from stillhook.cli.parser import CraneArgument, Json, check_out, write_out
 from stillhook.report.terminal import print_json
 from stillhook.units import quote
 
-app = typer.Typer(no_args_is_help=True)
 LANGUAGES = ("st",)
 
 
-@app.command("export")
 def export(
-    crane: Annotated[str, typer.Argument(metavar="CRANE", help="Crane of the library, or a crane file.")],
+    crane: CraneArgument,
     controller: Annotated[
         str | None, typer.Option(help="Controller, such as ssc or position (default: the usual one of the drive).")
     ] = None,
@@ -55,7 +53,6 @@ def export(
         print(f"SHA-256 {facts['sha256']}")
 
 
-@app.command("check")
 def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Text that stillhook plc export wrote.")],
     json: Json = False,

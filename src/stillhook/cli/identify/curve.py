@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, write_out
+from stillhook.cli.parser import Json, Out, check_out, write_out
 from stillhook.errors import LogError
 from stillhook.report.terminal import print_json, print_table, progress_bar
-from stillhook.units import parse
 
 if TYPE_CHECKING:
     from stillhook.identify.curve import FrictionCurve
-    from stillhook.identify.steady_state.steps import WindowSettings
     from stillhook.logs.log import Log
 
 OUT_FILES = ("curve.png", "curve.csv", "curve.json")
@@ -31,29 +29,21 @@ def curve(
     effort: Annotated[
         str, typer.Option(help="Signal that friction shows in: force, torque, pressure drop.")
     ] = "effort",
-    position: Annotated[
-        str | None, typer.Option(help="Signal on which the load depends: compares place by place.")
-    ] = None,
-    command: Annotated[str | None, typer.Option(help="Set signal whose changes begin new steps.")] = None,
-    least_length: Annotated[
-        str | None, typer.Option("--least-length", help='Shortest steady stretch, such as "2 s".')
-    ] = None,
-    least_speed: Annotated[
-        str | None, typer.Option("--least-speed", help='Slowest speed that is used, such as "20 rev/min".')
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for figure, CSV and JSON; nothing is written without it.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Friction over speed from a staircase log, with 95 % intervals: half the difference of both directions.
 
+    A table [curve] of the mapping file has position (signal on which the load depends: compares place by place),
+    command (set signal whose changes begin new steps), and what counts as steady: least_length, least_speed and more.
+
     Example: stillhook identify curve bench.csv --mapping bench.toml --out results
     """
-    from stillhook.identify.curve import friction_curve
+    from stillhook.identify.curve import CurveSettings, curve_settings, friction_curve
     from stillhook.logs.log import describe, read_log, read_mapping
 
-    settings = _settings(least_length, least_speed)
+    settings = CurveSettings() if mapping is None else curve_settings(mapping)
+    position, command = settings.position, settings.command
     check_out(out, OUT_FILES)
     with progress_bar(log.name) as bar:
         try:
@@ -65,7 +55,9 @@ def curve(
                 ) from None
             raise
     _signals(read, speed, effort, position, command)
-    result = friction_curve(read, speed=speed, effort=effort, position=position, command=command, settings=settings)
+    result = friction_curve(
+        read, speed=speed, effort=effort, position=position, command=command, settings=settings.steady
+    )
     if json:
         print_json({**result.to_dict(), "findings": [f.to_dict() for f in read.findings]})
     else:
@@ -102,20 +94,6 @@ def _signals(log: Log, speed: str, effort: str, position: str | None, command: s
         )
 
 
-def _settings(least_length: str | None, least_speed: str | None) -> WindowSettings:
-    from stillhook.identify.steady_state.steps import WindowSettings
-
-    options: dict[str, Any] = {}
-    if least_length is not None:
-        parse(least_length, "time", "--least-length")
-        options["least_length"] = least_length
-    if least_speed is not None:
-        options["least_speed"] = least_speed
-    settings = WindowSettings(**options)
-    settings.slowest()
-    return settings
-
-
 def _print(curve: FrictionCurve) -> None:
     rows = []
     for p in curve.points:
@@ -134,7 +112,8 @@ def _print(curve: FrictionCurve) -> None:
         )
     if curve.adapted:
         print(
-            f"no speed was held for 2 s: stretches from {curve.least_length:g} s on are used (--least-length sets it)"
+            f"no speed was held for 2 s: stretches from {curve.least_length:g} s on are used"
+            " (curve.least_length of the mapping sets it)"
         )
     head = ["speed", "friction", "+- (95 %)", "load", "bins up", "bins down", "way"]
     print_table(head, rows, title=f"{curve.source}: half the difference of both directions")

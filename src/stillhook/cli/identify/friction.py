@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.base.choice import choice
-from stillhook.cli.parser import Json, check_out, say_left_out, write_out
-from stillhook.errors import IdentifyError
+from stillhook.cli.parser import Json, Out, check_out, say_left_out, write_out
 from stillhook.report.terminal import print_document, print_json, progress_bar, say
 
 if TYPE_CHECKING:
@@ -27,27 +25,14 @@ def friction(
     campaign: Annotated[
         Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")
     ],
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for set, report, tables, figures (default: none).")
-    ] = None,
-    like: Annotated[
-        str | None, typer.Option(help="Set of a similar winch, for parameters that these tests cannot determine.")
-    ] = None,
-    keep_Y_2: Annotated[
-        str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")
-    ] = "auto",
-    loops: Annotated[
-        int, typer.Option(min=0, max=10, help="Rounds of the second loop: refine the motor loss on the crane's tests.")
-    ] = 0,
-    loss_map: Annotated[
-        Path | None, typer.Option("--map", help="Supplier's map of the motor, to compare with its fitted model.")
-    ] = None,
-    variant: Annotated[str, typer.Option(help="Complex method that checks the fit: krus, box, complex-rf.")] = "krus",
+    out: Out = None,
     proposals: Annotated[int, typer.Option(min=0, max=20, help="How many further tests to propose.")] = 3,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
     json: Json = False,
 ) -> None:
     """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
+
+    The campaign's table [fit] has like (set of a similar winch, for what the tests cannot determine), loops of the
+    second loop, map (supplier's, to compare with the fitted motor), keep_Y_2, variant and seed.
 
     Exit code 1 if the data cannot determine what a winch model needs.
 
@@ -55,22 +40,10 @@ def friction(
     """
     from stillhook.identify.system_friction.identify import friction as identify
     from stillhook.identify.system_friction.report import report
-    from stillhook.statistics.complex_method import Variant
 
     check_out(out, (SET, REPORT, NUMBERS, POINTS, STRETCHES))
-    method = choice(Variant, variant, "--variant")
     with progress_bar("reading the logs") as bar:
-        result = identify(
-            campaign,
-            like=like,
-            keep_Y_2=_keep_constant_term(keep_Y_2),
-            loops=loops,
-            loss_map=loss_map,
-            variant=method,
-            proposals=proposals,
-            seed=seed,
-            progress=bar,
-        )
+        result = identify(campaign, proposals=proposals, progress=bar)
     if json:
         from stillhook.identify.system_friction.result import to_dict
 
@@ -81,14 +54,6 @@ def friction(
         write_out(out, dict(sorted(_files(result).items())), quiet=json)
         say_left_out()
     raise typer.Exit(0 if result.usable else 1)
-
-
-def _keep_constant_term(text: str) -> bool | None:
-
-    choices = {"auto": None, "yes": True, "no": False}
-    if text not in choices:
-        raise IdentifyError(f'--keep-Y-2 = "{text}": not one of {", ".join(choices)}.')
-    return choices[text]
 
 
 def _files(result: Friction) -> dict[str, Any]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import MODES, Json, check_out, write_out
-from stillhook.cli.runs.simulation import MOTION_HELP, motion_of
+from stillhook.cli.parser import MODES, Draws, Json, Load, Out, case_of, check_out, write_out
+from stillhook.cli.runs.simulation import USUAL_CASE, title_of
 from stillhook.errors import IdentifyError
 from stillhook.report.formatting import cell
 from stillhook.report.terminal import print_json, print_table, progress_bar
@@ -26,10 +25,7 @@ BAND = {"low": 0.05, "median": 0.5, "high": 0.95}
 """Ends and middle of a printed band, as shares of the draws below."""
 FILES = ("friction-sets.png", "friction-sets.json")
 
-app = typer.Typer(no_args_is_help=True)
 
-
-@app.command("compare")
 def compare(
     sets: Annotated[list[str], typer.Argument(metavar="SET...", help="Sets of the library, or paths of .toml files.")],
     load: Annotated[
@@ -40,9 +36,7 @@ def compare(
     torque: Annotated[
         str | None, typer.Option("--drum-torque", help='Drum torque instead of a load, such as "1.5 MN m".')
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for the figure and its numbers; nothing is written without it.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """System frictions side by side: Coulomb, stiction and viscous parts over motor speed, 95 % bands where they
@@ -115,37 +109,38 @@ def _print(rows: list[dict[str, Any]], T_d: float, description: str) -> None:
         print(f"{r['set']}: {r['title']} ({'; '.join(r['sources'])})")
 
 
-@app.command("draws")
 def draws(
     sets: Annotated[
         list[str], typer.Argument(metavar="SET...", help="A friction set, a motor set, or both, each with evidence.")
     ],
-    crane: Annotated[str, typer.Option(help="Library crane, or path of a crane file.")] = "nov-150t",
-    load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
-    s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
-    motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2 m 12 s",
-    mode: Annotated[
-        str | None, typer.Option("--controller", help=f"{MODES}. Default: the usual one of the winch type, or ssc.")
+    crane: Annotated[
+        str, typer.Option(help="Library crane, path of a crane file, or case file: crane and [scenario].")
+    ] = "nov-150t",
+    load: Load = None,
+    controller: Annotated[
+        str | None, typer.Option(help=f"{MODES}. Default: the usual one of the winch type, or ssc.")
     ] = None,
-    n: Annotated[int, typer.Option("--draws", help="Number of draws.")] = 64,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
+    draws: Draws = 64,
     json: Json = False,
 ) -> None:
     """What the uncertainty of a friction set means for a lift: median and 90 % band of control error and peak pressure.
 
     Exit code 1 if a draw goes beyond a limit.
 
-    Example: stillhook friction draws our-crane.friction.toml --crane our-crane.toml --load "100 t" --motion "sine 2 m
-    12 s"
+    Without a case file the lift is 100 t on 100 m of wire under a tip that moves by 2 m every 12 s.
+
+    Example: stillhook friction draws our-crane.friction.toml --crane our-crane.toml --load "100 t"
     """
     from stillhook.engine.simulate import simulate
-    from stillhook.library import load_crane, load_set
+    from stillhook.formats.case_file import load_subject
+    from stillhook.library import load_set
     from stillhook.library.draws import crane_with, draw_cranes
-    from stillhook.spec.scenario import Scenario
 
-    machine = load_crane(crane)
-    mode = machine.plant.type.default_mode.value if mode is None else mode
-    case = Scenario(load=load, s_w=s_w, tip=motion_of(motion), mode=mode)
+    subject = load_subject(crane)
+    machine, n, seed = subject.crane, draws, subject.settings.seed
+    case = case_of(subject, USUAL_CASE | {"tip": "sine 2 m 12 s"}, load)
+    if controller is not None:
+        case = case.with_mode(controller)
     friction, loss = _one_of_each([load_set(name) for name in sets])
     samples = draw_cranes(machine, friction, loss, n, seed)
     middle = crane_with(machine, *(item for item in (friction, loss) if item is not None))
@@ -167,7 +162,9 @@ def draws(
             }
         )
     else:
-        _print_draws(spread, at_values, f"{n} draws of {' and '.join(sets)}, {machine.name}, {load}, {motion}, {mode}")
+        _print_draws(
+            spread, at_values, f"{n} draws of {' and '.join(sets)}, {title_of(machine, case)}, {case.mode.value}"
+        )
         for note in notes:
             print(f"note: {note}")
         if beyond:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, say_left_out, write_out
+from stillhook.cli.parser import Json, Out, check_out, say_left_out, write_out
 from stillhook.errors import IdentifyError
 from stillhook.report.terminal import print_document, print_json, say
 
@@ -32,9 +32,7 @@ def motor(
     mapping: Annotated[
         Path | None, typer.Option(help="TOML file that names columns and units, for headings of other kinds.")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for motor file, report, figures, all models (default: none).")
-    ] = None,
+    out: Out = None,
     like: Annotated[str | None, typer.Option(help=LIKE_HELP)] = None,
     model: Annotated[
         str | None, typer.Option(help="Model to look at instead of the recommended one: wilson ... mj6.")

@@ -1,16 +1,27 @@
-"""`stillhook list WHAT`: what the library has by name, and what may be named elsewhere."""
+"""`stillhook list WHAT`, `stillhook crane NAME`, `stillhook example WHAT OUT`: what the library has by name, the sheet
+of a crane, and files to try a command on."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import CraneArgument, Json
 from stillhook.errors import CommandError
-from stillhook.report.terminal import print_json, print_table
+from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin
 from stillhook.units import quote, show
+
+PLAN, SEA_TRIALS, FRICTION_TESTS, MOTOR_MAP = "plan", "sea-trials", "friction-tests", "motor-map"
+EXAMPLES = {
+    PLAN: "the example plan, to edit",
+    SEA_TRIALS: "SYNTHETIC logs of a crane's tests, for validate",
+    FRICTION_TESTS: "SYNTHETIC logs of friction tests, for identify friction",
+    MOTOR_MAP: "a SYNTHETIC supplier's map, for identify motor",
+}
+WHAT_HELP = "; ".join(f"{name}: {text}" for name, text in EXAMPLES.items()) + "."
 
 
 class Kind(NamedTuple):
@@ -144,3 +155,91 @@ def _cell(name: str, value: Any) -> str:
         first, *others = value
         return f"{first}{f' (and {len(others)} more)' if others else ''}"
     return str(value)
+
+
+def show_crane(name: CraneArgument, json: Json = False) -> None:
+    """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
+    from stillhook.engine.inputs import twin_line
+    from stillhook.library import load_crane, sheet, sheet_json
+    from stillhook.tables.plausible import implausible_values, marked
+
+    crane = load_crane(name)
+    notes = implausible_values(crane)
+    if json:
+        print_json(sheet_json(crane) | {"twin": twin_line(crane), "status": marked("ok", notes), "notes": list(notes)})
+        return
+    print(f"{crane.name}: {crane.title}")
+    print_twin(crane)
+    print_implausible(crane)
+    rows = [(r.field, r.value, r.meaning, r.kind, r.source) for section in sheet(crane) for r in section.rows]
+    print_sheet(rows)
+
+
+def print_sheet(rows: list[tuple[str, str, str, str, str]]) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(header_style="bold")
+    for title in ("field", "value", "meaning", "kind", "source"):
+        table.add_column(title, overflow="fold", no_wrap=title in ("field", "value", "kind"))
+    for row in rows:
+        table.add_row(*(escape(cell) for cell in row))
+    console = Console()
+    (console if console.is_terminal else Console(width=200)).print(table)
+
+
+def example(
+    what: Annotated[str, typer.Argument(metavar="WHAT", help=WHAT_HELP)],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="Folder for the files; of motor-map the CSV file.")],
+    json: Json = False,
+) -> None:
+    """Write files to try a command on, to a place where none are yet.
+
+    Example: stillhook example sea-trials my-tests
+
+    Example: stillhook example plan my-lift
+    """
+    if what not in EXAMPLES:
+        raise CommandError(f"example {quote(what)}: choose {', '.join(EXAMPLES)}.")
+    answer, lines = _plan(out) if what == PLAN else _map(out) if what == MOTOR_MAP else _campaign(what, out)
+    if json:
+        print_json(answer)
+        return
+    for line in lines:
+        print(line)
+
+
+def _plan(out: Path) -> tuple[dict[str, Any], list[str]]:
+    from stillhook.plan.file import copy_plan
+
+    first, *rest = copy_plan("template-to-1500m", out)
+    written = [str(path) for path in (first, *rest)]
+    return {"plan": str(first), "files": written}, [
+        f"written: {', '.join(written)}",
+        f"edit it, then: stillhook plan {first} --check",
+    ]
+
+
+def _map(out: Path) -> tuple[dict[str, Any], list[str]]:
+    from stillhook.library.examples import example_map
+
+    path = example_map(out)
+    return {"map": str(path)}, [f"written: {path}, a SYNTHETIC map", f"next: stillhook identify motor {path}"]
+
+
+def _campaign(what: str, out: Path) -> tuple[dict[str, Any], list[str]]:
+    from stillhook.library import examples
+
+    command, folder = {
+        SEA_TRIALS: ("validate", examples.SEA_TRIALS),
+        FRICTION_TESTS: ("identify friction", examples.FRICTION_TESTS),
+    }[what]
+    campaign = examples.example_campaign(folder, out)
+    reference = campaign.with_name(examples.REFERENCE_FILE)
+    logs = sorted(map(str, (out / "logs").iterdir()))
+    return {"campaign": str(campaign), "logs": logs, "reference": str(reference)}, [
+        examples.MARK,
+        f"written: {campaign}, {out / 'logs'}; the crane that was simulated: {reference}",
+        f"next: stillhook {command} {campaign} --out {out / 'result'}",
+    ]

@@ -22,11 +22,10 @@ if TYPE_CHECKING:
 SHOWN = 40.0
 """Last part of each run that its picture shows [s]."""
 EXAMPLE = "template-to-1500m"
-PLAN, MOTIONS = "plan", "motions"
-THREADS = 2
+PLAN, QUICK, MOTIONS = "plan", "quick", "motions"
 EXAMPLE_HELP = (
-    '"plan": a ship in waves, then a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS'
-    " and SSC on four motions."
+    '"plan": a ship in waves, then a template of 120 t from deck to seabed at 1,500 m, to the report; "quick": the'
+    ' same by the frequency-domain method alone, in seconds; "motions": NS, HS and SSC on four motions.'
 )
 SHIP, SEA, HEADING = "construction-vessel-130m", "jonswap Hs=2 m Tp=9 s", "165 deg"
 TIP = (-15.0, -24.0)
@@ -40,7 +39,6 @@ WIDTH = 98
 def demo(
     example: Annotated[str, typer.Argument(help=EXAMPLE_HELP)] = PLAN,
     out: Annotated[Path, typer.Option("--out", help="Folder for report and pictures.")] = Path("stillhook-demo"),
-    quick: Annotated[bool, typer.Option("--quick", help="Plan: frequency-domain method only, in seconds.")] = False,
 ) -> None:
     """A ship in waves under three controllers, then the limiting weather for lowering a template of 120 t to 1,500 m
     and the days that a better controller gains: the example plan, to its report.
@@ -54,14 +52,15 @@ def demo(
     if example == MOTIONS:
         _motions(out)
         return
-    if example != PLAN:
-        raise PlanError(f"Unknown example {quote(example)}. Choose {PLAN} or {MOTIONS}.")
-    from stillhook.cli.plan import run
+    if example not in (PLAN, QUICK):
+        raise PlanError(f"Unknown example {quote(example)}. Choose {PLAN}, {QUICK} or {MOTIONS}.")
+    from stillhook.cli.plan import Work, run
     from stillhook.plan.file import load_plan
 
     check_out(out, OUT_FILES)
     _in_waves(out / "ship-in-waves")
-    result = run(load_plan(EXAMPLE), "frequency" if quick else "time", None, out / "lift-plan", None, None, THREADS)
+    work = Work(out=out / "lift-plan", store=out / "lift-plan" / "runs")
+    result = run(load_plan(EXAMPLE), "frequency" if example == QUICK else "time", work)
     _lift(result, out / "lift-plan")
     raise typer.Exit(0 if result.workable else 1)
 

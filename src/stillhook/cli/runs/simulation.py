@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,41 +13,37 @@ from stillhook.cli.analysis.drives import compare_drives
 from stillhook.cli.parser import (
     MODES,
     USUAL,
+    Duration,
     Json,
     LiftArgument,
-    Step,
+    Load,
+    MotionText,
+    Out,
+    SubjectArgument,
+    WireOut,
     announce,
+    case_of,
     check_out,
     refuse,
     say_left_out,
     write_out,
 )
-from stillhook.errors import CommandError, LiftError, MotionError, StillhookError
+from stillhook.errors import LiftError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, wrapped
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
-from stillhook.units import quote, show
+from stillhook.units import show
 from stillhook.winches.registry import WINCH_TYPES
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Comparison
     from stillhook.formats.lift_file import LiftFile
-    from stillhook.sea.motion.motion import Motion
     from stillhook.spec.crane import Crane
 
-
-Out = Annotated[
-    Path | None,
-    typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it."),
-]
-MOTION_HELP = (
-    'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a log (CSV or $PSXN,23), or the tip.json of'
-    " stillhook tip."
-)
 DRIVES = ", ".join(WINCH_TYPES)
 """Drives as help lists them."""
-POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
-PYTHON_POSITION, COMMAND_POSITION = 'tip=("-20 m", "12 m", "35 m")', '--position "-20 m, 12 m, 35 m"'
+USUAL_CASE = {"load": "100 t", "s_w": "100 m", "tip": "sine 2.8 m 12 s", "warm_up": "30 s"}
+"""What is compared where neither a case file nor an option says it."""
 OUT_FILES = ("panels.png", "runs.nc", "summary.json")
 COLUMNS = (
     "e_c_pp",
@@ -117,61 +112,38 @@ def run(
         print_json(runs[0].summary if len(runs) == 1 else summaries)
     else:
         rows = [[label, *row(crane, s)] for label, s in summaries.items()]
-        print_table(["case", *headers(crane)], rows, title=_title(crane, case))
+        print_table(["case", *headers(crane)], rows, title=title_of(crane, case))
         print_twin(crane)
         print_notes(summaries)
     if out is not None:
         data = {label: r.dataset(c) for label, r, c in zip(labels, runs, cranes, strict=True)}
         one = all(c is crane for c in cranes)
         all_cases = dataset_of(crane if one else cranes, runs, labels) if len(runs) > 1 else None
-        _write(out, data, summaries, quiet=json, crane=crane, title=_title(crane, case), all_cases=all_cases)
+        _write(out, data, summaries, quiet=json, crane=crane, title=title_of(crane, case), all_cases=all_cases)
     raise typer.Exit(0 if all(r.ok for r in runs) else 1)
 
 
 def compare(
-    crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")] = "nov-250t",
-    load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
-    s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
-    motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2.8 m 12 s",
-    modes: Annotated[str | None, typer.Option("--controllers", help=f"{MODES}.{USUAL}")] = None,
-    position: Annotated[str | None, typer.Option(help=POSITION_HELP)] = None,
-    heave: Annotated[
-        str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')
-    ] = None,
-    start: Annotated[str | None, typer.Option(help="Where in a log to start.")] = None,
-    duration: Annotated[
-        str | None, typer.Option(help='Length of the run (default 120 s, or the entire log), such as "300 s".')
-    ] = None,
-    warm_up: Annotated[
-        str, typer.Option("--warm-up", help="Start of the run that is left out of the figures.")
-    ] = "30 s",
-    delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
-    step: Annotated[
-        str | None, typer.Option(help="Integration step (default 2 ms, or the next shorter part of the PLC cycle).")
-    ] = None,
+    crane: SubjectArgument = "nov-250t",
+    load: Load = None,
+    s_w: WireOut = None,
+    motion: MotionText = None,
+    controllers: Annotated[str | None, typer.Option(help=f"{MODES}.{USUAL}")] = None,
+    duration: Duration = None,
     drives: Annotated[
         str | None, typer.Option(help=f"Drives in place of controllers, each sized for this crane: {DRIVES}.")
-    ] = None,
-    draws: Annotated[
-        int | None, typer.Option(help="With --drives: draws of what is uncertain (default 16; 0: none).")
-    ] = None,
-    seed: Annotated[int | None, typer.Option(help="With --drives: same seed, same draws.")] = None,
-    top_speed: Annotated[
-        str | None,
-        typer.Option("--top-speed", help="With --drives: wire speed at full command (default that of the crane)."),
     ] = None,
     plan: Annotated[
         str | None, typer.Option(help="With --drives: lift plan; days that each drive gains in a year.")
     ] = None,
-    full_plan: Annotated[
-        bool, typer.Option("--full-plan", help="With --plan: the twin in the loop (hours), not the frequency domain.")
-    ] = False,
     out: Out = None,
     json: Json = False,
 ) -> None:
     """Run one motion under several controllers, or with several drives, and put them side by side.
 
-    Exit code 1 if none of them stays inside its limits.
+    Without a log of its own the motion is a sine of 2.8 m and 12 s for 120 s, 30 s of them not counted. Warm-up, delay
+    of the motion signal, place of the tip for a ship log and time step are those of a case file. Exit code 1 if none
+    stays inside its limits.
 
     Example: stillhook compare nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --controllers
     ns,hs,ssc
@@ -180,82 +152,29 @@ def compare(
     active-passive,pure-active,secondary,cylinder,electric,open-circuit
     """
     from stillhook.analysis.controllers import compare as side_by_side
-    from stillhook.library import load_crane
-    from stillhook.sea.motion.recorded import Recorded
-    from stillhook.spec.scenario import Scenario, Sensors
+    from stillhook.formats.case_file import load_subject
 
-    of_drives = {"--draws": draws, "--seed": seed, "--top-speed": top_speed, "--plan": plan, "--full-plan": full_plan}
     if drives is None:
-        refuse(of_drives, "belongs to --drives. Give it, or leave this out.")
+        refuse({"--plan": plan}, "belongs to --drives. Give it, or leave this out.")
         check_out(out, OUT_FILES)
     else:
-        refuse({"--controllers": modes}, "--drives gives each drive its own controller. Leave one of them out.")
-    if full_plan and plan is None:
-        raise CommandError("--full-plan: which plan? Give --plan.")
-    machine = load_crane(crane)
-    tip = motion_of(motion, position, heave, start, duration)
-    times = (
-        {} if duration is None or isinstance(tip, Recorded) else {"duration": duration}
-    )  # a log is cut as it is read
-    case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
+        refuse({"--controllers": controllers}, "--drives gives each drive its own controller. Leave one of them out.")
+    subject = load_subject(crane)
+    case = case_of(subject, USUAL_CASE, load, s_w, motion, duration)
     if drives is not None:
-        ok = compare_drives(
-            machine,
-            case,
-            drives,
-            draws=16 if draws is None else draws,
-            seed=seed or 0,
-            top_speed=top_speed,
-            step=step,
-            plan=plan,
-            full_plan=full_plan,
-            out=out,
-            json=json,
-        )
-        raise typer.Exit(0 if ok else 1)
-    chosen = None if modes is None else [m.strip().lower() for m in modes.split(",") if m.strip()]
+        raise typer.Exit(0 if compare_drives(subject, case, drives, plan=plan, out=out, json=json) else 1)
+    chosen = None if controllers is None else [m.strip().lower() for m in controllers.split(",") if m.strip()]
     with progress_bar("comparing") as bar:
-        progress = started(machine, bar, series=True, report=getattr(tip, "report", ""))
-        result = side_by_side(machine, case, chosen, step=step, progress=progress)
+        progress = started(subject.crane, bar, series=True, report=getattr(case.tip, "report", ""))
+        result = side_by_side(subject.crane, case, chosen, step=subject.step, progress=progress)
     _report(result, json=json)
     if out is not None:
         write_comparison(result, out, quiet=json)
     raise typer.Exit(0 if result.ok else 1)
 
 
-def motion_of(
-    text: str,
-    position: str | None = None,
-    heave: str | None = None,
-    start: str | None = None,
-    duration: str | None = None,
-) -> Motion:
-    """A motion text, or the log that it names."""
-    from stillhook.sea.motion.text import parse_motion
-
-    of_log = {"--position": position, "--heave": heave, "--start": start}
-    if text.strip().split(" ")[0].lower() in ("sine", "still"):
-        refuse(of_log, f"belongs to a log, and --motion {quote(text)} is not one. Leave it out.")
-        return parse_motion(text, "--motion")
-    if not os.path.exists(text):
-        raise MotionError(
-            f'--motion {quote(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.'
-        )
-    from stillhook.formats.motion.open import read_tip_motion, stored_motion
-
-    stored = stored_motion(text)
-    if stored is not None:
-        refuse(of_log, f"belongs to a log, and {quote(text)} holds a tip's motion. Leave it out.")
-        return stored
-    arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
-    try:
-        return read_tip_motion(text, tip=arm, heave=heave, start=start, duration=duration)  # type: ignore[arg-type]
-    except MotionError as e:
-        raise MotionError(str(e).replace(PYTHON_POSITION, COMMAND_POSITION)) from None
-
-
-def _title(crane: Crane, case: Any) -> str:
-
+def title_of(crane: Crane, case: Any) -> str:
+    """A run in a line: crane, load, wire, motion."""
     medium = "in water" if case.water else "in air"
     tip = case.tip.describe().split(":")[0]
     return f"{crane.name}, {show(case.load, 'mass')} {medium}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
@@ -266,7 +185,7 @@ def _report(result: Comparison, *, json: bool) -> None:
         print_json(result.table())
         return
     rows = [[r.mode.value, *row(result.crane, r.summary)] for r in result.runs]
-    print_table(["mode", *headers(result.crane)], rows, title=_title(result.crane, result.runs[0].case))
+    print_table(["mode", *headers(result.crane)], rows, title=title_of(result.crane, result.runs[0].case))
     print_twin(result.crane)
     print_notes(result.table())
 
@@ -282,7 +201,7 @@ def write_comparison(result: Comparison, out: Path, *, quiet: bool, hint: bool =
         quiet=quiet,
         hint=hint,
         crane=result.crane,
-        title=_title(result.crane, result.runs[0].case),
+        title=title_of(result.crane, result.runs[0].case),
         start=start,
         all_cases=data,
     )
@@ -347,14 +266,11 @@ LOWERING_HEADERS = (
 
 def lower(
     lift: LiftArgument,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and summary.json; nothing without it.")
-    ] = None,
+    out: Out = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the waves, in place of the file's.")] = None,
     duration: Annotated[
         str | None, typer.Option(help='Length of the run, in place of the file\'s, such as "20 min".')
     ] = None,
-    step: Step = None,
     animation: Annotated[bool, typer.Option("--animation", help="An animation (GIF) as well; with --out.")] = False,
     json: Json = False,
 ) -> None:
@@ -388,7 +304,7 @@ def lower(
             run = simulate(
                 file.crane,
                 file.lift,
-                step=step or file.step,
+                step=file.step,
                 every=file.every,
                 sampling=file.sampling,
                 end=file.end,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, write_out
+from stillhook.cli.parser import Json, Out, check_out, write_out
 from stillhook.errors import LiftError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values
@@ -24,9 +23,7 @@ EVERY = 16  # of the levels, on the printed table
 def payload(
     name: Annotated[str, typer.Argument(help=PAYLOAD_HELP, metavar="PAYLOAD|FILE")],
     rho: Annotated[str, typer.Option(help="Density of the water.")] = RHO,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for a picture and payload.json; nothing is written without it.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Weight in water, added mass, drag, slamming and sinking speed of a payload, over submergence, with the source of

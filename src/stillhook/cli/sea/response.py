@@ -11,7 +11,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json, LiftArgument, Spread, announce, check_out, refuse, say_left_out
+from stillhook.cli.parser import (
+    CONTROLLERS,
+    Json,
+    LiftArgument,
+    Out,
+    Record,
+    Ship,
+    Spread,
+    announce,
+    check_out,
+    refuse,
+    say_left_out,
+)
 from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, display_number, wrapped
@@ -19,7 +31,7 @@ from stillhook.report.terminal import print_json, print_table, print_twin, progr
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
-from stillhook.units import parse, quote, show
+from stillhook.units import parse, show
 
 if TYPE_CHECKING:
     from stillhook.formats.lift_file import LiftFile
@@ -30,19 +42,14 @@ DEPTH_HELP = (
     'Depth of the payload\'s underside below still water, "1500 m" (negative: in the air). Default: the deepest'
     " place at which a stage compensates (AHC), else 20 m above the seabed."
 )
-SEA_HELP = (
-    "File of measured waves in place of the lift's sea, every record of it: NDBC spectra or standard meteorology, gz"
-    " too."
-)
 WAVE_HELP = (
-    'Waves in place of the lift\'s sea: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble, sums with "'
-    ' + ".'
+    'Waves in place of the lift\'s sea: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble, sums with " +'
+    ' "; or a file of measured waves (NDBC spectra or standard meteorology, gz too), every record of it.'
 )
 HEADING_HELP = (
     "Direction in which the waves travel, counter-clockwise from the bow: 0 following, 90 coming from starboard, 180"
     " head sea."
 )
-RECORD_HELP = "One record of --sea in place of all: its number from 0, or its time such as 1996-01-05T12:00 (UTC)."
 MODE_HELP = f"How the winch compensates: {CONTROLLERS}; the lift's controller without it."
 MOTIONS = (
     ("tip, height", "sigma_z", "z_mpm"),
@@ -73,18 +80,13 @@ def response(
     lift: LiftArgument,
     depth: Annotated[str | None, typer.Option(help=DEPTH_HELP)] = None,
     mode: Annotated[str | None, typer.Option("--controller", help=MODE_HELP)] = None,
-    sea: Annotated[Path | None, typer.Option(help=SEA_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
     spread: Spread = None,
-    ship: Annotated[
-        str | None, typer.Option(help="Where the bow points, clockwise from north, for measured directions.")
-    ] = None,
-    record: Annotated[str | None, typer.Option(help=RECORD_HELP)] = None,
+    ship: Ship = None,
+    record: Record = None,
     duration: Annotated[str, typer.Option(help="Time of the largest values and chances.")] = "3 h",
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for a picture, response.nc (every sea) and summary.json.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Motion and tension of a hanging load in waves, in seconds: tip, winch residual, wire and load as spectra
@@ -99,7 +101,7 @@ def response(
 
     Example: stillhook response anchor-to-3000m --depth "2980 m"
 
-    Example: stillhook response anchor-to-3000m --sea 46042w1996.txt.gz --heading "180 deg" --out year
+    Example: stillhook response anchor-to-3000m --wave 46042w1996.txt.gz --heading "180 deg" --out year
     """
     from stillhook.formats.lift_file import load_lift
     from stillhook.report.save import RESPONSE_FILES, write_response
@@ -112,7 +114,7 @@ def response(
     check_out(out, RESPONSE_FILES)
     file = load_lift(lift, duration="60 s", moving=False)
     check_place(file)
-    waves = waves_of(file, sea, wave, heading, spread, ship, record)
+    waves = waves_of(file, wave, heading, spread, ship, record)
     try:
         with progress_bar(f"{file.crane.name}: running the twin") as bar:
             report = started(file.crane, bar)
@@ -229,37 +231,18 @@ def _hours(answer: dict[str, Any]) -> str:
 
 
 def waves_of(
-    file: LiftFile,
-    sea: Path | None,
-    wave: str | None,
-    heading: str | None,
-    spread: float | None,
-    ship: str | None,
-    record: str | None,
+    file: LiftFile, wave: str | None, heading: str | None, spread: float | None, ship: str | None, record: str | None
 ) -> Waves:
     """The requested waves: those of the lift file, in words, or of a file. Errors: SeaError."""
     from stillhook.response.lift import Waves
 
-    if sea is not None:
-        refuse({"--wave": wave}, "conflicts with --sea. Leave one of them out.")
-        if not sea.is_file():
-            raise SeaError(
-                f"--sea {quote(str(sea))}: no such file. Give a file of measured waves (NDBC), or waves in words with"
-                " --wave."
-            )
-        if record is not None:
-            return Waves(sea_of(str(sea), heading, spread, record, ship))
-        return waves_of_file(sea, heading, spread, ship)
-    refuse(
-        {"--ship": ship, "--record": record},
-        "belongs to a file of measured waves. Give --sea as well, or leave it out.",
-    )
+    if wave is not None and (record is not None or not Path(wave).is_file()):
+        return Waves(sea_of(wave, heading, spread, record, ship))
     if wave is not None:
-        if Path(wave).is_file():
-            raise SeaError(f"--wave {quote(wave)}: is a file. Give it as --sea.")
-        return Waves(sea_of(wave, heading, spread, None, None))
+        return waves_of_file(Path(wave), heading, spread, ship)
+    refuse({"--ship": ship, "--record": record}, "belongs to a file of measured waves. Give it as --wave.")
     if file.sea is None:
-        raise SeaError("sea: the lift file has none. Write [sea] there, or give --wave or --sea.")
+        raise SeaError("sea: the lift file has none. Write [sea] there, or give --wave.")
     return Waves(_turned(file, heading, spread))
 
 

@@ -7,14 +7,23 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, Spread, announce, check_out, refuse, say_left_out
-from stillhook.cli.runs.simulation import PYTHON_POSITION
+from stillhook.cli.parser import (
+    PYTHON_POSITION,
+    Json,
+    Out,
+    Record,
+    Ship,
+    Spread,
+    announce,
+    check_out,
+    refuse,
+    say_left_out,
+)
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import display_number, display_unit, wrapped
 from stillhook.report.pictures import can_draw
@@ -25,6 +34,7 @@ from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
+    from stillhook.sea.motion.motion import Motion
     from stillhook.sea.vessel.rao import Rao
     from stillhook.sea.vessel.tip import TipPoint
 
@@ -43,43 +53,30 @@ HEADING_HELP = (
     'following, "90 deg" from starboard, "270 deg" from port; or all.'
 )
 AT_HELP = 'Crane tip from the RAO\'s reference point: "x=-20 m, y=-18 m", forward and to port.'
-PEDESTAL_HELP = 'In place of --at: heel of the boom, "x=-10 m, y=-6 m, z=15 m", z above water.'
-KNUCKLE_HELP = 'Knuckle boom: length and angle below the main boom\'s line, "15 m 60 deg".'
-LOG_HELP = (
-    "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves; --at is then from the sensor, with z."
+BOOM_HELP = (
+    "In place of --at: heel of the boom, where it points from the bow to port, length and angle of main and knuckle"
+    ' boom: "x=-10 m, y=-6 m, z=15 m, slew 270 deg, main 25 m 50 deg, knuckle 15 m 60 deg".'
 )
-HEAVE_HELP = "Which way a log counts heave: up or down (default: down in $PSXN,23, up in a CSV)."
-CLOCK_HELP = "Clock of a $PSXN,23 log: logger (time of receipt) or instrument."
+LOG_HELP = (
+    "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves, --at then from the sensor, with z; or a"
+    " case file whose scenario.tip says how a log is read."
+)
 SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); use 20 or more."
 
 
 def tip(
     vessel: Annotated[
-        str | None, typer.Option(help="Vessel: a name of the library, or a file, as stillhook vessel reads it.")
+        str | None,
+        typer.Argument(metavar="VESSEL", help="Name of the library, or a file, as stillhook vessel reads it."),
     ] = None,
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
+    boom: Annotated[str | None, typer.Option(help=BOOM_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
     spread: Spread = None,
-    record: Annotated[
-        str | None, typer.Option(help="Of a file of measured waves: its record, by number from 0 or by time (UTC).")
-    ] = None,
-    ship: Annotated[
-        str | None, typer.Option(help='Where the bow points, clockwise from north, for measured directions: "30 deg".')
-    ] = None,
-    pedestal: Annotated[str | None, typer.Option(help=PEDESTAL_HELP)] = None,
-    slew: Annotated[
-        str | None, typer.Option(help='Where the boom points, from the bow to port: "270 deg" is starboard.')
-    ] = None,
-    main: Annotated[
-        str | None, typer.Option(help='Main boom: length and angle above the horizontal, "25 m 50 deg".')
-    ] = None,
-    knuckle: Annotated[str | None, typer.Option(help=KNUCKLE_HELP)] = None,
+    record: Record = None,
+    ship: Ship = None,
     log: Annotated[Path | None, typer.Option(help=LOG_HELP)] = None,
-    heave: Annotated[str | None, typer.Option(help=HEAVE_HELP)] = None,
-    time: Annotated[str | None, typer.Option(help=CLOCK_HELP)] = None,
-    start: Annotated[str | None, typer.Option(help="Where the piece of a log begins, from its first sample.")] = None,
-    max_gap: Annotated[str | None, typer.Option(help="Longest gap of a log that is bridged (default 5 s).")] = None,
     duration: Annotated[str, typer.Option(help="Time of the extremes, and length of the series.")] = "3 h",
     seed: Annotated[int, typer.Option(help="Seed of the series, or the first of --seeds.")] = 1,
     seeds: Annotated[int | None, typer.Option(help=SEEDS_HELP)] = None,
@@ -89,15 +86,12 @@ def tip(
     exact: Annotated[
         bool, typer.Option("--exact", help="Series with the ship's rotations in full; --at then has z.")
     ] = False,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for picture, series (tip.json, tip.csv) and summary.json.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Motion of the crane tip: standard deviations, periods, largest values, spectra and series.
 
-    Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading
-    "180 deg"
+    Example: stillhook tip FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading "180 deg"
     """
     length = parse(duration, "time", "--duration")
     if length <= 0.0:
@@ -106,29 +100,16 @@ def tip(
             " requested."
         )
     if log is not None:
-        unused = {
-            "--vessel": vessel,
-            "--wave": wave,
-            "--heading": heading,
-            "--spread": spread,
-            "--record": record,
-            "--ship": ship,
-        }
-        unused |= {"--pedestal": pedestal, "--slew": slew, "--main": main, "--knuckle": knuckle}
-        refuse(
-            unused | {"--seeds": seeds, "--exact": exact, "--out": out},
-            "belongs to a vessel in waves, and --log holds a motion already. Leave it out.",
-        )
-        how = {"heave": heave, "time": time, "start": start, "max_gap": max_gap}
-        _of_log(log, at, length, {key: text for key, text in how.items() if text is not None}, json=json)
+        unused: dict[str, Any] = {"VESSEL": vessel, "--wave": wave, "--heading": heading, "--spread": spread}
+        unused["--record"] = record
+        unused |= {"--ship": ship, "--boom": boom, "--seeds": seeds, "--exact": exact, "--out": out}
+        refuse(unused, "belongs to a vessel in waves, and --log holds a motion already. Leave it out.")
+        _of_log(log, at, length, json=json)
         return
-    refuse(
-        {"--heave": heave, "--time": time, "--start": start, "--max-gap": max_gap}, "belongs to --log. Leave it out."
-    )
     if vessel is None or wave is None:
-        missing = "--vessel" if vessel is None else "--wave"
-        raise SeaError(f"{missing}: missing. Give --vessel, --at and --wave, or a log with --log. See --help.")
-    point = place(at, pedestal, slew, main, knuckle)
+        missing = "VESSEL" if vessel is None else "--wave"
+        raise SeaError(f"{missing}: missing. Give a vessel, --at and --wave, or a log with --log. See --help.")
+    point = place(at, boom)
     check_out(out, OUT_FILES)
     if exact and (point.z is None or out is None):
         raise SeaError("--exact: is for the series, and needs --out and the tip's height z in --at.")
@@ -180,37 +161,42 @@ def _in_sea(
         say_left_out()
 
 
-def _as_options(text: str) -> str:
-    """Advice of the readers in the words of this command."""
-    text = text.replace(PYTHON_POSITION, '--at "x=-20 m, y=12 m, z=35 m"').replace("raise max_gap", "raise --max-gap")
-    text = re.sub(r'\b(heave|time)="(\w+)"', r"--\1 \2", text).replace("(start, duration)", "(--start)")
-    return re.sub(r'\bstart=("[^"]*")', r"--start \1", text)
+def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
+    from stillhook.sea.vessel.tip import motion_statistics
 
-
-def _of_log(log: Path, at: str | None, duration: float, how: Mapping[str, Any], *, json: bool) -> None:
-    from stillhook.formats.motion.open import read_tip_motion, stored_motion
-    from stillhook.sea.vessel.tip import motion_statistics, parse_point
-
-    point = None if at is None else parse_point(at, "--at")
-    if point is not None and point.z is None:
-        raise SeaError("--at: z is missing. Give the tip's height above the motion sensor as well.")
-    arm = None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z!r} m")
-    stored = stored_motion(log)
-    if stored is not None and how:
-        raise SeaError(f"{log.name} holds the motion of a tip already. Leave {', '.join(f'--{k}' for k in how)} out.")
-    if stored is not None and arm is not None:
-        raise SeaError(f"--at: {log.name} holds the motion of a tip already. Leave --at out.")
-    try:
-        motion = stored or read_tip_motion(log, tip=arm, **how)
-    except MotionError as e:
-        raise MotionError(_as_options(str(e))) from None
-    notes = [_as_options(motion.report)] if hasattr(motion, "report") else []
+    motion = _logged(log, at)
+    report = getattr(motion, "report", "")
+    notes = [report] if report else []
     summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": notes}
     if json:
         print_json(summary)
         return
     wrapped(motion.describe())
     _print(summary)
+
+
+def _logged(log: Path, at: str | None) -> Motion:
+    """Motion of a tip in a log, at a place from its sensor; of a case file that of its scenario."""
+    from stillhook.formats.case_file import load_subject
+    from stillhook.formats.motion.open import read_tip_motion, stored_motion
+    from stillhook.sea.vessel.tip import parse_point
+
+    case = log.suffix == ".toml"
+    known = load_subject(str(log)).scenario.get("tip") if case else stored_motion(log)
+    if known is not None:
+        refuse({"--at": at}, f"{log.name} holds the motion of a tip already. Leave it out.")
+        return known
+    if case:
+        raise MotionError(f"{log.name}: scenario.tip: missing. Write the log there, and how it is read.")
+    point = None if at is None else parse_point(at, "--at")
+    if point is not None and point.z is None:
+        raise SeaError("--at: z is missing. Give the tip's height above the motion sensor as well.")
+    try:
+        return read_tip_motion(
+            log, tip=None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z!r} m")
+        )
+    except MotionError as e:
+        raise MotionError(str(e).replace(PYTHON_POSITION, '--at "x=-20 m, y=12 m, z=35 m"')) from None
 
 
 def _print(summary: dict[str, Any]) -> None:
@@ -315,33 +301,37 @@ def _measured(wave: str, beta: float | None, spread: float | None, record: str |
     return Sea((Train(series.spectrum(i), beta, spread),))
 
 
-def place(at: str | None, pedestal: str | None, slew: str | None, main: str | None, knuckle: str | None) -> TipPoint:
+_BOOM = re.compile(
+    r"(?P<pedestal>[^;]*?)[,;\s]+slew\s+(?P<slew>.*?)[,;\s]+main\s+(?P<main>.*?)(?:[,;\s]+knuckle\s+(?P<knuckle>.*))?"
+)
+
+
+def place(at: str | None, boom: str | None) -> TipPoint:
     """The crane tip, given as such or by the crane's geometry."""
     from stillhook.sea.vessel.boom import Boom
     from stillhook.sea.vessel.tip import TipPoint, parse_point
 
-    parts = {"--pedestal": pedestal, "--slew": slew, "--main": main, "--knuckle": knuckle}
     if at is not None:
-        refuse(parts, "the tip is given by --at already. Give --at, or --pedestal, --slew and --main.")
+        refuse({"--boom": boom}, "the tip is given by --at already. Give one of them.")
         return parse_point(at, "--at")
-    if not any(parts.values()):
+    if boom is None:
+        raise SeaError('--at: missing. Give a tip, --at "x=-20 m, y=-18 m", or a crane with --boom.')
+    parts = _BOOM.fullmatch(boom.strip())
+    if parts is None:
         raise SeaError(
-            '--at: missing. Give a tip, --at "x=-20 m, y=-18 m", or a crane with --pedestal, --slew and --main.'
+            f'--boom {quote(boom)}: is not heel, slew and main boom. Write "x=-10 m, y=-6 m, z=15 m, slew 270 deg, main'
+            ' 25 m 50 deg".'
         )
-    if pedestal is None or slew is None or main is None:
-        raise SeaError(
-            f"{next(name for name in parts if parts[name] is None)}: missing. A crane is --pedestal, --slew and --main."
-        )
-    heel = parse_point(pedestal, "--pedestal")
+    heel = parse_point(parts["pedestal"], "--boom")
     if heel.z is None:
-        raise SeaError("--pedestal: z is missing. Give the height of the boom's heel above still water as well.")
-    boom = Boom(
+        raise SeaError("--boom: z is missing. Give the height of the boom's heel above still water as well.")
+    crane = Boom(
         pedestal=(f"{heel.x!r} m", f"{heel.y!r} m", f"{heel.z!r} m"),
-        slew=f"{parse(slew, 'angle', '--slew')!r} rad",
-        main=_length_and_angle(main, "--main"),
-        knuckle=None if knuckle is None else _length_and_angle(knuckle, "--knuckle"),
+        slew=f"{parse(parts['slew'], 'angle', '--boom: slew')!r} rad",
+        main=_length_and_angle(parts["main"], "--boom: main"),
+        knuckle=None if parts["knuckle"] is None else _length_and_angle(parts["knuckle"], "--boom: knuckle"),
     )
-    return TipPoint(*boom.tip)
+    return TipPoint(*crane.tip)
 
 
 def _length_and_angle(text: str, where: str) -> tuple[str, str]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, refuse, write_out
+from stillhook.cli.parser import Json, Out, check_out, refuse, write_out
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_json, print_table
 from stillhook.units import number
@@ -31,9 +30,7 @@ Vessel = Annotated[str, typer.Argument(help=VESSEL_HELP, metavar="VESSEL|FILE")]
 def vessel(
     name: Vessel,
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for a picture and vessel.json; nothing is written without it.")
-    ] = None,
+    out: Out = None,
     check: Annotated[
         bool, typer.Option("--check", help="Test it against what every floating body does in long waves.")
     ] = False,

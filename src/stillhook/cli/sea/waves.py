@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, check_out, refuse, write_out
+from stillhook.cli.parser import Json, Out, check_out, refuse, write_out
 from stillhook.errors import SeaError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values
@@ -40,9 +40,7 @@ def sea(
     record: Annotated[str | None, typer.Option("--record", help=RECORD_HELP)] = None,
     form: Annotated[str | None, typer.Option("--format", help=FORMAT_HELP)] = None,
     point: Annotated[int | None, typer.Option("--point", help="Point of a file that holds several, from 0.")] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for a picture and sea.json; nothing is written without it.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Heights, periods, moments and steepness of waves; of a file, per record and in sum, with the records that are

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.base.choice import nearest
-from stillhook.cli.parser import FACTORS_HELP, Json, Spread, check_out, refuse, write_out
+from stillhook.cli.parser import FACTORS_HELP, Json, Out, Spread, check_out, refuse, write_out
 from stillhook.cli.sea.response import waves_of_file
 from stillhook.cli.weather.answers import (
     by_limits,
@@ -32,27 +31,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stillhook.weather.limit_text import Limit
-    from stillhook.weather.series import Weather
 
-app = typer.Typer(no_args_is_help=True)
 
 OUT_FILES = ("weather.png", "weather.json")
 FILE_HELP = (
-    "Table of weather (CSV and its kin, gz too), a file of NDBC, or a name of the library; a wrong name lists them."
+    "Table of weather (CSV and its kin, gz too), a file of NDBC, a name of the library, or a description (TOML): file,"
+    " and what that leaves open (sense of directions, columns, time, date_order, time_zone, step)."
 )
 LIMIT_HELP = (
     'Limit, inclusive; as often as needed, all must hold: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", '
     '"Hs <= 3 m for beta 150..210 deg".'
 )
-DIRECTION_HELP = (
-    "What the file's wave directions mean, where it does not say: coming-from or going-to (clockwise from north),"
-    " cartesian (going to, counter-clockwise from east), cartesian-from."
-)
-COLUMN_HELP = (
-    'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current;'
-    " Hs_swell, Tp_swell, from_swell and the same with _wind_sea."
-)
-ORDER_HELP = "mdy, dmy or ymd, where the file's dates leave it open."
 SHIP_HELP = (
     'Where the bow points, clockwise from north, "315 deg", or "free" to keep the best heading in each window; for'
     " limits on beta."
@@ -70,35 +59,16 @@ JSON_HELP = (
     " starts; percentiles linear; starts without one are n_censored and left out."
 )
 
-Direction = Annotated[str | None, typer.Option("--direction", help=DIRECTION_HELP)]
-Columns = Annotated[list[str] | None, typer.Option("--column", help=COLUMN_HELP)]
-TimeColumn = Annotated[str | None, typer.Option("--time", help="Heading of the times, where it is not recognised.")]
-Order = Annotated[str | None, typer.Option("--date-order", help=ORDER_HELP)]
-TimeZone = Annotated[
-    str | None, typer.Option("--time-zone", help='Zone of the times, where the file does not say: "UTC+3", CET.')
-]
-Step = Annotated[
-    str | None, typer.Option("--step", help="What a record represents, where that is not the usual spacing.")
-]
+File = Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")]
 Limits = Annotated[list[str], typer.Option("--limit", help=LIMIT_HELP)]
 Ship = Annotated[str | None, typer.Option("--ship", help=SHIP_HELP)]
-Out = Annotated[
-    Path | None, typer.Option("--out", help="Folder for weather.png and weather.json; nothing is written without it.")
-]
 
 
-@app.command("persistence")
 def persistence(
-    file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
+    file: File,
     limit: Limits,
     window: Annotated[str, typer.Option(help=WINDOW_HELP)],
     ship: Ship = None,
-    direction: Direction = None,
-    column: Columns = None,
-    time: TimeColumn = None,
-    date_order: Order = None,
-    time_zone: TimeZone = None,
-    step: Step = None,
     out: Out = None,
     json: Annotated[bool, typer.Option("--json", help=JSON_HELP)] = False,
 ) -> None:
@@ -112,6 +82,7 @@ def persistence(
     Example: stillhook weather persistence SYNTHETIC-norwegian-sea --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s"
     --window "24 h"
     """
+    from stillhook.formats.weather.description import weather_of_file
     from stillhook.weather.limit_text import parse_limit
     from stillhook.weather.persistence import persistence_answer
 
@@ -121,7 +92,7 @@ def persistence(
         raise WeatherError(f"--window {quote(window)}: is not above 0 h. Say how long the operation takes.")
     heading, free = _heading(ship, limits)
     check_out(out, OUT_FILES)
-    result = _read(file, direction, column, time, date_order, time_zone, step)
+    result = weather_of_file(file)
     answer = persistence_answer(result, limits, length, ship=heading, free=free)
     if json:
         print_json(answer)
@@ -133,7 +104,6 @@ def persistence(
         _write(out, partial(persistence_figure, answer), answer, quiet=json)
 
 
-@app.command("alpha")
 def alpha(
     hs: Annotated[str, typer.Option("--hs", help="Limiting significant wave height of the operation (OP_LIM).")],
     t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period.")],
@@ -162,9 +132,8 @@ def alpha(
     raise typer.Exit(1 if result.case_by_case else 0)
 
 
-@app.command("forecast")
 def forecast(
-    file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
+    file: File,
     limit: Annotated[list[str] | None, typer.Option("--limit", help=LIMIT_HELP)] = None,
     t_pop: Annotated[str | None, typer.Option("--t-pop", help="Planned operation period.")] = None,
     t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
@@ -181,12 +150,6 @@ def forecast(
         bool, typer.Option("--twin", help="With --plan: limits as simulated by the twin, not as credited.")
     ] = False,
     ship: Ship = None,
-    direction: Direction = None,
-    column: Columns = None,
-    time: TimeColumn = None,
-    date_order: Order = None,
-    time_zone: TimeZone = None,
-    step: Step = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -201,6 +164,7 @@ def forecast(
 
     Example: stillhook weather forecast forecast.csv --plan plan --limit "wind <= 12 m/s"
     """
+    from stillhook.formats.weather.description import weather_of_file
     from stillhook.formats.weather.times import read_times
     from stillhook.weather.limit_text import parse_limit
 
@@ -214,9 +178,7 @@ def forecast(
     heading = _heading(ship, limits, plan is not None)
     check_out(out, OUT_FILES)
 
-    def read() -> Weather:
-        return _read(file, direction, column, time, date_order, time_zone, step)
-
+    read = partial(weather_of_file, file)
     if plan is not None:
         refuse(
             {"--t-pop": t_pop, "--t-c": t_c, "--forecast-factors": table, "--out": out},
@@ -234,7 +196,6 @@ def forecast(
     raise typer.Exit(0 if answer["go"] else 1)
 
 
-@app.command("lift")
 def lift(
     plan: Annotated[str, typer.Argument(metavar="PLAN.toml", help="Plan file, or one of the library's.")],
     file: Annotated[
@@ -278,24 +239,18 @@ def lift(
         print_lift(answer)
 
 
-@app.command("show")
 def show(
-    file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
-    direction: Direction = None,
-    column: Columns = None,
-    time: TimeColumn = None,
-    date_order: Order = None,
-    time_zone: TimeZone = None,
-    step: Step = None,
+    file: File,
     json: Json = False,
 ) -> None:
     """What a weather file holds, and what was made of it: times, gaps, columns, units, directions, missing values.
 
     Example: stillhook weather show SYNTHETIC-norwegian-sea
     """
+    from stillhook.formats.weather.description import weather_of_file
     from stillhook.weather.persistence import show_answer
 
-    answer = show_answer(_read(file, direction, column, time, date_order, time_zone, step))
+    answer = show_answer(weather_of_file(file))
     if json:
         print_json(answer)
         return
@@ -319,47 +274,3 @@ def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None
     return parse_direction(ship, "--ship"), False
-
-
-def _read(
-    file: str,
-    direction: str | None,
-    column: list[str] | None,
-    time: str | None,
-    date_order: str | None,
-    time_zone: str | None,
-    step: str | None,
-) -> Weather:
-    """The weather that was named, with what was said about it."""
-    from stillhook.formats.weather.file import SENSES, read_weather
-    from stillhook.weather.limit_text import mapped
-
-    if direction is not None and direction not in SENSES:
-        raise WeatherError(
-            f"--direction {quote(direction)}: is not one of {', '.join(SENSES)}{nearest(direction, SENSES)}"
-        )
-    named: dict[str, str] = {}
-    for text in column or ():
-        name, sign, heading = text.partition("=")
-        if not sign or not heading.strip():
-            raise WeatherError(f'--column {quote(text)}: write a name and a heading, "Hs=waveheight".')
-        column_of = mapped({name: heading}, "--column")
-        if twice := sorted(column_of.keys() & named.keys()):
-            raise WeatherError(
-                f"--column {quote(text)}: {twice[0]} already has the heading {quote(named[twice[0]])}. Name each column"
-                " once."
-            )
-        named |= column_of
-    every = None if step is None else parse(step, "hours", "--step")
-    if every is not None and every <= 0.0:
-        raise WeatherError(f"--step {quote(step)}: is not above 0 s.")
-    sense = None if direction is None else SENSES[direction]
-    return read_weather(
-        file,
-        sense=sense,
-        columns_as=named,
-        time_column=time,
-        date_order=date_order,
-        time_zone=time_zone,
-        step=every,
-    )

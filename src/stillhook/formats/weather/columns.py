@@ -23,7 +23,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.formats.table.dialect import MISSING
 from stillhook.formats.table.text import TextTable
-from stillhook.formats.weather.times import step_of
+from stillhook.formats.weather.times import WHERE, step_of
 from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
 from stillhook.units import quote
 from stillhook.weather.series import Weather
@@ -138,7 +138,7 @@ def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[s
             recognised.append(Column(key, place, headings[place], tidy or "hz", bool(tidy), by_user))
             continue
         if tidy and tidy not in UNITS[kind]:
-            plain = f'--column "{key}={without_unit(headings[place])} [{PLAIN[kind]}]"'
+            plain = f'columns.{key} = "{without_unit(headings[place])} [{PLAIN[kind]}]"'
             do = f"Convert its numbers, or say {plain} where that is what they are in."
             raise WeatherError(
                 f"{name}: column {quote(headings[place])}: unit {quote(unit)} is not one of {', '.join(UNITS[kind])}."
@@ -156,7 +156,9 @@ def _requested(headings: Sequence[str], wanted: str, key: str, name: str) -> int
         if len(places) == 1:
             return places[0]
     have = ", ".join(h for h in headings if h)
-    raise WeatherError(f"{name}: --column {key}={wanted}: no column {quote(wanted)}, or several. It has {have}.")
+    raise WeatherError(
+        f"{name}: columns.{key} = {quote(wanted)}: no column {quote(wanted)}, or several. It has {have}."
+    )
 
 
 def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
@@ -172,7 +174,8 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
         if len(places) > 1:
             both = " and ".join(quote(headings[i]) for i in places)
             raise WeatherError(
-                f"{name}: columns {both} both read as {key}. Choose one with --column {key}={headings[places[0]]}."
+                f"{name}: columns {both} both read as {key}. Choose one, columns.{key} ="
+                f" {quote(headings[places[0]])} {WHERE}."
             )
         if places:
             return places[0]
@@ -221,7 +224,7 @@ def _in_another_unit(x: float, column: Column) -> str:
         factor = UNITS[kind][unit] / UNITS[kind][column.unit]
         if factor < 1.0 and 0.0 < abs(x) * factor <= LARGEST[kind] and (x > 0.0 or kind == "direction"):
             return (
-                f'; if the numbers are in {unit}, say --column "{column.name}={without_unit(column.heading)} [{unit}]"'
+                f'; if the numbers are in {unit}, say columns.{column.name} = "{without_unit(column.heading)} [{unit}]"'
             )
     return ""
 
@@ -262,7 +265,7 @@ def weather_of(
     names, recognised = names or headings, columns(headings, units, columns_as, name)
     if not recognised:
         have = ", ".join(quote(heading) for heading in headings if heading)
-        raise WeatherError(f"{name}: no column of weather among {have}. Name it: --column Hs=... --column wind=...")
+        raise WeatherError(f"{name}: no column of weather among {have}. Name it: columns.Hs, columns.wind {WHERE}.")
     values, more = assembled([(column, *read(column)) for column in recognised], comments, name, sense)
     for u, v in wind_parts(headings) if "wind" not in values else ():
         parts = [Column("wind", i, headings[i], "m/s", False) for i in (u, v)]
@@ -290,7 +293,7 @@ def assembled(
         if missing := int(np.count_nonzero(np.isnan(x))):
             notes.append(f"{column.heading}: {missing} of {len(x)} missing{marked}")
         if KINDS[column.name] == "direction" and _like_radians(x, column):
-            say = f'--column "{column.name}={without_unit(column.heading)} [rad]"'
+            say = f'columns.{column.name} = "{without_unit(column.heading)} [rad]"'
             notes.append(
                 f"{column.heading}: all directions are within 6.3 deg of north: are they in radians? Then say {say}"
             )
@@ -304,7 +307,7 @@ def assembled(
         else:
             notes.append(
                 f"the file does not say what its wave direction {quote(column.heading)} means, and it was not read: say"
-                f" --direction {', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]} (cartesian: going to,"
+                f" {WHERE} sense = {', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]} (cartesian: going to,"
                 " counter-clockwise from east)"
             )
     guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c, _, _ in read if not c.stated and not c.inverse]
@@ -321,14 +324,14 @@ def _check_plausible(x: FloatArray, column: Column, name: str) -> None:
     if kind == "period" and median < SHORTEST:
         raise WeatherError(
             f"{name}: column {quote(column.heading)}: the median is {median:.3g} s, and no sea has such a period. If it"
-            f' is a frequency, say --column "{column.name}={bare_heading} [Hz]" (then {1.0 / median:.3g} s); if it'
+            f' is a frequency, say columns.{column.name} = "{bare_heading} [Hz]" (then {1.0 / median:.3g} s); if it'
             " is right, [s]."
         )
     if kind == "height" and median > TALLEST:
         raise WeatherError(
             f"{name}: column {quote(column.heading)}: the median is {median:.3g} m, and no place has such waves. If its"
-            f' numbers are in another unit, say which: --column "{column.name}={bare_heading} [cm]"; if they are right,'
-            " [m]."
+            f' numbers are in another unit, say which: columns.{column.name} = "{bare_heading} [cm]"; if they are'
+            " right, [m]."
         )
 
 
@@ -368,7 +371,7 @@ def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionS
     if declared is not None and sense is not None and declared is not sense:
         raise WeatherError(
             f"{name}: column {quote(column.heading)}: the file says its directions are"
-            f" {quote(declared.value)}, --direction"
-            f" says {quote(sense.value)}. Leave --direction out, or correct the file."
+            f" {quote(declared.value)}, sense"
+            f" says {quote(sense.value)}. Leave sense out, or correct the file."
         )
     return declared or sense

@@ -41,7 +41,7 @@ from stillhook.formats.weather.columns import (
     weather_of,
 )
 from stillhook.formats.weather.netcdf import is_netcdf, read_netcdf
-from stillhook.formats.weather.times import ORDERS, calendar_of, counted, read_times, stamped, step_of
+from stillhook.formats.weather.times import ORDERS, WHERE, calendar_of, counted, read_times, stamped, step_of
 from stillhook.formats.weather.zones import Zone, parse_zone, zone_in, zone_of_remarks
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.kinds import toml_instead
@@ -79,7 +79,7 @@ def read_weather(
     if line := toml_instead(path, "a table of weather"):
         raise WeatherError(line)
     if is_netcdf(path):
-        zone = None if time_zone is None else parse_zone(time_zone, "--time-zone")
+        zone = None if time_zone is None else parse_zone(time_zone, "time_zone")
         return read_netcdf(
             path, sense=sense, columns_as=columns_as or {}, time_column=time_column, zone=zone, step=step
         )
@@ -92,7 +92,7 @@ def read_weather(
         except SeaError as problem:
             raise WeatherError(str(problem)) from None
     if date_order is not None and date_order not in ORDERS:
-        raise WeatherError(f"--date-order {quote(date_order)}: is not one of {', '.join(ORDERS)}.")
+        raise WeatherError(f"date_order = {quote(date_order)}: is not one of {', '.join(ORDERS)}.")
     head = data[:HEAD] if in_blanks else _BLANK_IN_TIME.sub(rb"\1T\2", data[:HEAD])  # a blank in a time is none
     table = table_found(path.name, data, WeatherError, "table", START, head)
     time, used, notes = _times(table, time_column, date_order, time_zone)
@@ -131,7 +131,7 @@ def _times(
         places = [i for i, h in enumerate(table.headings) if h.strip().lower() == time_column.strip().lower()]
         if len(places) != 1:
             raise WeatherError(
-                f"{table.name}: --time {quote(time_column)}: no such column. It has {', '.join(table.headings)}."
+                f"{table.name}: time = {quote(time_column)}: no such column. It has {', '.join(table.headings)}."
             )
     else:
         places = [i for i, n in enumerate(names) if _is_stamp(n)][:1]
@@ -140,7 +140,7 @@ def _times(
         return _from_parts(table, parts) - zone, set(parts.values()), [note]
     if not places:
         have = ", ".join(map(quote, table.headings))
-        raise WeatherError(f"{table.name}: no column of times among {have}. Name it: --time HEADING.")
+        raise WeatherError(f"{table.name}: no column of times among {have}. Name it: time = HEADING {WHERE}.")
     texts = table.column(places[0])
     if (found := counted(texts)) is not None:
         time, how = found
@@ -179,20 +179,20 @@ def _zone(
     texts = [*(headings[i] for i in places), *(units[i] for i in places if i < len(units))]
     stated = next((zone for text in texts if (zone := zone_in(text)) is not None), None)
     stated = stated or zone_of_remarks(table.comments)
-    asked = None if time_zone is None else parse_zone(time_zone, "--time-zone")
+    asked = None if time_zone is None else parse_zone(time_zone, "time_zone")
     if stamps is not None:
         if asked is not None:
-            raise WeatherError(f"{table.name}: its times name their zone, {stamps.text}. Leave --time-zone out.")
+            raise WeatherError(f"{table.name}: its times name their zone, {stamps.text}. Leave time_zone out.")
         return np.timedelta64(0, "s"), ""
     if stated is not None and stated.ahead is None and asked is None:
         raise WeatherError(
             f"{table.name}: its times are {quote(stated.text)}, and the file does not say how far that is from UTC. Say"
-            ' it: --time-zone "UTC+1"; local time with a change in spring and autumn must be exported in UTC.'
+            ' it: time_zone = "UTC+1"; local time with a change in spring and autumn must be exported in UTC.'
         )
     if stated is not None and stated.ahead is not None and asked is not None and stated.ahead != asked.ahead:
         raise WeatherError(
-            f"{table.name}: the file says that its times are {stated.text}, --time-zone says {quote(str(time_zone))}."
-            " Leave --time-zone out, or correct the file."
+            f"{table.name}: the file says that its times are {stated.text}, time_zone says {quote(str(time_zone))}."
+            " Leave time_zone out, or correct the file."
         )
     zone = asked or stated
     if zone is None or zone.ahead is None:
@@ -254,7 +254,7 @@ def _ascending(time: NDArray[np.datetime64], table: TextTable) -> None:
         )
     raise WeatherError(
         f"{table.name}: line {table.lines[i + 1]}: the time {stamp} is before that of line {table.lines[i]}. Sort the"
-        " rows by time, oldest first; if day and month were taken for each other, say --date-order."
+        " rows by time, oldest first; if day and month were taken for each other, say date_order."
     )
 
 

@@ -13,6 +13,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
 from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
 from stillhook.formats.weather.columns import Column, in_si, weather_of
+from stillhook.formats.weather.times import WHERE
 from stillhook.formats.weather.zones import Zone
 from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.weather.series import Weather
@@ -58,7 +59,8 @@ def read_netcdf(
         or data[when].ndim != 1
     ):
         raise WeatherError(
-            f"{path.name}: no series of times among {', '.join(map(str, data.variables))}. Name it: --time NAME."
+            f"{path.name}: no series of times among {', '.join(map(str, data.variables))}. Name it: time ="
+            f" NAME {WHERE}."
         )
     time = data[when].values.astype("datetime64[s]")
     if np.any(np.diff(time) <= np.timedelta64(0, "s")):

@@ -23,6 +23,8 @@ from stillhook.weather.series import usual_step
 
 Times = NDArray[np.datetime64]
 ORDERS = ("ymd", "mdy", "dmy")
+WHERE = "in a description (TOML)"
+"""Where a user says what a weather file leaves open."""
 _NAMES = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _MONTHS = {name: f"{i:02d}" for i, name in enumerate(_NAMES, start=1)}
 _CLOCK = (
@@ -129,8 +131,8 @@ def step_of(time: Times, requested: float | None, name: str) -> float:
     usual = usual_step(time)
     if requested is not None and requested > ROUNDED * usual:
         raise WeatherError(
-            f"{name}: --step {show(requested, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer"
-            " step would count time twice. Leave --step out."
+            f"{name}: step = {show(requested, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer"
+            " step would count time twice. Leave step out."
         )
     return usual if requested is None else requested
 
@@ -153,8 +155,8 @@ def stamped(
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
         raise WeatherError(
-            f"{name}: line {lines[i]}: {quote(texts[i])} is no date. Correct the line, or say --date-order ymd, mdy"
-            " or dmy."
+            f"{name}: line {lines[i]}: {quote(texts[i])} is no date. Correct the line, or say date_order ="
+            " ymd, mdy or dmy."
         )
     return np.asarray((begin + (day - 1)).astype("datetime64[s]") + second.astype("timedelta64[s]"))
 
@@ -167,7 +169,7 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
     if match is None:
         raise WeatherError(
             f"{where}: {quote(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Correct"
-            " the line, or name the column of times with --time."
+            " the line, or name the column of times by time."
         )
     part = match.groupdict()
     second, a, sign = _second(part, where, text), part["a"], part.get("sign") or "iso"
@@ -241,8 +243,8 @@ def _order(
     if len(sound) == 1:
         return sound[0]
     raise WeatherError(
-        f"{name}: line {lines[0]}: of the first two numbers of its dates either may be the month. Say --date-order mdy"
-        " or dmy."
+        f"{name}: line {lines[0]}: of the first two numbers of its dates either may be the month. Say date_order ="
+        ' "mdy" or "dmy", ' + WHERE + "."
     )
 
 

@@ -76,7 +76,7 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
             used.remove(name)
         if like:
             prescribed |= {n: like[n] for n in lost}
-        filled = "taken from the set given with --like" if like else "left out"
+        filled = "taken from the set of like" if like else "left out"
         text = (
             f"All tests carry about the same drum torque ({show(high, 'drum_torque', 3)}): friction in proportion to"
             f" the load (Y_1, Y_6) and constant friction (Y_3, Y_2) cannot be distinguished; {', '.join(lost)}"
@@ -91,8 +91,8 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
         text = (
             f"The slowest pair runs at {show(slowest, 'rotation', 3)}: break-away friction (Y_1, Y_3, Y_4) cannot be"
             " seen, and stick-slip depends on it. "
-            + ("It is taken from the set given with --like. " if like else "")
-            + "Add steps between 20 and 150 rev/min, or name a set of a similar winch with --like."
+            + ("It is taken from the set of like. " if like else "")
+            + "Add steps between 20 and 150 rev/min, or name a set of a similar winch, like."
         )
         out.append(Statement("no low speed", text, severe=like is None))
     if fastest < FAST:

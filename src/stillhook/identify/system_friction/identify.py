@@ -135,11 +135,11 @@ def friction(
     *,
     keep_Y_2: bool | None = None,
     like: str | None = None,
-    loops: int = 0,
+    loops: int | None = None,
     loss_map: str | Path | None = None,
-    variant: Variant | str = Variant.KRUS,
+    variant: Variant | str | None = None,
     proposals: int = 3,
-    seed: int = 0,
+    seed: int | None = None,
     progress: Progress | None = None,
 ) -> Friction:
     """Identify system friction from a campaign of crane tests.
@@ -147,7 +147,8 @@ def friction(
     Parameters
     ----------
     source: campaign, or path of its file (see `load_campaign`).
-    keep_Y_2: keep the constant term; None: only where the data ask for it.
+    What is None is that of the campaign's table [fit], and of its default.
+    keep_Y_2: keep the constant term; without it only where the data ask for it.
     like: set of a similar winch (library name or file) for parameters that these tests cannot determine.
     loops: rounds of paper D's second loop (0: none).
     loss_map: supplier's map of the motor, to be compared with its fitted model (see `read_map`).
@@ -157,7 +158,13 @@ def friction(
     Errors: LogError, IdentifyError, SpecError, UnitError of one line.
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
-    variant = choice(Variant, variant, "variant")
+    fit_of = campaign.fit
+    variant = fit_of.variant if variant is None else choice(Variant, variant, "variant")
+    keep_Y_2 = fit_of.keep_Y_2 if keep_Y_2 is None else keep_Y_2
+    like = fit_of.like if like is None else like
+    loops = fit_of.loops if loops is None else loops
+    loss_map = fit_of.map if loss_map is None else loss_map
+    seed = fit_of.seed if seed is None else seed
     measured = _measured(campaign, progress)
     campaign = replace(campaign, tests=tuple(m.test for m in measured))  # with the wire's weight, as the logs show it
     points, grid = joined([m.points for m in measured]), joined([m.grid_points for m in measured])

@@ -40,6 +40,7 @@ class FileKind(Enum):
     FACTORS = auto()
     MAPPING = auto()
     COLUMNS = auto()
+    WEATHER = auto()
 
     @property
     def noun(self) -> str:
@@ -68,7 +69,7 @@ def kind_of(table: Mapping[str, Any]) -> FileKind | None:
     name = next((name for name, *marks in _TABLE["marks"] if table.keys() >= set(marks)), None)
     if name is not None:
         return FileKind[name]
-    if set(table) == {"signals"}:
+    if "signals" in table and table.keys() <= {"signals", "curve"}:
         return FileKind.MAPPING
     if "mode" in table and table.keys() <= _OF_CONTROLLER:
         return FileKind.CONTROLLER

@@ -138,7 +138,7 @@ def _weather(use: WeatherUse) -> dict[str, Any]:
         "last": last,
         "columns": sorted(weather.columns),
         "ship": use.ship,
-        "notes": [note.replace("--direction", "weather.sense") for note in weather.notes],
+        "notes": list(weather.notes),
     }
 
 
