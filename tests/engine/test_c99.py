@@ -15,9 +15,7 @@ import pytest
 from numpy.ctypeslib import ndpointer
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.kernels.build import c_source, driver
 from stillhook.kernels.c99.source import SubsetError, Translator
 from stillhook.kernels.lanes import VL, Array, flatten
@@ -66,9 +64,7 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[ScenarioBlock, Scen
     ]
     out = []
     for c in (False, True):
-        block = ScenarioBlock(
-            [Ready(pack(crane, s), CycleInputs(crane, s)) for s in cases], lanes=lanes, n_sub=2, every=1
-        )
+        block = ScenarioBlock([Ready.of(crane, s) for s in cases], lanes=lanes, n_sub=2, every=1)
         if c:
             array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
             run = getattr(translated.library, f"run_{lanes}")
@@ -137,7 +133,7 @@ def translate(text: str, *types: object, **names: object) -> str:
 
 
 def value(text: str, folder: Path, *arguments: float) -> float:
-    """Result of `f` in C."""
+    """ScenarioRun of `f` in C."""
     f = compile_c(translate(text, *map(type, arguments)), folder).f
     f.restype = ctypes.c_double
     f.argtypes = [ctypes.c_double if isinstance(a, float) else ctypes.c_int64 for a in arguments]

@@ -20,8 +20,9 @@ from stillhook.engine.arguments import check_step, fastest_rates
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario import problem as run_module
-from stillhook.engine.scenario.problem import Ready, Result, ScenarioBlock
+from stillhook.engine.scenario import case as case_module
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL, flatten, size, unflatten
@@ -174,7 +175,7 @@ def field(x: Any, name: str) -> float:
 # The same bits, however a case is run
 
 
-def same(a: Result, b: Result) -> bool:
+def same(a: ScenarioRun, b: ScenarioRun) -> bool:
     return flatten(a.stats) == flatten(b.stats) and a.state == b.state and a.memory == b.memory and a.span == b.span
 
 
@@ -223,7 +224,7 @@ def test_compiled_physics_is_the_physics_that_python_runs(plant, friction):
 
 def _short(crane: Crane, case: Scenario, *, python: bool) -> np.ndarray:
     """Series of a run through the compiled driver, or through the same source as plain Python."""
-    block = ScenarioBlock([Ready(pack(crane, case), CycleInputs(crane, case))], lanes=1, n_sub=2, every=1)
+    block = ScenarioBlock([Ready.of(crane, case)], lanes=1, n_sub=2, every=1)
     if python:
         block.d = types.SimpleNamespace(**(vars(block.d) | {"run": block.d.run.py_func}))
     for _ in block.steps():
@@ -249,7 +250,7 @@ PARACHUTE = {"load": "1 t", "water": Water(volume="0.05 m^3", C_D=10.0, area="10
 
 @pytest.fixture
 def unchecked(monkeypatch):
-    monkeypatch.setattr(run_module, "check_step", lambda packed, step: None)
+    monkeypatch.setattr(case_module, "check_step", lambda packed, step: None)
 
 
 @pytest.mark.slow

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane, read_payload
-from stillhook.engine import batch as module
 from stillhook.engine.inputs import CycleInputs, filled
 from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.simulate import simulate
+from stillhook.engine.tasks import Task
 from stillhook.errors import LiftError, SimulationError, StillhookError
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library import changed
@@ -76,8 +76,8 @@ def truth():
 def counted(monkeypatch):
     """Cases that were run."""
     ran: list[int] = []
-    work = module.work
-    monkeypatch.setattr(module, "work", lambda task, progress=None: (ran.extend(task.indices), work(task, progress))[1])
+    inner = Task.run
+    monkeypatch.setattr(Task, "run", lambda task, progress=None: (ran.extend(task.indices), inner(task, progress))[1])
     return ran
 
 

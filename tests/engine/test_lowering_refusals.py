@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.lowering.run import longest_step, prepare
-from stillhook.engine.simulate import simulate
+from stillhook.engine.lowering.case import LoweringType
+from stillhook.engine.lowering.run import longest_step
+from stillhook.engine.simulate import run_cases, simulate
 from stillhook.errors import LiftError, ScenarioError, SimulationError, SpecError
 from stillhook.sea.motion.motion import Profile, Sine
 from stillhook.sea.vessel.realisation import WaveField
@@ -96,7 +97,7 @@ def test_steps_that_do_not_fit_are_refused() -> None:
     rock = case.payload.seabed.model_copy(update={"settlement": 1e-5})
     on_rock = case.model_copy(update={"payload": case.payload.model_copy(update={"seabed": rock})})
     with pytest.raises(SpecError, match="seabed"):
-        prepare(crane(), [on_rock], 2)
+        run_cases(crane(), on_rock, step=2)
 
 
 def test_a_stiff_winch_is_run_with_a_shorter_step_unasked() -> None:
@@ -209,4 +210,4 @@ def test_wire_counts_as_load_at_the_crane_tip() -> None:
     deep = (Stage(mode="ahc", lower="60 m/min", depth="1900 m"),)
     with pytest.raises(LiftError, match=r"payload, hook and wire pull 2\d+ kN at the crane tip"):
         simulate(crane(), lift("230 t", programme=deep))
-    prepare(crane(), [lift("180 t", programme=deep)], 2)
+    LoweringType().ready([crane()], [lift("180 t", programme=deep)], 2, None)

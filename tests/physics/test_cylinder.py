@@ -12,9 +12,8 @@ from tests.engine.test_c99 import SAME as SAME_IN_C
 from tests.engine.test_c99 import compile_c
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack, wire_speed_max
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.errors import ScenarioError, SpecError, UnitError
 from stillhook.kernels.build import c_source, driver
 from stillhook.library.crane_file import changed
@@ -251,7 +250,7 @@ CASES = {
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_no_energy_is_lost_unseen(name):
     result = run_one(CRANE, Scenario(**(CASE | {"mode": "position"} | CASES[name])), n_sub=5, every=0)
-    assert abs(energy_unaccounted(CRANE.plant.type, result)) < AUDIT
+    assert abs(result.energy_unaccounted) < AUDIT
     for loss in ("friction", "leakage", "relief", "flushing", "cushion", "piston"):
         assert getattr(result.stats.power, loss) >= 0.0, loss
 
@@ -259,7 +258,7 @@ def test_no_energy_is_lost_unseen(name):
 def test_unequal_areas_lose_no_energy_unseen_either():
     crane = with_cylinder(A_b="270 cm^2")
     result = run_one(crane, Scenario(**CASE, mode="position"), n_sub=5, every=0)
-    assert abs(energy_unaccounted(crane.plant.type, result)) < AUDIT
+    assert abs(result.energy_unaccounted) < AUDIT
 
 
 def test_half_the_step_gives_the_same():
@@ -348,7 +347,7 @@ def test_the_same_in_c(lanes, tmp_path):
     ]
     blocks = []
     for in_c in (False, True):
-        ready = [Ready(pack(CRANE, case), CycleInputs(CRANE, case)) for case in cases]
+        ready = [Ready.of(CRANE, case) for case in cases]
         block = ScenarioBlock(ready, lanes=lanes, n_sub=2, every=1)
         if in_c:
             array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64

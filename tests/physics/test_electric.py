@@ -12,10 +12,9 @@ from tests.engine.runs import run_many, run_one
 
 from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
-from stillhook.engine.lowering.run import run_lowerings
-from stillhook.engine.lowering.summary import unaccounted
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Result, energy_unaccounted, limits_passed
+from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.errors import SpecError, UnitError
 from stillhook.kernels.build import driver
 from stillhook.kernels.c99 import library as native
@@ -72,7 +71,7 @@ def edited(**electric_tables: dict[str, str]) -> Crane:
     return changed(CRANE, {"electric": electric_tables})
 
 
-def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> Result:
+def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> ScenarioRun:
     return run_one(crane, Scenario(**({"mode": "position"} | case)), n_sub=n_sub)
 
 
@@ -82,11 +81,11 @@ def steady(speed: float, duration: float = 60.0) -> dict[str, Any]:
     return {"mode": "manual", "tip": "still", "operator": Operator(profile=profile), "duration": f"{duration} s"}
 
 
-def joules(result: Result, name: str) -> float:
+def joules(result: ScenarioRun, name: str) -> float:
     return float(getattr(result.stats.power, name) * result.t_cycle)
 
 
-def counted(result: Result, name: str) -> np.ndarray:
+def counted(result: ScenarioRun, name: str) -> np.ndarray:
     """A signal after the warm-up."""
     return result.column(name)[round(result.warm_up / result.t_cycle) :]
 
@@ -368,7 +367,7 @@ def test_a_load_that_runs_away_is_caught_by_the_brake():
 )
 def test_no_run_loses_energy_unseen(case):
     result = run(**(WAVE | case))
-    assert abs(energy_unaccounted(WINCH, result)) < AUDIT
+    assert abs(result.energy_unaccounted) < AUDIT
     for loss in ("copper", "iron", "inverter", "store", "resistor", "friction"):
         assert joules(result, loss) >= 0.0, loss
 
@@ -389,8 +388,8 @@ def test_a_lowering_into_the_water_loses_no_energy_unseen():
         ),
         duration="200 s",
     )
-    result = run_lowerings(CRANE, [case], n_sub=2, lanes=1, every=0)[0]
-    assert abs(unaccounted(WINCH, result)) < LOWERING
+    result = run_cases(CRANE, [case], step=2, lanes=1, keep=whole)[0]
+    assert abs(result.energy_unaccounted) < LOWERING
 
 
 def test_half_the_step_gives_the_same():

@@ -16,9 +16,8 @@ from tests.engine.runs import run_many, run_one
 from tests.engine.test_c99 import SAME, compile_c
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.errors import SpecError, StillhookError
 from stillhook.kernels.build import c_source, driver
 from stillhook.kernels.lanes import VL, flatten
@@ -394,7 +393,7 @@ AUDITED: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("case", AUDITED)
 def test_no_scenario_loses_energy_unseen(case):
     result = run_one(crane(), Scenario(**({"load": "10 t"} | SEA | AUDITED[case])), n_sub=5, every=0)
-    assert abs(energy_unaccounted(WINCH, result)) < (AUDIT_OF_A_JUMP if case == "power-loss" else AUDIT)
+    assert abs(result.energy_unaccounted) < (AUDIT_OF_A_JUMP if case == "power-loss" else AUDIT)
     for name in ("friction", "valve", "counterbalance", "leakage", "relief"):
         assert float(getattr(result.stats.power, name)) >= 0.0, name
 
@@ -455,10 +454,7 @@ def test_what_matters_before_a_run_is_said_in_its_notes():
 def test_c_runs_the_same_physics(tmp_path):
     library = compile_c(c_source("open-circuit"), tmp_path)
     case = Scenario(**({"load": "10 t"} | SEA))
-    ours, theirs = (
-        ScenarioBlock([Ready(pack(crane(), case), CycleInputs(crane(), case))], lanes=1, n_sub=2, every=1)
-        for _ in range(2)
-    )
+    ours, theirs = (ScenarioBlock([Ready.of(crane(), case)], lanes=1, n_sub=2, every=1) for _ in range(2))
     array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
     run = library.run_1
     run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None

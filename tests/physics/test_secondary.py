@@ -15,9 +15,8 @@ from tests.engine.runs import run_many, run_one
 from tests.engine.test_c99 import compile_c
 
 from stillhook import Scenario, Sine, cli, load_crane, simulate
-from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.errors import SpecError, UnitError
 from stillhook.kernels.build import c_source, driver
 from stillhook.kernels.lanes import VL, flatten
@@ -134,7 +133,7 @@ def weight(load: str = "125 t") -> float:
 )
 def test_no_joule_is_lost(case):
     result = run_one(crane(), Scenario(**(BASE | case)), n_sub=5, every=0)
-    assert abs(energy_unaccounted(crane().plant.type, result)) < AUDIT
+    assert abs(result.energy_unaccounted) < AUDIT
 
 
 def test_over_a_period_the_pumps_give_what_is_lost_and_no_more():
@@ -458,7 +457,7 @@ def test_c_runs_the_same_physics(lanes, tmp_path):
     run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
     rows = []
     for c in (False, True):
-        ready = [Ready(pack(crane(), case), CycleInputs(crane(), case)) for case in mixed(lanes)]
+        ready = [Ready.of(crane(), case) for case in mixed(lanes)]
         block = ScenarioBlock(ready, lanes=lanes, n_sub=2, every=1)
         if c:
             block.d = types.SimpleNamespace(**(vars(driver(secondary.NAME, lanes)) | {"run": run}))
@@ -539,7 +538,7 @@ def test_compiled_physics_is_the_physics_that_python_runs():
     case = Scenario(**(BASE | {"duration": "0.5 s", "warm_up": "0.1 s", "ramp": "0.2 s"}))
     found = []
     for python in (False, True):
-        block = ScenarioBlock([Ready(pack(crane(), case), CycleInputs(crane(), case))], lanes=1, n_sub=2, every=1)
+        block = ScenarioBlock([Ready.of(crane(), case)], lanes=1, n_sub=2, every=1)
         if python:
             block.d = types.SimpleNamespace(**(vars(block.d) | {"run": block.d.run.py_func}))
         for _ in block.steps():

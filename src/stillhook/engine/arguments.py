@@ -114,6 +114,8 @@ def step_advice(t_cycle: float, longest: float) -> str:
 Case = Scenario | Lowering | InSea
 T = TypeVar("T", bound=Case)
 SCENARIO = (Scenario,)
+ANY_CASE = (Scenario, Lowering, InSea)
+"""Classes of cases."""
 
 SERIES_STEP = 2e-3
 STATISTICS_STEP = 5e-3
@@ -219,15 +221,6 @@ def steps_of_cases(crane: Crane | Sequence[Crane], cases: Sequence[Scenario], lo
     fastest = max((max(fastest_rates(pack(each, case)).values()) for each, case in pairs), default=0.0)
     least = steps_per_cycle(cranes[0], None, longest)
     return max(least, substeps(cranes[0].control.t_cycle, RK4_LIMIT / fastest)) if fastest > 0.0 else least
-
-
-def steps_for(cranes: Sequence[Crane], cases: Sequence[Scenario], step: str | None, longest: float) -> int:
-    """Steps per PLC cycle for a step given as text; where there is none, the longest that is allowed, or on a winch
-    type whose fast modes leave it little room the longest that every crane and case can follow."""
-    if step is not None or cranes[0].plant.type.steady_operation:
-        return steps_per_cycle(cranes[0], step, longest)
-    once = {id(each): (each, case) for each, case in zip(cranes, cases, strict=True)}.values()
-    return steps_of_cases([each for each, _ in once], [case for _, case in once], longest)
 
 
 def cycles(crane: Crane, every: str | None, name: str = "every") -> int:

@@ -22,7 +22,7 @@ from stillhook.kernels.tip_sampling import sampled
 from stillhook.sea.motion.motion import Motion, Ramped
 from stillhook.sea.motion.recorded import wave_periods, window_spans
 from stillhook.spec.crane import Crane, content
-from stillhook.spec.scenario import FrictionModel, Mode, Operator, PowerLoss, Scenario
+from stillhook.spec.scenario import FrictionModel, Mode, Operator, PowerLoss, Scenario, Sensors
 from stillhook.spec.validity import Conditions
 from stillhook.variables import WINDOW
 from stillhook.winches.records import THIN, Tick
@@ -73,12 +73,13 @@ def shape(crane: Crane, case: Scenario) -> tuple[int, int, int]:
     """What runs must share to run side by side: PLC cycles, first one that counts, and columns of the drive."""
     t_cycle = crane.control.t_cycle
     n_ticks = max(1, math.floor(case.duration / t_cycle + 1e-9))
-    return n_ticks, min(round(case.warm_up / t_cycle), n_ticks), THIN if _only_the_tip_moves(case) else TICK
+    thin = is_ideal(case.sensors) and not _events(case)
+    return n_ticks, min(round(case.warm_up / t_cycle), n_ticks), THIN if thin else TICK
 
 
-def _only_the_tip_moves(case: Scenario) -> bool:
-    s = case.sensors
-    return not _events(case) and not any(
+def is_ideal(s: Sensors) -> bool:
+    """Whether the PLC receives the tip, the wire and the load as they are."""
+    return not any(
         (s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip)
     )
 

@@ -17,12 +17,11 @@ from stillhook.base.atomic import atomic_file
 from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.arguments import SERIES_STEP, check_step, checked_cases, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.pack.winch import pack
 from stillhook.engine.ranges import CYCLES, SETTING, SETTINGS, Range, ranges, wrong
 from stillhook.engine.runner import each_case
 from stillhook.engine.saved import bytes_of, printable, seal, unseal
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock, first_lane
+from stillhook.engine.scenario.run import Ready, ScenarioBlock, first_lane
 from stillhook.errors import SimulationError
 from stillhook.kernels.build import Setup, results_hash
 from stillhook.kernels.lanes import VL, aligned, flatten, offset, paths
@@ -128,7 +127,7 @@ class Session:
 
         def ready(_: Crane, case: Scenario) -> Ready:
             check(crane, case)
-            made = Ready(pack(crane, case), CycleInputs(crane, case))
+            made = Ready.of(crane, case)
             check_step(made.winch, made.drive.t_cycle / n_sub)
             return made
 

@@ -174,7 +174,7 @@ class _Report:
         from stillhook.analysis.loop_stability.governing import governing
         from stillhook.analysis.tuning.tune import outcomes, variations
         from stillhook.engine.scenario.checks import notes_of
-        from stillhook.engine.scenario.problem import numbers_of
+        from stillhook.engine.scenario.summary import numbers_of
 
         self.available = numbers_of(crane)
         self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
