@@ -22,7 +22,7 @@ from rich.table import Table
 
 from stillhook import Crane, Scenario, Sine, load_crane
 from stillhook.engine.scenario.case import ScenarioType
-from stillhook.engine.simulate import kept, run_cases
+from stillhook.engine.simulate import row_of, run_cases
 from stillhook.engine.tasks import Task, cut
 from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import VL
@@ -99,7 +99,7 @@ def costs(crane: Crane) -> dict[str, float]:
     """Seconds and bytes a case: on the worker, and on the machine that gives the work out."""
     cases = many_cases(52 * VL)
     of = ScenarioType()
-    task = Task(of, list(range(len(cases))), [crane] * len(cases), cases, n_sub=2, lanes=VL, every=0, keep=kept)
+    task = Task(of, list(range(len(cases))), [crane] * len(cases), cases, n_sub=2, lanes=VL, every=0, keep=row_of)
     task.run()
     worker = median(timed(task.run) for _ in range(ROUNDS)) / len(cases)
     sent = pickle.dumps(task.light(), 5)

@@ -229,6 +229,7 @@ def test_an_interrupted_run_keeps_what_had_finished(tmp_path, truth, counted):
 LONG = """
 import sys
 from stillhook import Scenario, Sine, load_crane
+from stillhook.engine.simulate import run_cases
 cases = [Scenario(load=f"{10 + i} t", s_w="100 m", tip=Sine(amplitude="1 m", period="10 s"), duration="2000 s") for i in range(96)]
 print(len(run_cases(load_crane("nov-250t"), cases, store=sys.argv[1])), flush=True)
 """

@@ -139,6 +139,7 @@ def test_the_engine_holds_no_kernels():
 TWO_SECONDS = """
 import json, sys
 from stillhook import Scenario, load_crane
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.kernels.lanes import flatten
 for name in ("nov-250t", "nov-100t-pure-active"):
     case = Scenario(load="30 t", s_w="100 m", tip="sine 1 m 10 s", duration="2 s", ramp="0.5 s", warm_up="0 s")

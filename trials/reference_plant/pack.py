@@ -249,5 +249,5 @@ def simulate_reference(
     for _ in block.steps():
         pass
     runs = block.results()
-    raise_failures([run.kept for run in runs])
+    raise_failures([run.row for run in runs])
     return dataset_of(runs)

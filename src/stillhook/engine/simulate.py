@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -46,9 +47,9 @@ class OnFailure(StrEnum):
     MARK = "mark"
 
 
-def kept(run: Run) -> Summary:
+def row_of(run: Run) -> Summary:
     """The summary of a run: what a batch keeps of it unless something else is asked for."""
-    return run.kept
+    return run.row
 
 
 def whole(run: Run) -> Run:
@@ -63,7 +64,7 @@ def run_cases(
     step: str | int | None = None,
     every: int = 0,
     lanes: int | None = None,
-    keep: Callable[[Any], Any] = kept,
+    keep: Callable[[Any], Any] = row_of,
     sampled: int = 1,
     short: bool = False,
     threads: int = 2,
@@ -97,16 +98,14 @@ def run_cases(
     of.check(cranes, cases)
     n_sub = step if isinstance(step, int) else _steps(of, cranes, cases, step, series=every > 0)
     if lanes is None:
-        lanes = VL if keep is kept or len(cases) >= VL // 2 else 1
+        lanes = VL if keep is row_of or len(cases) >= VL // 2 else 1
     ready = of.ready(cranes, cases, n_sub, None) if keep is whole else None  # they are all in memory anyway
     results: dict[int, Any] = {}
     keys: list[bytes] = []
     if store is not None:
-        names = [of.names(w, c) for w, c in zip(cranes, cases, strict=True)]
-        stored, keys = Store(Path(store)), keys_of(cranes, of.as_bytes(cases), names, n_sub)
-        results |= stored.find(keys, names.__getitem__)
+        folder, keys, results = _stored(of, cranes, cases, n_sub, store)
         if len(results) < len(cases):
-            stored.check_room()
+            folder.check_room()
     seconds = [of.seconds(w, c) for w, c in zip(cranes, cases, strict=True)]
     meter = Meter(sum(seconds), progress, done=sum(seconds[i] for i in results))
     meter.tell()
@@ -129,9 +128,29 @@ def run_cases(
     with landed(tasks, threads=threads, client=client, meter=meter) as answers:
         for task, made in answers:
             if store is not None:
-                stored.put([keys[i] for i in task.indices], made)
+                folder.put([keys[i] for i in task.indices], made)
             results.update(zip(task.indices, made, strict=True))
     return [results[i] for i in range(len(cases))]
+
+
+def _stored(
+    of: CaseType, cranes: Sequence[Crane], cases: Sequence[Case], n_sub: int, store: str | Path
+) -> tuple[Store, list[bytes], dict[int, Any]]:
+    """A store, the keys of these cases, and the summaries that it holds by place."""
+    names = [of.names(w, c) for w, c in zip(cranes, cases, strict=True)]
+    folder, keys = Store(Path(store)), keys_of(cranes, of.as_bytes(cases), names, n_sub)
+    return folder, keys, folder.find(keys, names.__getitem__)
+
+
+def stored_places(
+    crane: Crane, cases: Sequence[Case], *, step: str, sampling: str, end: End, store: str | Path | None
+) -> list[int]:
+    """Places of the lowerings on one crane whose statistics a store holds; arguments as of `simulate`. Nothing is run,
+    and no store is made."""
+    if store is None or not Path(store).is_dir():
+        return []
+    of = type_of(cases, cycles(crane, sampling, "sampling"), short=end == End.PROGRAMME)
+    return sorted(_stored(of, [crane] * len(cases), cases, steps_per_cycle(crane, step), store)[2])
 
 
 def type_of(cases: Sequence[Case], sampled: int = 1, *, short: bool = False) -> CaseType:
@@ -175,14 +194,13 @@ def simulate(
     a stiff winch asks for it), or the next shorter step that the PLC cycle allows. every: spacing of the stored
     series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there is. series: store time
     series; default True for one case, False for a list (statistics alone, sixteen cases side by side). sampling:
-    spacing at which extremes, sums and energies of a lowering are taken where no series is stored, a whole number of
-    PLC cycles; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md). end: "programme"
-    ends a lowering soon after its programme, where no series is stored; default after its duration. on_failure: "raise"
+    spacing at which extremes, sums and energies of a lowering are taken, a whole number of PLC cycles of which `every`
+    is a multiple; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md). end:
+    "programme" ends a lowering soon after its programme; default after its duration. on_failure: "raise"
     stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which failed). threads: threads
     that share a batch. store, client: statistics alone may be kept in a folder as they finish, so that a run that was
     killed goes on, and made on a cluster (a dask.distributed Client), with the same numbers; see `run_cases`.
-    progress: called with the share done, 0..1; first with 0, when
-    everything that was given has been found good.
+    progress: called with the share done, 0..1; first with 0, when everything that was given has been found good.
 
     Returns
     -------
@@ -211,20 +229,20 @@ def simulate(
             "simulate: a run with series is made here and held in memory. Leave store and client out, or set"
             " series=False."
         )
-    of = type_of(cases)
-    if (sampling is not None or end != End.DURATION) and (stored or isinstance(of, ScenarioType)):
-        raise ScenarioError(
-            "simulate: sampling and end are for statistics of lowerings. Leave them out for scenarios, or set"
-            " series=False."
-        )
+    if (sampling is not None or end != End.DURATION) and isinstance(type_of(cases), ScenarioType):
+        raise ScenarioError("simulate: sampling and end are for lowerings. Leave them out for scenarios.")
     sampled = 1 if sampling is None else cycles(cranes[0], sampling, "sampling")
-    rows = cycles(cranes[0], every)
+    of, rows = type_of(cases, sampled, short=end == End.PROGRAMME), cycles(cranes[0], every)
+    if every is None:
+        rows = math.ceil(rows / sampled) * sampled
+    elif stored and rows % sampled:
+        raise ScenarioError(f'every = "{every}" is not a whole number of samples of "{sampling}".')
     runs = run_cases(
         cranes,
         cases,
         step=step,
         every=rows if stored else 0,
-        keep=whole if stored else kept,
+        keep=whole if stored else row_of,
         sampled=sampled,
         short=end == End.PROGRAMME,
         threads=threads,
@@ -232,10 +250,10 @@ def simulate(
         client=client,
         progress=progress,
     )
-    summaries = [run.kept for run in runs] if stored else runs
+    summaries = [run.row for run in runs] if stored else runs
     if OnFailure(on_failure) is OnFailure.RAISE:
         raise_failures(summaries)
-    return type_of(cases, sampled, short=end == End.PROGRAMME).dataset(
+    return of.dataset(
         crane if isinstance(crane, Crane) else cranes,
         cases,
         summaries,
@@ -258,7 +276,7 @@ def dataset_of(runs: Sequence[Run], labels: Sequence[str] | None = None) -> xarr
     return type_of(cases).dataset(
         first.crane if all(r.crane is first.crane for r in runs) else [r.crane for r in runs],
         cases,
-        [r.kept for r in runs],
+        [r.row for r in runs],
         step=first.step,
         single=labels is None,
         series=series_of(runs),

@@ -57,7 +57,7 @@ class CaseType(ABC):
         """Those of one group side by side."""
 
     @abstractmethod
-    def kernel(self, case: Any) -> tuple[Setup, tuple[str, ...]]:
+    def kernel(self, crane: Crane, case: Any) -> tuple[Setup, tuple[str, ...]]:
         """What the kernel of a case runs besides its winch, and the controllers that not every kernel holds."""
 
     @abstractmethod
@@ -117,7 +117,7 @@ class Task(NamedTuple):
 
     def run(self, progress: Progress | None = None) -> list[Any]:
         """What is kept of the runs, made on one thread block by block."""
-        kept: list[Any] = []
+        results: list[Any] = []
         total = len(self.indices)
         for k in range(0, total, self.lanes):
             part = slice(k, k + self.lanes)
@@ -131,8 +131,8 @@ class Task(NamedTuple):
             for share in itertools.chain(block.steps(), (1.0,)):
                 if progress is not None:
                     progress((k + share * count) / total)
-            kept += map(self.keep, block.results())
-        return kept
+            results += map(self.keep, block.results())
+        return results
 
 
 def cut(
@@ -141,7 +141,7 @@ def cut(
     """Places of the missing cases in tasks of full blocks of lanes: cases that can share a block are together."""
     groups: dict[Hashable, list[int]] = {}
     for i in missing:
-        groups.setdefault((type_.kernel(cases[i]), type_.group(cranes[i], cases[i])), []).append(i)
+        groups.setdefault((type_.kernel(cranes[i], cases[i]), type_.group(cranes[i], cases[i])), []).append(i)
     fair = math.ceil(len(missing) / (TASKS_EACH * workers) / lanes) * lanes
     out: list[list[int]] = []
     for group in groups.values():
@@ -158,7 +158,8 @@ def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[t
         for task in tasks:
             yield task, task.run(meter.part(task.seconds))
         return
-    for kernel, task in {t.type.kernel(t.cases[0]): t for t in tasks}.items():  # compiled before threads share it
+    kernels = {task.type.kernel(task.cranes[0], task.cases[0]): task for task in tasks}
+    for kernel, task in kernels.items():  # compiled before threads share it
         driver(task.cranes[0].plant.value, task.lanes, *kernel)
     with ThreadPoolExecutor(threads) as pool:
         waiting = {pool.submit(task.run, meter.part(task.seconds)): task for task in tasks}
@@ -199,9 +200,9 @@ def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Generator[tu
         for _ in range(room):
             submit_next(under_way.add)
         for future in under_way:
-            kept, (_, task) = _answer_of(future), submitted.pop(future.key)
+            answer, (_, task) = _answer_of(future), submitted.pop(future.key)
             meter.part(task.seconds)(1.0)
-            yield task, kept
+            yield task, answer
             submit_next(under_way.add)
     finally:
         client.cancel([future for future, _ in submitted.values()])

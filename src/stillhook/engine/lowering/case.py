@@ -34,6 +34,7 @@ from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, stage_names
 from stillhook.spec.lift.stored import lowerings_text
+from stillhook.spec.settings import sensor_settings
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
@@ -105,8 +106,9 @@ class LoweringType(CaseType):
     def block(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> LiftBlock:
         return LiftBlock(ready, lanes=lanes, n_sub=n_sub, every=every, sampled=self.sampled, short=self.short)
 
-    def kernel(self, case: Case) -> tuple[Setup, tuple[str, ...]]:
-        return setup_of(lift_of(case)), extra_controllers((lift_of(case).controller,))
+    def kernel(self, crane: Crane, case: Case) -> tuple[Setup, tuple[str, ...]]:
+        lift, sensors = lift_of(case), tuple(sensor_settings(crane.sensors))
+        return setup_of(lift)._replace(sensors=sensors), extra_controllers((lift.controller,))
 
     def group(self, crane: Crane, case: Case) -> Hashable:
         lift = lift_of(case)

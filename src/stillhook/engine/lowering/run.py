@@ -99,7 +99,7 @@ class LiftBlock(Block[Ready]):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return setup_of(r.case)
+        return setup_of(r.case)._replace(sensors=r.winch.sensors)
 
     @staticmethod
     def sizes(driver: Any) -> tuple[Any, int, int]:

@@ -227,7 +227,7 @@ class LoweringRun(Run):
         return lift_summary(self)[0]
 
     @property
-    def kept(self) -> Summary:
+    def row(self) -> Summary:
         """The whole run, each stage, and the peaks of every interval."""
         run, stages = lift_summary(self)
         winch, joints = self.crane.plant.type, joints_of([self.case])

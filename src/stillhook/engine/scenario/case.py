@@ -28,6 +28,7 @@ from stillhook.kernels.control_laws import extra_controllers
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
+from stillhook.spec.settings import sensor_settings
 from stillhook.variables import WINDOW
 
 if TYPE_CHECKING:
@@ -75,8 +76,9 @@ class ScenarioType(CaseType):
     def block(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> ScenarioBlock:
         return ScenarioBlock(ready, lanes=lanes, n_sub=n_sub, every=every)
 
-    def kernel(self, case: Scenario) -> tuple[Setup, tuple[str, ...]]:
-        return Setup(), extra_controllers((case.mode, *(mode for _, mode in case.modes)))
+    def kernel(self, crane: Crane, case: Scenario) -> tuple[Setup, tuple[str, ...]]:
+        modes = (case.mode, *(mode for _, mode in case.modes))
+        return Setup(sensors=tuple(sensor_settings(crane.sensors))), extra_controllers(modes)
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)

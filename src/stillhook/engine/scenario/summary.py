@@ -110,7 +110,7 @@ class ScenarioRun(Run):
         return float(((supplied - consumed) * self.t_cycle - (st.E_end - st.E_start)) / through)
 
     @property
-    def kept(self) -> Summary:
+    def row(self) -> Summary:
         s, names = self.summary, numbers_of(self.crane)
         return Summary(names, s["status"], (s[name] for name in names), s["notes"])
 
