@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 import xarray
-from tests.engine.test_lower_many import SPLASH, in_sea
+from tests.engine.lifts import SPLASH, in_sea
 from tests.engine.test_lowering import whole_lift
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate

@@ -3,7 +3,6 @@
 import functools
 import math
 import types
-from itertools import pairwise
 from typing import Any
 
 import numba
@@ -23,7 +22,7 @@ from stillhook.engine.runner import Ending
 from stillhook.engine.scenario import case as case_module
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.summary import ScenarioRun
-from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
+from stillhook.errors import SimulationError, SpecError
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL, flatten, size, unflatten
 from stillhook.kernels.statistics.cycles import SIGNALS, blank_window, window_add, window_turn
@@ -190,15 +189,6 @@ def test_a_case_in_a_batch_equals_the_same_case_alone_bit_for_bit(plant):
         assert same(alone, together[i]), cases[i]
 
 
-@pytest.mark.slow
-def test_neighbours_and_threads_do_not_change_a_case():
-    cases = mixed("active-passive")
-    crane = CRANES["active-passive"]
-    one, two, turned = (run_many(crane, c, n_sub=2, threads=t) for c, t in ((cases, 1), (cases, 2), (cases[::-1], 2)))
-    assert all(same(a, b) for a, b in zip(one, two, strict=True))
-    assert all(same(a, b) for a, b in zip(one, turned[::-1], strict=True))
-
-
 @plants
 def test_a_run_that_is_stopped_and_taken_up_again_equals_one_that_was_not(plant, monkeypatch):
     """The engine hands its state from piece to piece: many pieces are many restarts."""
@@ -291,11 +281,6 @@ def test_when_every_case_fails_the_batch_still_ends():
     assert all(r.t_end <= 60.0 for r in results)
 
 
-def test_an_unknown_choice_for_failures_is_refused():
-    with pytest.raises(ScenarioError, match=r'^on_failure = "ignore": give one of raise, mark\.$'):
-        simulate(CRANES["active-passive"], scenario("active-passive"), on_failure="ignore")
-
-
 def test_a_step_that_the_crane_is_too_stiff_for_is_refused_before_anything_runs():
     stiff = changed(CRANES["active-passive"], {"wire": {"L_0": "1 m"}})
     with pytest.raises(SpecError) as e:
@@ -317,60 +302,6 @@ def test_library_cranes_take_both_default_steps_with_an_empty_hook_at_the_tip(na
     packed = pack(load_crane(name), Scenario(load="0 t", s_w="0 m"))
     check_step(packed, 5e-3)
     assert all(math.isfinite(r) and r >= 0.0 for r in fastest_rates(packed).values())
-
-
-@pytest.mark.parametrize(
-    ("step", "text"),
-    [
-        ("3 ms", 'step = "3 ms" is not a whole part of the PLC cycle'),
-        ("20 ms", 'step = "20 ms" is not a whole part of the PLC cycle'),
-        ("0 ms", 'step = "0 ms" is not a whole part of the PLC cycle'),
-        ("5", 'step = "5": no unit'),
-    ],
-)
-def test_a_step_that_does_not_fit_the_plcs_cycle_is_refused(step, text):
-    with pytest.raises(StillhookError) as e:
-        simulate(CRANES["active-passive"], scenario("active-passive"), step=step)
-    assert str(e.value).startswith(text)
-
-
-@pytest.mark.parametrize("every", ["15 ms", "0 s", "1 ms"])
-def test_a_spacing_that_does_not_fit_the_plcs_cycle_is_refused(every):
-    with pytest.raises(ScenarioError, match=f'^every = "{every}" is not a whole number of PLC cycles'):
-        simulate(CRANES["active-passive"], scenario("active-passive"), every=every)
-
-
-def test_an_empty_batch_is_refused():
-    with pytest.raises(ScenarioError, match="the list of cases is empty"):
-        simulate(CRANES["active-passive"], [])
-
-
-# Progress
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("single", [True, False])
-def test_progress_rises_to_one(single):
-    seen: list[float] = []
-    cases = (
-        scenario("active-passive", duration="200 s") if single else [scenario("active-passive", duration="100 s")] * 40
-    )
-    simulate(CRANES["active-passive"], cases, progress=seen.append)
-    assert len(seen) > 3
-    assert all(a <= b for a, b in pairwise(seen))
-    assert seen[0] == 0.0 < seen[1] < 1.0
-    assert seen[-1] == pytest.approx(1.0)
-
-
-def test_an_interrupted_batch_stops_and_returns_nothing():
-    class Enough(Exception):
-        pass
-
-    def stop(share: float) -> None:
-        raise Enough
-
-    with pytest.raises(Enough):
-        simulate(CRANES["active-passive"], [scenario("active-passive")] * 40, progress=stop)
 
 
 # Statistics
