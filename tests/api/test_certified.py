@@ -10,8 +10,8 @@ from tests.validate.staged_certificate import staged, write
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
 from stillhook.cli import run as command
-from stillhook.engine import inputs as standing_of
-from stillhook.engine.inputs import NO_CERTIFICATE, doubts, twin_line
+from stillhook.engine import certificate as standing_of
+from stillhook.engine.certificate import NO_CERTIFICATE, doubts, twin_line
 from stillhook.engine.simulate import run_cases
 from stillhook.errors import SpecError
 from stillhook.formats.results import rerun

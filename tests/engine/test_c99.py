@@ -133,7 +133,7 @@ def translate(text: str, *types: object, **names: object) -> str:
 
 
 def value(text: str, folder: Path, *arguments: float) -> float:
-    """ScenarioRun of `f` in C."""
+    """Result of `f` in C."""
     f = compile_c(translate(text, *map(type, arguments)), folder).f
     f.restype = ctypes.c_double
     f.argtypes = [ctypes.c_double if isinstance(a, float) else ctypes.c_int64 for a in arguments]

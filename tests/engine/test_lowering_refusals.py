@@ -176,4 +176,4 @@ def test_wire_counts_as_load_at_the_crane_tip() -> None:
     deep = (Stage(mode="ahc", lower="60 m/min", depth="1900 m"),)
     with pytest.raises(LiftError, match=r"payload, hook and wire pull 2\d+ kN at the crane tip"):
         simulate(crane(), lift("230 t", programme=deep))
-    LoweringType().ready([crane()], [lift("180 t", programme=deep)], 2, None)
+    LoweringType().ready([crane()], [lift("180 t", programme=deep)], 2)

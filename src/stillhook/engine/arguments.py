@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook import units
 from stillhook._version import __version__
@@ -236,14 +235,6 @@ def cycles(crane: Crane, every: str | None, name: str = "every") -> int:
     return n
 
 
-class Series(NamedTuple):
-    """Time series of every case: one row of Signals every dt [s]."""
-
-    rows: Sequence[NDArray[np.float64]]
-    dt: float
-    names: Sequence[str]
-
-
 def summary_columns(summaries: Sequence[Mapping[str, Any]], *, single: bool) -> dict[str, Any]:
     """Numbers of every run as variables of a Dataset, over "case" unless there is one run alone."""
     columns: dict[str, Any] = {}
@@ -260,27 +251,28 @@ def labelled(
     *,
     step: float,
     single: bool,
-    series: Series | None,
+    runs: Sequence[Any],
 ) -> xarray.Dataset:
-    """Numbers of runs, and their series where there are, as a Dataset with what repeats the run; step [s]. Beyond the
-    end of the shorter series stands NaN."""
+    """Numbers of runs, and the series of those that have one, as a Dataset with what repeats the run; step [s]. Beyond
+    the end of the shorter series stands NaN."""
     import xarray  # heavy: not wanted for the command line's first table
 
-    if series is not None:
-        table = np.full((len(series.rows), max(len(r) for r in series.rows), len(series.names)), np.nan)
-        for i, row in enumerate(series.rows):
-            table[i, : len(row)] = row
+    dt = runs[0].dt if runs else 0.0
+    if runs:
+        names = runs[0].signals
+        table = np.full((len(runs), max(len(run.series) for run in runs), len(names)), np.nan)
+        for i, run in enumerate(runs):
+            table[i, : len(run.series)] = run.series
         dims = ("time",) if single else ("case", "time")
         columns |= {
-            name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name))
-            for j, name in enumerate(series.names)
+            name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name)) for j, name in enumerate(names)
         }
-        coords["time"] = "time", np.arange(table.shape[1]) * series.dt, {"units": "s", "long_name": "time"}
+        coords["time"] = "time", np.arange(table.shape[1]) * dt, {"units": "s", "long_name": "time"}
     repeats = {
         "single": int(single),
         "stillhook_version": __version__,
         "stillhook_kernel": kernel_hash(),
         "step": step,
-        "every": series.dt if series is not None else 0.0,
+        "every": dt,
     }
     return xarray.Dataset(columns, coords=coords, attrs={**attrs, **repeats})

@@ -13,7 +13,6 @@ from stillhook.base.progress import Meter, Progress
 from stillhook.engine.arguments import (
     ANY_CASE,
     Case,
-    Series,
     check_threads,
     cycles,
     paired,
@@ -99,7 +98,7 @@ def run_cases(
     n_sub = step if isinstance(step, int) else _steps(of, cranes, cases, step, series=every > 0)
     if lanes is None:
         lanes = VL if keep is row_of or len(cases) >= VL // 2 else 1
-    ready = of.ready(cranes, cases, n_sub, None) if keep is whole else None  # they are all in memory anyway
+    ready = of.ready(cranes, cases, n_sub) if keep is whole else None  # they are all in memory anyway
     results: dict[int, Any] = {}
     keys: list[bytes] = []
     if store is not None:
@@ -259,13 +258,8 @@ def simulate(
         summaries,
         step=runs[0].step if stored else cranes[0].control.t_cycle / _steps(of, cranes, cases, step, series=False),
         single=single,
-        series=series_of(runs) if stored else None,
+        runs=runs if stored else (),
     )
-
-
-def series_of(runs: Sequence[Run]) -> Series:
-    """The series of runs that have one."""
-    return Series([r.series for r in runs if r.series is not None], runs[0].dt, runs[0].signals)
 
 
 def dataset_of(runs: Sequence[Run], labels: Sequence[str] | None = None) -> xarray.Dataset:
@@ -279,7 +273,7 @@ def dataset_of(runs: Sequence[Run], labels: Sequence[str] | None = None) -> xarr
         [r.row for r in runs],
         step=first.step,
         single=labels is None,
-        series=series_of(runs),
+        runs=runs,
     )
 
 

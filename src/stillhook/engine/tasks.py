@@ -12,8 +12,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.base.progress import Meter, Progress
-from stillhook.engine.arguments import Series
-from stillhook.engine.runner import Block, Ready
+from stillhook.engine.runner import Block, Ready, Run
 from stillhook.engine.store import Summary
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.build import Setup, driver, results_hash
@@ -48,7 +47,7 @@ class CaseType(ABC):
 
     @abstractmethod
     def ready(
-        self, cranes: Sequence[Crane], cases: Sequence[Any], n_sub: int, places: Sequence[int] | None
+        self, cranes: Sequence[Crane], cases: Sequence[Any], n_sub: int, places: Sequence[int] | None = None
     ) -> Sequence[Ready]:
         """Packed cases, which `check` has passed. Errors: SpecError where the step is too long."""
 
@@ -85,9 +84,9 @@ class CaseType(ABC):
         *,
         step: float,
         single: bool,
-        series: Series | None,
+        runs: Sequence[Run],
     ) -> xarray.Dataset:
-        """Summaries of cases and series as a labelled Dataset; step [s]."""
+        """Summaries of cases, and their runs where these have series, as a labelled Dataset; step [s]."""
 
     def sort(self, places: list[int], cases: Sequence[Any]) -> list[int]:
         """Places of a group in the order in which they are best run."""

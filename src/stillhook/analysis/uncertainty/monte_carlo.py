@@ -15,7 +15,7 @@ from stillhook.analysis.uncertainty.draws import Drawing, Draws, Pair, Uncertain
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
-from stillhook.engine.inputs import twin_line
+from stillhook.engine.certificate import twin_line
 from stillhook.engine.scenario.summary import numbers_of
 from stillhook.engine.simulate import run_cases
 from stillhook.errors import ScenarioError

@@ -218,7 +218,7 @@ class _Report:
 
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
-        from stillhook.engine.inputs import twin_line
+        from stillhook.engine.certificate import twin_line
         from stillhook.tables.plausible import implausible_values
 
         first = self.tuned[0]

@@ -23,7 +23,7 @@ def show_crane(
     json: Json = False,
 ) -> None:
     """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
-    from stillhook.engine.inputs import twin_line
+    from stillhook.engine.certificate import twin_line
     from stillhook.library import load_crane, sheet, sheet_json
     from stillhook.tables.plausible import implausible_values, marked
 

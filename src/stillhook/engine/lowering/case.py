@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from stillhook.engine.arguments import Series, labelled, substeps, summary_columns
+from stillhook.engine.arguments import labelled, substeps, summary_columns
 from stillhook.engine.inputs import is_ideal
 from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea
 from stillhook.engine.lowering.run import LiftBlock, Ready, longest_step, setup_of, waves_step
@@ -25,7 +25,7 @@ from stillhook.engine.lowering.summary import (
     stage_numbers_of,
     stages_of,
 )
-from stillhook.engine.runner import each_case
+from stillhook.engine.runner import Run, each_case
 from stillhook.engine.store import Summary, bare
 from stillhook.engine.tasks import CaseType
 from stillhook.kernels.build import Setup
@@ -88,7 +88,7 @@ class LoweringType(CaseType):
         return substeps(cranes[0].control.t_cycle, lift_step(min(_each_lift(cranes, cases, longest_step))))
 
     def ready(
-        self, cranes: Sequence[Crane], cases: Sequence[Case], n_sub: int, places: Sequence[int] | None
+        self, cranes: Sequence[Crane], cases: Sequence[Case], n_sub: int, places: Sequence[int] | None = None
     ) -> list[Ready]:
         """Lifts are packed once for all that share them; waves are checked here, where they are made."""
         checked: set[int] = set()
@@ -142,7 +142,7 @@ class LoweringType(CaseType):
         *,
         step: float,
         single: bool,
-        series: Series | None,
+        runs: Sequence[Run],
     ) -> xarray.Dataset:
         first = crane if isinstance(crane, Crane) else crane[0]
         winch, joints = first.plant.type, joints_of(cases)
@@ -175,7 +175,7 @@ class LoweringType(CaseType):
         attrs = {"title": title, **_cranes(crane), "sampled": self.sampled, "short": int(self.short)}
         if text := lowerings_text(cases):
             attrs["lowerings"] = text
-        return labelled(columns, coords, attrs, step=step, single=single, series=series)
+        return labelled(columns, coords, attrs, step=step, single=single, runs=runs)
 
 
 def _cranes(crane: Crane | Sequence[Crane]) -> dict[str, Any]:

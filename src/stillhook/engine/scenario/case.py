@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 from stillhook.engine.arguments import (
     SERIES_STEP,
     STATISTICS_STEP,
-    Series,
     check_step,
     labelled,
     steps_of_cases,
     substeps,
     summary_columns,
 )
-from stillhook.engine.inputs import shape, twin_line
-from stillhook.engine.runner import each_case
+from stillhook.engine.certificate import twin_line
+from stillhook.engine.inputs import shape
+from stillhook.engine.runner import Run, each_case
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.summary import numbers_of
@@ -64,7 +64,7 @@ class ScenarioType(CaseType):
         return steps_of_cases([each for each, _ in once], [case for _, case in once], longest)
 
     def ready(
-        self, cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int, places: Sequence[int] | None
+        self, cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int, places: Sequence[int] | None = None
     ) -> list[Ready]:
         def make(crane: Crane, case: Scenario) -> Ready:
             ready = Ready.of(crane, case)
@@ -100,7 +100,7 @@ class ScenarioType(CaseType):
         *,
         step: float,
         single: bool,
-        series: Series | None,
+        runs: Sequence[Run],
     ) -> xarray.Dataset:
         attrs = {
             "title": f"Stillhook run of {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
@@ -110,5 +110,5 @@ class ScenarioType(CaseType):
         }
         coords = {} if single else {"case": _labels(crane, cases)}
         columns = summary_columns(summaries, single=single)
-        data = labelled(columns, coords, attrs, step=step, single=single, series=series)
+        data = labelled(columns, coords, attrs, step=step, single=single, runs=runs)
         return data.assign_attrs(window_full=int(all(c.duration - c.warm_up >= WINDOW for c in cases)))

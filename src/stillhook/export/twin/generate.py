@@ -14,11 +14,12 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import ControlLaw
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
-from stillhook.engine.inputs import hermite_weights, objections, scale_weights
+from stillhook.engine.certificate import objections
+from stillhook.engine.inputs import hermite_weights, scale_weights
 from stillhook.engine.pack.guard import guard_settings
 from stillhook.engine.pack.winch import pack, water_around
-from stillhook.engine.ranges import SETTING, Kind, Ranges, ranges
 from stillhook.engine.runner import nothing
+from stillhook.engine.saved import SETTING, Kind, Ranges, ranges
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.run import Ready, first_lane
 from stillhook.errors import ExportError
