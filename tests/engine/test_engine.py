@@ -23,7 +23,7 @@ from stillhook.engine.scenario import case as case_module
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.errors import SimulationError, SpecError
-from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
+from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL, flatten, size, unflatten
 from stillhook.kernels.statistics.cycles import SIGNALS, blank_window, window_add, window_turn
 from stillhook.library import changed
@@ -290,13 +290,6 @@ def test_a_step_that_the_crane_is_too_stiff_for_is_refused_before_anything_runs(
     assert "(allowed 2.6). Use a step of " in text
 
 
-def test_the_step_is_checked_for_every_case_of_a_batch():
-    stiff = changed(CRANES["active-passive"], {"wire": {"L_0": "1 m"}})
-    cases = [Scenario(load="80 t", s_w="1000 m", tip=SEA), Scenario(load="0 t", s_w="0 m", tip=SEA)]
-    with pytest.raises(SpecError, match=r"^case 1: step 5 ms is too long for this crane: wire"):
-        simulate(stiff, cases)
-
-
 @pytest.mark.parametrize("name", ["nov-250t", "nov-150t", "nov-100t-pure-active"])
 def test_library_cranes_take_both_default_steps_with_an_empty_hook_at_the_tip(name):
     packed = pack(load_crane(name), Scenario(load="0 t", s_w="0 m"))
@@ -401,25 +394,3 @@ def test_the_moving_window_is_exact_for_any_series_and_length(series, n):
             window_turn(W, w, n)
     windows = [series[i : i + n] for i in range(len(series) - n + 1)]
     assert W[2 * w] == max((max(x) - min(x) for x in windows), default=0.0)
-
-
-# Cache
-
-
-def test_kernels_are_kept_under_a_hash_of_every_source(tmp_path, monkeypatch):
-    assert kernel_hash.__wrapped__() == kernel_hash()
-    sources = tmp_path / "stillhook"
-    for folder in KERNEL_FOLDERS:
-        (sources / folder).mkdir(parents=True)
-    file = sources / "physics" / "motor.py"
-    monkeypatch.setattr("stillhook.kernels.build.PACKAGE", sources)
-    hashes = set()
-    for text in ("a = 1\n", "a = 2\n"):
-        file.write_text(text)
-        hashes.add(kernel_hash.__wrapped__())
-    monkeypatch.undo()
-    assert len(hashes) == 2
-
-
-def test_a_driver_is_made_once():
-    assert driver("active-passive", 1) is driver("active-passive", 1)

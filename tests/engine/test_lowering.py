@@ -227,19 +227,6 @@ def whole_lift(i: int = 0, duration: str = "330 s") -> Lowering:
     )
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
-def test_sixteen_lowerings_side_by_side_have_the_bits_of_each_alone(name: str) -> None:
-    crane = load_crane(name)
-    cases = [whole_lift(i, "150 s") for i in range(3)]
-    batch = simulate(crane, cases, on_failure="mark")
-    for i in (0, 2):
-        alone = simulate(crane, cases[i], series=False, on_failure="mark")
-        for key in alone.data_vars:
-            if alone[key].dtype.kind == "f":
-                np.testing.assert_array_equal(batch[key].values[i], alone[key].values, err_msg=str(key))
-
-
 def test_five_milliseconds_are_as_good_as_one() -> None:
     crane = load_crane("nov-250t")
     coarse, fine = (simulate(crane, whole_lift(), step=h) for h in ("5 ms", "1 ms"))

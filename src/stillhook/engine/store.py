@@ -33,32 +33,30 @@ def _places(names: tuple[str, ...]) -> dict[str, int]:
 
 
 class Summary(Mapping[str, Any]):
-    """What a batch keeps of a run, by name: "status", numbers [SI] in the order of `names`, "notes"; small in
+    """What a batch keeps of a run, by name: "status", numbers [SI] in the order of their names, "notes"; small in
     memory."""
 
-    __slots__ = ("names", "notes", "numbers", "status")
+    __slots__ = ("notes", "numbers", "places", "status")
 
     def __init__(self, names: tuple[str, ...], status: str, numbers: Iterable[float], notes: Iterable[str]) -> None:
-        self.names, self.status = names, status
+        self.places, self.status = _places(names), status
         self.numbers, self.notes = array("d", numbers), list(notes)
 
     def __getitem__(self, name: str) -> Any:
-        if name in ("status", "notes"):
-            return getattr(self, name)
-        return self.numbers[_places(self.names)[name]]
+        return getattr(self, name) if name in ("status", "notes") else self.numbers[self.places[name]]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(("status", *self.names, "notes"))
+        return iter(("status", *self.places, "notes"))
 
     def __len__(self) -> int:
-        return len(self.names) + 2
+        return len(self.places) + 2
 
     def __repr__(self) -> str:
         return repr(dict(self))
 
     def some(self, names: tuple[str, ...]) -> FloatArray:
         """Its numbers of these names, NaN for those that it has not."""
-        if names == self.names:
+        if names == tuple(self.places):
             return np.frombuffer(self.numbers)
         return np.array([self.get(name, np.nan) for name in names])
 
