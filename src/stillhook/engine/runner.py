@@ -135,28 +135,22 @@ class Block(ABC, Generic[R]):
         self.drive, self.n_sub, self.every = self.ready[0].drive, n_sub, every
         winch = self.ready[0].winch
         self.d = driver(winch.name, lanes, self.setup(self.ready[0]), winch.extra_controllers)
-        self.of_winch, windows, columns = self.sizes(self.d)
-        self.n_x = size(self.of_winch.State)
+        self.n_x = size(self.d.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
         self.n_win = round(WINDOW / (self.sampled * self.drive.t_cycle)) + 1
-        self.W = aligned(blank_window(self.n_win, lanes, windows))
+        self.W = aligned(blank_window(self.n_win, lanes, self.d.parts.windows))
         rows = self.drive.n_ticks // every + 1 if every else 0
-        self.out = np.empty((rows, columns, lanes))
+        self.out = np.empty((rows, len(self.d.columns), lanes))
         self.failed: dict[int, float] = {}
         self.ended: dict[int, Run] = {}
         self.ran = 0
         self.A = aligned(np.array(self.records()).T)
-        self.of_winch.at_rest(self.A.reshape(-1))
+        self.d.at_rest(self.A.reshape(-1))
 
     @staticmethod
     def setup(r: Any) -> Setup:
         """What the kernel of a case runs besides a winch."""
         return Setup(sensors=r.winch.sensors)
-
-    @staticmethod
-    @abstractmethod
-    def sizes(driver: Any) -> tuple[Any, int, int]:
-        """Of a driver: the driver of its winch alone, windowed signals, columns of a series."""
 
     @abstractmethod
     def record(self, r: R) -> list[float]:
@@ -174,11 +168,6 @@ class Block(ABC, Generic[R]):
     def result(self, i: int) -> Run:
         """The run of one lane."""
 
-    @property
-    def signals(self) -> tuple[str, ...]:
-        """Names of the columns of a series."""
-        return tuple(self.of_winch.Signals._fields)
-
     def common(self, i: int) -> dict[str, Any]:
         """What the run of lane i has whatever was run."""
         ending, t_end = self.ending(i)
@@ -190,7 +179,7 @@ class Block(ABC, Generic[R]):
             "state": self.part("x", i),
             "memory": self.part("m", i),
             "series": self.series(i),
-            "signals": self.signals,
+            "signals": self.d.columns,
             "dt": self.every * self.drive.t_cycle,
             "step": self.drive.t_cycle / self.n_sub,
         }
@@ -202,7 +191,7 @@ class Block(ABC, Generic[R]):
     def reset(self, i: int) -> None:
         """Set a lane to rest again."""
         fresh = np.repeat(np.array(self.record(self.lanes[i]))[:, None], len(self.lanes), axis=1)
-        self.of_winch.at_rest(fresh.reshape(-1))
+        self.d.at_rest(fresh.reshape(-1))
         self.A[:, i] = fresh[:, i]
 
     def steps(self) -> Iterator[float]:

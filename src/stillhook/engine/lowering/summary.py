@@ -32,10 +32,11 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, StageMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
+from stillhook.winches.elements.lift import Hanging
+from stillhook.winches.elements.payload import NEVER, LiftStats
 from stillhook.winches.joints.interface import happened
 from stillhook.winches.joints.registry import JOINTS
 from stillhook.winches.registry import WINCH_TYPES, WinchType
-from stillhook.winches.suspended_load import NEVER, Hanging, LiftStats
 
 PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
 """Largest and least numbers that are kept of every interval of a run; a peak-to-peak is that of a window which ends in
@@ -285,9 +286,9 @@ def status(run: LoweringRun) -> str:
     if unplanned_touches(run):
         beyond.append("touchdown")
     beyond += judged(crane, resting(run), r.stats.common.F_max)
-    if run.hang.sup.stuck > 0.0:
+    if run.hang.course.sup.stuck > 0.0:
         beyond.append("stuck")
-    elif run.hang.sup.done == 0.0:
+    elif run.hang.course.sup.done == 0.0:
         beyond.append("unfinished")
     missing = 0.0 if "slack" in beyond else abs(run.energy_unaccounted)
     if (
@@ -361,14 +362,12 @@ def lift_summary(run: LoweringRun) -> tuple[dict[str, Any], list[dict[str, Any]]
     rows = [dict(blank) for _ in range(stages_of(case))]
     for (i, part), start in zip(run.stages, run.starts, strict=True):
         rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(run, part)}
-    W, hang = run.hang.works, run.hang
+    W, done = run.hang.works, run.hang.course.sup.done > 0.0
     numbers: dict[str, Any] = {
         **stage_numbers(run, r),
         "z_load_end": run.packed.lift.z_ref + float(run.q[-1]),
         "s_w_end": run.state.path.s_w,
-        "programme_time": (
-            run.starts[-1] if hang.sup.done > 0.0 and run.stages[-1][0] >= len(case.programme) else math.nan
-        ),
+        "programme_time": (run.starts[-1] if done and run.stages[-1][0] >= len(case.programme) else math.nan),
         "energy_through": r.stats.common.through * run.interval,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
@@ -422,14 +421,14 @@ def notes(run: LoweringRun) -> list[str]:
             f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the stage before it higher, or"
             ' land with mode = "landing" or landed = true'
         )
-    i = min(int(run.hang.sup.stage), len(case.programme) - 1)
+    i = min(int(run.hang.course.sup.stage), len(case.programme) - 1)
     name = names[i]
-    if run.hang.sup.stuck > 0.0:
+    if run.hang.course.sup.stuck > 0.0:
         notes_of_run.append(
             f'stage "{name}" did not end within its timeout of {run.packed.programme.rows[i][5]:g} s: the programme'
             " stands"
         )
-    elif run.hang.sup.done == 0.0:
+    elif run.hang.course.sup.done == 0.0:
         notes_of_run.append(
             f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme'
         )

@@ -12,12 +12,12 @@ from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, nothing
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.engine.scenario.warm_up import WarmUp, Watch
-from stillhook.kernels.lanes import flatten, offset, size
+from stillhook.kernels.lanes import flatten, offset
 from stillhook.kernels.statistics.cycles import SIGNALS, blank
 from stillhook.kernels.statistics.oscillation import begun_again
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.winches.records import Geometry, Tick, Tip
+from stillhook.winches.records import Tick, Tip
 
 
 class Ready(NamedTuple):
@@ -37,16 +37,12 @@ class Ready(NamedTuple):
 def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -> Any:
     """A lane of the driver d before its first cycle: the reference is where the wire is; state and memory await
     `at_rest`. guard: that of a driver whose PLC has one."""
-    tip, x, plc = Tip(tick.s, tick.v), nothing(d.State), packed.params.plc
-    return d.Lane(
-        x=x._replace(path=x.path._replace(s_w=packed.s_w)),
-        u=nothing(d.Command),
-        u_0=nothing(d.Command),
-        geo=nothing(Geometry),
+    tip, lane, plc = Tip(tick.s, tick.v), nothing(d.Lane), packed.params.plc
+    return lane._replace(
+        x=lane.x._replace(path=lane.x.path._replace(s_w=packed.s_w)),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
         laws=d.laws.blank(packed.settings, guard),
         st=blank(d.Stats, packed.plant),
-        y=nothing(d.Signals),
         tip_0=tip,
         tip_1=tip,
         tip_2=tip,
@@ -57,10 +53,6 @@ def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -
 
 class ScenarioBlock(Block[Ready]):
     """Scenarios of equal length, warm-up and drive side by side."""
-
-    @staticmethod
-    def sizes(driver: Any) -> tuple[Any, int, int]:
-        return driver, SIGNALS, size(driver.Signals)
 
     def record(self, r: Ready) -> list[float]:
         """One lane before the first cycle."""
