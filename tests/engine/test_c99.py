@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -70,7 +71,7 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[ScenarioBlock, Scen
             run = getattr(translated.library, f"run_{lanes}")
             run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
             d = driver(translated.plant, lanes)
-            block.d = SimpleNamespace(**(vars(d) | {"run": run}))
+            block.d = replace(d, run=run)
         for _ in block.steps():
             pass
         out.append(block)

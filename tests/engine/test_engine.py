@@ -2,7 +2,7 @@
 
 import functools
 import math
-import types
+from dataclasses import replace
 from typing import Any
 
 import numba
@@ -216,7 +216,7 @@ def _short(crane: Crane, case: Scenario, *, python: bool) -> np.ndarray:
     """Series of a run through the compiled driver, or through the same source as plain Python."""
     block = ScenarioBlock([Ready.of(crane, case)], lanes=1, n_sub=2, every=1)
     if python:
-        block.d = types.SimpleNamespace(**(vars(block.d) | {"run": block.d.run.py_func}))
+        block.d = replace(block.d, run=block.d.run.py_func)
     for _ in block.steps():
         pass
     series = block.results()[0].series

@@ -2,7 +2,7 @@
 
 import ctypes
 import math
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -353,7 +353,7 @@ def test_the_same_in_c(lanes, tmp_path):
             array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
             run = getattr(library, f"run_{lanes}")
             run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
-            block.d = SimpleNamespace(**(vars(driver("cylinder", lanes)) | {"run": run}))
+            block.d = replace(driver("cylinder", lanes), run=run)
         for _ in block.steps():
             pass
         blocks.append(block)

@@ -3,8 +3,8 @@ energy goes, and its limits by name."""
 
 import ctypes
 import math
+from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -458,7 +458,7 @@ def test_c_runs_the_same_physics(tmp_path):
     array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
     run = library.run_1
     run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
-    theirs.d = SimpleNamespace(**(vars(driver("open-circuit", 1)) | {"run": run}))
+    theirs.d = replace(driver("open-circuit", 1), run=run)
     for block in (ours, theirs):
         for _ in block.steps():
             pass

@@ -3,6 +3,7 @@
 import ctypes
 import math
 import types
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -460,7 +461,7 @@ def test_c_runs_the_same_physics(lanes, tmp_path):
         ready = [Ready.of(crane(), case) for case in mixed(lanes)]
         block = ScenarioBlock(ready, lanes=lanes, n_sub=2, every=1)
         if c:
-            block.d = types.SimpleNamespace(**(vars(driver(secondary.NAME, lanes)) | {"run": run}))
+            block.d = replace(driver(secondary.NAME, lanes), run=run)
         for _ in block.steps():
             pass
         rows.append(block.out)
@@ -540,7 +541,7 @@ def test_compiled_physics_is_the_physics_that_python_runs():
     for python in (False, True):
         block = ScenarioBlock([Ready.of(crane(), case)], lanes=1, n_sub=2, every=1)
         if python:
-            block.d = types.SimpleNamespace(**(vars(block.d) | {"run": block.d.run.py_func}))
+            block.d = replace(block.d, run=block.d.run.py_func)
         for _ in block.steps():
             pass
         series = block.results()[0].series
