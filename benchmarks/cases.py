@@ -1,13 +1,11 @@
 """The cases that are measured: sixteen different lifts on one crane."""
 
-import types
+from dataclasses import replace
 from time import perf_counter, thread_time
 from typing import Any, NamedTuple
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.kernels.build import driver
 from stillhook.spec.crane import Crane
 
@@ -52,9 +50,7 @@ class KernelRun(NamedTuple):
 def kernel_run(cases: list[Scenario], n_sub: int, *, every: int = 0, kernel: Any = None) -> KernelRun:
     """The cases side by side through one block; `kernel` replaces the compiled `run` and `at_rest` (None: ours)."""
     c = crane()
-    block = ScenarioBlock(
-        [Ready(pack(c, s), CycleInputs(c, s)) for s in cases], lanes=len(cases), n_sub=n_sub, every=every
-    )
+    block = ScenarioBlock([Ready.of(c, s) for s in cases], lanes=len(cases), n_sub=n_sub, every=every)
     ours = driver(c.plant.value, len(cases))
     spent = [0.0, 0.0]
     run = ours.run if kernel is None else kernel.run
@@ -65,7 +61,7 @@ def kernel_run(cases: list[Scenario], n_sub: int, *, every: int = 0, kernel: Any
         spent[0] += perf_counter() - wall
         spent[1] += thread_time() - cpu
 
-    block.d = types.SimpleNamespace(**(vars(ours) | {"run": timed}))
+    block.d = replace(ours, run=timed)
     for _ in block.steps():
         pass
     return KernelRun(block, Sample(len(cases) * cases[0].duration, spent[0], spent[1]))

@@ -11,8 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from stillhook import load_crane
-from stillhook.engine.lowering.run import run_lowerings
-from stillhook.engine.simulate import simulate
+from stillhook.engine.simulate import run_cases, simulate, whole
 from stillhook.kernels.lanes import VL
 from stillhook.sea.motion.motion import Sine
 from stillhook.sea.vessel.realisation import WaveField
@@ -93,7 +92,7 @@ def main() -> None:
         ("splash zone in waves, 10 min", through_the_splash_zone, 600.0, ("1,000", "")),
     ):
         one, many = make(0), [make(i) for i in range(VL)]
-        alone = rate(lambda: run_lowerings(crane, [one], n_sub=2, lanes=1, every=0), duration)  # noqa: B023
+        alone = rate(lambda: run_cases(crane, [one], step=2, lanes=1, keep=whole), duration)  # noqa: B023
         batch = rate(lambda: simulate(crane, many, threads=1, on_failure="mark"), VL * duration)  # noqa: B023
         table.add_row(f"{name}, alone", f"{alone:,.0f}", goals[0])
         table.add_row(f"{name}, {VL} side by side", f"{batch:,.0f}", goals[1])

@@ -27,7 +27,7 @@ from benchmarks.c_reference import COMMON, WIDTHS, CKernel, compile_c, compiler,
 from benchmarks.cases import CRANE, Sample, crane, kernel_run, lifts
 from benchmarks.scipy_reference import RTOL, SolverRun
 from stillhook import Scenario
-from stillhook.engine.scenario.problem import run_cases
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.kernels.lanes import VL, flatten
 
 ROUNDS = 7
@@ -71,11 +71,12 @@ def product_jobs() -> dict[str, Job]:
     c, one, block, many = crane(), lifts(1, 600.0)[0], lifts(VL, 600.0), lifts(2 * VL, 1200.0)
 
     def single(n_sub: int) -> Job:
-        return complete_run(lambda: run_cases(c, [one], n_sub=n_sub, lanes=1, every=10)[0], one.duration)
+        return complete_run(lambda: run_cases(c, [one], step=n_sub, lanes=1, every=10, keep=whole)[0], one.duration)
 
     def batch(cases: list[Scenario], n_sub: int, threads: int) -> Job:
         return complete_run(
-            lambda: run_cases(c, cases, n_sub=n_sub, lanes=VL, every=0, threads=threads), sum(s.duration for s in cases)
+            lambda: run_cases(c, cases, step=n_sub, lanes=VL, threads=threads, keep=whole),
+            sum(s.duration for s in cases),
         )
 
     jobs = {

@@ -21,8 +21,9 @@ from rich.console import Console
 from rich.table import Table
 
 from stillhook import Crane, Scenario, Sine, load_crane
-from stillhook.engine import batch as many
-from stillhook.engine.scenario.problem import ScenarioProblem, summaries
+from stillhook.engine.scenario.case import ScenarioType
+from stillhook.engine.simulate import row_of, run_cases
+from stillhook.engine.tasks import Task, cut
 from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import VL
 
@@ -80,8 +81,8 @@ def workers_against_one(crane: Crane, cases: list[Scenario]) -> tuple[float, flo
                 LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
                 Client(cluster) as client,
             ):
-                summaries(crane, cases[: 4 * VL], client=client)
-                times[workers].append(timed(lambda: summaries(crane, cases, client=client)))
+                run_cases(crane, cases[: 4 * VL], client=client)
+                times[workers].append(timed(lambda: run_cases(crane, cases, client=client)))
     return median(times[1]), median(times[2])
 
 
@@ -97,20 +98,19 @@ def empty_task() -> float:
 def costs(crane: Crane) -> dict[str, float]:
     """Seconds and bytes a case: on the worker, and on the machine that gives the work out."""
     cases = many_cases(52 * VL)
-    problem = ScenarioProblem()
-    task = many.Task(problem, list(range(len(cases))), [crane] * len(cases), cases, 2)
-    many.work(task)
-    worker = median(timed(lambda: many.work(task)) for _ in range(ROUNDS)) / len(cases)
+    of = ScenarioType()
+    task = Task(of, list(range(len(cases))), [crane] * len(cases), cases, n_sub=2, lanes=VL, every=0, keep=row_of)
+    task.run()
+    worker = median(timed(task.run) for _ in range(ROUNDS)) / len(cases)
     sent = pickle.dumps(task.light(), 5)
-    answers = many.work(task)
+    answers = task.run()
     back = pickle.dumps(answers, 5)
 
     def submitter() -> None:
-        problem.check(task.cranes, task.cases)
-        many._cut(problem, task.cranes, task.cases, task.indices, 2)
+        of.check(task.cranes, task.cases)
+        cut(of, task.cranes, task.cases, task.indices, VL, 2)
         pickle.dumps(task.light(), 5)
-        read = pickle.loads(back)
-        [row._asdict() for row in read]
+        pickle.loads(back)
 
     n = len(cases)
     give = median(timed(submitter) for _ in range(ROUNDS)) / n
@@ -128,10 +128,10 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     wanted = parser.parse_args()
     crane = load_crane("nov-250t")
-    summaries(crane, one_case())
+    run_cases(crane, one_case())
     values: dict[str, float] = {"map_shell": map_from_the_shell()}
     cranes, case = cranes_of_draws(crane, DRAWS), one_case()
-    values["draws_10000"] = min(timed(lambda: summaries(cranes, case)) for _ in range(2))
+    values["draws_10000"] = min(timed(lambda: run_cases(cranes, case)) for _ in range(2))
     values |= costs(crane)
     values["empty_task"] = empty_task()
     values["one_worker"], values["two_workers"] = workers_against_one(crane, many_cases(CLUSTER_CASES))

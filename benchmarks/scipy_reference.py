@@ -18,7 +18,7 @@ from benchmarks.cases import Sample, crane
 from stillhook import Scenario
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import access, offset
 from stillhook.physics.friction import bristle_rate
@@ -41,7 +41,7 @@ class SolverRun:
         c = crane()
         self.drive = CycleInputs(c, case)
         self.case, self.d = case, driver(c.plant.value, 1)
-        self.block = ScenarioBlock([Ready(pack(c, case), self.drive)], lanes=1, n_sub=1, every=0)
+        self.block = ScenarioBlock([Ready(c, case, pack(c, case), self.drive)], lanes=1, n_sub=1, every=0)
         self.A = self.block.A.reshape(-1)
         self.n_x = self.block.n_x
         self.rhs, self.observe = _functions(self.d, compiled)

@@ -15,7 +15,8 @@ from stillhook import Scenario, load_crane
 from stillhook.engine.arguments import RK4_LIMIT, fastest_rates
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.problem import Result, run_cases
+from stillhook.engine.scenario.summary import ScenarioRun
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.spec.crane import Crane
@@ -106,11 +107,11 @@ def scenario(load: str, s_w: str, tip: str, mode: str, **more: str) -> Scenario:
     return Scenario(load=load, s_w=s_w, tip=tip, mode=mode, duration="90 s", **more)
 
 
-def run_one(case: Case, n_sub: int) -> Result:
-    return run_cases(case.crane, [case.scenario], n_sub=n_sub, lanes=1, every=1)[0]
+def run_one(case: Case, n_sub: int) -> ScenarioRun:
+    return run_cases(case.crane, [case.scenario], step=n_sub, lanes=1, every=1, keep=whole)[0]
 
 
-def deviation(run: Result, reference: Result) -> Deviation:
+def deviation(run: ScenarioRun, reference: ScenarioRun) -> Deviation:
     wire = float(np.max(np.abs(run.column("s_w") - reference.column("s_w"))))
     peaks = [abs(float(np.max(run.column(p)) - np.max(reference.column(p)))) for p in ("p_a", "p_b")]
     return Deviation(wire, max(peaks), abs(run.span[0] - reference.span[0]))

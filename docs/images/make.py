@@ -32,7 +32,7 @@ def swell() -> None:
     file = next(f for f in demo_cases() if f.case.name.startswith("swell:"))
     result = compare(file.crane, file.case)
     data = result.dataset()
-    runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
+    runs = {mode.upper(): data.sel(case=mode) for mode in result.table()}
     title = "250 t active/passive crane, 100 t on the hook, 100 m of wire out, tip 2.8 m at 12 s"
     kit.save(four_panels(runs, title=title, start=SHOWN_FROM), Path(__file__).with_name("swell.png"))
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from stillhook import Crane, Scenario, Sine
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.sea.motion.motion import Motion, Sum
 
 Numbers = Mapping[str, Any]
@@ -21,7 +21,7 @@ def side_by_side(runs: Iterable[tuple[Crane, Scenario]]) -> list[Numbers]:
     """The summary of every run, in order, SI; runs of one length share blocks of sixteen. A run that diverges stops the
     page."""
     asked = list(runs)
-    found = summaries([crane for crane, _ in asked], [case for _, case in asked])
+    found = run_cases([crane for crane, _ in asked], [case for _, case in asked])
     failed = [i for i, one in enumerate(found) if one["status"] == "diverged"]
     assert not failed, f"{len(failed)} of {len(found)} runs lost their numbers, the first: {asked[failed[0]]}"
     return found

@@ -16,7 +16,7 @@ from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
 from stillhook.analysis.tuning.objective import Limits, Score, hold_out, loop_margins, scenarios, scored
 from stillhook.analysis.tuning.parameters import present, with_settings
 from stillhook.analysis.tuning.tune import VARIATIONS, Outcome, Point, outcomes, scaled, variations
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.units import show
 
 SLOW_PAGE = True
@@ -65,7 +65,7 @@ def rated(controllers: Sequence[Controller]) -> list[Rated]:
     for cases in (CASES, UNSEEN):
         n = len(cases)
         asked = [case.with_mode(k.mode) for k in controllers for case in cases]
-        found = summaries([m for m in machines for _ in range(n)], asked)
+        found = run_cases([m for m in machines for _ in range(n)], asked)
         rows = [found[i * n : (i + 1) * n] for i in range(len(controllers))]
         out.append([scored(m, k.mode, cases, r, Limits()) for m, k, r in zip(machines, controllers, rows, strict=True)])
     return [Rated(*three) for three in zip(controllers, *out, strict=True)]
@@ -267,7 +267,7 @@ def lead() -> Table:
                 duration="52 s",
                 sensors={"delay": f"{delay} s"},
             )
-            old, ours, *others = [s["e_c_pp"] for s in summaries([crane, strong, *machines], case)]
+            old, ours, *others = [s["e_c_pp"] for s in run_cases([crane, strong, *machines], case)]
             at = min(range(len(LEADS)), key=lambda i: others[i])
             label = (
                 f"{load}, {v} m/min, {T}"

@@ -10,7 +10,7 @@ from blocks import Blocks, Table, panel, picture, save
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack, wire_speed_max
-from stillhook.engine.scenario.problem import energy_unaccounted, run_cases
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.library.crane_file import changed
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.scenario import Operator
@@ -154,11 +154,11 @@ def compared(tip: str) -> Compared:
 def audited() -> list[tuple[str, float, Any]]:
     """Case, part of the energy that is not accounted for, powers summed up [J]."""
     cases = [Scenario(**(CASE | case)) for case in ENERGY.values()]
-    results = run_cases(CRANE, cases, n_sub=5, lanes=1, every=0)
+    results = run_cases(CRANE, cases, step=5, lanes=1, keep=whole)
     out = []
     for name, result in zip(ENERGY, results, strict=True):
         joules = {k: v * result.t_cycle for k, v in result.stats.power._asdict().items()}
-        out.append((name, energy_unaccounted(CRANE.plant.type, result), joules))
+        out.append((name, result.energy_unaccounted, joules))
     return out
 
 

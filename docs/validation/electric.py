@@ -13,7 +13,8 @@ from blocks import Blocks, Rows, Table, panel, picture, save
 from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Result, energy_unaccounted, limits_passed, run_cases
+from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.library import changed
 from stillhook.physics.electric import drive, machine
 from stillhook.physics.electric.heating import Body, time_to_limit
@@ -43,8 +44,8 @@ CASES = {
 }
 
 
-def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> Result:
-    return run_cases(crane, [Scenario(**({"mode": "position"} | case))], n_sub=n_sub, lanes=1, every=1)[0]
+def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> ScenarioRun:
+    return run_cases(crane, [Scenario(**({"mode": "position"} | case))], step=n_sub, lanes=1, every=1, keep=whole)[0]
 
 
 def steady(speed: float, duration: float) -> dict[str, Any]:
@@ -53,11 +54,11 @@ def steady(speed: float, duration: float) -> dict[str, Any]:
     return {"mode": "manual", "tip": "still", "operator": Operator(profile=profile), "duration": f"{duration} s"}
 
 
-def joules(result: Result, name: str) -> float:
+def joules(result: ScenarioRun, name: str) -> float:
     return float(getattr(result.stats.power, name) * result.t_cycle)
 
 
-def counted(result: Result, name: str) -> np.ndarray:
+def counted(result: ScenarioRun, name: str) -> np.ndarray:
     return result.column(name)[round(result.warm_up / result.t_cycle) :]
 
 
@@ -104,7 +105,7 @@ def step_decay() -> tuple[float, float]:
     return -math.log(e[2250] / e[2100]) / 1.5, slow
 
 
-def compute() -> tuple[Blocks, Result]:
+def compute() -> tuple[Blocks, ScenarioRun]:
     wave = run(**WAVE)
     return {
         "claims": claims(wave),
@@ -124,7 +125,7 @@ def row(ours: float, theirs: float, unit: str, digits: int, allowed: float) -> t
     return f"{theirs:.{digits}f} {unit}", text, "reproduced" if abs(off) < allowed else "not reproduced"
 
 
-def claims(wave: Result) -> dict[str, tuple[str, str, str]]:
+def claims(wave: ScenarioRun) -> dict[str, tuple[str, str, str]]:
     ours, theirs = poles(FREE)
     far = float(np.max(np.abs(ours - theirs) / np.abs(theirs)))
     decay, slow = step_decay()
@@ -217,7 +218,7 @@ def step_table() -> Rows:
     for name, case in CASES.items():
         reference = run(n_sub=FINEST, **(WAVE | case))
 
-        def off(result: Result, signal: str, reference: Result = reference) -> float:
+        def off(result: ScenarioRun, signal: str, reference: ScenarioRun = reference) -> float:
             return float(np.max(np.abs(result.column(signal) - reference.column(signal))))
 
         for n in STEPS:
@@ -270,11 +271,11 @@ POWERS = ("grid", "tip", "copper", "iron", "inverter", "store", "resistor", "fri
 
 
 def energy_table() -> Table:
-    winch, rows = CRANE.plant.type, []
+    rows = []
     for name, case in AUDITED.items():
         quarter, usual = (run(n_sub=n, **(WAVE | case)) for n in (8, 2))
         cells = [f"{joules(usual, each) / 1e3:.1f}" for each in POWERS]
-        missing = [f"{abs(energy_unaccounted(winch, r)):.0e}" for r in (usual, quarter)]
+        missing = [f"{abs(r.energy_unaccounted):.0e}" for r in (usual, quarter)]
         rows.append((name, *cells, *missing))
     heads = ("run", *(f"{each} [kJ]" for each in POWERS), "missing, 5 ms", "1.25 ms")
     return Table(heads, rows)
@@ -354,7 +355,7 @@ def assumed() -> str:
     return f"Of the {len(own)} numbers of `[electric]`: {', '.join(parts)}. Assumed: {names}."
 
 
-def draw(wave: Result) -> None:
+def draw(wave: ScenarioRun) -> None:
     figure = picture(10.0, 6.6)
     power, torque, store, error = figure.subplots(2, 2).flat
     from_0 = round(60.0 / wave.t_cycle)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import place_limits
 from stillhook.analysis.loop_stability.places import Place
-from stillhook.engine.scenario.oscillation import OSCILLATES
+from stillhook.engine.scenario.summary import OSCILLATES
 from stillhook.engine.simulate import simulate
 from stillhook.kernels.statistics.oscillation import SMALLEST
 from stillhook.library import load_crane

@@ -10,8 +10,8 @@ import numpy as np
 from blocks import Blocks, picture, save
 
 from stillhook import load_crane, read_compensator, read_payload
-from stillhook.engine.lowering.run import LiftResult, run_lowerings
-from stillhook.engine.lowering.summary import total, unaccounted
+from stillhook.engine.lowering.summary import LoweringRun
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import vessel_file
 from stillhook.physics.scalar import G
@@ -60,11 +60,11 @@ def lift(tip: Motion, link: Compensator | None, **changes: object) -> Lowering:
     return Lowering(tip=tip, h_tip="40 m", compensator=link, **given)
 
 
-def run(case: Lowering, *, n_sub: int = 2, every: int = 1) -> LiftResult:
-    return run_lowerings(CRANE, [case], n_sub=n_sub, lanes=1, every=every)[0]
+def run(case: Lowering, *, n_sub: int = 2, every: int = 1) -> LoweringRun:
+    return run_cases(CRANE, [case], step=n_sub, lanes=1, every=every, keep=whole)[0]
 
 
-def column(r: LiftResult, name: str, last: float = math.inf) -> np.ndarray:
+def column(r: LoweringRun, name: str, last: float = math.inf) -> np.ndarray:
     assert r.series is not None
     rows = r.series if math.isinf(last) else r.series[-round(last / r.dt) :]
     return rows[:, r.signals.index(name)]
@@ -157,7 +157,7 @@ def steps() -> list[Step]:
     case = lift(Sine(amplitude="1.5 m", period="6 s"), link, ramp="10 s", duration="40 s")
     out = []
     for n_sub in (*STEPS, 16):
-        r = total(run(case, n_sub=n_sub, every=0))
+        r = run(case, n_sub=n_sub, every=0).total
         assert r.link is not None
         out.append(Step(0.01 / n_sub, r.lift.F_s_max, min(r.link.t_out, r.link.t_in), r.link.s_c_min))
     return out
@@ -180,7 +180,7 @@ def audit() -> list[tuple[str, float, float]]:
         tip = Sine(amplitude="1 m", period="8 s")
         case = lift(tip, link, z_0="2 m", depth="60 m", programme=landing, ramp="10 s", duration="360 s")
         r = run(case, every=0)
-        out.append((name, r.hang.works.damping, abs(unaccounted(CRANE.plant.type, r))))
+        out.append((name, r.hang.works.damping, abs(r.energy_unaccounted)))
     return out
 
 
@@ -247,7 +247,7 @@ def surface() -> dict[tuple[float, str], Surface]:
                 InSea(calm, sea, seed, rao, -15.0, -24.0, water=True, amplitudes=Amplitudes.RAYLEIGH).lowering()
                 for seed in range(1, SEEDS + 1)
             ]
-            runs = [total(r) for r in run_lowerings(CRANE, cases, n_sub=2, lanes=16, every=0)]
+            runs = [r.total for r in run_cases(CRANE, cases, step=2, lanes=16, keep=whole)]
             out[Tp, name] = Surface(
                 float(np.mean([r.lift.F_s_max for r in runs])),
                 float(np.mean([r.lift.F_s_min for r in runs])),
@@ -262,7 +262,7 @@ class Shown(NamedTuple):
 
     free: list[Transfer]
     seals: dict[float, list[Transfer]]
-    stops: LiftResult
+    stops: LoweringRun
 
 
 def compute() -> tuple[Blocks, Shown]:

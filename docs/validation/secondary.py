@@ -14,7 +14,8 @@ from scipy.signal import lsim
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Result, energy_unaccounted, run_cases
+from stillhook.engine.scenario.summary import ScenarioRun
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.library import changed
 from stillhook.library.write import Item, items
 from stillhook.physics.hydraulics.secondary import largest_speed_gain
@@ -85,8 +86,8 @@ def case(**changes: Any) -> Scenario:
     return Scenario(**(BASE | changes))
 
 
-def run_one(of: Crane, scenario: Scenario, n_sub: int) -> Result:
-    return run_cases(of, [scenario], n_sub=n_sub, lanes=1, every=0)[0]
+def run_one(of: Crane, scenario: Scenario, n_sub: int) -> ScenarioRun:
+    return run_cases(of, [scenario], step=n_sub, lanes=1, keep=whole)[0]
 
 
 def weight() -> float:
@@ -288,7 +289,7 @@ def audit() -> list[tuple[str, str, str]]:
     for name, changes in AUDITED.items():
         result = run_one(crane(), case(**changes), 5)
         passed = ", ".join(crane().plant.type.limits_passed(result.stats)) or "none"
-        rows.append((name, f"{abs(energy_unaccounted(crane().plant.type, result)):.0e}", passed))
+        rows.append((name, f"{abs(result.energy_unaccounted):.0e}", passed))
     return rows
 
 

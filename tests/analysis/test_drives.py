@@ -191,13 +191,13 @@ def test_every_kind_of_number_in_a_drive_says_how_it_scales(drive):
     """A new kind must be placed in the table of kinds, or the sizing would leave it as it is."""
 
     def kinds(model: type[Spec]) -> set[str]:
-        from stillhook.library.write import _quantity
+        from stillhook.library.write import quantity_of
         from stillhook.tables.table import _model_in
 
         found: set[str] = set()
         for field in model.model_fields.values():
             below = _model_in(field.annotation)
-            found |= kinds(below) if below else {_quantity(field) or ""}
+            found |= kinds(below) if below else {quantity_of(field) or ""}
         return found - {""}
 
     from stillhook.winches.circuits.tables import ActiveCircuit, PassiveCircuit

@@ -18,7 +18,7 @@ from stillhook.analysis.maps.settling import (
     settling_of,
 )
 from stillhook.analysis.steady.steady_state import wire_out_on
-from stillhook.engine import batch as many
+from stillhook.engine import tasks as many
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.library import changed
 from stillhook.metrics import settling_time

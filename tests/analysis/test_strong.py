@@ -13,7 +13,7 @@ from stillhook.analysis.loop_stability.governing import governing
 from stillhook.analysis.loop_stability.margins import margins
 from stillhook.analysis.loop_stability.transfer import position_loop, sampled
 from stillhook.control.registry import DEFAULT_MODE
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError
 from stillhook.library import changed, cranes
 
@@ -74,7 +74,7 @@ def test_a_late_motion_signal_lengthens_the_lead_by_as_much_and_leaves_the_gain(
 )
 @pytest.mark.parametrize("case", [FAST, HEAVY])
 def test_it_takes_error_off_published_ssc_for_a_little_pressure(case: Scenario, crane: Crane, price: float) -> None:
-    published, strong = summaries([crane, strong_ssc(crane).on(crane)], case)
+    published, strong = run_cases([crane, strong_ssc(crane).on(crane)], case)
     assert strong["status"] == published["status"] == "ok"
     assert strong["e_c_pp"] < LEFT * published["e_c_pp"]
     assert published["p_max"] < strong["p_max"] < price * published["p_max"]
@@ -97,7 +97,7 @@ def test_the_lead_of_the_rule_is_near_the_best_one(delay: float) -> None:
     leads = [rule, delay, *(delay + x for x in (0.01, 0.02, 0.03, 0.045))]
     machines = [strong.model_copy(update={"control": strong.control.model_copy(update={"t_lead": t})}) for t in leads]
     sensed = FAST.model_copy(update={"sensors": FAST.sensors.model_copy(update={"delay": delay})})
-    ours, none, *others = [s["e_c_pp"] for s in summaries(machines, sensed)]
+    ours, none, *others = [s["e_c_pp"] for s in run_cases(machines, sensed)]
     assert ours < none
     assert ours < OFF_BEST * min(others)
 

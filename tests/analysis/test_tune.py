@@ -36,7 +36,7 @@ from stillhook.analysis.tuning.parameters import (
 )
 from stillhook.analysis.tuning.search import Search
 from stillhook.analysis.tuning.tune import Tuned, front, outcomes, pareto, result, trials_dataset, tune, variations
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError, UnitError
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
@@ -74,7 +74,7 @@ def test_the_numbers_of_the_best_come_out_again_from_its_file(tuned: Tuned, tmp_
     path = f"{tmp_path}/best.toml"
     with open(path, "w", encoding="utf-8") as file:
         file.write(controller_toml(tuned.controller, CRANE, "best"))
-    found = summaries(controller(path).on(CRANE), [c.with_mode("ssc") for c in CASES])
+    found = run_cases(controller(path).on(CRANE), [c.with_mode("ssc") for c in CASES])
     assert [s["e_c_pp"] for s in found] == pytest.approx(tuned.after.e_c_pp, rel=AGAIN)
     assert max(s["p_max"] for s in found) == pytest.approx(tuned.after.p_max, rel=AGAIN)
 
@@ -90,7 +90,7 @@ def test_limits_hold_when_the_best_is_looked_at_independently(tuned: Tuned) -> N
         assert m.sensitivity_peak <= 2.0 * (1.0 + ON_THE_EDGE)
     for case in CASES:
         assert speed_limit(crane, "ssc", case.load) >= speed_limit(CRANE, "ssc", case.load) * (1.0 - 1e-6)
-    assert {s["status"] for s in summaries(crane, CASES)} == {"ok"}
+    assert {s["status"] for s in run_cases(crane, CASES)} == {"ok"}
 
 
 @pytest.mark.thorough
@@ -147,7 +147,7 @@ def test_speed_capacity_that_was_there_stays_there() -> None:
 
 @pytest.mark.thorough
 def test_an_interrupt_keeps_the_best_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    real, calls = tuning.summaries, []
+    real, calls = tuning.run_cases, []
 
     def stopping(*args: object, **kwargs: object) -> object:
         calls.append(1)
@@ -155,7 +155,7 @@ def test_an_interrupt_keeps_the_best_found(monkeypatch: pytest.MonkeyPatch) -> N
             raise KeyboardInterrupt
         return real(*args, **kwargs)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(tuning, "summaries", stopping)
+    monkeypatch.setattr(tuning, "run_cases", stopping)
     stopped = tune(CRANE, controller("ssc"), cases=CASES, budget=60)
     assert stopped.interrupted
     assert stopped.met

@@ -19,7 +19,7 @@ from stillhook.analysis.uncertainty.report import (
     paired_difference,
     troubles,
 )
-from stillhook.engine.scenario.problem import numbers_of
+from stillhook.engine.scenario.summary import numbers_of
 from stillhook.errors import SpecError, StillhookError
 from stillhook.formats.results import load_run, origin, save_run
 from stillhook.library import FrictionSet, load_friction

@@ -10,9 +10,9 @@ from tests.validate.staged_certificate import staged, write
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
 from stillhook.cli import run as command
-from stillhook.engine import inputs as standing_of
-from stillhook.engine.inputs import NO_CERTIFICATE, doubts, twin_line
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine import certificate as standing_of
+from stillhook.engine.certificate import NO_CERTIFICATE, doubts, twin_line
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import SpecError
 from stillhook.formats.results import rerun
 from stillhook.library import changed, crane_from_toml, crane_toml, load_friction, set_toml
@@ -93,7 +93,7 @@ def test_inside_the_envelope_nothing_is_said_and_the_run_is_validated(crane):
 )
 def test_outside_the_envelope_the_run_says_what_was_validated(crane, other, reason):
     asked = case(**other)
-    found = summaries(crane, asked)[0]
+    found = run_cases(crane, asked)[0]
     assert f"outside the validated envelope: {reason}" in found["notes"]
     assert found["validated"] == 0.0
     assert doubts(crane, asked) == (f"outside the validated envelope: {reason}",)
@@ -173,7 +173,7 @@ def test_a_synthetic_certificate_says_so_in_every_run(tmp_path):
     (note,) = doubts(found, case())
     assert note.endswith("is SYNTHETIC: the twin was validated on simulated logs, not on a crane")
     assert "SYNTHETIC" in twin_line(found)
-    assert summaries(found, case(**SHORT))[0]["validated"] == 0.0
+    assert run_cases(found, case(**SHORT))[0]["validated"] == 0.0
 
 
 def test_a_crane_without_a_certificate_is_not_validated_and_spoils_no_table():
@@ -258,9 +258,9 @@ def test_a_stored_run_says_the_same_when_it_is_run_again(crane, tmp_path):
 def test_results_that_are_kept_know_the_certificate_they_were_made_with(crane, tmp_path):
     bare = crane.model_copy(update={"certified": None})
     cases = [case(load="200 t", **SHORT), case(**SHORT)]
-    with_it, without = (summaries(c, cases, store=tmp_path / "kept") for c in (crane, bare))
+    with_it, without = (run_cases(c, cases, store=tmp_path / "kept") for c in (crane, bare))
     assert [s["validated"] for s in with_it] == [
-        s["validated"] for s in summaries(crane, cases, store=tmp_path / "kept")
+        s["validated"] for s in run_cases(crane, cases, store=tmp_path / "kept")
     ]
     assert with_it[0]["notes"] != without[0]["notes"]
     assert with_it[0]["e_c_pp"] == without[0]["e_c_pp"]

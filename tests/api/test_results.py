@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 import xarray
-from tests.engine.test_lower_many import SPLASH, in_sea
+from tests.engine.lifts import SPLASH, in_sea
 from tests.engine.test_lowering import whole_lift
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
 from stillhook.cli import run as command
-from stillhook.engine.scenario.problem import numbers_of
+from stillhook.engine.scenario.summary import numbers_of
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.formats.results import origin, rerun, save_json, to_json
 from stillhook.kernels.build import driver, kernel_hash

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from tests.engine.runs import run_many, run_one
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.arguments import SERIES_STEP, steps_for
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario import warm_up
-from stillhook.engine.scenario.problem import energy_unaccounted, summarise
+from stillhook.engine.scenario.case import ScenarioType
 from stillhook.engine.scenario.warm_up import LOOK
 from stillhook.library.crane_file import changed
 from stillhook.physics.hydraulics.cavitation import P_VAPOUR
@@ -51,7 +50,7 @@ def scenario(winch: str, **more) -> Scenario:
 
 def steps(winch: str) -> int:
     """Steps per PLC cycle of a run with its series."""
-    return steps_for([crane_of(winch)], [scenario(winch)], None, SERIES_STEP)
+    return ScenarioType().default_steps([crane_of(winch)], [scenario(winch)], series=True)
 
 
 @functools.cache
@@ -81,7 +80,7 @@ def test_there_is_a_void_only_where_a_pressure_is_that_of_vapour(winch):
 def test_the_energy_of_voids_is_found_again(winch):
     result = run_one(crane_of(winch), scenario(winch), n_sub=steps(winch), every=0)
     assert result.stats.extremes.void_max > 1.0e-5
-    assert abs(energy_unaccounted(crane_of(winch).plant.type, result)) < AUDIT
+    assert abs(result.energy_unaccounted) < AUDIT
 
 
 @pytest.mark.parametrize("winch", ["pure-active", "active-passive"])
@@ -141,7 +140,7 @@ class TestWarmUp:
     def notes(self, winch="active-passive", **more):
         case = scenario(winch, warm_up="15 s", **more)
         result = run_one(crane_of(winch), case, n_sub=steps(winch), every=0)
-        return summarise(crane_of(winch), case, result), result
+        return result.summary, result
 
     def test_cavitation_of_a_sudden_start_is_named_with_its_time_and_void(self):
         summary, _ = self.notes()

@@ -6,7 +6,7 @@ import pytest
 from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.scenario.problem import Result, energy_unaccounted
+from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
 from stillhook.units import parse
@@ -28,7 +28,7 @@ LOSSES = ("friction", "leakage", "relief", "flushing", "wire", "drag")
 plants = pytest.mark.parametrize("plant", sorted(CRANES))
 
 
-def run(plant: str, n_sub: int = FINE, **case) -> Result:
+def run(plant: str, n_sub: int = FINE, **case) -> ScenarioRun:
     return run_one(
         CRANES[plant],
         Scenario(**({"load": LOADS[plant], "s_w": "200 m", "tip": SEA} | case)),
@@ -37,7 +37,7 @@ def run(plant: str, n_sub: int = FINE, **case) -> Result:
     )
 
 
-def joules(result: Result, name: str) -> float:
+def joules(result: ScenarioRun, name: str) -> float:
     return float(getattr(result.stats.power, name) * result.t_cycle)
 
 
@@ -58,7 +58,7 @@ def wire_length(plant: str, layers: int) -> float:
 @plants
 @pytest.mark.parametrize("mode", ["level-1", "level-2", "ns", "hs", "ssc", "ssc-cubic"])
 def test_compensation_loses_no_energy_unseen(plant, mode):
-    assert abs(energy_unaccounted(WINCH[plant], run(plant, mode=mode))) < AUDIT
+    assert abs(run(plant, mode=mode).energy_unaccounted) < AUDIT
 
 
 @pytest.mark.slow
@@ -93,7 +93,7 @@ def test_compensation_loses_no_energy_unseen(plant, mode):
     ],
 )
 def test_no_scenario_loses_energy_unseen(plant, case):
-    assert abs(energy_unaccounted(WINCH[plant], run(plant, **case))) < AUDIT
+    assert abs(run(plant, **case).energy_unaccounted) < AUDIT
 
 
 @plants
@@ -102,7 +102,7 @@ def test_a_change_of_layer_loses_no_energy_unseen(plant):
     assert wire_length(plant, CRANES[plant].drum.layers) - result.state.path.s_w < wire_length(
         plant, CRANES[plant].drum.layers - 1
     )
-    assert abs(energy_unaccounted(WINCH[plant], result)) < AUDIT
+    assert abs(result.energy_unaccounted) < AUDIT
 
 
 @pytest.mark.slow
@@ -141,7 +141,7 @@ def test_the_passive_circuit_carries_the_weight_so_the_active_pumps_pay_for_the_
 @plants
 def test_finer_steps_leave_the_audit_closed(plant):
     for n_sub in (2, 10):
-        assert abs(energy_unaccounted(WINCH[plant], run(plant, n_sub=n_sub))) < AUDIT
+        assert abs(run(plant, n_sub=n_sub).energy_unaccounted) < AUDIT
 
 
 def test_a_winch_that_stands_moves_no_energy_through_its_pumps():

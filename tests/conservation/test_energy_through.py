@@ -7,7 +7,7 @@ import pytest
 from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.scenario.problem import Result, summarise
+from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.library import changed
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
@@ -41,28 +41,28 @@ def weight(crane: Crane) -> float:
     return (PART * crane.SWL + crane.hook_mass) * G
 
 
-def run(crane: Crane, **case) -> Result:
+def run(crane: Crane, **case) -> ScenarioRun:
     usual = {"load": f"{PART * crane.SWL!r} kg", "s_w": "150 m", "duration": "100 s", "warm_up": "40 s"}
     return run_one(crane, Scenario(**(usual | case)), n_sub=FINE)
 
 
-def steady(crane: Crane, speed: float) -> Result:
+def steady(crane: Crane, speed: float) -> ScenarioRun:
     """A steady wire speed by the operator, hoisting positive [m/s]."""
     profile = (("0 s", "0 m/s"), ("5 s", f"{speed} m/s"), ("100 s", f"{speed} m/s"))
     return run(crane, mode="manual", tip="still", operator=Operator(profile=profile))
 
 
-def raised(crane: Crane, result: Result) -> float:
+def raised(crane: Crane, result: ScenarioRun) -> float:
     """Weight times the way up over the counted part [J]."""
     s_w = result.column("s_w")[round(result.warm_up / result.t_cycle) :]
     return weight(crane) * float(s_w[0] - s_w[-1])
 
 
-def through(result: Result) -> float:
+def through(result: ScenarioRun) -> float:
     return float(result.stats.common.through * result.t_cycle)
 
 
-def joules(crane: Crane, result: Result) -> tuple[dict[str, float], dict[str, float]]:
+def joules(crane: Crane, result: ScenarioRun) -> tuple[dict[str, float], dict[str, float]]:
     """What the supply brought and what was lost, of the winch and its wire [J]."""
     module = crane.plant.type.module
     within = getattr(module, "WITHIN", ())
@@ -135,6 +135,6 @@ def test_the_summary_gives_it_by_its_name():
     crane = CRANES["nov-100t-electric"]
     case = Scenario(load="40 t", s_w="150 m", tip="sine 1 m 10 s", mode="position", duration="60 s", warm_up="20 s")
     result = run_one(crane, case, n_sub=FINE)
-    summary = summarise(crane, case, result)
+    summary = result.summary
     assert summary["energy_through"] == through(result) > 0.0
     assert math.isfinite(summary["energy_unaccounted"])

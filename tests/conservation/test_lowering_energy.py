@@ -5,9 +5,8 @@ import math
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.lowering.run import LiftResult, run_lowerings
-from stillhook.engine.lowering.summary import unaccounted
-from stillhook.engine.simulate import simulate
+from stillhook.engine.lowering.summary import LoweringRun
+from stillhook.engine.simulate import run_cases, simulate, whole
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
 from stillhook.spec.lift.lowering import Lowering, Rigging, Stage
@@ -60,7 +59,7 @@ LANDING = (
 DEEP = (Stage(mode="ahc", lower="40 m/min", wire="1000 m"),)
 
 
-def through_the_wire(r: LiftResult) -> tuple[float, float]:
+def through_the_wire(r: LoweringRun) -> tuple[float, float]:
     """What is missing of the energy through wire, load and water, and how much went through [J]."""
     W = r.hang.works
     water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
@@ -79,21 +78,22 @@ def through_the_wire(r: LiftResult) -> tuple[float, float]:
 )
 def test_every_joule_of_a_lowering_is_found_again(name: str, case: Lowering) -> None:
     crane = load_crane(name)
-    r = run_lowerings(crane, [case], n_sub=2, lanes=1, every=0)[0]
+    r = run_cases(crane, [case], step=2, lanes=1, keep=whole)[0]
     missing, through = through_the_wire(r)
     assert abs(missing) < ROUNDING * through
-    assert abs(unaccounted(crane.plant.type, r)) < AUDIT
+    assert abs(r.energy_unaccounted) < AUDIT
 
 
 @pytest.mark.slow
 def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
     """Relaying the elements as wire is paid out adds the kinetic energy of the new wire, and takes the strain it did not have: both small."""
-    r = run_lowerings(
+    r = run_cases(
         load_crane("nov-250t"),
         [lift(Still(), DEEP, z_0="-100 m", depth="2000 m", duration="1200 s")],
-        n_sub=2,
+        step=2,
         lanes=1,
         every=0,
+        keep=whole,
     )[0]
     tension = (100e3 - 1025.0 * 10.0 + 3e3 + 0.5 * 32.0 * 1000.0) * G
     strain = 0.5 * tension**2 / 836e6 * 900.0

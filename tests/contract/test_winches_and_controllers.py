@@ -10,7 +10,8 @@ from tests.contract.commands import OF_CLOSED_CIRCUITS, OF_CONTROLLER, OF_NUMBER
 
 from stillhook import Scenario, load_crane
 from stillhook.control.registry import MANUAL_MODE, Mode
-from stillhook.engine.scenario.problem import POSITION, numbers_of, summaries
+from stillhook.engine.scenario.summary import POSITION, numbers_of
+from stillhook.engine.simulate import run_cases
 from stillhook.library import cranes
 from stillhook.winches import types
 from stillhook.winches.registry import WINCH_TYPES
@@ -51,7 +52,7 @@ def test_every_winch_runs_under_every_controller_with_the_numbers_of_its_type() 
     for name in CRANES.values():
         crane = load_crane(name)
         modes = crane.plant.type.modes
-        for mode, run in zip(modes, summaries(crane, [case.with_mode(mode) for mode in modes]), strict=True):
+        for mode, run in zip(modes, run_cases(crane, [case.with_mode(mode) for mode in modes]), strict=True):
             known = [n for n in numbers_of(crane) if mode.compensates or n not in NOT_AT_REST]
             assert set(run) == {*numbers_of(crane), "status", "notes"}
             known = [n for n in known if run["oscillation_time"] > 0.0 or n not in OF_AN_OSCILLATION]

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -15,9 +16,7 @@ import pytest
 from numpy.ctypeslib import ndpointer
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.kernels.build import c_source, driver
 from stillhook.kernels.c99.source import SubsetError, Translator
 from stillhook.kernels.lanes import VL, Array, flatten
@@ -66,15 +65,13 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[ScenarioBlock, Scen
     ]
     out = []
     for c in (False, True):
-        block = ScenarioBlock(
-            [Ready(pack(crane, s), CycleInputs(crane, s)) for s in cases], lanes=lanes, n_sub=2, every=1
-        )
+        block = ScenarioBlock([Ready.of(crane, s) for s in cases], lanes=lanes, n_sub=2, every=1)
         if c:
             array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
             run = getattr(translated.library, f"run_{lanes}")
             run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
             d = driver(translated.plant, lanes)
-            block.d = SimpleNamespace(**(vars(d) | {"run": run}))
+            block.d = replace(d, run=run)
         for _ in block.steps():
             pass
         out.append(block)

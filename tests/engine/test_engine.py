@@ -2,8 +2,7 @@
 
 import functools
 import math
-import types
-from itertools import pairwise
+from dataclasses import replace
 from typing import Any
 
 import numba
@@ -20,10 +19,11 @@ from stillhook.engine.arguments import check_step, fastest_rates
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario import problem as run_module
-from stillhook.engine.scenario.problem import Ready, Result, ScenarioBlock
-from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
-from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
+from stillhook.engine.scenario import case as case_module
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.summary import ScenarioRun
+from stillhook.errors import SimulationError, SpecError
+from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL, flatten, size, unflatten
 from stillhook.kernels.statistics.cycles import SIGNALS, blank_window, window_add, window_turn
 from stillhook.library import changed
@@ -174,7 +174,7 @@ def field(x: Any, name: str) -> float:
 # The same bits, however a case is run
 
 
-def same(a: Result, b: Result) -> bool:
+def same(a: ScenarioRun, b: ScenarioRun) -> bool:
     return flatten(a.stats) == flatten(b.stats) and a.state == b.state and a.memory == b.memory and a.span == b.span
 
 
@@ -187,15 +187,6 @@ def test_a_case_in_a_batch_equals_the_same_case_alone_bit_for_bit(plant):
     for i in range(0, len(cases), 3):
         alone = run_one(CRANES[plant], cases[i], n_sub=2, every=0)
         assert same(alone, together[i]), cases[i]
-
-
-@pytest.mark.slow
-def test_neighbours_and_threads_do_not_change_a_case():
-    cases = mixed("active-passive")
-    crane = CRANES["active-passive"]
-    one, two, turned = (run_many(crane, c, n_sub=2, threads=t) for c, t in ((cases, 1), (cases, 2), (cases[::-1], 2)))
-    assert all(same(a, b) for a, b in zip(one, two, strict=True))
-    assert all(same(a, b) for a, b in zip(one, turned[::-1], strict=True))
 
 
 @plants
@@ -223,9 +214,9 @@ def test_compiled_physics_is_the_physics_that_python_runs(plant, friction):
 
 def _short(crane: Crane, case: Scenario, *, python: bool) -> np.ndarray:
     """Series of a run through the compiled driver, or through the same source as plain Python."""
-    block = ScenarioBlock([Ready(pack(crane, case), CycleInputs(crane, case))], lanes=1, n_sub=2, every=1)
+    block = ScenarioBlock([Ready.of(crane, case)], lanes=1, n_sub=2, every=1)
     if python:
-        block.d = types.SimpleNamespace(**(vars(block.d) | {"run": block.d.run.py_func}))
+        block.d = replace(block.d, run=block.d.run.py_func)
     for _ in block.steps():
         pass
     series = block.results()[0].series
@@ -249,7 +240,7 @@ PARACHUTE = {"load": "1 t", "water": Water(volume="0.05 m^3", C_D=10.0, area="10
 
 @pytest.fixture
 def unchecked(monkeypatch):
-    monkeypatch.setattr(run_module, "check_step", lambda packed, step: None)
+    monkeypatch.setattr(case_module, "check_step", lambda packed, step: None)
 
 
 @pytest.mark.slow
@@ -290,11 +281,6 @@ def test_when_every_case_fails_the_batch_still_ends():
     assert all(r.t_end <= 60.0 for r in results)
 
 
-def test_an_unknown_choice_for_failures_is_refused():
-    with pytest.raises(ScenarioError, match=r'^on_failure = "ignore": give one of raise, mark\.$'):
-        simulate(CRANES["active-passive"], scenario("active-passive"), on_failure="ignore")
-
-
 def test_a_step_that_the_crane_is_too_stiff_for_is_refused_before_anything_runs():
     stiff = changed(CRANES["active-passive"], {"wire": {"L_0": "1 m"}})
     with pytest.raises(SpecError) as e:
@@ -304,72 +290,11 @@ def test_a_step_that_the_crane_is_too_stiff_for_is_refused_before_anything_runs(
     assert "(allowed 2.6). Use a step of " in text
 
 
-def test_the_step_is_checked_for_every_case_of_a_batch():
-    stiff = changed(CRANES["active-passive"], {"wire": {"L_0": "1 m"}})
-    cases = [Scenario(load="80 t", s_w="1000 m", tip=SEA), Scenario(load="0 t", s_w="0 m", tip=SEA)]
-    with pytest.raises(SpecError, match=r"^case 1: step 5 ms is too long for this crane: wire"):
-        simulate(stiff, cases)
-
-
 @pytest.mark.parametrize("name", ["nov-250t", "nov-150t", "nov-100t-pure-active"])
 def test_library_cranes_take_both_default_steps_with_an_empty_hook_at_the_tip(name):
     packed = pack(load_crane(name), Scenario(load="0 t", s_w="0 m"))
     check_step(packed, 5e-3)
     assert all(math.isfinite(r) and r >= 0.0 for r in fastest_rates(packed).values())
-
-
-@pytest.mark.parametrize(
-    ("step", "text"),
-    [
-        ("3 ms", 'step = "3 ms" is not a whole part of the PLC cycle'),
-        ("20 ms", 'step = "20 ms" is not a whole part of the PLC cycle'),
-        ("0 ms", 'step = "0 ms" is not a whole part of the PLC cycle'),
-        ("5", 'step = "5": no unit'),
-    ],
-)
-def test_a_step_that_does_not_fit_the_plcs_cycle_is_refused(step, text):
-    with pytest.raises(StillhookError) as e:
-        simulate(CRANES["active-passive"], scenario("active-passive"), step=step)
-    assert str(e.value).startswith(text)
-
-
-@pytest.mark.parametrize("every", ["15 ms", "0 s", "1 ms"])
-def test_a_spacing_that_does_not_fit_the_plcs_cycle_is_refused(every):
-    with pytest.raises(ScenarioError, match=f'^every = "{every}" is not a whole number of PLC cycles'):
-        simulate(CRANES["active-passive"], scenario("active-passive"), every=every)
-
-
-def test_an_empty_batch_is_refused():
-    with pytest.raises(ScenarioError, match="the list of cases is empty"):
-        simulate(CRANES["active-passive"], [])
-
-
-# Progress
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("single", [True, False])
-def test_progress_rises_to_one(single):
-    seen: list[float] = []
-    cases = (
-        scenario("active-passive", duration="200 s") if single else [scenario("active-passive", duration="100 s")] * 40
-    )
-    simulate(CRANES["active-passive"], cases, progress=seen.append)
-    assert len(seen) > 3
-    assert all(a <= b for a, b in pairwise(seen))
-    assert seen[0] == 0.0 < seen[1] < 1.0
-    assert seen[-1] == pytest.approx(1.0)
-
-
-def test_an_interrupted_batch_stops_and_returns_nothing():
-    class Enough(Exception):
-        pass
-
-    def stop(share: float) -> None:
-        raise Enough
-
-    with pytest.raises(Enough):
-        simulate(CRANES["active-passive"], [scenario("active-passive")] * 40, progress=stop)
 
 
 # Statistics
@@ -469,25 +394,3 @@ def test_the_moving_window_is_exact_for_any_series_and_length(series, n):
             window_turn(W, w, n)
     windows = [series[i : i + n] for i in range(len(series) - n + 1)]
     assert W[2 * w] == max((max(x) - min(x) for x in windows), default=0.0)
-
-
-# Cache
-
-
-def test_kernels_are_kept_under_a_hash_of_every_source(tmp_path, monkeypatch):
-    assert kernel_hash.__wrapped__() == kernel_hash()
-    sources = tmp_path / "stillhook"
-    for folder in KERNEL_FOLDERS:
-        (sources / folder).mkdir(parents=True)
-    file = sources / "physics" / "motor.py"
-    monkeypatch.setattr("stillhook.kernels.build.PACKAGE", sources)
-    hashes = set()
-    for text in ("a = 1\n", "a = 2\n"):
-        file.write_text(text)
-        hashes.add(kernel_hash.__wrapped__())
-    monkeypatch.undo()
-    assert len(hashes) == 2
-
-
-def test_a_driver_is_made_once():
-    assert driver("active-passive", 1) is driver("active-passive", 1)

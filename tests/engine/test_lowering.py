@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.lowering.run import prepare, run_lowerings
-from stillhook.engine.simulate import simulate
+from stillhook.engine.lowering.run import Ready
+from stillhook.engine.simulate import run_cases, simulate, whole
 from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
@@ -76,7 +76,7 @@ def stiff(zeta: float = 0.0) -> Crane:
 
 def exact(crane: Crane, case: Lowering) -> tuple[Rod, End]:
     """The same wire and load for the closed forms."""
-    packed = prepare(crane, [case], 10)[0].packed
+    packed = Ready.of(crane, case).packed
     rope, lift = packed.lift.rope, packed.lift
     rod = Rod(
         L=packed.winch.s_w,
@@ -128,7 +128,7 @@ def test_load_and_tension_follow_the_wires_top_as_the_exact_rod_says(z_0: str, T
 def test_wire_hangs_stretched_by_load_and_own_weight(nodes: int) -> None:
     """L (W + w L / 2) / EA, with the part in air weighing more, and the wire over the boom as a spring."""
     case = still_winch("-2000 m", Sine(amplitude="0 m", period="9 s"), nodes=nodes, duration="1 s")
-    p = prepare(deep(), [case], 2)[0].packed
+    p = Ready.of(deep(), case).packed
     r, L, W = p.lift.rope, p.winch.s_w, p.lift.load.W + p.lift.hook.W
     wet, dry = L - r.h_tip, r.h_tip
     top = W + r.w_water * wet + r.w_air * dry
@@ -225,19 +225,6 @@ def whole_lift(i: int = 0, duration: str = "330 s") -> Lowering:
         duration=duration,
         wire=DeepWire(nodes=6),
     )
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
-def test_sixteen_lowerings_side_by_side_have_the_bits_of_each_alone(name: str) -> None:
-    crane = load_crane(name)
-    cases = [whole_lift(i, "150 s") for i in range(3)]
-    batch = simulate(crane, cases, on_failure="mark")
-    for i in (0, 2):
-        alone = simulate(crane, cases[i], series=False, on_failure="mark")
-        for key in alone.data_vars:
-            if alone[key].dtype.kind == "f":
-                np.testing.assert_array_equal(batch[key].values[i], alone[key].values, err_msg=str(key))
 
 
 def test_five_milliseconds_are_as_good_as_one() -> None:
@@ -432,11 +419,11 @@ def test_wire_damps_alike_wherever_the_run_began() -> None:
     """Material damping is a ratio of the swing on the wire that is out, not of that on the wire of the start."""
     down = (Stage(mode="ahc", lower="60 m/min", wire="500 m"),)
     begun_above = still_winch("-10 m", Sine(amplitude="0 m", period="9 s"), load=box(A33=50.0), duration="520 s")
-    r = run_lowerings(deep(0.02), [begun_above.model_copy(update={"programme": down})], n_sub=2, lanes=1, every=0)[0]
-    begun_there = prepare(
-        deep(0.02), [still_winch(f"{20.0 - 15.0 - r.state.path.s_w} m", begun_above.tip, load=box(A33=50.0))], 2
-    )[0]
-    here, there = r.hang.element, begun_there.packed.hang.wire.element
+    r = run_cases(deep(0.02), [begun_above.model_copy(update={"programme": down})], step=2, lanes=1, keep=whole)[0]
+    begun_there = Ready.of(
+        deep(0.02), still_winch(f"{20.0 - 15.0 - r.state.path.s_w} m", begun_above.tip, load=box(A33=50.0))
+    )
+    here, there = r.hang.wire.element, begun_there.packed.hang.wire.element
     assert here.c / here.k == pytest.approx(there.c / there.k, rel=1e-3)
     omega = (
         2.0

@@ -5,10 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stillhook import Scenario, load_crane
-from stillhook.engine.lowering.run import longest_step, prepare
-from stillhook.engine.simulate import simulate
-from stillhook.errors import LiftError, ScenarioError, SimulationError, SpecError
+from stillhook import load_crane
+from stillhook.engine.lowering.case import LoweringType
+from stillhook.engine.lowering.run import longest_step
+from stillhook.engine.simulate import run_cases, simulate
+from stillhook.errors import LiftError, SimulationError, SpecError
 from stillhook.sea.motion.motion import Profile, Sine
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
@@ -62,33 +63,7 @@ def test_a_lift_that_cannot_be_is_refused_in_one_line(case: Lowering, said: str)
     assert "\n" not in str(e.value)
 
 
-def test_the_case_of_a_list_is_named() -> None:
-    with pytest.raises(LiftError, match="case 1: Payload 400 t"):
-        simulate(crane(), [lift(), lift("400 t")])
-
-
-@pytest.mark.parametrize(
-    ("what", "options", "said"),
-    [
-        ([], {}, "the list of cases is empty. Give at least one Scenario or Lowering"),
-        (3, {}, "case 0 = 3: not a Scenario or Lowering"),
-        ([lift(), "lift"], {}, "case 1 = "),
-        (
-            [lift(), Scenario(load="10 t", s_w="50 m")],
-            {},
-            "case 0 is a Lowering, case 1 a Scenario. Run scenarios and lowerings apart",
-        ),
-        (lift(), {"on_failure": "skip"}, "give one of raise, mark"),
-    ],
-)
-def test_what_is_no_lowering_is_refused(what: object, options: dict[str, str], said: str) -> None:
-    with pytest.raises(ScenarioError, match=said):
-        simulate(crane(), what, **options)  # type: ignore[arg-type]
-
-
 def test_steps_that_do_not_fit_are_refused() -> None:
-    with pytest.raises(ScenarioError, match="whole part of the PLC cycle"):
-        simulate(crane(), lift(), step="3 ms")
     hard = crane().model_copy(update={"friction": crane().friction.model_copy(update={"sigma_0": 1e7})})
     with pytest.raises(SpecError, match=r"too long for this lift: .* Use a step of "):
         simulate(hard, lift())
@@ -96,7 +71,7 @@ def test_steps_that_do_not_fit_are_refused() -> None:
     rock = case.payload.seabed.model_copy(update={"settlement": 1e-5})
     on_rock = case.model_copy(update={"payload": case.payload.model_copy(update={"seabed": rock})})
     with pytest.raises(SpecError, match="seabed"):
-        prepare(crane(), [on_rock], 2)
+        run_cases(crane(), on_rock, step=2)
 
 
 def test_a_stiff_winch_is_run_with_a_shorter_step_unasked() -> None:
@@ -166,14 +141,6 @@ def test_a_stage_that_never_ends_is_told() -> None:
     assert "did not end within its timeout of 10 s" in str(run.notes.values)
 
 
-def test_progress_begins_at_nothing_and_ends_at_all() -> None:
-    shares: list[float] = []
-    simulate(crane(), lift(), progress=shares.append)
-    assert shares[0] == 0.0
-    assert shares[-1] == 1.0
-    assert shares == sorted(shares)
-
-
 @pytest.mark.parametrize(
     ("stages", "said"),
     [
@@ -209,4 +176,4 @@ def test_wire_counts_as_load_at_the_crane_tip() -> None:
     deep = (Stage(mode="ahc", lower="60 m/min", depth="1900 m"),)
     with pytest.raises(LiftError, match=r"payload, hook and wire pull 2\d+ kN at the crane tip"):
         simulate(crane(), lift("230 t", programme=deep))
-    prepare(crane(), [lift("180 t", programme=deep)], 2)
+    LoweringType().ready([crane()], [lift("180 t", programme=deep)], 2)

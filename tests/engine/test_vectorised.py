@@ -16,9 +16,8 @@ from numba import float64, int64, njit
 from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, Result, ScenarioBlock
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.kernels import build
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL
@@ -76,7 +75,7 @@ def test_lanes_are_read_without_gathers_and_kept_on_whole_cache_lines(listing):
 # The same bits
 
 
-def bits(result: Result) -> tuple:
+def bits(result: ScenarioRun) -> tuple:
     return result.stats, result.span, result.state, result.memory
 
 
@@ -103,7 +102,7 @@ def family(plant: str) -> list[tuple[Crane, Scenario]]:
 @pytest.mark.parametrize("n_sub", [2, 5])
 def test_unlike_cranes_and_cases_side_by_side_have_the_bits_that_they_have_alone(plant, n_sub):
     cases = family(plant)
-    block = ScenarioBlock([Ready(pack(c, s), CycleInputs(c, s)) for c, s in cases], lanes=VL, n_sub=n_sub, every=0)
+    block = ScenarioBlock([Ready.of(c, s) for c, s in cases], lanes=VL, n_sub=n_sub, every=0)
     for _ in block.steps():
         pass
     together = [bits(r) for r in block.results()]
@@ -140,11 +139,11 @@ def test_the_engine_holds_no_kernels():
 TWO_SECONDS = """
 import json, sys
 from stillhook import Scenario, load_crane
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.kernels.lanes import flatten
-from stillhook.engine.scenario.problem import run_cases
 for name in ("nov-250t", "nov-100t-pure-active"):
     case = Scenario(load="30 t", s_w="100 m", tip="sine 1 m 10 s", duration="2 s", ramp="0.5 s", warm_up="0 s")
-    r = run_cases(load_crane(name), [case], n_sub=2, lanes=1, every=10)[0]
+    r = run_cases(load_crane(name), [case], step=2, lanes=1, every=10, keep=whole)[0]
     print(json.dumps([*flatten(r.state), *flatten(r.stats), *r.series.ravel().tolist()]))
 """
 

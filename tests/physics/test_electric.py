@@ -12,10 +12,9 @@ from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
-from stillhook.engine.lowering.run import run_lowerings
-from stillhook.engine.lowering.summary import unaccounted
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Result, limits_passed
+from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.library import changed
 from stillhook.physics.electric import machine, supply
 from stillhook.physics.electric.heating import Body, time_to_limit
@@ -65,7 +64,7 @@ def edited(**electric_tables: dict[str, str]) -> Crane:
     return changed(CRANE, {"electric": electric_tables})
 
 
-def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> Result:
+def run(crane: Crane = CRANE, n_sub: int = FINE, **case: Any) -> ScenarioRun:
     return run_one(crane, Scenario(**({"mode": "position"} | case)), n_sub=n_sub)
 
 
@@ -75,11 +74,11 @@ def steady(speed: float, duration: float = 60.0) -> dict[str, Any]:
     return {"mode": "manual", "tip": "still", "operator": Operator(profile=profile), "duration": f"{duration} s"}
 
 
-def joules(result: Result, name: str) -> float:
+def joules(result: ScenarioRun, name: str) -> float:
     return float(getattr(result.stats.power, name) * result.t_cycle)
 
 
-def counted(result: Result, name: str) -> np.ndarray:
+def counted(result: ScenarioRun, name: str) -> np.ndarray:
     """A signal after the warm-up."""
     return result.column(name)[round(result.warm_up / result.t_cycle) :]
 
@@ -329,8 +328,8 @@ def test_a_lowering_into_the_water_loses_no_energy_unseen():
         ),
         duration="200 s",
     )
-    result = run_lowerings(CRANE, [case], n_sub=2, lanes=1, every=0)[0]
-    assert abs(unaccounted(WINCH, result)) < LOWERING
+    result = run_cases(CRANE, [case], step=2, lanes=1, keep=whole)[0]
+    assert abs(result.energy_unaccounted) < LOWERING
 
 
 def test_before_a_run_it_says_what_the_load_means():

@@ -3,9 +3,9 @@ joule is lost unseen, what is passed is named, one lane of sixteen is a run alon
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,8 @@ from tests.engine.test_c99 import SAME, compile_c
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock, energy_unaccounted, limits_passed
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.summary import limits_passed
 from stillhook.errors import StillhookError
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99.source import Translator, entry_types
@@ -155,7 +156,7 @@ def test_no_energy_is_lost_unseen(name: str, run: str) -> None:
     crane = changed(winch.crane, UNEQUAL) if run == "unequal areas" else winch.crane
     result = run_one(crane, scenario(name, case), n_sub=5, every=0)
     jump = JUMP if (name, run) == ("open-circuit", "unit lost") else 1.0
-    assert abs(energy_unaccounted(crane.plant.type, result)) < winch.audit * jump
+    assert abs(result.energy_unaccounted) < winch.audit * jump
     for loss in winch.losses:
         assert getattr(result.stats.power, loss) >= 0.0, loss
 
@@ -302,7 +303,7 @@ def series(name: str, cases: list[Scenario], other: Callable[[Any], Any] | None 
     ready = [Ready(pack(WINCHES[name].crane, case), CycleInputs(WINCHES[name].crane, case)) for case in cases]
     block = ScenarioBlock(ready, lanes=len(cases), n_sub=2, every=1)
     if other is not None:
-        block.d = SimpleNamespace(**(vars(block.d) | {"run": other(block.d)}))
+        block.d = replace(block.d, run=other(block.d))
     for _ in block.steps():
         pass
     return np.asarray(block.out)

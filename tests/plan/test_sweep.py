@@ -9,8 +9,7 @@ import pytest
 import xarray
 from tests.plan.made_up import made_up
 
-from stillhook.engine.lowering.run import PEAKS
-from stillhook.engine.lowering.summary import run_numbers_of, stage_numbers_of
+from stillhook.engine.lowering.summary import PEAKS, run_numbers_of, stage_numbers_of
 from stillhook.plan.answer.sweep import (
     Pays,
     answer_of,

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import xarray
 
-from stillhook.engine.lowering.run import PEAKS
-from stillhook.engine.lowering.summary import run_numbers_of, stage_numbers_of
+from stillhook.engine.lowering.summary import PEAKS, run_numbers_of, stage_numbers_of
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan

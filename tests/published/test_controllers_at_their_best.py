@@ -5,7 +5,7 @@ from tests.scripts import PAGES, script
 
 from stillhook.analysis.tuning.objective import Limits, capacity_of, gain_allowed, scored
 from stillhook.analysis.tuning.parameters import present, space, with_settings
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 
 page = script(PAGES / "controllers_at_their_best.py")
 
@@ -25,7 +25,7 @@ def test_no_step_aside_in_any_setting_gains_and_limits_are_kept(name: str):
     points = [{s.name: at[s.name] + way * ASIDE * (s.high - s.low)} for s in settings for way in (-1.0, 1.0)]
     inside = [p for p in points if all(s.low <= p.get(s.name, s.low) <= s.high for s in settings)]
     cranes = [page.CRANE, tuned, *(with_settings(tuned, p) for p in inside)]
-    found = summaries(
+    found = run_cases(
         [c for c in cranes for _ in range(n)], [c.with_mode(plain.mode) for c in page.CASES] * len(cranes)
     )
     limits = Limits(v_w_capacity=min(capacity_of(page.CRANE, plain.mode, page.CASES)))

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from stillhook import Crane, Scenario, Sine, load_crane
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.library import changed
 
 CRANE = load_crane("nov-250t")
@@ -34,7 +34,7 @@ def at(u_thr: float) -> Crane:
 
 @pytest.mark.slow
 def test_37_metres_a_minute_take_100_cm3_off_the_motors_at_a_threshold_of_0_3_and_nothing_at_0_6():
-    low, usual = summaries([at(0.3), at(0.6)], case(37.0, 10.0, "ssc", "100 t"))
+    low, usual = run_cases([at(0.3), at(0.6)], case(37.0, 10.0, "ssc", "100 t"))
     assert D_M * (1.0 - low["alpha_m_min"]) == pytest.approx(100.0, abs=ABOUT)
     assert usual["alpha_m_min"] > FULL
 
@@ -43,7 +43,7 @@ def test_37_metres_a_minute_take_100_cm3_off_the_motors_at_a_threshold_of_0_3_an
 def test_in_one_metre_of_tip_motion_ssc_stands_full_and_pressure_follows_the_displacements():
     periods = (6.0, 10.0, 14.0)
     for crane in (CRANE, PAPERS):
-        runs = summaries(crane, [case(60.0 * math.pi / T, T, mode, "200 t") for T in periods for mode in ("ns", "ssc")])
+        runs = run_cases(crane, [case(60.0 * math.pi / T, T, mode, "200 t") for T in periods for mode in ("ns", "ssc")])
         for ns, ssc in zip(runs[::2], runs[1::2], strict=True):
             assert ssc["alpha_m_min"] > FULL
             ratio = (ssc["p_a_max"] - crane.active.boost.p) / (ns["p_a_max"] - crane.active.boost.p)
@@ -58,7 +58,7 @@ def test_loss_of_a_power_unit_shows_only_where_the_gains_are_not_reconfigured():
     losses = ({}, {"power_loss": stop}, {"power_loss": stop | {"detection": "1000 s"}})
     for mode in ("ns", "hs", "ssc"):
         quiet, known, unknown = (
-            one["e_c_max"] for one in summaries(CRANE, [case(50.0, 12.0, mode, "100 t", **loss) for loss in losses])
+            one["e_c_max"] for one in run_cases(CRANE, [case(50.0, 12.0, mode, "100 t", **loss) for loss in losses])
         )
         assert known < quiet + UNNOTICED
         assert unknown > 5.0 * known
@@ -68,6 +68,6 @@ def test_loss_of_a_power_unit_shows_only_where_the_gains_are_not_reconfigured():
 def test_the_printed_K_1_misses_the_speed_that_its_own_table_gives():
     printed = changed(PAPERS, {"control": {"K_1": "0.68 s/m"}})
     for mode in ("ns", "hs", "ssc"):
-        as_printed, derived = summaries([printed, PAPERS], case(60.0, 12.0, mode, "100 t"))
+        as_printed, derived = run_cases([printed, PAPERS], case(60.0, 12.0, mode, "100 t"))
         assert as_printed["e_c_pp"] > 5.0 * derived["e_c_pp"]
         assert as_printed["e_c_pp"] > 0.5

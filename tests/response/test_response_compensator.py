@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.lowering.run import LiftResult, run_lowerings
+from stillhook.engine.lowering.summary import LoweringRun
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.physics.scalar import G
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import compensated_sigmas, sigmas
@@ -50,8 +51,8 @@ def lift(tip: Motion, link: Compensator | None, duration: str = "300 s") -> Lowe
     )  # fmt: skip
 
 
-def run(case: Lowering) -> LiftResult:
-    return run_lowerings(load_crane("nov-250t"), [case], n_sub=2, lanes=1, every=2)[0]
+def run(case: Lowering) -> LoweringRun:
+    return run_cases(load_crane("nov-250t"), [case], step=2, lanes=1, every=2, keep=whole)[0]
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ from trials.reference_plant.parameters import (
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.physics.hydraulics.lines import capacitance
@@ -47,7 +47,7 @@ CRANE = load_crane("nov-250t")
 PLAIN = ReferenceCrane()
 BAR = 1e5
 AUDIT = 1e-3
-"""Energy not found again, over that through the pumps: what sound runs of the twin stay below (`stillhook.engine.scenario.problem`)."""
+"""Energy not found again, over that through the pumps: what sound runs of the twin stay below (`stillhook.engine.scenario.summary`)."""
 WIRE, PRESSURE = 1e-4, 0.2 * BAR
 """What half the step may change: docs/validation/step-size.md for the twin."""
 STILL = 2e-3
@@ -138,7 +138,10 @@ def test_without_compiling_the_same_run_gives_the_same_numbers():
     found = []
     for compiled in (True, False):
         block = ScenarioBlock(
-            [Ready(pack_reference(CRANE, start, PLAIN), CycleInputs(CRANE, start))], lanes=1, n_sub=5, every=10
+            [Ready(CRANE, start, pack_reference(CRANE, start, PLAIN), CycleInputs(CRANE, start))],
+            lanes=1,
+            n_sub=5,
+            every=10,
         )
         if not compiled:
             block.d = SimpleNamespace(**vars(block.d) | {"run": block.d.run.py_func})

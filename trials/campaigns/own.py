@@ -19,7 +19,7 @@ from stillhook.control.interface import SPEED
 from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
 from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.problem import run_cases, summarise
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.errors import ValidateError
 from stillhook.library import load_crane
 from stillhook.library.examples import MARK
@@ -197,7 +197,7 @@ class OfTwin:
 
     def run(self, case: Scenario) -> Run:
         n_sub = steps_per_cycle(self.crane, None, SERIES_STEP)
-        [result] = run_cases([self.crane], [case], n_sub=n_sub, lanes=1, every=1)
+        [result] = run_cases([self.crane], [case], step=n_sub, lanes=1, every=1, keep=whole)
         if result.ending is not Ending.DONE or result.series is None:
             raise ValidateError(
                 f'test "{case.name}": the simulation of the crane diverges at {result.t_end:.4g} s. Check the crane'
@@ -205,7 +205,7 @@ class OfTwin:
             )
         time: FloatArray = result.dt * np.arange(len(result.series), dtype=np.float64)
         signals = {c.name: result.column(c.name) for c in self.columns}
-        return Run(case, time, signals, str(summarise(self.crane, case, result)["status"]))
+        return Run(case, time, signals, str(result.summary["status"]))
 
     def sensors(self, runs: Sequence[Run]) -> Sensors:
         """Those of the drive's own signals have a range that the tests leave room in."""

@@ -9,8 +9,8 @@ from stillhook.engine.arguments import RK4_LIMIT, SERIES_STEP, check_step, steps
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock, summarise, to_dataset
-from stillhook.engine.simulate import raise_failures
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.simulate import dataset_of, raise_failures
 from stillhook.errors import SpecError
 from stillhook.kernels.build import PLANTS
 from stillhook.physics.hydraulics.swash import Servo
@@ -245,10 +245,9 @@ def simulate_reference(
             f"step {h * 1e3:.3g} ms is too long for this reference crane: {name} has {rate:.0f} 1/s (allowed"
             f" {RK4_LIMIT / h:.0f})."
         )
-    block = ScenarioBlock([Ready(packed, drive)], lanes=1, n_sub=n_sub, every=1)
+    block = ScenarioBlock([Ready(crane, case, packed, drive)], lanes=1, n_sub=n_sub, every=1)
     for _ in block.steps():
         pass
-    results = block.results()
-    summaries = [summarise(crane, case, results[0])]
-    raise_failures(summaries)
-    return to_dataset(crane, [case], results, summaries, single=True)
+    runs = block.results()
+    raise_failures([run.row for run in runs])
+    return dataset_of(runs)

@@ -31,6 +31,7 @@ import stillhook.engine.simulate
 import stillhook.plan.planning
 from stillhook import load_crane, load_lift, load_plan
 from stillhook.cli import main as command_line
+from stillhook.engine.simulate import dataset_of
 from stillhook.errors import StillhookError
 from stillhook.plan.definition.rules import Tier
 from trials.strangers import checks, run_checks
@@ -182,8 +183,8 @@ def _compare(drawn: Draw, outcome: Outcome) -> None:
     outcome.check("compare: exit code says whether any is ok", iter(["" if code == right else f"{code}, not {right}"]))
     crane = result.crane
     for run in result.runs:
-        status, series = run.summary["status"], run.dataset(crane)
-        powers = {k: v * run.result.t_cycle for k, v in run.result.stats.power._asdict().items()}
+        status, series = run.summary["status"], dataset_of([run])
+        powers = {k: v * run.t_cycle for k, v in run.stats.power._asdict().items()}
         outcome.check("compare: status and time at limits", run_checks.times(crane.plant.type, status, run.summary))
         outcome.check("compare: status and signals", run_checks.signals(crane, status, series, run.case.warm_up))
         outcome.check("compare: compensates or says not", run_checks.compensates(status, run.summary))

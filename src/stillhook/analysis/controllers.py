@@ -22,9 +22,10 @@ from stillhook.analysis.kept import kept
 from stillhook.base.choice import nearest
 from stillhook.base.progress import Progress
 from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE
-from stillhook.engine.arguments import checked_cases, cycles, paired, steps_per_cycle
+from stillhook.engine.arguments import checked_cases, cycles
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.problem import OK, Result, run_cases, summarise, to_dataset
+from stillhook.engine.scenario.summary import ScenarioRun
+from stillhook.engine.simulate import dataset_of, run_cases, whole
 from stillhook.errors import ScenarioError, SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -302,30 +303,11 @@ def lateness(crane: Crane, *, delay: float = 0.0) -> float:
     return late + 2.0 * oil.zeta / oil.omega_0
 
 
-class ModeRun(NamedTuple):
-    """One controller's run: its scenario, raw result and summary (keys and SI units of
-    `stillhook.variables.SUMMARY`)."""
-
-    mode: Mode
-    case: Scenario
-    result: Result
-    summary: dict[str, Any]
-
-    @property
-    def ok(self) -> bool:
-        """Whether the run stayed inside every limit."""
-        return bool(self.summary["status"] == OK)
-
-    def dataset(self, crane: Crane) -> xarray.Dataset:
-        """The run as a Dataset."""
-        return to_dataset(crane, [self.case], [self.result], [self.summary], single=True)
-
-
 class Comparison(NamedTuple):
     """Runs of one motion under several controllers."""
 
     crane: Crane
-    runs: tuple[ModeRun, ...]
+    runs: tuple[ScenarioRun, ...]
 
     @property
     def ok(self) -> bool:
@@ -334,11 +316,11 @@ class Comparison(NamedTuple):
 
     def table(self) -> dict[str, dict[str, Any]]:
         """Mode -> summary in SI."""
-        return {r.mode.value: r.summary for r in self.runs}
+        return {r.case.mode.value: r.summary for r in self.runs}
 
     def dataset(self) -> xarray.Dataset:
         """All runs in one Dataset, case = mode."""
-        return dataset_of(self.crane, self.runs, [r.mode.value for r in self.runs])
+        return dataset_of(self.runs, list(self.table()))
 
 
 def compare(
@@ -370,7 +352,9 @@ def compare(
     if case.modes:
         raise ScenarioError("modes: a scenario that changes its mode cannot be compared between modes. Use simulate.")
     check(crane, case.with_mode(chosen[0]))
-    return Comparison(crane, run_labelled(crane, [case.with_mode(m) for m in chosen], step=step, progress=progress))
+    cases = [case.with_mode(m) for m in chosen]
+    runs = run_cases(crane, cases, step=step, every=cycles(crane, None), keep=whole, progress=progress)
+    return Comparison(crane, tuple(runs))
 
 
 def _chosen(modes: Sequence[Mode | str]) -> list[Mode]:
@@ -383,25 +367,3 @@ def _chosen(modes: Sequence[Mode | str]) -> list[Mode]:
     if twice := next((m for m in chosen if chosen.count(m) > 1), None):
         raise ScenarioError(f'modes: "{twice}" is named twice. Name each mode once.')
     return chosen
-
-
-def dataset_of(crane: Crane | Sequence[Crane], runs: Sequence[ModeRun], labels: Sequence[str]) -> xarray.Dataset:
-    """Several runs in one Dataset, the labels along "case"; crane that of all, or one for each."""
-    cases = [r.case.model_copy(update={"name": label}) for r, label in zip(runs, labels, strict=True)]
-    return to_dataset(crane, cases, [r.result for r in runs], [r.summary for r in runs], single=False)
-
-
-def run_labelled(
-    crane: Crane | Sequence[Crane],
-    cases: Sequence[Scenario],
-    *,
-    step: str | None = None,
-    every: str | None = None,
-    progress: Progress | None = None,
-) -> tuple[ModeRun, ...]:
-    """Runs with time series (default every 0.1 s), each with its summary and the notes made before it; see
-    `simulate`."""
-    cranes, cases = paired(crane, cases)
-    n_sub, rows = steps_per_cycle(cranes[0], step), cycles(cranes[0], every)
-    results = run_cases(cranes, cases, n_sub=n_sub, lanes=1, every=rows, progress=progress)
-    return tuple(ModeRun(c.mode, c, r, summarise(w, c, r)) for w, c, r in zip(cranes, cases, results, strict=True))

@@ -9,7 +9,7 @@ from typing import Any
 
 from stillhook.base.identity import remembered
 from stillhook.engine.pack.winch import drum_record
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.spec.crane import Crane
@@ -65,7 +65,7 @@ def _moves(crane: Crane, paths: tuple[str, ...]) -> bool:
         warm_up="0 s",
     )
     try:
-        before, after = summaries([crane, scaled(crane, dict.fromkeys(paths, PROBE))], [case, case])
+        before, after = run_cases([crane, scaled(crane, dict.fromkeys(paths, PROBE))], [case, case])
     except StillhookError:
         return True
     return any(repr(before[name]) != repr(after[name]) for name in before if name != "notes")

@@ -64,17 +64,3 @@ def shared_name(crane: Crane, question: Question, rooms: tuple[str, ...] = (ROOM
 
 def _name(follows_from: list[Any]) -> str:
     return f"{hashlib.sha256(json.dumps(follows_from).encode()).hexdigest()[:32]}.json"
-
-
-class Keyed:
-    """What answers that are kept in memory are asked about: a machine and all that an answer follows from. Machines are
-    equal where that is equal, whatever else is set on them."""
-
-    def __init__(self, machine: Any, key: tuple[Any, ...]) -> None:
-        self.machine, self.key = machine, key
-
-    def __hash__(self) -> int:
-        return hash(self.key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Keyed) and self.key == other.key

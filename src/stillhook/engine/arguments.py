@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook import units
 from stillhook._version import __version__
@@ -114,6 +113,8 @@ def step_advice(t_cycle: float, longest: float) -> str:
 Case = Scenario | Lowering | InSea
 T = TypeVar("T", bound=Case)
 SCENARIO = (Scenario,)
+ANY_CASE = (Scenario, Lowering, InSea)
+"""Classes of cases."""
 
 SERIES_STEP = 2e-3
 STATISTICS_STEP = 5e-3
@@ -221,15 +222,6 @@ def steps_of_cases(crane: Crane | Sequence[Crane], cases: Sequence[Scenario], lo
     return max(least, substeps(cranes[0].control.t_cycle, RK4_LIMIT / fastest)) if fastest > 0.0 else least
 
 
-def steps_for(cranes: Sequence[Crane], cases: Sequence[Scenario], step: str | None, longest: float) -> int:
-    """Steps per PLC cycle for a step given as text; where there is none, the longest that is allowed, or on a winch
-    type whose fast modes leave it little room the longest that every crane and case can follow."""
-    if step is not None or cranes[0].plant.type.steady_operation:
-        return steps_per_cycle(cranes[0], step, longest)
-    once = {id(each): (each, case) for each, case in zip(cranes, cases, strict=True)}.values()
-    return steps_of_cases([each for each, _ in once], [case for _, case in once], longest)
-
-
 def cycles(crane: Crane, every: str | None, name: str = "every") -> int:
     """PLC cycles in a spacing given as text, or in the default one; name of the argument. Errors: ScenarioError where
     it is not a whole number of them."""
@@ -241,14 +233,6 @@ def cycles(crane: Crane, every: str | None, name: str = "every") -> int:
     if n < 1 or abs(n * t_cycle - dt) > 1e-9 * dt:
         raise ScenarioError(f'{name} = "{every}" is not a whole number of PLC cycles of {units.show(t_cycle, "time")}.')
     return n
-
-
-class Series(NamedTuple):
-    """Time series of every case: one row of Signals every dt [s]."""
-
-    rows: Sequence[NDArray[np.float64]]
-    dt: float
-    names: Sequence[str]
 
 
 def summary_columns(summaries: Sequence[Mapping[str, Any]], *, single: bool) -> dict[str, Any]:
@@ -267,27 +251,28 @@ def labelled(
     *,
     step: float,
     single: bool,
-    series: Series | None,
+    runs: Sequence[Any],
 ) -> xarray.Dataset:
-    """Numbers of runs, and their series where there are, as a Dataset with what repeats the run; step [s]. Beyond the
-    end of the shorter series stands NaN."""
+    """Numbers of runs, and the series of those that have one, as a Dataset with what repeats the run; step [s]. Beyond
+    the end of the shorter series stands NaN."""
     import xarray  # heavy: not wanted for the command line's first table
 
-    if series is not None:
-        table = np.full((len(series.rows), max(len(r) for r in series.rows), len(series.names)), np.nan)
-        for i, row in enumerate(series.rows):
-            table[i, : len(row)] = row
+    dt = runs[0].dt if runs else 0.0
+    if runs:
+        names = runs[0].signals
+        table = np.full((len(runs), max(len(run.series) for run in runs), len(names)), np.nan)
+        for i, run in enumerate(runs):
+            table[i, : len(run.series)] = run.series
         dims = ("time",) if single else ("case", "time")
         columns |= {
-            name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name))
-            for j, name in enumerate(series.names)
+            name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name)) for j, name in enumerate(names)
         }
-        coords["time"] = "time", np.arange(table.shape[1]) * series.dt, {"units": "s", "long_name": "time"}
+        coords["time"] = "time", np.arange(table.shape[1]) * dt, {"units": "s", "long_name": "time"}
     repeats = {
         "single": int(single),
         "stillhook_version": __version__,
         "stillhook_kernel": kernel_hash(),
         "step": step,
-        "every": series.dt if series is not None else 0.0,
+        "every": dt,
     }
     return xarray.Dataset(columns, coords=coords, attrs={**attrs, **repeats})

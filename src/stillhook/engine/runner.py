@@ -1,28 +1,33 @@
-"""One way through every run: cases checked and packed, those that are alike side by side in blocks of lanes, blocks
-shared by threads, each from the first cycle to the last."""
+"""Blocks of cases side by side, each from the first cycle to the last, and what comes back of each: a run."""
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Generic, NotRequired, Protocol, TypedDict, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.base.progress import Meter, Progress
+from stillhook.control.plc import Memory
 from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
 from stillhook.engine.pack.winch import Packed
+from stillhook.engine.store import Summary
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import Setup, driver
-from stillhook.kernels.lanes import aligned, offset, size, unflatten
+from stillhook.kernels.lanes import access, aligned, offset, size, unflatten
 from stillhook.kernels.statistics.cycles import blank_window
 from stillhook.physics.records import fields
+from stillhook.spec.crane import Crane
 from stillhook.variables import WINDOW
+
+OK = "ok"
+"""Status of a run that stayed inside every limit."""
 
 
 class Ending(StrEnum):
@@ -32,21 +37,14 @@ class Ending(StrEnum):
     DIVERGED = "diverged"
 
 
-class RunOptions(TypedDict):
-    """How cases are run: n_sub steps per PLC cycle; blocks of lanes (1 or 16); a row of the series every so many
-    cycles (0: statistics alone); threads that share the blocks; places: numbers of the cases in a longer list, for
-    messages."""
-
-    n_sub: int
-    lanes: int
-    every: int
-    threads: int
-    progress: Progress | None
-    places: NotRequired[Sequence[int] | None]
-
-
 class Ready(Protocol):
     """A case that was checked and packed: records of the winch, and what drives it from outside."""
+
+    @property
+    def crane(self) -> Crane: ...
+
+    @property
+    def case(self) -> Any: ...
 
     @property
     def winch(self) -> Packed: ...
@@ -55,13 +53,55 @@ class Ready(Protocol):
     def drive(self) -> CycleInputs: ...
 
 
-Case = TypeVar("Case")
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Run(ABC):
+    """What came back of a case. t_end time reached [s]; state, memory at the end; series: one row of `signals` every dt
+    [s], None where none was stored; step [s]."""
+
+    crane: Crane
+    case: Any
+    ending: Ending
+    t_end: float
+    state: Any
+    memory: Memory
+    series: FloatArray | None
+    signals: tuple[str, ...]
+    dt: float
+    step: float
+
+    @functools.cached_property
+    @abstractmethod
+    def summary(self) -> dict[str, Any]:
+        """Status, numbers [SI] and notes; every number NaN where it diverged."""
+
+    @property
+    @abstractmethod
+    def row(self) -> Summary:
+        """What a batch keeps of it."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether it stayed inside every limit."""
+        return bool(self.summary["status"] == OK)
+
+    @property
+    def diverged(self) -> bool:
+        """Whether it lost its numbers."""
+        return self.ending is Ending.DIVERGED
+
+    def column(self, name: str) -> FloatArray:
+        """The time series of a signal. Errors: KeyError for one that this winch type has not."""
+        if self.series is None or name not in self.signals:
+            raise KeyError(name)
+        return np.asarray(self.series[:, self.signals.index(name)])
+
+
 T = TypeVar("T")
 R = TypeVar("R", bound=Ready)
 
 
 def each_case(
-    cranes: Sequence[Any], cases: Sequence[Case], make: Callable[[Any, Case], T], places: Sequence[int] | None = None
+    cranes: Sequence[Crane], cases: Sequence[Any], make: Callable[[Crane, Any], T], places: Sequence[int] | None = None
 ) -> list[T]:
     """The results of `make` for every case; places: their numbers in a longer list, for messages.
 
@@ -77,49 +117,10 @@ def each_case(
     return results
 
 
-def run_blocks(
-    ready: Sequence[R],
-    block_type: type[Block[R]],
-    *,
-    n_sub: int,
-    lanes: int,
-    every: int,
-    threads: int,
-    progress: Progress | None,
-    **of_block: Any,
-) -> list[Any]:
-    """Results of all cases, those that are alike in blocks of `lanes` (1 or 16) that threads share; see `RunOptions`. A
-    failed case is marked and spoils no other. of_block: what blocks of this type take in addition."""
-    groups: dict[Hashable, list[int]] = {}
-    for i, r in enumerate(ready):
-        groups.setdefault((r.winch.extra_controllers, block_type.setup(r), block_type.alike(r)), []).append(i)
-    blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
-    kernels = {(r.winch.name, block_type.setup(r), r.winch.extra_controllers) for r in ready}
-    for name, setup, extra_controllers in kernels:  # compiled before threads share it
-        driver(name, lanes, setup, extra_controllers)
-    meter = Meter(len(blocks), progress)
-    meter.tell()
-    results: dict[int, Any] = {}
-
-    def work(indices: list[int]) -> None:
-        block = block_type([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every, **of_block)
-        reached = meter.part(1.0)
-        for share in block.steps():
-            reached(share)
-        reached(1.0)
-        results.update(zip(indices, block.results(), strict=True))
-
-    if threads == 1 or len(blocks) == 1:
-        for indices in blocks:
-            work(indices)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            try:
-                list(pool.map(work, blocks))
-            except BaseException:
-                meter.stopped = True
-                raise
-    return [results[i] for i in range(len(ready))]
+@functools.cache
+def record_of(cls: type) -> Callable[[Sequence[float], int], Any]:
+    """Makes a record of the numbers that begin at a place of a list."""
+    return access(cls, 1).load
 
 
 class Block(ABC, Generic[R]):
@@ -141,7 +142,7 @@ class Block(ABC, Generic[R]):
         rows = self.drive.n_ticks // every + 1 if every else 0
         self.out = np.empty((rows, len(self.d.columns), lanes))
         self.failed: dict[int, float] = {}
-        self.ended: dict[int, Any] = {}
+        self.ended: dict[int, Run] = {}
         self.ran = 0
         self.A = aligned(np.array(self.records()).T)
         self.d.at_rest(self.A.reshape(-1))
@@ -150,11 +151,6 @@ class Block(ABC, Generic[R]):
     def setup(r: Any) -> Setup:
         """What the kernel of a case runs besides a winch."""
         return Setup(sensors=r.winch.sensors)
-
-    @staticmethod
-    @abstractmethod
-    def alike(r: Any) -> Hashable:
-        """What cases must have alike to run side by side."""
 
     @abstractmethod
     def record(self, r: R) -> list[float]:
@@ -169,8 +165,24 @@ class Block(ABC, Generic[R]):
         """Run cycles k .. k + count; D rows of the drive."""
 
     @abstractmethod
-    def result(self, i: int) -> Any:
-        """What came out of one lane."""
+    def result(self, i: int) -> Run:
+        """The run of one lane."""
+
+    def common(self, i: int) -> dict[str, Any]:
+        """What the run of lane i has whatever was run."""
+        ending, t_end = self.ending(i)
+        return {
+            "crane": self.ready[i].crane,
+            "case": self.ready[i].case,
+            "ending": ending,
+            "t_end": t_end,
+            "state": self.part("x", i),
+            "memory": self.part("m", i),
+            "series": self.series(i),
+            "signals": self.d.columns,
+            "dt": self.every * self.drive.t_cycle,
+            "step": self.drive.t_cycle / self.n_sub,
+        }
 
     def sound(self) -> BoolArray:
         """Lanes whose numbers are finite, (lanes,)."""
@@ -202,14 +214,14 @@ class Block(ABC, Generic[R]):
         """Cases that need not be run on."""
         return ()
 
-    def results(self) -> list[Any]:
-        """What came out of every case."""
+    def results(self) -> list[Run]:
+        """The run of every case."""
         return [self.ended[i] if i in self.ended else self.result(i) for i in range(len(self.ready))]
 
     def part(self, name: str, i: int) -> Any:
         """One record of lane i."""
         at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
-        return unflatten(cls, iter(self.A[at : at + size(cls), i].tolist()))
+        return record_of(cls)(self.A[at : at + size(cls), i].tolist(), 0)
 
     def series(self, i: int) -> FloatArray | None:
         """Series of lane i, as far as it was run; without numbers from where it failed, because there the lane runs on

@@ -1,19 +1,24 @@
-"""States as bytes that can be trusted: a format with its version, what it belongs to, its length, a checksum.
+"""States that come from outside: bytes that can be trusted, and the values that their numbers may have.
 
 Layout: a line "stillhook KIND VERSION", a line of JSON, numbers as little-endian doubles, the SHA-256 of all before.
+
+A range holds everything that a winch can reach, however badly it is driven; beyond it a number is no state of a winch
+but a damaged one. What does not change during a run must be what it is in the session or the export itself.
 """
 
 from __future__ import annotations
 
+import fnmatch
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from enum import IntEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import SimulationError
 
 DIGEST = 32
@@ -76,3 +81,168 @@ def printable(value: object) -> str:
     text = value.decode("ascii", "replace") if isinstance(value, bytes) else repr(value)
     text = "".join(c if c.isprintable() else "?" for c in text)
     return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+class Kind(IntEnum):
+    """What a number is: in a range; the same as in what it is restored into; a setting, in a range of its own; a whole
+    number of PLC cycles; the code of a mode."""
+
+    RANGE = 0
+    SAME = 1
+    SETTING = 2
+    COUNT = 3
+    CODE = 4
+
+
+Range = tuple[float, float]
+SHARE: Range = (0.0, 1.0)
+COMMAND: Range = (-1.0, 1.0)
+STOP = 0.05
+"""Part of its stroke by which a plate or spool may pass its stop within a step; at most 1e-4 is seen."""
+PAST_THE_END = 100.0
+"""Wire beyond the last turn or above the tip with which a winch may still be carried on [m]."""
+SETTING: Range = (0.0, 1.0e6)
+LENGTH, SPEED, ACCELERATION, TURN = 1.0e6, 1.0e4, 1.0e6, 1.0e5
+PRESSURE, FORCE, TORQUE, VOLUME, CURRENT, ENERGY = 1.0e9, 1.0e10, 1.0e9, 1.0e3, 1.0e7, 1.0e15
+CYCLES = 2.0**53
+"""Cycles that a double counts one by one: 2.8 million years of 10 ms."""
+BY_NAME: Mapping[str, Range] = {
+    ".y.*": (-1.0e15, 1.0e15),
+    ".geo.*": (-1.0e15, 1.0e15),
+    ".x.winch.alpha_[mp]m": (-STOP, 1.0 + STOP),
+    ".x.winch.alpha_m": (-STOP, 1.0 + STOP),
+    ".x.winch.*_dot": (-1.0e3, 1.0e3),
+    ".x.winch.alpha_*": (-1.0 - STOP, 1.0 + STOP),
+    ".x.winch.x_v": (-1.0 - STOP, 1.0 + STOP),
+    ".x.winch.x_rod": (-10.0, 100.0),
+    ".x.winch.z": (-100.0, 100.0),
+    ".x.winch.p_*": (-PRESSURE, PRESSURE),
+    ".x.winch.V_*": (-0.05, VOLUME),
+    ".x.winch.omega_*": (-TURN, TURN),
+    ".x.winch.T_*": (-TORQUE, TORQUE),
+    ".x.winch.v_*": (-SPEED, SPEED),
+    ".x.winch.i": (-CURRENT, CURRENT),
+    ".x.winch.E": (-ENERGY, ENERGY),
+    ".x.winch.theta": (0.0, 5000.0),
+    ".x.winch.trip": SHARE,
+    ".x.path.s_*": (-2.0e4, 2.0e4),
+    ".x.path.v_*": (-SPEED, SPEED),
+    "*.brake": SHARE,
+    "*.f_pump": SHARE,
+    "*.f_known": SHARE,
+    "*.f_passive": SHARE,
+    "*.override": SHARE,
+    "*.stroke": SHARE,
+    "*.u_m": SHARE,
+    ".u*.u_pm": SHARE,
+    ".u*.u_raw": (-LENGTH, LENGTH),
+    ".u*.u_*": COMMAND,
+    "*.u_p": COMMAND,
+    ".u*.x_v": COMMAND,
+    ".m.F": (-FORCE, FORCE),
+    ".m.p_mean": (-PRESSURE, PRESSURE),
+    ".m.b_?": (-LENGTH, LENGTH),
+    ".m.datum": (-1.0e9, 1.0e9),
+    ".m.held": (-FORCE, FORCE),
+    ".m.idle": (-1.0e10, 1.0e10),
+    "*.s_m": (-LENGTH, LENGTH),
+    "*.v_m": (-SPEED, SPEED),
+    "*.a_m": (-ACCELERATION, ACCELERATION),
+    "*.v_op": (-SPEED, SPEED),
+    "*.n_s": (-LENGTH, LENGTH),
+    "*.n_F": (-FORCE, FORCE),
+    "*.*2_sum": (0.0, 1.0e30),
+    ".st.*_min": (-1.0e12, 1.0e12),
+    ".st.*_max": (-1.0e12, 1.0e12),
+    ".st.*": (-1.0e30, 1.0e30),
+    "*": (-1.0e15, 1.0e15),
+}
+"""Range by a pattern of its name, the first that fits [SI]."""
+MOTION: Mapping[str, Range] = {
+    ".ti[cp]*.s": (-LENGTH, LENGTH),
+    ".ti[cp]*.v": (-SPEED, SPEED),
+    ".tick.a": (-ACCELERATION, ACCELERATION),
+}
+TENSION: Mapping[str, Range] = {
+    ".ti[cp]*.s": (-FORCE, FORCE),
+    ".ti[cp]*.v": (-1.0e3 * FORCE, 1.0e3 * FORCE),
+}
+"""Of the tip, and of a winch on a host's wire, whose tip is that of the tension."""
+SETTINGS: Mapping[str, Range] = {
+    "u_thr": SHARE,
+    "alpha_ns": (0.001, 1.0),
+    "alpha_hs": (0.001, 1.0),
+    "alpha_swl": (0.001, 1.0),
+    "t_lead": (0.0, 60.0),
+    "t_bumpless": (0.0, 60.0),
+    "tau_F": (0.0, 60.0),
+}
+"""Ranges of settings of the PLC by name; `SETTING` of the others."""
+FIXED = (".p.*", ".plc.*", ".control.*", ".laws.*_settings.*")
+COUNTED = (".st.common.cycles", ".st.common.*_cycles", ".st.limits.*")
+
+
+class Ranges(NamedTuple):
+    """What is allowed of numbers, one of each for a number: its name, `Kind`, least and most."""
+
+    names: tuple[str, ...]
+    kinds: FloatArray
+    least: FloatArray
+    most: FloatArray
+
+    def at(self, first: int, count: int) -> Ranges:
+        """Of some of them that follow each other."""
+        part = slice(first, first + count)
+        return Ranges(self.names[part], self.kinds[part], self.least[part], self.most[part])
+
+
+def ranges(names: Sequence[str], *, wire: float, tension: bool, settings: Mapping[int, Range]) -> Ranges:
+    """Of the numbers of a lane.
+
+    Parameters: names as `stillhook.kernels.lanes.paths` has them; wire on the full drum [m]; tension: it is given by a
+    host in place of the tip's motion; settings: place and range of those that may change.
+    """
+    table = {".x.path.s_w": (-PAST_THE_END, wire + PAST_THE_END), **(TENSION if tension else MOTION), **BY_NAME}
+    kinds, ends = np.zeros(len(names)), np.empty((len(names), 2))
+    for i, name in enumerate(names):
+        ends[i] = next(each for pattern, each in table.items() if fnmatch.fnmatchcase(name, pattern))
+        if i in settings:
+            kinds[i], ends[i] = Kind.SETTING, settings[i]
+        elif any(fnmatch.fnmatchcase(name, pattern) for pattern in FIXED):
+            kinds[i] = Kind.SAME
+        elif any(fnmatch.fnmatchcase(name, pattern) for pattern in COUNTED):
+            kinds[i], ends[i] = Kind.COUNT, (0.0, CYCLES)
+        elif name.endswith(".mode") or name == ".laws.code":
+            kinds[i] = Kind.CODE
+    return Ranges(tuple(names), kinds, ends[:, 0], ends[:, 1])
+
+
+def wrong(found: FloatArray, own: FloatArray, blank: FloatArray, r: Ranges, k: int, codes: Sequence[float]) -> str:
+    """What is wrong with numbers (numbers, lanes) from outside, in a few words about the first; "" where nothing is.
+
+    Parameters: own: those of what they are restored into; blank: those of a run that begins, which are always allowed
+    (extremes of nothing yet are no numbers of a winch); k: PLC cycles since the start; codes of the modes.
+    """
+    kinds, least, most = r.kinds[:, None], r.least[:, None], r.most[:, None]
+    ranged: BoolArray = (found >= least) & (found <= most)
+    counted: BoolArray = (found >= 0.0) & (found <= k) & (found == np.floor(found))
+    good = np.select(
+        [kinds == Kind.SAME, kinds == Kind.COUNT, kinds == Kind.CODE],
+        [_bits(found) == _bits(own), counted, np.isin(found, codes)],
+        ranged,
+    )
+    good |= (kinds != Kind.SAME) & (_bits(found) == _bits(blank))
+    if good.all():
+        return ""
+    i, lane = (int(x) for x in np.argwhere(~good)[0])
+    allowed = {
+        Kind.SAME: f"that of this winch, {own[i, lane]:.9g}",
+        Kind.COUNT: f"a whole number from 0 to {k}",
+        Kind.CODE: f"the code of a mode, {', '.join(f'{code:g}' for code in sorted(codes))}",
+    }.get(Kind(int(r.kinds[i])), f"{r.least[i]:.9g} to {r.most[i]:.9g}")
+    return f"{r.names[i].removeprefix('.')} = {found[i, lane]:.9g}, allowed is {allowed}"
+
+
+def _bits(values: FloatArray) -> FloatArray:
+    """Numbers as they are stored, so that NaN, 0 and -0 are what they are."""
+    return np.ascontiguousarray(values).view(np.int64)

@@ -15,14 +15,11 @@ from stillhook import units
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.control.registry import CONTROLLERS, code_of
-from stillhook.engine.arguments import SERIES_STEP, check_step, checked_cases, steps_per_cycle
+from stillhook.engine.arguments import SERIES_STEP, checked_cases, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.pack.winch import pack
-from stillhook.engine.ranges import CYCLES, SETTING, SETTINGS, Range, ranges, wrong
-from stillhook.engine.runner import each_case
-from stillhook.engine.saved import bytes_of, printable, seal, unseal
-from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.problem import Ready, ScenarioBlock, first_lane
+from stillhook.engine.saved import CYCLES, SETTING, SETTINGS, Range, bytes_of, printable, ranges, seal, unseal, wrong
+from stillhook.engine.scenario.case import ScenarioType
+from stillhook.engine.scenario.run import Ready, ScenarioBlock, first_lane
 from stillhook.errors import SimulationError
 from stillhook.kernels.build import Setup, results_hash
 from stillhook.kernels.lanes import VL, aligned, flatten, offset, paths
@@ -126,13 +123,9 @@ class Session:
         cases = checked_cases(crane, scenario)
         n_sub = steps_per_cycle(crane, step, SERIES_STEP)
 
-        def ready(_: Crane, case: Scenario) -> Ready:
-            check(crane, case)
-            made = Ready(pack(crane, case), CycleInputs(crane, case))
-            check_step(made.winch, made.drive.t_cycle / n_sub)
-            return made
-
-        prepared = each_case([crane] * len(cases), cases, ready)
+        cranes, of = [crane] * len(cases), ScenarioType()
+        of.check(cranes, cases)
+        prepared = of.ready(cranes, cases, n_sub)
         extra = {r.winch.extra_controllers for r in prepared}
         if len(extra) > 1:
             raise SimulationError(

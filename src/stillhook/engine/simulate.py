@@ -1,33 +1,35 @@
-"""`simulate`: crane and scenario or lowering in, labelled Dataset out."""
+"""`run_cases`, through which everything is run, and `simulate`: crane and case in, labelled Dataset out."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook import units
-from stillhook.base.progress import Progress
-from stillhook.engine.arguments import Case, Series, check_threads, cycles, paired, steps_per_cycle, substeps
-from stillhook.engine.batch import Problem, StoredRuns, run_batch, summary_of
-from stillhook.engine.lowering.problem import LoweringProblem
-from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.problem import ScenarioProblem
+from stillhook.base.progress import Meter, Progress
+from stillhook.engine.arguments import (
+    ANY_CASE,
+    Case,
+    check_threads,
+    cycles,
+    paired,
+    steps_per_cycle,
+)
+from stillhook.engine.lowering.case import LoweringType
+from stillhook.engine.runner import Ending, Run
+from stillhook.engine.scenario.case import ScenarioType
+from stillhook.engine.store import Store, Summary, keys_of
+from stillhook.engine.tasks import CaseType, Task, cut, landed
 from stillhook.errors import ScenarioError, SimulationError
+from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray
-
-PROBLEMS: tuple[tuple[tuple[type, ...], Problem], ...] = (
-    ((Scenario,), ScenarioProblem()),
-    ((Lowering, InSea), LoweringProblem()),
-)
-"""What there is to simulate: classes of cases, and how they are run."""
 
 
 class End(StrEnum):
@@ -42,6 +44,126 @@ class OnFailure(StrEnum):
 
     RAISE = "raise"
     MARK = "mark"
+
+
+def row_of(run: Run) -> Summary:
+    """The summary of a run: what a batch keeps of it unless something else is asked for."""
+    return run.row
+
+
+def whole(run: Run) -> Run:
+    """The run as it is."""
+    return run
+
+
+def run_cases(
+    crane: Crane | Sequence[Crane],
+    case: Case | Sequence[Case],
+    *,
+    step: str | int | None = None,
+    every: int = 0,
+    lanes: int | None = None,
+    keep: Callable[[Any], Any] = row_of,
+    sampled: int = 1,
+    short: bool = False,
+    threads: int = 2,
+    store: str | Path | None = None,
+    client: Any = None,
+    progress: Progress | None = None,
+) -> list[Any]:
+    """What is kept of every run, in the order of the cases; a case that loses its numbers is marked and spoils no
+    other.
+
+    Parameters
+    ----------
+    crane, case: one or several of either, in pairs, as in `simulate`. step: integration step, or steps per PLC cycle;
+    default as in `simulate`. every: PLC cycles between two rows of the series; 0 for none. lanes: cases side by side, 1
+    or 16, which changes no number; default 16 where summaries are kept or there are many cases. keep: what is kept of
+    a run, made where it was run: its `Summary`, `whole`, or what a function of a module makes of it (a cluster sends
+    no more than that). sampled: PLC cycles between two samples of the statistics of a lowering. short: a lowering ends
+    soon after its programme.
+    threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it,
+    with the same numbers to the last bit, and threads is not used.
+    store: folder in which summaries are kept as they finish, under what they follow from: crane, case, step and code.
+    What is there already is not run again, so an interrupted run continues where it stopped, and a longer list of
+    cases costs only what is new. progress: called with the share done, 0..1; first when all cases were found good.
+
+    Errors: ScenarioError, LiftError, SpecError of the first case that cannot be run; SimulationError where store or
+    cluster fail, or the cluster runs other code.
+    """
+    check_threads(threads)
+    cranes, cases = paired(crane, case, ANY_CASE)
+    of = type_of(cases, sampled, short=short)
+    of.check(cranes, cases)
+    n_sub = step if isinstance(step, int) else _steps(of, cranes, cases, step, series=every > 0)
+    if lanes is None:
+        lanes = VL if keep is row_of or len(cases) >= VL // 2 else 1
+    ready = of.ready(cranes, cases, n_sub) if keep is whole else None  # they are all in memory anyway
+    results: dict[int, Any] = {}
+    keys: list[bytes] = []
+    if store is not None:
+        folder, keys, results = _stored(of, cranes, cases, n_sub, store)
+        if len(results) < len(cases):
+            folder.check_room()
+    seconds = [of.seconds(w, c) for w, c in zip(cranes, cases, strict=True)]
+    meter = Meter(sum(seconds), progress, done=sum(seconds[i] for i in results))
+    meter.tell()
+    workers = threads if client is None else max(sum(client.nthreads().values()), 1)
+    tasks = [
+        Task(
+            type=of,
+            indices=part,
+            cranes=[cranes[i] for i in part],
+            cases=[cases[i] for i in part],
+            n_sub=n_sub,
+            lanes=lanes,
+            every=every,
+            keep=keep,
+            seconds=sum(seconds[i] for i in part),
+            ready=None if ready is None else [ready[i] for i in part],
+        )
+        for part in cut(of, cranes, cases, [i for i in range(len(cases)) if i not in results], lanes, workers)
+    ]
+    with landed(tasks, threads=threads, client=client, meter=meter) as answers:
+        for task, made in answers:
+            if store is not None:
+                folder.put([keys[i] for i in task.indices], made)
+            results.update(zip(task.indices, made, strict=True))
+    return [results[i] for i in range(len(cases))]
+
+
+def _stored(
+    of: CaseType, cranes: Sequence[Crane], cases: Sequence[Case], n_sub: int, store: str | Path
+) -> tuple[Store, list[bytes], dict[int, Any]]:
+    """A store, the keys of these cases, and the summaries that it holds by place."""
+    names = [of.names(w, c) for w, c in zip(cranes, cases, strict=True)]
+    folder, keys = Store(Path(store)), keys_of(cranes, of.as_bytes(cases), names, n_sub)
+    return folder, keys, folder.find(keys, names.__getitem__)
+
+
+def stored_places(
+    crane: Crane, cases: Sequence[Case], *, step: str, sampling: str, end: End, store: str | Path | None
+) -> list[int]:
+    """Places of the lowerings on one crane whose statistics a store holds; arguments as of `simulate`. Nothing is run,
+    and no store is made."""
+    if store is None or not Path(store).is_dir():
+        return []
+    of = type_of(cases, cycles(crane, sampling, "sampling"), short=end == End.PROGRAMME)
+    return sorted(_stored(of, [crane] * len(cases), cases, steps_per_cycle(crane, step), store)[2])
+
+
+def type_of(cases: Sequence[Case], sampled: int = 1, *, short: bool = False) -> CaseType:
+    """What these cases are. Errors: ScenarioError where they are of several types."""
+    scenario = [isinstance(c, Scenario) for c in cases]
+    if other := [i for i, is_one in enumerate(scenario) if is_one != scenario[0]]:
+        a, b = (type(cases[i]).__name__ for i in (0, other[0]))
+        raise ScenarioError(f"simulate: case 0 is a {a}, case {other[0]} a {b}. Run scenarios and lowerings apart.")
+    return ScenarioType() if scenario[0] else LoweringType(sampled, short=short)
+
+
+def _steps(of: CaseType, cranes: Sequence[Crane], cases: Sequence[Case], step: str | None, *, series: bool) -> int:
+    """Steps per PLC cycle for a step given as text, or for the default one."""
+    return of.default_steps(cranes, cases, series=series) if step is None else steps_per_cycle(cranes[0], step)
 
 
 def simulate(
@@ -76,9 +198,8 @@ def simulate(
     "programme" ends a lowering soon after its programme; default after its duration. on_failure: "raise"
     stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which failed). threads: threads
     that share a batch. store, client: statistics alone may be kept in a folder as they finish, so that a run that was
-    killed goes on, and made on a cluster (a dask.distributed Client), with the same numbers; see
-    `stillhook.engine.scenario.problem.summaries`. progress: called with the share done, 0..1; first with 0, when
-    everything that was given has been found good.
+    killed goes on, and made on a cluster (a dask.distributed Client), with the same numbers; see `run_cases`.
+    progress: called with the share done, 0..1; first with 0, when everything that was given has been found good.
 
     Returns
     -------
@@ -96,80 +217,64 @@ def simulate(
     >>> run.sizes["case"], bool(run.e_c_pp.max() < 0.1), run.e_c_pp.units
     (2, True, 'm')
     """
-    kinds: Any = tuple(kind for some, _ in PROBLEMS for kind in some)
-    single = isinstance(crane, Crane) and isinstance(case, kinds)
-    cranes, cases = paired(crane, case, kinds)
-    if on_failure not in tuple(OnFailure):
-        raise ScenarioError(f"on_failure = {units.quote(on_failure)}: give one of {', '.join(OnFailure)}.")
-    check_threads(threads)
+    single = isinstance(crane, Crane) and isinstance(case, ANY_CASE)
+    cranes, cases = paired(crane, case, ANY_CASE)
+    for name, value, allowed in (("on_failure", on_failure, OnFailure), ("end", end, End)):
+        if value not in tuple(allowed):
+            raise ScenarioError(f"{name} = {units.quote(value)}: give one of {', '.join(allowed)}.")
     stored = single if series is None else series
     if stored and (store is not None or client is not None):
         raise ScenarioError(
             "simulate: a run with series is made here and held in memory. Leave store and client out, or set"
             " series=False."
         )
-    problem, every_rows = _problem(cases), cycles(cranes[0], every)
-    if sampling is not None or end != End.DURATION:
-        sampled = 1 if sampling is None else cycles(cranes[0], sampling, "sampling")
-        problem = _shorter(problem, sampled, end)
-        if every is None:
-            every_rows = math.ceil(every_rows / sampled) * sampled
-        elif stored and every_rows % sampled:
-            raise ScenarioError(f'every = "{every}" is not a whole number of samples of "{sampling}".')
-    if step is None:
-        n_sub = substeps(cranes[0].control.t_cycle, problem.default_step(cranes, cases, series=stored))
-    else:
-        n_sub = steps_per_cycle(cranes[0], step)
-    traces = None
-    if stored:
-        problem.check(cranes, cases)
-        results = problem.results(
-            cranes, cases, n_sub=n_sub, lanes=1, every=every_rows, threads=threads, progress=progress
-        )
-        rows = [
-            summary_of(problem.row(w, c, r), problem.columns(w, c))
-            for w, c, r in zip(cranes, cases, results, strict=True)
-        ]
-        traces = Series([r.series for r in results], results[0].dt, results[0].signals)
-    else:
-        rows = run_batch(
-            problem, cranes, cases, n_sub=n_sub, threads=threads, store=store, client=client, progress=progress
-        )
+    if (sampling is not None or end != End.DURATION) and isinstance(type_of(cases), ScenarioType):
+        raise ScenarioError("simulate: sampling and end are for lowerings. Leave them out for scenarios.")
+    sampled = 1 if sampling is None else cycles(cranes[0], sampling, "sampling")
+    of, rows = type_of(cases, sampled, short=end == End.PROGRAMME), cycles(cranes[0], every)
+    if every is None:
+        rows = math.ceil(rows / sampled) * sampled
+    elif stored and rows % sampled:
+        raise ScenarioError(f'every = "{every}" is not a whole number of samples of "{sampling}".')
+    runs = run_cases(
+        cranes,
+        cases,
+        step=step,
+        every=rows if stored else 0,
+        keep=whole if stored else row_of,
+        sampled=sampled,
+        short=end == End.PROGRAMME,
+        threads=threads,
+        store=store,
+        client=client,
+        progress=progress,
+    )
+    summaries = [run.row for run in runs] if stored else runs
     if OnFailure(on_failure) is OnFailure.RAISE:
-        raise_failures(rows)
-    h = cranes[0].control.t_cycle / n_sub
-    return problem.labelled(
-        crane if isinstance(crane, Crane) else cranes, cases, rows, step=h, single=single, series=traces
+        raise_failures(summaries)
+    return of.dataset(
+        crane if isinstance(crane, Crane) else cranes,
+        cases,
+        summaries,
+        step=runs[0].step if stored else cranes[0].control.t_cycle / _steps(of, cranes, cases, step, series=False),
+        single=single,
+        runs=runs if stored else (),
     )
 
 
-def stored_places(
-    crane: Crane, cases: Sequence[Case], *, step: str, sampling: str, end: End, store: str | Path | None
-) -> list[int]:
-    """Places of the lowerings on one crane whose statistics a store holds; arguments as of `simulate`. Nothing is run,
-    and no store is made."""
-    if store is None or not Path(store).is_dir():
-        return []
-    problem = _shorter(_problem(cases), cycles(crane, sampling, "sampling"), end)
-    return sorted(StoredRuns(problem, store, [crane] * len(cases), cases, steps_per_cycle(crane, step)).stored())
-
-
-def _problem(cases: Sequence[Case]) -> Problem:
-    """How these cases are run. Errors: ScenarioError where they are of several kinds."""
-    of = [next(i for i, (kinds, _) in enumerate(PROBLEMS) if isinstance(c, kinds)) for c in cases]
-    if other := [i for i, kind in enumerate(of) if kind != of[0]]:
-        a, b = (type(cases[i]).__name__ for i in (0, other[0]))
-        raise ScenarioError(f"simulate: case 0 is a {a}, case {other[0]} a {b}. Run scenarios and lowerings apart.")
-    return PROBLEMS[of[0]][1]
-
-
-def _shorter(problem: Problem, sampled: int, end: End | str) -> Problem:
-    """The problem with statistics taken every so many cycles, and runs that end as given. Errors: ScenarioError."""
-    if end not in tuple(End):
-        raise ScenarioError(f"end = {units.quote(end)}: give one of {', '.join(End)}.")
-    if not isinstance(problem, LoweringProblem):
-        raise ScenarioError("simulate: sampling and end are for lowerings. Leave them out for scenarios.")
-    return LoweringProblem(sampled, short=end == End.PROGRAMME)
+def dataset_of(runs: Sequence[Run], labels: Sequence[str] | None = None) -> xarray.Dataset:
+    """Runs with their series as one labelled Dataset with these labels along "case"; of one run alone without."""
+    first, cases = runs[0], [r.case for r in runs]
+    if labels is not None:
+        cases = [c.model_copy(update={"name": label}) for c, label in zip(cases, labels, strict=True)]
+    return type_of(cases).dataset(
+        first.crane if all(r.crane is first.crane for r in runs) else [r.crane for r in runs],
+        cases,
+        [r.row for r in runs],
+        step=first.step,
+        single=labels is None,
+        runs=runs,
+    )
 
 
 def raise_failures(summaries: Sequence[Mapping[str, Any]]) -> None:

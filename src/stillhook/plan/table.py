@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
-from stillhook.engine.inputs import NO_CERTIFICATE, objections
+from stillhook.engine.certificate import NO_CERTIFICATE, objections
 from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import at_rest, places

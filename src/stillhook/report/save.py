@@ -12,7 +12,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder
 from stillhook.control.supervisor import wire_weight
-from stillhook.engine.inputs import twin_line
+from stillhook.engine.certificate import twin_line
 from stillhook.engine.pack.programme import link_buoyancy, settings
 from stillhook.formats.lift_file import LiftFile, describe_stage
 from stillhook.formats.results import save_json, save_run

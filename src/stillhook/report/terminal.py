@@ -182,7 +182,7 @@ def _escaped(text: str) -> str:
 
 def print_twin(crane: Crane, *cases: Scenario) -> None:
     """Validation of the twin, its range, and where these cases leave it; each line once."""
-    from stillhook.engine.inputs import doubts, envelope_line, twin_line
+    from stillhook.engine.certificate import doubts, envelope_line, twin_line
 
     print(twin_line(crane))
     if line := envelope_line(crane):

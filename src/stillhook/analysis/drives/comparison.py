@@ -24,9 +24,9 @@ from stillhook.engine.arguments import (
 )
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import power_most, wire_speed_max
-from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.problem import Result, run_cases, summarise
+from stillhook.engine.scenario.summary import ScenarioRun
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.library.write import items
@@ -80,7 +80,7 @@ class DriveRun:
 
     drive: Sized
     case: Scenario
-    result: Result
+    result: ScenarioRun
     summary: Mapping[str, Any]
     energy: Energies
     v_w_top: float
@@ -396,7 +396,6 @@ def _run(drive: Sized, case: Scenario, step: str | None) -> DriveRun:
     """A run with its series at every PLC cycle, and what the machine is."""
     drive, result = _best_lead(drive, case, step)
     crane = drive.crane
-    summary = summarise(crane, case, result)
     v, binds = _top(drive, case)
     stroke = crane.plant.type.stroke(crane, case.weight + crane.hook_mass * G)
     D, T, P = _machines(crane)
@@ -404,7 +403,7 @@ def _run(drive: Sized, case: Scenario, step: str | None) -> DriveRun:
         drive=drive,
         case=case,
         result=result,
-        summary=summary,
+        summary=result.summary,
         energy=energies(crane.plant.type, result),
         v_w_top=v,
         binds=binds,
@@ -416,14 +415,14 @@ def _run(drive: Sized, case: Scenario, step: str | None) -> DriveRun:
     )
 
 
-def _best_lead(drive: Sized, case: Scenario, step: str | None) -> tuple[Sized, Result]:
+def _best_lead(drive: Sized, case: Scenario, step: str | None) -> tuple[Sized, ScenarioRun]:
     """The drive with its reference aligned in time or not, whichever leaves the smaller error, and its run: K_2 of some
     drives makes up for the PLC's lateness already."""
     longest = steps_of_cases(drive.crane, [case], SERIES_STEP)
     n_sub = longest if step is None else steps_per_cycle(drive.crane, step)
     cranes = [with_lead(drive.crane, lead) for lead in (drive.t_lead, 0.0)]
-    results = run_cases(cranes, [case, case], n_sub=n_sub, lanes=1, every=1)
-    errors = [math.inf if r.ending is Ending.DIVERGED else r.span[0] for r in results]
+    results = run_cases(cranes, [case, case], step=n_sub, lanes=1, every=1, keep=whole)
+    errors = [math.inf if r.diverged else r.span[0] for r in results]
     best = 1 if errors[1] < errors[0] else 0
     return replace(drive, crane=cranes[best]), results[best]
 
@@ -465,8 +464,7 @@ def _drawn(run: DriveRun, columns: Sequence[str], values: FloatArray) -> DriveRu
     pairs = list(Drawing(crane, run.case, columns).pairs(values))
     cranes, cases = [c for c, _ in pairs], [s for _, s in pairs]
     n_sub = max(steps_of_cases(c, [s], STATISTICS_STEP) for c, s in pairs)
-    results = run_cases(cranes, cases, n_sub=n_sub, lanes=VL, every=0)
-    lost = [result.ending is Ending.DIVERGED for result in results]
-    e_c_pp = np.array([math.nan if bad else r.span[0] for r, bad in zip(results, lost, strict=True)])
-    net = np.array([math.nan if bad else net_energy(winch, r) for r, bad in zip(results, lost, strict=True)])
-    return replace(run, drawn={"e_c_pp": e_c_pp, "energy_net": net}, failed=sum(lost))
+    runs = run_cases(cranes, cases, step=n_sub, lanes=VL, keep=whole)
+    e_c_pp = np.array([math.nan if r.diverged else r.span[0] for r in runs])
+    net = np.array([math.nan if r.diverged else net_energy(winch, r) for r in runs])
+    return replace(run, drawn={"e_c_pp": e_c_pp, "energy_net": net}, failed=sum(r.diverged for r in runs))

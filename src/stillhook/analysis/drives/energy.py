@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.engine.scenario.problem import Result
+from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.report.formatting import HOUR
 from stillhook.winches.registry import WinchType
 
@@ -38,12 +38,12 @@ class Energies(NamedTuple):
         return missing / max(sum(abs(x) for x in flows), 1.0)
 
 
-def per_hour(result: Result) -> float:
+def per_hour(result: ScenarioRun) -> float:
     """What a sum of powers over the counted cycles of a run is multiplied with to be an energy per hour [s]."""
     return HOUR / max(float(result.stats.common.cycles) - 1.0, 1.0)
 
 
-def net_energy(winch: WinchType, result: Result) -> float:
+def net_energy(winch: WinchType, result: ScenarioRun) -> float:
     """Energy per hour from what feeds the drive [J]."""
     power = result.stats.power._asdict()
     return per_hour(result) * sum(float(power[name]) for name in fed(winch))
@@ -55,7 +55,7 @@ def fed(winch: WinchType) -> tuple[str, ...]:
     return tuple(name for name in winch.module.SUPPLIED if name not in within)
 
 
-def energies(winch: WinchType, result: Result) -> Energies:
+def energies(winch: WinchType, result: ScenarioRun) -> Energies:
     """Energies of a run with its series at every PLC cycle.
 
     What is drawn and what is returned are the positive and the negative part of the supply's power at PLC cycles. The
@@ -79,7 +79,7 @@ def energies(winch: WinchType, result: Result) -> Energies:
     )
 
 
-def supply(winch: WinchType, result: Result) -> FloatArray:
+def supply(winch: WinchType, result: ScenarioRun) -> FloatArray:
     """Power of the supply over the counted part of a run, a sample each PLC cycle [W]; empty where the type has no such
     signal."""
     names = {row.name for row in winch.rows}

@@ -17,7 +17,6 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from stillhook.analysis.kept import Keyed
 from stillhook.analysis.loop_stability.linear.engine_loop import engine_loop, engine_points, has_time, settled
 from stillhook.analysis.loop_stability.linear.linearisation import plc_loop
 from stillhook.analysis.loop_stability.margins import (
@@ -44,6 +43,7 @@ from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.analysis.steady.limits import Direction, Station, top_of_drive
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint
 from stillhook.analysis.steady.steady_state import moves
+from stillhook.base.identity import Keyed
 from stillhook.engine.pack.winch import pack, plc_record
 from stillhook.engine.scenario.followed_law import FollowedLaw
 from stillhook.errors import StillhookError

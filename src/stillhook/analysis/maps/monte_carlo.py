@@ -21,7 +21,7 @@ from stillhook.analysis.uncertainty.report import INSIDE, chance
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.registry import CLASSIC
-from stillhook.engine.scenario.problem import numbers_of
+from stillhook.engine.scenario.summary import numbers_of
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
@@ -61,7 +61,7 @@ def monte_carlo_map(
     crane, controllers, grid: as in `stillhook.analysis.maps.operability.operability_map` (loads, speeds, period,
     motion, s_w, layers, periods, duration, warm_up). uncertainty, n, seed: as in
     `stillhook.analysis.uncertainty.monte_carlo`. step, threads, store, client, progress: as in
-    `stillhook.engine.scenario.problem.summaries`.
+    `stillhook.simulate`.
 
     Returns
     -------

@@ -16,7 +16,8 @@ from stillhook.analysis.controllers import controllers as controllers_of
 from stillhook.analysis.maps.result import Map, as_dataset, cause_of
 from stillhook.base.progress import Progress
 from stillhook.engine.scenario.checks import notes_of
-from stillhook.engine.scenario.problem import numbers_of, summaries
+from stillhook.engine.scenario.summary import numbers_of
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import ScenarioError
 from stillhook.sea.motion.motion import Motion, Sine
 from stillhook.sea.motion.text import scaled_to, speed_peak
@@ -74,7 +75,7 @@ def map_of(
     profile (figure 6) is not printed as numbers. duration, warm_up: length of each run, and its start that does not
     count; the peak-to-peak error is that of the part that counts, at most of 30 s. The tip's motion grows over the
     first 10 s, or over the warm-up where that is shorter. step, threads, store, client, progress: as in
-    `stillhook.engine.scenario.problem.summaries`.
+    `stillhook.simulate`.
 
     Errors: ScenarioError, UnitError, SpecError, MotionError, one line each, before anything runs.
     Source: Moslatt 2020 paper E section 4.
@@ -92,7 +93,7 @@ def map_of(
         duration=duration,
         warm_up=warm_up,
     )
-    answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
+    answers = run_cases(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
     shape, available = (len(chosen), *axes.shape), numbers_of(crane)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
     causes = [cause_of(crane, s, m, k.load) for s, m, k in zip(answers, modes, cases, strict=True)]

@@ -21,7 +21,7 @@ from stillhook._version import __version__
 from stillhook.analysis.axes import Axes
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC
-from stillhook.engine.inputs import twin_line
+from stillhook.engine.certificate import twin_line
 from stillhook.kernels.build import kernel_hash
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane

@@ -3,7 +3,9 @@ figures 9 to 11)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import functools
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,11 +18,9 @@ from stillhook.analysis.maps.result import Map, as_dataset, cause_of, saturated
 from stillhook.analysis.steady.steady_state import layer_row
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.engine.arguments import SERIES_STEP, check_threads, steps_per_cycle
-from stillhook.engine.batch import spread
-from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import notes_of
-from stillhook.engine.scenario.problem import Result, run_cases, summarise
+from stillhook.engine.scenario.summary import ScenarioRun
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import ScenarioError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
@@ -42,8 +42,6 @@ ramp."""
 LAST = 2.0
 """End of the test over which an oscillation is distinguished from a slow approach, and full pumps from pumps that were
 full for a moment [s]."""
-BLOCKS_EACH = 2
-"""Blocks of sixteen for each thread whose series are in memory at once: some 20 MB each."""
 NUMBERS = ("settling_time", "overshoot", "alpha_m_end", "u_p_end")
 
 
@@ -87,14 +85,13 @@ def settling_of(
 
     Parameters: controllers, loads, speeds (before the step), layers, s_w as in `map_of`; wire_step such as "5 m/min";
     lowering: pay out instead of hoisting; step: integration step, default 2 ms; threads; client a dask.distributed
-    Client that shares the work. Memory is bounded: the series of a few blocks of sixteen are held at a time.
+    Client that shares the work. Memory is bounded: of a test nothing but its response is kept.
 
     Errors: ScenarioError, UnitError, SpecError, one line each; ScenarioError where the wire of a layer is too short for
     the test.
     Source: Moslatt 2020 paper E section 4.3, figures 9 to 11; neither the direction nor the time before the step is
     printed.
     """
-    check_threads(threads)
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers)
     chosen = controllers_of(crane.plant.type.usual_modes if controllers is None else controllers)
     dv = parse(wire_step, "speed", "wire_step")
@@ -102,9 +99,17 @@ def settling_of(
         raise ScenarioError(f'wire_step = "{wire_step}": must be above 0.')
     _check_room(crane, axes, dv, s_w is None)
     cranes, cases = _runs(crane, chosen, axes, dv, lowering)
-    n_sub = steps_per_cycle(cranes[0], step, SERIES_STEP)
-    blocks = [_Block(cranes[k : k + VL], cases[k : k + VL], dv, n_sub) for k in range(0, len(cases), VL)]
-    answers = list(_responses(blocks, threads, client, progress or _ignore_progress))
+    answers: list[Response] = run_cases(
+        cranes,
+        cases,
+        step=step,
+        every=1,
+        lanes=VL,
+        keep=functools.partial(response, dv=dv),
+        threads=threads,
+        client=client,
+        progress=progress,
+    )
     shape = (len(chosen), *axes.shape)
     return Map(
         crane=crane,
@@ -140,10 +145,6 @@ settling_map = as_dataset(
     HS that settles first).
     """,
 )
-
-
-def _ignore_progress(share: float) -> None:
-    """No progress is reported."""
 
 
 def _check_room(crane: Crane, axes: Axes, dv: float, in_middle: bool) -> None:
@@ -196,79 +197,30 @@ def _runs(
     return cranes, cases
 
 
-class _Block(NamedTuple):
-    """Cases that fill one block of lanes, the step of their speed [m/s] and the steps in a PLC cycle."""
-
-    cranes: list[Crane]
-    cases: list[Scenario]
-    dv: float
-    n_sub: int
-
-
-def _responses(blocks: Sequence[_Block], threads: int, client: Any, progress: Progress) -> Iterator[Response]:
-    """Responses in order; blocks on this machine's threads, or as tasks of a cluster."""
-    if client is not None:
-        responses: dict[int, list[Response]] = {}
-        for i, answered in spread(range(len(blocks)), lambda i: blocks[i], respond, client):
-            responses[i] = answered
-            progress(len(responses) / len(blocks))
-        yield from (r for i in range(len(blocks)) for r in responses[i])
-        return
-    at_once = BLOCKS_EACH * threads
-    for k in range(0, len(blocks), at_once):
-        part = blocks[k : k + at_once]
-        progress(k / len(blocks))
-        cranes, cases = [w for s in part for w in s.cranes], [c for s in part for c in s.cases]
-        yield from respond(_Block(cranes, cases, part[0].dv, part[0].n_sub), threads)
-    progress(1.0)
-
-
-def respond(share: _Block, threads: int = 1) -> list[Response]:
-    """Run tests and read their responses."""
-    results = run_cases(share.cranes, share.cases, n_sub=share.n_sub, lanes=VL, every=1, threads=threads)
-    times = _settling_times([(c, r) for c, r in zip(share.cases, results, strict=True)], share.dv)
-    return [
-        _response(crane, case, result, float(t), share.dv)
-        for crane, case, result, t in zip(share.cranes, share.cases, results, times, strict=True)
-    ]
-
-
-def _speed_rise(case: Scenario, result: Result) -> FloatArray:
-    """Wire speed beyond that before the step, in the step's direction, from the step on [m/s]."""
-    assert result.series is not None
-    (_, v), (at, _) = case.operator.profile[-3], case.operator.profile[-2]
-    rows = result.series[round(at / result.dt) :]
-    return np.asarray((rows[:, result.signals.index("v_w")] - v) * (1.0 if v >= 0.0 else -1.0), dtype=np.float64)
-
-
-def _settling_times(runs: Sequence[tuple[Scenario, Result]], dv: float) -> FloatArray:
-    """Settling time of every run [s], by `stillhook.metrics.settling_time`."""
+def response(run: ScenarioRun, dv: float) -> Response:
+    """One test's response to a step dv [m/s], with the cause where it did not settle."""
     import xarray  # heavy: other maps print without it
 
     from stillhook.metrics import settled_after
 
-    v = np.array([_speed_rise(case, result) for case, result in runs])
-    run = xarray.Dataset({"v_w": (("case", "time"), v)}, coords={"time": np.arange(v.shape[1]) * runs[0][1].dt})
-    return np.asarray(settled_after(run, start=0.0, target=dv, step=dv, band=BAND).values, dtype=np.float64)
-
-
-def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float) -> Response:
-    """One test's response, with the cause where it did not settle."""
-    summary, v = summarise(crane, case, result), _speed_rise(case, result)
-    assert result.series is not None
-    end = result.series[-1]
-    broken = result.ending is Ending.DIVERGED
-    settled = float("nan") if broken or not np.isfinite(v).all() else t
-    u_p = float(end[result.signals.index("u_p")])
-    cause = cause_of(crane, summary, case.mode, case.load) or (
-        "" if np.isfinite(settled) else _invalid_reason(v, dv, result.dt, saturated(crane) if abs(u_p) >= 1.0 else "")
+    assert run.series is not None
+    (_, before), (at, _) = run.case.operator.profile[-3:-1]
+    rise = (run.column("v_w")[round(at / run.dt) :] - before) * (1.0 if before >= 0.0 else -1.0)
+    data = xarray.Dataset({"v_w": ("time", rise)}, coords={"time": np.arange(len(rise)) * run.dt})
+    t = float(settled_after(data, start=0.0, target=dv, step=dv, band=BAND))
+    end = dict(zip(run.signals, run.series[-1].tolist(), strict=True))
+    settled = math.nan if run.diverged or not np.isfinite(rise).all() else t
+    cause = cause_of(run.crane, run.summary, run.case.mode, run.case.load) or (
+        ""
+        if math.isfinite(settled)
+        else _invalid_reason(rise, dv, run.dt, saturated(run.crane) if abs(end["u_p"]) >= 1.0 else "")
     )
     return Response(
         settling_time=settled,
-        overshoot=float(np.max(v)) / dv - 1.0,
-        alpha_m_end=float(end[result.signals.index("alpha_m")]) if "alpha_m" in result.signals else float("nan"),
-        u_p_end=abs(u_p),
-        status=summary["status"],
+        overshoot=float(np.max(rise)) / dv - 1.0,
+        alpha_m_end=end.get("alpha_m", math.nan),
+        u_p_end=abs(end["u_p"]),
+        status=run.summary["status"],
         cause=cause,
     )
 

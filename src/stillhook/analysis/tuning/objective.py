@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.kept import Keyed
 from stillhook.analysis.loop_stability.governing import Governing, by_engine, governing
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, Margins, margins
 from stillhook.analysis.steady.steady_state import speed_limit
+from stillhook.base.identity import Keyed
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at

@@ -28,7 +28,7 @@ from stillhook.analysis.tuning.objective import (
 from stillhook.analysis.tuning.parameters import Setting, of_vector, present, to_vector, with_settings
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
 
@@ -96,7 +96,7 @@ class Search:
         if capacity is None:
             self.limits = replace(self.limits, v_w_capacity=min(capacity_of(reference, self.mode, self.cases)))
         ladders = fast_candidates(reference, self.mode, self.cases[0])
-        results = summaries(reference, [c for ladder in ladders for c in ladder], threads=self.threads)
+        results = run_cases(reference, [c for ladder in ladders for c in ladder], threads=self.threads)
         for i, ladder in enumerate(ladders):
             passed = [attributed_limits(str(s["status"])) for s in results[i * len(ladder) : (i + 1) * len(ladder)]]
             self.fast += [
@@ -105,7 +105,7 @@ class Search:
                 if not reasons & {"saturated", "diverged"}
             ][:1]
         self.runs = [*self.cases, *(f.case for f in self.fast)]
-        results = summaries(self.crane, self.runs, threads=self.threads)
+        results = run_cases(self.crane, self.runs, threads=self.threads)
         start = scored(self.crane, self.mode, self.cases, results, self.limits, self.fast)
         self.before = relative(start, start, self.objective)
         self.x_0 = np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0)
@@ -134,7 +134,7 @@ class Search:
         n = len(self.runs)
         if not sound:
             return out
-        results = summaries([cranes[i] for i in sound for _ in range(n)], self.runs * len(sound), threads=self.threads)
+        results = run_cases([cranes[i] for i in sound for _ in range(n)], self.runs * len(sound), threads=self.threads)
         for k, i in enumerate(sound):
             rows = results[k * n : (k + 1) * n]
             score = self.weigh(scored(cranes[i], self.mode, self.cases, rows, self.limits, self.fast))
@@ -224,5 +224,5 @@ class Search:
 
     def exact(self, crane: Crane) -> Score:
         """The score of a crane run as it is."""
-        results = summaries(crane, self.runs, threads=self.threads)
+        results = run_cases(crane, self.runs, threads=self.threads)
         return self.weigh(scored(crane, self.mode, self.cases, results, self.limits, self.fast))

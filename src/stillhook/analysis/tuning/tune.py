@@ -1,7 +1,7 @@
 """Each controller at its best: settings found by differential evolution on the full twin, under limits, from a seed
 that repeats them.
 
-A population's runs go sixteen lanes side by side (`stillhook.engine.scenario.problem`). No candidate has more position
+A population's runs go sixteen lanes side by side (`stillhook.engine.simulate`). No candidate has more position
 gain than the margins allow; one whose margins or speed are not enough all the same is not run at all. What breaks a
 limit ranks behind all that breaks none, by how much it breaks (Deb 2000).
 
@@ -47,7 +47,7 @@ from stillhook.analysis.tuning.parameters import (
 )
 from stillhook.analysis.tuning.search import BudgetUsed, Search, Trial
 from stillhook.base.progress import Progress
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -215,7 +215,7 @@ def _asides(search: Search, optimum: dict[str, float]) -> list[tuple[float, floa
                 places.append((i, k))
     n = len(search.runs)
     if points:
-        rows = summaries([c for c in points for _ in range(n)], search.runs * len(points), threads=search.threads)
+        rows = run_cases([c for c in points for _ in range(n)], search.runs * len(points), threads=search.threads)
         for j, ((i, k), crane) in enumerate(zip(places, points, strict=True)):
             results = rows[j * n : (j + 1) * n]
             score = search.weigh(scored(crane, search.mode, search.cases, results, search.limits, search.fast))
@@ -292,7 +292,7 @@ def outcomes(
     cranes = [crane] * len(controllers) if isinstance(crane, Crane) else list(crane)
     machines = [k.on(c) for k, c in zip(controllers, cranes, strict=True)]
     n = len(cases)
-    results = summaries(
+    results = run_cases(
         [m for m in machines for _ in range(n)],
         [case.with_mode(k.mode) for k in controllers for case in cases],
         threads=threads,

@@ -14,7 +14,7 @@ import numpy as np
 
 from stillhook.analysis.uncertainty.draws import Drawing, Uncertainty
 from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS, Distribution, Law
-from stillhook.engine.scenario.problem import summaries
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import SpecError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -325,7 +325,7 @@ def attribute(
 
 
 def _summaries(pairs: Sequence[Pair]) -> Sequence[Numbers]:
-    return summaries([crane for crane, _ in pairs], [case for _, case in pairs])
+    return run_cases([crane for crane, _ in pairs], [case for _, case in pairs])
 
 
 def _everything(runs: Runs) -> Uncertainty:

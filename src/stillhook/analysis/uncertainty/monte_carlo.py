@@ -15,8 +15,9 @@ from stillhook.analysis.uncertainty.draws import Drawing, Draws, Pair, Uncertain
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
-from stillhook.engine.inputs import twin_line
-from stillhook.engine.scenario.problem import numbers_of, summaries
+from stillhook.engine.certificate import twin_line
+from stillhook.engine.scenario.summary import numbers_of
+from stillhook.engine.simulate import run_cases
 from stillhook.errors import ScenarioError
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
@@ -55,7 +56,7 @@ def monte_carlo(
     ----------
     crane, case: one or several of either, in pairs, as in `stillhook.simulate`; two controllers are two cases (on two
     cranes where their settings differ). uncertainty: default `Uncertainty.default`. n, seed: see `draws`. labels: names
-    along "case". step, threads, store, client, progress: as in `stillhook.engine.scenario.problem.summaries`.
+    along "case". step, threads, store, client, progress: as in `stillhook.simulate`.
 
     Returns
     -------
@@ -128,7 +129,7 @@ def run_draws(
     """Numbers of shape (case, draw, number), in the order of `numbers_of`, status of every run, and the summary of
     every case with nothing drawn.
 
-    A few thousand runs at a time, so that memory stays bounded; how: keywords of `summaries`.
+    A few thousand runs at a time, so that memory stays bounded; how: keywords of `run_cases`.
     """
     n, total = len(values), len(drawings) * (len(values) + 1)
     work: Iterator[Pair] = itertools.chain(((d.crane, d.case) for d in drawings), *(d.pairs(values) for d in drawings))
@@ -138,10 +139,10 @@ def run_draws(
     while pairs := list(itertools.islice(work, AT_ONCE)):
         done = len(status)
         part_progress = part_of(progress, done / total, len(pairs) / total)
-        part = summaries([c for c, _ in pairs], [s for _, s in pairs], progress=part_progress, **options)
+        part = run_cases([c for c, _ in pairs], [s for _, s in pairs], progress=part_progress, **options)
         numbers[done : done + len(part)] = [[s[name] for name in names] for s in part]
         status += [s["status"] for s in part]
-        at_values += part[: max(len(drawings) - done, 0)]
+        at_values += map(dict, part[: max(len(drawings) - done, 0)])
     k = len(drawings)
     rows = [status[k + i * n : k + (i + 1) * n] for i in range(k)]
     return numbers[k:].reshape(k, n, len(names)), rows, at_values

@@ -19,7 +19,8 @@ from stillhook.analysis.uncertainty.attribution import Attribution
 from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, largest_totals
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
-from stillhook.engine.scenario.problem import OK, numbers_of
+from stillhook.engine.runner import OK
+from stillhook.engine.scenario.summary import numbers_of
 from stillhook.errors import SpecError
 from stillhook.report.document import Document, Part, Section, Table, Text
 from stillhook.report.formatting import cell, change, percent_fixed

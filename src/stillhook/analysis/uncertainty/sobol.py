@@ -15,7 +15,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import paired
-from stillhook.engine.scenario.problem import numbers_of
+from stillhook.engine.scenario.summary import numbers_of
 from stillhook.errors import SimulationError, SpecError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -182,7 +182,7 @@ def sensitivity(
     that the winch type has). against: label of a case;
     the others' numbers over those of that case are then analysed too ("ssc / hs"): what a difference depends on. n:
     rows of the tables, a power of two; there are n (factors + 2) runs a case. how: step, threads, store, client of
-    `stillhook.engine.scenario.problem.summaries`.
+    `stillhook.simulate`.
 
     Errors: SpecError, ScenarioError of one line; SimulationError where a run diverged: indices of the rest
     would mislead.

@@ -120,7 +120,7 @@ def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> 
         for layer in data["layer"].values
     ]
     most = {str(m): float(x) for m, x in zip(data["mode"].values, data["load_most"].values, strict=True)}
-    from stillhook.engine.inputs import twin_line
+    from stillhook.engine.certificate import twin_line
 
     return {
         "twin": twin_line(crane),

@@ -103,7 +103,7 @@ def show_map(
 
 def _check_metric(crane: Crane, metric: str) -> None:
     """Refuse a value that this winch type does not have before anything runs."""
-    from stillhook.engine.scenario.problem import numbers_of
+    from stillhook.engine.scenario.summary import numbers_of
 
     available = [m for m, name in METRICS.items() if m == SETTLING or name in numbers_of(crane)]
     if metric not in available:

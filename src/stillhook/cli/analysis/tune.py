@@ -174,7 +174,7 @@ class _Report:
         from stillhook.analysis.loop_stability.governing import governing
         from stillhook.analysis.tuning.tune import outcomes, variations
         from stillhook.engine.scenario.checks import notes_of
-        from stillhook.engine.scenario.problem import numbers_of
+        from stillhook.engine.scenario.summary import numbers_of
         from stillhook.spec.settings import left_out
 
         self.available = numbers_of(crane)
@@ -220,7 +220,7 @@ class _Report:
 
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
-        from stillhook.engine.inputs import twin_line
+        from stillhook.engine.certificate import twin_line
         from stillhook.tables.plausible import implausible_values
 
         first = self.tuned[0]

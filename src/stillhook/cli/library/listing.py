@@ -159,7 +159,7 @@ def _cell(name: str, value: Any) -> str:
 
 def show_crane(name: CraneArgument, json: Json = False) -> None:
     """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
-    from stillhook.engine.inputs import twin_line
+    from stillhook.engine.certificate import twin_line
     from stillhook.library import load_crane, sheet, sheet_json
     from stillhook.tables.plausible import implausible_values, marked
 

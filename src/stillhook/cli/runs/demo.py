@@ -80,7 +80,7 @@ def _in_waves(out: Path) -> None:
     case = Scenario(name="ship in waves", load=LOAD, s_w=S_W, tip=motion, duration=DURATION, warm_up="60 s")
     with progress_bar("A ship in waves") as bar:
         result = side_by_side(crane, case, progress=started(crane, bar, series=True))
-    runs = {r.mode.value: r.summary for r in result.runs}
+    runs = result.table()
     first = next(iter(runs.values()))
     tip = show(first["s_tip_pp"], "length")
     waves = SEA.removeprefix("jonswap ")
@@ -159,8 +159,8 @@ def _motions(out: Path) -> None:
             result = side_by_side(file.crane, file.case, progress=started(file.crane, bar, series=True))
         results.append((file.case.name, result))
         rows += [
-            [file.case.name if i == 0 else "", r.mode.value, *row(file.crane, r.summary)]
-            for i, r in enumerate(result.runs)
+            [file.case.name if i == 0 else "", mode, *row(file.crane, summary)]
+            for i, (mode, summary) in enumerate(result.table().items())
         ]
     crane, case = cases[0].crane, cases[0].case
 

@@ -94,7 +94,8 @@ def run(
 
     Example: stillhook run case.toml --out results
     """
-    from stillhook.analysis.controllers import dataset_of, run_labelled
+    from stillhook.engine.arguments import cycles
+    from stillhook.engine.simulate import dataset_of, run_cases, whole
     from stillhook.formats.case_file import load_case, stored_cases
 
     check_out(out, OUT_FILES)
@@ -103,8 +104,9 @@ def run(
     labels = _labels([f.case.name for f in files], case_file.stem)
     try:
         with progress_bar(case_file.stem) as bar:
-            steps = {"step": files[0].step, "every": files[0].every}
-            runs = run_labelled(cranes, [f.case for f in files], **steps, progress=started(crane, bar, series=True))
+            cases, every = [f.case for f in files], cycles(crane, files[0].every)
+            progress = started(crane, bar, series=True)
+            runs = run_cases(cranes, cases, step=files[0].step, every=every, keep=whole, progress=progress)
     except StillhookError as e:
         raise type(e)(f"{case_file.name}: {e}") from None
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
@@ -116,9 +118,8 @@ def run(
         print_twin(crane)
         print_notes(summaries)
     if out is not None:
-        data = {label: r.dataset(c) for label, r, c in zip(labels, runs, cranes, strict=True)}
-        one = all(c is crane for c in cranes)
-        all_cases = dataset_of(crane if one else cranes, runs, labels) if len(runs) > 1 else None
+        data = {label: dataset_of([r]) for label, r in zip(labels, runs, strict=True)}
+        all_cases = dataset_of(runs, labels) if len(runs) > 1 else None
         _write(out, data, summaries, quiet=json, crane=crane, title=title_of(crane, case), all_cases=all_cases)
     raise typer.Exit(0 if all(r.ok for r in runs) else 1)
 
@@ -184,7 +185,7 @@ def _report(result: Comparison, *, json: bool) -> None:
     if json:
         print_json(result.table())
         return
-    rows = [[r.mode.value, *row(result.crane, r.summary)] for r in result.runs]
+    rows = [[mode, *row(result.crane, summary)] for mode, summary in result.table().items()]
     print_table(["mode", *headers(result.crane)], rows, title=title_of(result.crane, result.runs[0].case))
     print_twin(result.crane)
     print_notes(result.table())
@@ -193,7 +194,7 @@ def _report(result: Comparison, *, json: bool) -> None:
 def write_comparison(result: Comparison, out: Path, *, quiet: bool, hint: bool = True, start: float = 0.0) -> None:
     """hint: say where pictures are left out."""
     data = result.dataset()
-    runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
+    runs = {mode.upper(): data.sel(case=mode) for mode in result.table()}
     _write(
         out,
         runs,

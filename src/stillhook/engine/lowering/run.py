@@ -1,48 +1,33 @@
-"""One lowering, or blocks of sixteen, from the first cycle to the last."""
+"""Lowerings that were packed, side by side from the first cycle to the last."""
 
 import functools
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.base.progress import Progress
-from stillhook.control.plc import Memory
+from stillhook.base.identity import Keyed
 from stillhook.control.supervisor import Stage
 from stillhook.engine.inputs import CycleInputs
-from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea, fastest_of_lift
+from stillhook.engine.lowering.checks import check_lift, check_sea, fastest_of_lift
+from stillhook.engine.lowering.summary import LoweringRun, StageResult, peak_interval
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.pack.winch import Packed
-from stillhook.engine.runner import Block, Ending, each_case, nothing, run_blocks
-from stillhook.engine.scenario.problem import first_lane
+from stillhook.engine.runner import Block, nothing, record_of
+from stillhook.engine.scenario.run import first_lane
 from stillhook.kernels.build import Setup
 from stillhook.kernels.drivers.lift import NP, SIGNALS
-from stillhook.kernels.lanes import access, aligned, flatten, offset, room_for, size
+from stillhook.kernels.lanes import aligned, flatten, offset, room_for, size
 from stillhook.kernels.statistics.cycles import blank
-from stillhook.physics.records import fields
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.winches.elements.lift import Course, Hanging
-from stillhook.winches.elements.payload import LiftStats, Momentum, blank_lift_stats
+from stillhook.winches.elements.payload import Field, Momentum, blank_lift_stats
 from stillhook.winches.joints.registry import JOINTS, joint_of
 from stillhook.winches.records import Tick
-
-PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
-"""Largest and least numbers that are kept of every interval of a run; a peak-to-peak is that of a window which ends in
-the interval."""
-PEAK_INTERVAL, MOST_INTERVALS = 10.0, 360
-"""Length of an interval [s], and how many there are at the most: of longer runs an interval is twice as long, or four
-times."""
-
-
-def peak_interval(duration: float) -> float:
-    """Length of the intervals of a run [s]."""
-    doubled = max(math.ceil(math.log2(max(duration, PEAK_INTERVAL) / (PEAK_INTERVAL * MOST_INTERVALS))), 0)
-    return float(PEAK_INTERVAL * 2**doubled)
-
 
 MAY_END = 0.6
 """Part of the duration from which on a run that may end with its programme is looked at more often."""
@@ -56,49 +41,15 @@ PACKED = tuple(name for name in Lowering.model_fields if name not in ("name", "t
 start."""
 
 
-class StageResult(NamedTuple):
-    """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook
-    [m], over the whole stage where that is shorter; link: of a unit between hook and slings, None where there is
-    none."""
-
-    stats: Any
-    lift: LiftStats
-    span: tuple[float, float, float, float]
-    link: Any = None
-
-
-class LiftResult(NamedTuple):
-    """What came out of one lowering. stages: number of the stage and its statistics, in the order of time, the last
-    that after the programme where it ended; series rows of Signals and LiftSignals every dt [s], or None; peaks rows of
-    `PEAKS`, one for each interval of `peak_interval` of its duration; interval at which statistics were taken [s]."""
-
-    case: Lowering
-    packed: PackedLift
-    stages: tuple[tuple[int, StageResult], ...]
-    starts: tuple[float, ...]
-    ending: Ending
-    t_end: float
-    state: Any
-    memory: Memory
-    hang: Hanging
-    q: FloatArray
-    v: FloatArray
-    series: FloatArray | None
-    peaks: FloatArray
-    signals: tuple[str, ...]
-    dt: float
-    step: float
-    interval: float
-
-
 def waves_step(waves: WaveField | None) -> float:
     """What the water of lowerings must share to run side by side: spacing of its samples [s]; 0 for still water."""
     return 0.0 if waves is None else waves.dt
 
 
 class Ready(NamedTuple):
-    """A lowering that was checked and packed."""
+    """A lowering that was checked and packed, and what drives it."""
 
+    crane: Crane
     case: Lowering
     packed: PackedLift
     drive: CycleInputs
@@ -108,74 +59,32 @@ class Ready(NamedTuple):
         """Records of its winch."""
         return self.packed.winch
 
-
-def prepare(
-    crane: Crane | Sequence[Crane], cases: Sequence[Lowering], n_sub: int, places: Sequence[int] | None = None
-) -> list[Ready]:
-    """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for
-    messages.
-    Errors: LiftError, ScenarioError, SpecError naming the case."""
-    packed_lifts: dict[tuple[Any, ...], PackedLift] = {}
-
-    def make(each: Crane, case: Lowering) -> Ready:
+    @classmethod
+    def of(cls, crane: Crane, case: Lowering) -> Self:
+        """Errors: LiftError, ScenarioError, SpecError, one line."""
         check_sea(case)
-        drive = CycleInputs(each, stand_in(each, case, 0.0))
-        alike = id(each), field_record(case.waves), drive.s_tip_0, *(id(getattr(case, name)) for name in PACKED)
-        packed = packed_lifts[alike] = (
-            packed_lifts[alike] if alike in packed_lifts else _packed(each, case, drive, n_sub)
-        )
-        return Ready(case, packed, drive)
+        drive = CycleInputs(crane, stand_in(crane, case, 0.0))
+        return cls(crane, case, packed_lift(crane, case, drive.s_tip_0), drive)
 
-    return each_case([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, make, places)
+
+def packed_lift(crane: Crane, case: Lowering, s_tip_0: float) -> PackedLift:
+    """A lowering checked and packed, once for all that share what its records follow from; s_tip_0 height of the tip at
+    the start [m]. Errors: LiftError, SpecError, one line."""
+    alike = id(crane), field_record(case.waves), s_tip_0, *(id(getattr(case, name)) for name in PACKED)
+    return _packed(Keyed((crane, case.model_copy(update={"waves": None})), alike), *alike[1:3])
+
+
+@functools.lru_cache(maxsize=256)
+def _packed(keyed: Keyed, field: Field, s_tip_0: float) -> PackedLift:
+    crane, case = keyed.machine
+    check_lift(crane, case)
+    return pack_lift(crane, case, s_tip_0, field)
 
 
 def longest_step(crane: Crane, case: Lowering) -> float:
     """Longest step that a lift can be run with [s]; its sea does not count. Errors: LiftError, SpecError, one line."""
-    check_lift(crane, case)
-    return 1.0 / fastest_of_lift(pack_lift(crane, case, CycleInputs(crane, stand_in(crane, case, 0.0)).s_tip_0))[1]
-
-
-def _packed(crane: Crane, case: Lowering, drive: CycleInputs, n_sub: int) -> PackedLift:
-    check_lift(crane, case)
-    packed = pack_lift(crane, case, drive.s_tip_0)
-    check_course(crane, case, packed)
-    check_lift_step(packed, drive.t_cycle / n_sub)
-    return packed
-
-
-def run_lowerings(
-    crane: Crane | Sequence[Crane],
-    cases: Sequence[Lowering],
-    *,
-    n_sub: int,
-    lanes: int,
-    every: int,
-    threads: int = 2,
-    progress: Progress | None = None,
-    places: Sequence[int] | None = None,
-    sampled: int = 1,
-    short: bool = False,
-) -> list[LiftResult]:
-    """Lowerings in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no
-    other.
-
-    crane that of all cases, or one for each; several are of one winch type and have one PLC cycle. n_sub steps per PLC
-    cycle; a row of the series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer
-    list, for messages. sampled: statistics, windows and energies are taken every so many cycles. short: a lowering ends
-    with the piece in which its programme ends.
-    """
-    prepared = prepare(crane, cases, n_sub, places)
-    return run_blocks(
-        prepared,
-        LiftBlock,
-        n_sub=n_sub,
-        lanes=lanes,
-        every=every,
-        threads=threads,
-        progress=progress,
-        sampled=sampled,
-        short=short,
-    )
+    s_tip_0 = CycleInputs(crane, stand_in(crane, case, 0.0)).s_tip_0
+    return 1.0 / fastest_of_lift(packed_lift(crane, case, s_tip_0))[1]
 
 
 ON_SLINGS = Setup(joint=joint_of(None))
@@ -187,22 +96,12 @@ def setup_of(lift: Lowering) -> Setup:
     return Setup(joint=joint_of(lift.compensator))
 
 
-@functools.cache
-def record_of(cls: type) -> Callable[[Sequence[float], int], Any]:
-    """Makes a record of the numbers that begin at a place of a list."""
-    return access(cls, 1).load
-
-
 class LiftBlock(Block[Ready]):
     """Lowerings of equal length side by side; missing lanes repeat the first case."""
 
     @staticmethod
     def setup(r: Ready) -> Setup:
         return setup_of(r.case)._replace(sensors=r.winch.sensors)
-
-    @staticmethod
-    def alike(r: Ready) -> tuple[int, int, int, float]:
-        return r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)
 
     def __init__(
         self,
@@ -352,39 +251,25 @@ class LiftBlock(Block[Ready]):
         super().reset(i)
         self.B[:, :, i] = self._rows(self.lanes[i])
 
-    def part(self, name: str, i: int) -> Any:
-        """One record of lane i."""
-        at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
-        return record_of(cls)(self.A[at : at + size(cls), i].tolist(), 0)
-
-    def result(self, l: int) -> LiftResult:
-        """What came out of one lane."""
-        t_cycle, (ending, t_end) = self.drive.t_cycle, self.ending(l)
+    def result(self, l: int) -> LoweringRun:
+        """The run of one lane."""
         hang: Hanging = self.part("hang", l)
         last = int(hang.course.stage)
         self.G[last, : self.n_stats, l] = self._statistics(l)
         best = self.W.reshape(-1, SIGNALS, len(self.lanes))[2]
         self.G[last, self.n_stats :, l] = best[:, l]
-        self.starts[last, l] = hang.course.k_stage * t_cycle
+        self.starts[last, l] = hang.course.k_stage * self.drive.t_cycle
         ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
-        return LiftResult(
-            case=self.ready[l].case,
+        return LoweringRun(
+            **self.common(l),
             packed=self.ready[l].packed,
             stages=tuple((s, self._stage(s, l)) for s in ran),
             starts=tuple(float(self.starts[s, l]) for s in ran),
-            ending=ending,
-            t_end=t_end,
-            state=self.part("x", l),
-            memory=self.part("m", l),
             hang=hang,
             q=self.B[:, 0, l].copy(),
             v=self.B[:, 1, l].copy(),
-            series=self.series(l),
             peaks=self._peaks(l),
-            signals=self.d.columns,
-            dt=self.every * t_cycle,
-            step=t_cycle / self.n_sub,
-            interval=self.sampled * t_cycle,
+            interval=self.sampled * self.drive.t_cycle,
         )
 
     def _peaks(self, l: int) -> FloatArray:

@@ -1,17 +1,22 @@
 """From the statistics of a lowering to the numbers that a person reads: for the whole run and for each stage."""
 
 import functools
+import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
 from stillhook.base.identity import remembered
 from stillhook.control.registry import MANUAL_MODE
-from stillhook.engine.lowering.run import LiftResult, StageResult
 from stillhook.engine.pack.capacity import capacity_notes, judged
-from stillhook.engine.pack.lift import stand_in
+from stillhook.engine.pack.lift import PackedLift, stand_in
 from stillhook.engine.pack.programme import hanging
-from stillhook.engine.runner import Ending
+from stillhook.engine.runner import OK, Run
 from stillhook.engine.scenario.checks import (
     HeldLoad,
     alpha_wanted,
@@ -20,19 +25,25 @@ from stillhook.engine.scenario.checks import (
     loss_notes,
     type_notes,
 )
-from stillhook.engine.scenario.oscillation import NUMBERS as OF_OSCILLATION
-from stillhook.engine.scenario.oscillation import oscillation_notes
-from stillhook.engine.scenario.problem import OK, limits_passed, winch_numbers
+from stillhook.engine.scenario.summary import OF_OSCILLATION, limits_passed, oscillation_notes, winch_numbers
+from stillhook.engine.store import Summary
 from stillhook.kernels.statistics.oscillation import joined
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering, StageMode
+from stillhook.spec.lift.lowering import InSea, Lowering, StageMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
+from stillhook.winches.elements.lift import Hanging
 from stillhook.winches.elements.payload import NEVER, LiftStats
 from stillhook.winches.joints.interface import happened
 from stillhook.winches.joints.registry import JOINTS
-from stillhook.winches.registry import WinchType
+from stillhook.winches.registry import WINCH_TYPES, WinchType
 
+PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
+"""Largest and least numbers that are kept of every interval of a run; a peak-to-peak is that of a window which ends in
+the interval."""
+PEAK_INTERVAL, MOST_INTERVALS = 10.0, 360
+"""Length of an interval [s], and how many there are at the most: of longer runs an interval is twice as long, or four
+times."""
 AUDIT = 0.01
 """Energy not recovered, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below
 1e-3."""
@@ -94,6 +105,12 @@ OF_RUN = (
 """Numbers of the whole run alone."""
 
 
+def peak_interval(duration: float) -> float:
+    """Length of the intervals of a run [s]."""
+    doubled = max(math.ceil(math.log2(max(duration, PEAK_INTERVAL) / (PEAK_INTERVAL * MOST_INTERVALS))), 0)
+    return float(PEAK_INTERVAL * 2**doubled)
+
+
 def numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Numbers that the whole run and each stage have alike; joints: types of units between hook and slings."""
     of_joints = dict.fromkeys(name for joint in joints for name in JOINTS[joint].NUMBERS)
@@ -108,6 +125,123 @@ def stage_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple
 def run_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Numbers of the whole run."""
     return (*numbers_of(winch, joints=joints), *OF_RUN)
+
+
+def joints_of(cases: Sequence[Lowering | InSea]) -> tuple[str, ...]:
+    """Types of the units above the slings of these cases; none where slings alone join hook and payload."""
+    return tuple(sorted({unit.type for case in cases if (unit := lift_of(case).compensator) is not None}))
+
+
+def lift_of(case: Lowering | InSea) -> Lowering:
+    """The lift, without its sea where that is made when it is run."""
+    return case.lift if isinstance(case, InSea) else case
+
+
+def intervals_of(case: Lowering | InSea) -> int:
+    """Intervals of which the largest values are kept."""
+    duration = lift_of(case).duration
+    return int(duration / peak_interval(duration) + 1e-6)
+
+
+def stages_of(case: Lowering | InSea) -> int:
+    """Rows of stages in the answer: those of the programme, and the time after it."""
+    return len(lift_of(case).programme) + 1
+
+
+def names_of(crane: Crane, case: Lowering | InSea, joints: tuple[str, ...] | None = None) -> tuple[str, ...]:
+    """Names of all numbers in one row: of the run, then of each stage and of each interval; joints: in place of the
+    case's own."""
+    own = joints_of([case]) if joints is None else joints
+    return _names(crane.plant.type.name, stages_of(case), intervals_of(case), own)
+
+
+@functools.cache
+def _names(plant: str, stages: int, intervals: int, joints: tuple[str, ...]) -> tuple[str, ...]:
+    winch = WINCH_TYPES[plant]
+    names = stage_numbers_of(winch, joints=joints)
+    of_stages = (f"{i} {name}" for i in range(stages) for name in names)
+    of_intervals = (f"{i} peak {name}" for i in range(intervals) for name in PEAKS)
+    return (*run_numbers_of(winch, joints=joints), *of_stages, *of_intervals)
+
+
+class StageResult(NamedTuple):
+    """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook
+    [m], over the whole stage where that is shorter; link: of a unit between hook and slings, None where there is
+    none."""
+
+    stats: Any
+    lift: LiftStats
+    span: tuple[float, float, float, float]
+    link: Any = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoweringRun(Run):
+    """What came back of a lowering. stages: number of the stage and its statistics, in the order of time, the last
+    that after the programme where it ended; starts of these [s]; series: rows of Signals and LiftSignals; peaks: rows
+    of `PEAKS`, one for each interval of `peak_interval`; interval at which statistics were taken [s]."""
+
+    packed: PackedLift
+    stages: tuple[tuple[int, StageResult], ...]
+    starts: tuple[float, ...]
+    hang: Hanging
+    q: FloatArray
+    v: FloatArray
+    peaks: FloatArray
+    interval: float
+
+    @cached_property
+    def total(self) -> StageResult:
+        """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are
+        none."""
+        parts = [s for _, s in self.stages]
+        compensated = [p for p in parts if p.span[0] > 0.0] or parts
+        e_c, tip, load, hook = (max(p.span[i] for p in compensated) for i in range(4))
+        links, unit = [p.link for p in parts if p.link is not None], unit_of_joint(self.case)
+        return StageResult(
+            stats=merged([p.stats for p in parts]),
+            lift=merged([p.lift for p in parts]),
+            span=(e_c, tip, load, hook),
+            link=merged(links, unit.SUMMED, unit.LOWEST) if links else None,
+        )
+
+    @cached_property
+    def energy_unaccounted(self) -> float:
+        """Energy that the audit does not find again, over the energy through the winch or that of the weight, the
+        larger: what a sinking load gives goes over the wire through the winch, or into the water [-].
+
+        In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping,
+        lifting, passive gas, and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings.
+        """
+        stats = self.total.stats
+        st, t, W = stats.common, self.interval, self.hang.works
+        supplied, consumed = self.crane.plant.type.energies(stats.power)
+        of_winch = (supplied - consumed) * t - (st.E_end - st.E_start) - W.top
+        water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
+        wire = W.top + W.relay + water - W.damping - W.gravity - (self.hang.E - self.hang.E_0)
+        through = max(st.through * t, abs(W.gravity))
+        return float((of_winch + wire) / through) if through > 0.0 else math.nan
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Of the whole run."""
+        return lift_summary(self)[0]
+
+    @property
+    def row(self) -> Summary:
+        """The whole run, each stage, and the peaks of every interval."""
+        run, stages = lift_summary(self)
+        winch, joints = self.crane.plant.type, joints_of([self.case])
+        peaks = np.full((intervals_of(self.case), len(PEAKS)), math.nan)
+        if not self.diverged:
+            n = min(len(peaks), len(self.peaks))
+            peaks[:n] = self.peaks[:n]
+        numbers = itertools.chain(
+            (run[name] for name in run_numbers_of(winch, joints=joints)),
+            (stage[name] for stage in stages for name in stage_numbers_of(winch, joints=joints)),
+            peaks.ravel(),
+        )
+        return Summary(names_of(self.crane, self.case), run["status"], numbers, run["notes"])
 
 
 def merged(parts: Sequence[Any], summed: Iterable[str] = SUMMED, lowest: Iterable[str] = LOWEST) -> Any:
@@ -135,88 +269,59 @@ def merged(parts: Sequence[Any], summed: Iterable[str] = SUMMED, lowest: Iterabl
     return cls(**values)
 
 
-def total(result: LiftResult) -> StageResult:
-    """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are
-    none."""
-    parts = [s for _, s in result.stages]
-    compensated = [p for p in parts if p.span[0] > 0.0] or parts
-    span = tuple(max(p.span[i] for p in compensated) for i in range(4))
-    stats, lift = merged([p.stats for p in parts]), merged([p.lift for p in parts])
-    links, unit = [p.link for p in parts if p.link is not None], unit_of_joint(result.case)
-    return StageResult(
-        stats, lift, (span[0], span[1], span[2], span[3]), merged(links, unit.SUMMED, unit.LOWEST) if links else None
-    )
-
-
-def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = None) -> float:
-    """Energy that the audit does not find again, over the energy through the winch or that of the weight, the
-    larger: what a sinking load gives goes over the wire through the winch, or into the water [-].
-
-    In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping,
-    lifting, passive gas, and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings. r:
-    `total` of it, where it is at hand.
-    """
-    stats = (total(result) if r is None else r).stats
-    st, t, W = stats.common, result.interval, result.hang.works
-    supplied, consumed = winch.energies(stats.power)
-    of_winch = (supplied - consumed) * t - (st.E_end - st.E_start) - W.top
-    water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
-    wire = W.top + W.relay + water - W.damping - W.gravity - (result.hang.E - result.hang.E_0)
-    through = max(st.through * t, abs(W.gravity))
-    return (of_winch + wire) / through if through > 0.0 else math.nan
-
-
-def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> str:
-    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.problem`, and "sling"
+def status(run: LoweringRun) -> str:
+    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling"
     (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a stage that does not
     land), the limit of a unit between hook and slings ("compensator stroke"),
     "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a stage timed out), "unfinished".
     "audit" is not judged where the wire snaps taut within a cycle of the audit."""
-    if result.ending is Ending.DIVERGED:
+    if run.diverged:
         return "diverged"
+    crane, case, r = run.crane, run.case, run.total
     beyond = limits_passed(crane.plant.type, r.stats)
     if r.lift.slack > 0.0:
         beyond.append("sling")
     if (unit := unit_of_joint(case)) is not None and unit.notes(r.link):
         beyond.append(unit.LIMIT)
-    if unplanned_touches(case, result):
+    if unplanned_touches(run):
         beyond.append("touchdown")
-    beyond += judged(crane, resting(crane, case, r), r.stats.common.F_max)
-    if result.hang.course.sup.stuck > 0.0:
+    beyond += judged(crane, resting(run), r.stats.common.F_max)
+    if run.hang.course.sup.stuck > 0.0:
         beyond.append("stuck")
-    elif result.hang.course.sup.done == 0.0:
+    elif run.hang.course.sup.done == 0.0:
         beyond.append("unfinished")
-    missing = 0.0 if "slack" in beyond else abs(unaccounted(crane.plant.type, result, r))
+    missing = 0.0 if "slack" in beyond else abs(run.energy_unaccounted)
     if (
         missing > AUDIT
-        and missing * max(r.stats.common.through * result.interval, abs(result.hang.works.gravity)) > AUDIT_FLOOR
+        and missing * max(r.stats.common.through * run.interval, abs(run.hang.works.gravity)) > AUDIT_FLOOR
     ):
         beyond.append("audit")
     return ", ".join(beyond) or OK
 
 
-def resting(crane: Crane, case: Lowering, r: StageResult) -> float:
+def resting(run: LoweringRun) -> float:
     """Highest tension at the crane tip with payload, hook and wire at rest, between the places of the payload in the
     run [N]: it falls while the payload submerges and rises with the wire from then on."""
-    ends = (z for z in (r.lift.z_max, r.lift.z_min) if abs(z) < NEVER)
-    return max((hanging(crane, case, max(z, -case.depth)).F_tip for z in ends), default=0.0)
+    case, lift = run.case, run.total.lift
+    ends = (z for z in (lift.z_max, lift.z_min) if abs(z) < NEVER)
+    return max((hanging(run.crane, case, max(z, -case.depth)).F_tip for z in ends), default=0.0)
 
 
-def unplanned_touches(case: Lowering, result: LiftResult) -> list[tuple[int, LiftStats]]:
+def unplanned_touches(run: LoweringRun) -> list[tuple[int, LiftStats]]:
     """Stages that do not land, or the time after the programme (numbered as one more stage), in which the load first
     touches the seabed."""
-    lands = [s.landed or s.mode is StageMode.LANDING for s in case.programme]
-    return [(i, s.lift) for i, s in result.stages if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
+    lands = [s.landed or s.mode is StageMode.LANDING for s in run.case.programme]
+    return [(i, s.lift) for i, s in run.stages if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
 
 
-def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[str, float]:
+def stage_numbers(run: LoweringRun, r: StageResult) -> dict[str, float]:
     """Numbers of one stage, or of the whole run; NaN for what did not happen."""
     st, ls = r.stats.common, r.lift
     e_c_pp, s_tip_pp, load_pp, hook_pp = r.span
     touched = ls.t_landed < NEVER
     compensated = e_c_pp > 0.0
     return {
-        "duration": max(st.cycles - 1.0, 0.0) * result.interval,
+        "duration": max(st.cycles - 1.0, 0.0) * run.interval,
         "s_tip_pp": s_tip_pp,
         "e_c_pp": e_c_pp if compensated else math.nan,
         "eta_c": 1.0 - e_c_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
@@ -225,7 +330,7 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
         "eta_load": 1.0 - load_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
         "F_sling_max": happened(ls.F_s_max),
         "F_sling_min": happened(ls.F_s_min),
-        "DAF": happened(ls.F_s_max) / result.packed.lift.load.W,
+        "DAF": happened(ls.F_s_max) / run.packed.lift.load.W,
         "snap": ls.snap,
         "sling_slack_time": ls.slack,
         "sling_slack_landed_time": ls.slack_landed,
@@ -239,8 +344,8 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
         "t_landed": ls.t_landed if touched else math.nan,
         "v_landed": ls.v_landed if touched else math.nan,
         "v_hit_max": ls.v_hit if touched else math.nan,
-        **({} if r.link is None else unit_of_joint(result.case).numbers(r.link)),
-        **winch_numbers(winch, r.stats, result.interval),
+        **({} if r.link is None else unit_of_joint(run.case).numbers(r.link)),
+        **winch_numbers(run.crane.plant.type, r.stats, run.interval),
     }
 
 
@@ -249,26 +354,21 @@ def unit_of_joint(case: Lowering) -> Any:
     return None if case.compensator is None else JOINTS[case.compensator.type]
 
 
-def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+def lift_summary(run: LoweringRun) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time
     after it."""
-    names = [*result.packed.programme.names, "after"]
-    r = total(result)
-    winch = crane.plant.type
-    run = stage_numbers(winch, result, r)
-    blank = dict.fromkeys(
-        stage_numbers_of(winch, joints=() if case.compensator is None else (case.compensator.type,)), math.nan
-    )
-    rows = [dict(blank) for _ in names]
-    for (i, part), start in zip(result.stages, result.starts, strict=True):
-        rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(winch, result, part)}
-    W, done = result.hang.works, result.hang.course.sup.done > 0.0
+    crane, case, r = run.crane, run.case, run.total
+    blank = dict.fromkeys(stage_numbers_of(crane.plant.type, joints=joints_of([case])), math.nan)
+    rows = [dict(blank) for _ in range(stages_of(case))]
+    for (i, part), start in zip(run.stages, run.starts, strict=True):
+        rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(run, part)}
+    W, done = run.hang.works, run.hang.course.sup.done > 0.0
     numbers: dict[str, Any] = {
-        **run,
-        "z_load_end": result.packed.lift.z_ref + float(result.q[-1]),
-        "s_w_end": result.state.path.s_w,
-        "programme_time": (result.starts[-1] if done and result.stages[-1][0] >= len(case.programme) else math.nan),
-        "energy_through": r.stats.common.through * result.interval,
+        **stage_numbers(run, r),
+        "z_load_end": run.packed.lift.z_ref + float(run.q[-1]),
+        "s_w_end": run.state.path.s_w,
+        "programme_time": (run.starts[-1] if done and run.stages[-1][0] >= len(case.programme) else math.nan),
+        "energy_through": r.stats.common.through * run.interval,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
         "work_buoyancy": W.buoyancy,
@@ -276,57 +376,59 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
         "work_drag": W.drag,
         "work_slam": W.slam,
         "work_bottom": W.bottom,
-        "energy_unaccounted": unaccounted(crane.plant.type, result, r),
+        "energy_unaccounted": run.energy_unaccounted,
     }
-    if result.ending is Ending.DIVERGED:
+    if run.diverged:
         numbers = dict.fromkeys(numbers, math.nan)
     doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
-    notes_of_run = [*doubts, *notes(crane, case, result, r), *_loss_notes(crane, result, r)]
-    return {"status": marked(status(case, result, r, crane), doubts), **numbers, "notes": notes_of_run}, rows
+    notes_of_run = [*doubts, *notes(run), *_loss_notes(run)]
+    return {"status": marked(status(run), doubts), **numbers, "notes": notes_of_run}, rows
 
 
-def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
+def _loss_notes(run: LoweringRun) -> list[str]:
     """Motors that work outside the fit of their loss, with the weight that hangs on the winch at the start."""
-    if result.ending is Ending.DIVERGED or not hasattr(r.stats.extremes, "alpha_m_min"):
+    crane, r = run.crane, run.total
+    if run.diverged or not hasattr(r.stats.extremes, "alpha_m_min"):
         return []
-    packed = result.packed.winch
+    packed = run.packed.winch
     W, d = packed.params.hoist.load.W, layer_diameter_at(crane, packed.s_w)
     return loss_notes(friction_parts(crane, W, d, r.stats.common.v_w_max, r.stats.extremes.alpha_m_min))
 
 
-def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> list[str]:
-    """What a reader should know in addition to the numbers; r: `total` of the result."""
-    if result.ending is Ending.DIVERGED:
-        return [f"lost its numbers by {result.t_end:.2f} s"]
+def notes(run: LoweringRun) -> list[str]:
+    """What a reader should know in addition to the numbers."""
+    if run.diverged:
+        return [f"lost its numbers by {run.t_end:.2f} s"]
+    crane, case, r = run.crane, run.case, run.total
     notes_of_run = [
         *oscillation_notes(crane, r.stats.oscillation.largest),
-        *capacity_notes(crane, resting(crane, case, r), r.stats.common.F_max),
+        *capacity_notes(crane, resting(run), r.stats.common.F_max),
         *type_notes(crane, held_load(crane, case, r.span[1])),
     ]
-    names = [*result.packed.programme.names, "after"]
-    for i, s in result.stages:
+    names = [*run.packed.programme.names, "after"]
+    for i, s in run.stages:
         if s.lift.slack > 0.0:
             snap = f", and snap at {show(s.lift.snap, 'force')}" if s.lift.snap > 0.0 else ""
             notes_of_run.append(
                 f'stage "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}'
             )
-    for i, s in result.stages:
+    for i, s in run.stages:
         if s.link is not None:
             notes_of_run.extend(f'stage "{names[i]}": {line}' for line in unit_of_joint(case).notes(s.link))
-    for i, touch in unplanned_touches(case, result):
+    for i, touch in unplanned_touches(run):
         notes_of_run.append(
             f'stage "{names[i]}" does not land, and the load touches the seabed in it after'
             f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the stage before it higher, or"
             ' land with mode = "landing" or landed = true'
         )
-    i = min(int(result.hang.course.sup.stage), len(case.programme) - 1)
+    i = min(int(run.hang.course.sup.stage), len(case.programme) - 1)
     name = names[i]
-    if result.hang.course.sup.stuck > 0.0:
+    if run.hang.course.sup.stuck > 0.0:
         notes_of_run.append(
-            f'stage "{name}" did not end within its timeout of {result.packed.programme.rows[i][5]:g} s: the programme'
+            f'stage "{name}" did not end within its timeout of {run.packed.programme.rows[i][5]:g} s: the programme'
             " stands"
         )
-    elif result.hang.course.sup.done == 0.0:
+    elif run.hang.course.sup.done == 0.0:
         notes_of_run.append(
             f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme'
         )

@@ -110,9 +110,9 @@ def at_rest(s_tip: float, k_0: float, weights: FloatArray, F_hook: float, e: Ele
     return np.append(nodes, nodes[-1] - stretch)
 
 
-def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
-    """Records of one lowering; s_tip height of the tip at the start [m]. Errors: LiftError of a programme that cannot
-    be."""
+def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> PackedLift:
+    """Records of one lowering; s_tip height of the tip at the start [m], field levels of its water. Errors: LiftError
+    of a programme that cannot be."""
     programme = pack_programme(crane, case)
     s_w = hanging(crane, case, case.z_0).s_w
     load, table = pack_payload(case.payload, case.rho, case.depth)
@@ -136,7 +136,6 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     F_top = F_hook + float(weights.sum())
 
     k_0 = rope.EA / crane.wire.L_0
-    field = field_record(case.waves)
     settings = programme.settings
     lift = Lift(
         rope=rope,

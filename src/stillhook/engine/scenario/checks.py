@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 from stillhook.control.commands import marginal_gain
-from stillhook.engine.inputs import CycleInputs, MotionDemand, standing
+from stillhook.engine.certificate import standing
+from stillhook.engine.inputs import CycleInputs, MotionDemand
 from stillhook.engine.pack.capacity import wire_weight
 from stillhook.engine.pack.winch import (
     drum_record,

@@ -14,7 +14,7 @@ from typing import Any
 
 from stillhook import units
 from stillhook.base.atomic import atomic_file
-from stillhook.engine.inputs import envelope_line, twin_line
+from stillhook.engine.certificate import envelope_line, twin_line
 from stillhook.export.fmu.description import SOURCE, build_description, fmi2, fmi3, title
 from stillhook.export.fmu.interfaces import osp, terminals
 from stillhook.export.twin import PLATFORMS, Export, ExportError, check_platform, compile_library

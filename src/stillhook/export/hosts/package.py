@@ -9,7 +9,7 @@ from typing import Any
 
 from stillhook import units
 from stillhook.base.atomic import atomic_folder, check_folder
-from stillhook.engine.inputs import envelope_line, twin_line
+from stillhook.engine.certificate import envelope_line, twin_line
 from stillhook.engine.pack.winch import pack
 from stillhook.export.twin import PLATFORMS, Export, ExportError, check_platform, compile_library, export
 from stillhook.library import crane_toml

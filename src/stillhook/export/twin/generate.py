@@ -15,13 +15,14 @@ from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import ControlLaw
 from stillhook.control.sensors.registry import SENSORS, Sensor
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
-from stillhook.engine.inputs import CycleInputs, hermite_weights, objections, scale_weights
+from stillhook.engine.certificate import objections
+from stillhook.engine.inputs import hermite_weights, scale_weights
 from stillhook.engine.pack.guard import guard_settings
 from stillhook.engine.pack.winch import pack, water_around
-from stillhook.engine.ranges import SETTING, Kind, Ranges, ranges
 from stillhook.engine.runner import nothing
+from stillhook.engine.saved import SETTING, Kind, Ranges, ranges
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.problem import Ready, first_lane
+from stillhook.engine.scenario.run import Ready, first_lane
 from stillhook.errors import ExportError
 from stillhook.export.twin import ports as p
 from stillhook.kernels import plc_alone
@@ -99,7 +100,7 @@ def export(
     if interpreted():
         raise ExportError("NUMBA_DISABLE_JIT is set: kernels are not translated. Unset it.")
     n_sub = steps_per_cycle(crane, step, SERIES_STEP)
-    ready = Ready(pack(crane, case), CycleInputs(crane, case))
+    ready = Ready.of(crane, case)
     check_step(ready.winch, ready.drive.t_cycle / n_sub)
     try:
         made = _controller(crane, ready) if contents == CONTROLLER else _winch(crane, ready, contents, coupling, n_sub)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stillhook._version import __version__
-from stillhook.engine.inputs import envelope_line, twin_line
+from stillhook.engine.certificate import envelope_line, twin_line
 from stillhook.engine.lowering.summary import held_load
 from stillhook.engine.scenario.checks import type_notes
 from stillhook.kernels.build import results_hash

@@ -15,7 +15,8 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
-from stillhook.engine.scenario.problem import Result, run_cases
+from stillhook.engine.scenario.summary import ScenarioRun
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.errors import LiftError
 from stillhook.kernels.lanes import VL
 from stillhook.physics.scalar import G
@@ -94,14 +95,14 @@ def soft(crane: Crane, duty: Duty) -> Crane:
 
 def run_twin(
     crane: Crane, cases: Sequence[Scenario], spacing: float, *, threads: int = 2, progress: Progress | None = None
-) -> list[Result]:
+) -> list[ScenarioRun]:
     """Runs with a series, sixteen side by side; spacing of the rows at most [s], in full PLC cycles."""
     rows = max(1, math.floor(spacing / crane.control.t_cycle + 1e-9))
     n_sub = steps_of_cases(crane, cases, STATISTICS_STEP)
-    return run_cases(crane, cases, n_sub=n_sub, lanes=VL, every=rows, threads=threads, progress=progress)
+    return run_cases(crane, cases, step=n_sub, lanes=VL, every=rows, keep=whole, threads=threads, progress=progress)
 
 
-def fitted(result: Result, names: Sequence[str], omega: FloatArray, last: float) -> ComplexArray:
+def fitted(result: ScenarioRun, names: Sequence[str], omega: FloatArray, last: float) -> ComplexArray:
     """Complex amplitudes of some signals at frequencies omega (m,) [rad/s] over the last seconds of a run, in addition
     to a mean and a drift: least squares; shape (m, len(names)), time counted from the start of these seconds."""
     assert result.series is not None
@@ -113,7 +114,7 @@ def fitted(result: Result, names: Sequence[str], omega: FloatArray, last: float)
     return np.asarray(x[: len(omega)] + 1j * x[len(omega) :])
 
 
-def spectra(result: Result, names: Sequence[str], settled: float) -> tuple[FloatArray, list[ComplexArray]]:
+def spectra(result: ScenarioRun, names: Sequence[str], settled: float) -> tuple[FloatArray, list[ComplexArray]]:
     """Frequencies [rad/s] and complex spectra of some signals of a settled run, a Hann window over it and its drift
     taken off; scaled so that squared sizes add up to the variance."""
     assert result.series is not None

@@ -18,8 +18,7 @@ import numpy as np
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.progress import Meter, Progress
-from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.problem import Result
+from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.errors import LiftError, ScenarioError, StillhookError
 from stillhook.kernels.build import model_hash
 from stillhook.kernels.cache import SHIPPED, cache_root
@@ -52,7 +51,7 @@ class Run(NamedTuple):
     """An irregular motion of the tip, and the run of the winch under it on a wire at constant tension."""
 
     motion: Irregular
-    result: Result
+    result: ScenarioRun
 
 
 def irregular_runs(
@@ -70,7 +69,7 @@ def irregular_runs(
     cases = [duty.scenario(crane, mode, motion.tip, SETTLED, motion.tip.repeat) for motion in motions]
     results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
     runs = [Run(motion, result) for motion, result in zip(motions, results, strict=True)]
-    end = min((run.motion.sigma_v for run in runs if run.result.ending is not Ending.DONE), default=math.inf)
+    end = min((run.motion.sigma_v for run in runs if run.result.diverged), default=math.inf)
     if not (sound := [run for run in runs if run.motion.sigma_v < end]):
         raise LiftError(f"residual: {duty.about(crane, mode)}: the twin diverged under the smallest irregular motion.")
     return sound
@@ -165,12 +164,12 @@ def identify_compliance(
     )
 
 
-def _sound(result: Result) -> bool:
+def _sound(result: ScenarioRun) -> bool:
     st = result.stats.common
-    return result.ending is Ending.DONE and st.slack_cycles == 0.0 and st.saturation_cycles < SATURATED * st.cycles
+    return not result.diverged and st.slack_cycles == 0.0 and st.saturation_cycles < SATURATED * st.cycles
 
 
-def _compliance(on_soft: Result, on_stiff: Result) -> ComplexArray:
+def _compliance(on_soft: ScenarioRun, on_stiff: ScenarioRun) -> ComplexArray:
     """Y in bands [m/N]."""
     omega, (u_a,) = spectra(on_soft, ("e_c",), SETTLED)
     _, (u_b, F) = spectra(on_stiff, ("e_c", "F_w"), SETTLED)
@@ -307,7 +306,7 @@ class Steps:
             self.progress((self.batch + share) / BATCHES)
 
 
-def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str, *, hydraulic: bool) -> Residual:
+def _table(results: Sequence[ScenarioRun], excitation: ExcitationGrid, about: str, *, hydraulic: bool) -> Residual:
     """Tables of settled runs under sines; hydraulic: with those of `OF_CIRCUIT`."""
     shape = (len(excitation.periods), len(excitation.speeds))
     omega, v = 2.0 * math.pi / np.array(excitation.periods), np.array(excitation.speeds)
@@ -315,7 +314,7 @@ def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str, *,
     saturated, relieved, p_a = (np.zeros(shape) for _ in range(3))
     for n, result in enumerate(results):
         i, j = divmod(n, len(v))
-        if result.ending is Ending.DONE and not (j and np.isnan(C[i, j - 1])):
+        if not result.diverged and not (j and np.isnan(C[i, j - 1])):
             C[i, j], harmonics[:, i, j] = answer(result, omega[i])
             st, stats = result.stats.common, result.stats
             cycles = max(st.cycles - 1.0, 1.0)
@@ -338,7 +337,7 @@ def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str, *,
     return replace(table, relieved=relieved[up], p_a=p_a[up]) if hydraulic else table
 
 
-def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
+def answer(result: ScenarioRun, omega: float) -> tuple[complex, FloatArray]:
     """C and the size of the harmonics over the tip's, of a settled run under a sine: least squares over its last
     complete waves, with a drift of the wire."""
     orders = np.arange(1, HARMONICS[-1] + 1)

@@ -17,8 +17,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.arguments import SERIES_STEP, STATISTICS_STEP, steps_per_cycle
 from stillhook.engine.pack.winch import gains
-from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.problem import run_cases
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.errors import SimulationError, ValidateError
 from stillhook.kernels.lanes import VL
 from stillhook.sea.motion.recorded import Recorded
@@ -175,12 +174,11 @@ def run_twin(
     """
     n_sub = steps_per_cycle(cranes[0], None, STATISTICS_STEP if quick else SERIES_STEP)
     every = max(1, round((0.05 if quick else replays[0].record.step) / cranes[0].control.t_cycle))
-    results = run_cases(
-        list(cranes), [r.case for r in replays], n_sub=n_sub, lanes=VL if quick and len(cranes) > 1 else 1, every=every
-    )
+    lanes = VL if quick and len(cranes) > 1 else 1
+    results = run_cases(cranes, [r.case for r in replays], step=n_sub, lanes=lanes, every=every, keep=whole)
     out = []
     for r, result in zip(replays, results, strict=True):
-        if result.ending is not Ending.DONE or result.series is None:
+        if result.diverged:
             raise SimulationError(Note("diverges", test=r.name, t=result.t_end))
         t = np.arange(len(result.series)) * result.dt + r.record.t[r.segment.first]
         out.append({name: np.interp(r.t, t, result.column(name)) for name in names})

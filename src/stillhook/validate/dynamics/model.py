@@ -229,7 +229,7 @@ class Twin:
     def model(self, known: Mapping[str, tuple[float, float]]) -> Model:
         """What `stillhook.validate.dynamics.output_error.fit` fits; known: logarithms of factors and their
         deviations from other tests."""
-        spread = np.array([each.spread for each in (*UNKNOWNS, *EXTRAS)])
+        spread = np.array([*(u.spread for u in UNKNOWNS), *(e.spread for e in EXTRAS)])
         low, high = (
             np.array([sign * u.most for u in UNKNOWNS] + [getattr(e, end) for e in EXTRAS]) for sign, end in ENDS
         )

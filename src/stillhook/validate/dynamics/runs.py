@@ -12,7 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.arguments import SERIES_STEP, check_step, substeps
 from stillhook.engine.pack.winch import drum_record, pack
-from stillhook.engine.scenario.problem import run_cases
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
@@ -163,8 +163,9 @@ def repeated(
     """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run
     that loses its numbers holds NaN from there on. stretches: for each the form that each crane runs; n_sub: steps per
     PLC cycle."""
-    pairs = [(c, s.case) for row in time_segments for c, s in zip(cranes, row, strict=True)]
-    results = run_cases([c for c, _ in pairs], [s for _, s in pairs], n_sub=n_sub, lanes=VL, every=1, threads=THREADS)
+    cases = [s.case for row in time_segments for s in row]
+    machines = list(cranes) * len(time_segments)
+    results = run_cases(machines, cases, step=n_sub, lanes=VL, every=1, keep=whole, threads=THREADS)
     columns = [results[0].signals.index(name) for name in SIGNALS]
     out = []
     for i, row in enumerate(time_segments):

@@ -14,17 +14,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.kept import Keyed
 from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
 from stillhook.analysis.loop_stability.linear.differences import STEP, cycles_at, numbers_of, rates_at, slopes, step_of
 from stillhook.analysis.loop_stability.places import has_cylinder
 from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
+from stillhook.base.identity import Keyed
 from stillhook.control.registry import code_of
 from stillhook.engine.arguments import STATISTICS_STEP, steps_of_cases
 from stillhook.engine.pack.winch import drum_record, gains, pack
-from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.problem import run_cases
+from stillhook.engine.simulate import run_cases, whole
 from stillhook.kernels.build import driver
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import VL, flatten, paths
@@ -95,7 +94,7 @@ def engine_points(
     softened = crane.model_copy(update={"control": soft})
     settling = softened.model_copy(update={"wire": calm})
     return [
-        None if result.ending is Ending.DIVERGED else _point(softened, case, result, place)
+        None if result.diverged else _point(softened, case, result, place)
         for (case, result), place in zip(
             _settled(Keyed(settling, tuple(content(settling).items())), mode, tuple(places)), places, strict=True
         )
@@ -110,7 +109,7 @@ def _settled(
     crane = settling.machine
     cases = [_case(crane, mode, *place) for place in places]
     n_sub = steps_of_cases(crane, cases, STATISTICS_STEP)
-    results = run_cases(crane, cases, n_sub=n_sub, lanes=VL if len(cases) > 1 else 1, every=0)
+    results = run_cases(crane, cases, step=n_sub, lanes=VL if len(cases) > 1 else 1, keep=whole)
     return tuple(zip(cases, results, strict=True))
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.base.progress import Progress
-from stillhook.engine.lowering.problem import Case
-from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
+from stillhook.engine.lowering.case import Case
+from stillhook.engine.lowering.summary import PEAK_INTERVAL as INTERVAL
 from stillhook.engine.simulate import End, simulate, stored_places
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
-from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
+from stillhook.engine.lowering.summary import PEAK_INTERVAL as INTERVAL
 from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.statistics.estimate import NORMAL_95

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.engine.arguments import substeps
-from stillhook.engine.lowering.problem import lift_step
+from stillhook.engine.lowering.case import lift_step
 from stillhook.engine.lowering.run import longest_step
 from stillhook.engine.pack.programme import payload_weight
 from stillhook.errors import PlanError

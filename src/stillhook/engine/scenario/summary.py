@@ -1,0 +1,216 @@
+"""What came back of a scenario, and the numbers, status and notes that a person reads of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from stillhook.engine.pack.capacity import capacity_notes, judged
+from stillhook.engine.runner import OK, Run
+from stillhook.engine.scenario.checks import Foreseen, foresee
+from stillhook.engine.scenario.warm_up import WarmUp, warm_up_notes
+from stillhook.engine.store import Summary
+from stillhook.kernels.statistics.oscillation import Largest
+from stillhook.spec.crane import Crane
+from stillhook.tables.plausible import implausible_values, marked
+from stillhook.units import show
+from stillhook.variables import COMMON_SUMMARY, WINDOW
+from stillhook.winches.registry import WinchType
+
+OSCILLATES = "oscillates"
+"""Word for an oscillation in a run's status."""
+OF_OSCILLATION = ("oscillation_time", "oscillation_period", "oscillation_v_w", "oscillation_F_w")
+"""Numbers of an oscillation that the motion of the tip does not explain: see
+`stillhook.kernels.statistics.oscillation`."""
+OFFSET = 0.05
+"""Mean error from which a hook that never passes its place counts as standing off [m]; paper F accepts 5 cm of
+error."""
+LEAST_EFFICIENCY = 0.05
+"""Efficiency below which a winch does not compensate [-]: a twentieth of the tip's motion is what friction alone takes
+off."""
+AUDIT = 0.05
+"""Energy not found again, over that through the winch, from which a run is numerically wrong [-]; sound runs stay below
+1e-3."""
+AUDIT_FLOOR = 1.0e3
+"""Energy below which nothing moves that an audit could judge [J]: a tonne by a tenth of a metre."""
+POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_std")
+"""What a run in manual mode has none of: nothing is held in place there."""
+COMMON = tuple(v.name for v in COMMON_SUMMARY if v.name not in ("status", "notes"))
+"""Numbers of a run that every winch type has."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ScenarioRun(Run):
+    """What came back of a scenario: statistics, the three peak-to-peak values over the moving window [m] and whether
+    the run was as long as that, PLC cycle and warm-up [s], what happened before (None without a warm-up)."""
+
+    stats: Any
+    span: tuple[float, float, float]
+    full_window: bool
+    t_cycle: float
+    warm_up: float
+    before: WarmUp | None
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Keys and SI units of `stillhook.variables.SUMMARY`; a run that is manual throughout has NaN for the numbers
+        of the position."""
+        crane, case = self.crane, self.case
+        foreseen = foresee(crane, case)
+        doubts = (*implausible_values(crane), *implausible_values(case))
+        swing = self.stats.oscillation.largest
+        heavy = capacity_notes(crane, foreseen.F_rest, self.stats.common.F_max + foreseen.wire, foreseen.wire)
+        notes = [*doubts, *oscillation_notes(crane, swing), *heavy, *foreseen.notes, *_window_notes(self)]
+        if self.diverged:
+            notes.append(f"lost its numbers by {self.t_end:.2f} s")
+        winch, st, t = crane.plant.type, self.stats.common, self.t_cycle
+        notes += warm_up_notes(winch, self.before, t)
+        e_c_pp, e_c_pp_measured, s_tip_pp = self.span
+        weight = max(st.cycles - 1.0, 1.0)
+        mean = st.e_sum / weight
+        numbers = {
+            "e_c_pp": e_c_pp,
+            "e_c_pp_measured": e_c_pp_measured,
+            "s_tip_pp": s_tip_pp,
+            "eta_c": 1.0 - e_c_pp / s_tip_pp if s_tip_pp > 0.0 else math.nan,
+            "e_c_max": max(abs(st.e_min), abs(st.e_max)),
+            "e_c_mean": mean,
+            "e_c_std": math.sqrt(max(st.e2_sum / weight - mean * mean, 0.0)),
+            **winch_numbers(winch, self.stats, t),
+            "energy_through": st.through * t,
+            "energy_unaccounted": self.energy_unaccounted,
+            "counted_time": weight * t,
+            "warm_up": self.warm_up,
+        }
+        if self.diverged:
+            numbers = dict.fromkeys(numbers, math.nan)
+        elif not any(m.compensates for m in (case.mode, *(m for _, m in case.modes))):
+            numbers |= dict.fromkeys(POSITION, math.nan)
+        return {
+            "status": marked(status(self, foreseen), doubts),
+            **numbers,
+            "validated": float(foreseen.validated),
+            "notes": notes,
+        }
+
+    @property
+    def energy_unaccounted(self) -> float:
+        """Energy that the audit does not find again, over the energy through the winch [-].
+
+        In: what drives the winch, and the tip. Out: what the winch type and the load path lose. Stored: shaft, load,
+        wire, oil.
+        """
+        st = self.stats.common
+        supplied, consumed = self.crane.plant.type.energies(self.stats.power)
+        through = st.through * self.t_cycle
+        if through == 0.0:
+            return math.nan
+        return float(((supplied - consumed) * self.t_cycle - (st.E_end - st.E_start)) / through)
+
+    @property
+    def row(self) -> Summary:
+        s, names = self.summary, numbers_of(self.crane)
+        return Summary(names, s["status"], (s[name] for name in names), s["notes"])
+
+
+def limits_passed(winch: WinchType, stats: Any) -> list[str]:
+    """Words for the limits that were passed in a run: of the pumps, of the winch type's own, of the wire, and whether
+    it oscillates."""
+    st = stats.common
+    return [
+        *(["saturated"] if st.saturation_cycles > 0.0 else []),
+        *winch.limits_passed(stats),
+        *(["slack"] if st.slack_cycles > 0.0 else []),
+        *(["wire"] if st.wire_cycles > 0.0 else []),
+        *([OSCILLATES] if stats.oscillation.largest.time > 0.0 else []),
+    ]
+
+
+def status(run: ScenarioRun, foreseen: Foreseen) -> str:
+    """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
+
+    "overload", "peak load": more at the crane tip than it carries, at rest or in a peak, the wire included
+    (`stillhook.engine.pack.capacity`).
+    "oscillates": the wire's speed swings by itself (`stillhook.kernels.statistics.oscillation`). "unstable": K_p is
+    above the limit of the published loop of closed circuits; its absence says nothing. "audit": energy does not add up,
+    so the numbers are wrong; judged only for runs as long as the window, and not where a wire snaps taut within a cycle
+    of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; judged only for
+    plain compensation, where nothing else moves the hook.
+    """
+    if run.diverged:
+        return "diverged"
+    crane, case, st = run.crane, run.case, run.stats.common
+    beyond = limits_passed(crane.plant.type, run.stats)
+    beyond += judged(crane, foreseen.F_rest, st.F_max + foreseen.wire)
+    one_sided = st.e_min > 0.0 or st.e_max < 0.0
+    if one_sided and abs(st.e_sum) > OFFSET * max(st.cycles - 1.0, 1.0):
+        beyond.append("offset")
+    if foreseen.unstable:
+        beyond.append("unstable")
+    plain = case.mode.compensates and not (case.modes or case.operator.profile or case.operator.steps)
+    e_c_pp, _, s_tip_pp = run.span
+    if run.full_window and "slack" not in beyond and _audit_fails(run):
+        beyond.append("audit")
+    if plain and s_tip_pp > 0.0 and e_c_pp > max(OFFSET, (1.0 - LEAST_EFFICIENCY) * s_tip_pp):
+        beyond.append("uncompensated")
+    return ", ".join(beyond) or OK
+
+
+def _audit_fails(run: ScenarioRun) -> bool:
+    missing = abs(run.energy_unaccounted)
+    return missing > AUDIT and missing * run.stats.common.through * run.t_cycle > AUDIT_FLOOR
+
+
+def winch_numbers(winch: WinchType, stats: Any, t_cycle: float) -> dict[str, float]:
+    """What the winch did: extremes of its signals, and time at each of its limits [s]."""
+    st = stats.common
+    return {
+        "u_p_max": st.u_p_max,
+        "v_w_max": st.v_w_max,
+        "v_tip_max": st.v_tip_max,
+        "F_w_max": st.F_max,
+        "F_w_min": st.F_min,
+        "saturation_time": st.saturation_cycles * t_cycle,
+        "slack_time": st.slack_cycles * t_cycle,
+        "wire_time": st.wire_cycles * t_cycle,
+        **oscillation_numbers(stats.oscillation.largest),
+        **winch.own_numbers(stats, t_cycle),
+    }
+
+
+def oscillation_numbers(found: Largest) -> dict[str, float]:
+    """Its time [s], and period [s], wire speed [m/s] and tension [N] peak to peak where it is largest; NaN where there
+    is none."""
+    largest = (found.period, found.v_w, found.F_w) if found.time > 0.0 else (math.nan,) * 3
+    return dict(zip(OF_OSCILLATION, (found.time, *largest), strict=True))
+
+
+def oscillation_notes(crane: Crane, found: Largest) -> list[str]:
+    """The same in a sentence with what to do; none where there is none."""
+    if found.time <= 0.0:
+        return []
+    return [
+        f"wire speed oscillates for {show(found.time, 'time', 3)} with period {show(found.period, 'time', 3)},"
+        f" {show(found.v_w, 'speed', 3)} and {show(found.F_w, 'force', 3)} peak to peak where it is largest, which the"
+        " motion of the tip does not explain: the control loop is unstable or close to it, or friction sticks. Lower"
+        f" K_p ({show(crane.control.K_p, 'gain_per_length')}; stillhook stability has its limit), or keep the wire from"
+        " going this slowly"
+    ]
+
+
+def _window_notes(result: ScenarioRun) -> list[str]:
+    """The peak-to-peak values of a short run cover less than the window that they are defined on."""
+    if result.full_window or result.diverged:
+        return []
+    counted = max(result.stats.common.cycles - 1.0, 0.0) * result.t_cycle
+    return [
+        f"the counted part of {counted:.4g} s is shorter than the window of {WINDOW:g} s: peak-to-peak values are of"
+        " that part alone"
+    ]
+
+
+def numbers_of(crane: Crane) -> tuple[str, ...]:
+    """Numbers in the summary of a run of this crane."""
+    return (*COMMON, *(row.name for row in crane.plant.type.numbers))

@@ -1,0 +1,234 @@
+"""A type of case, and many cases of it: cut into tasks of what can run side by side, shared by threads or a cluster."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import pickle
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Hashable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import closing
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from stillhook.base.progress import Meter, Progress
+from stillhook.engine.runner import Block, Ready, Run
+from stillhook.engine.store import Summary
+from stillhook.errors import SimulationError, StillhookError
+from stillhook.kernels.build import Setup, driver, results_hash
+from stillhook.spec.crane import Crane
+
+if TYPE_CHECKING:
+    import xarray
+
+
+TASK_SECONDS = 5.0e4
+"""Simulated seconds in a task: about a second of one core, so that a cluster's overhead of some milliseconds a task
+does not count."""
+TASK_SECONDS_EACH = 250.0
+"""The same for each worker, where there are hundreds: 5 ms of work, more than giving out a task costs whoever gives
+it."""
+TASKS_EACH = 8
+"""Tasks for each worker at least, where there are enough cases: nobody then waits long for the last one."""
+IN_FLIGHT = 3
+"""Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
+
+
+class CaseType(ABC):
+    """A type of case: how it is checked, packed, grouped, run and labelled. A worker imports it by its name."""
+
+    @abstractmethod
+    def check(self, cranes: Sequence[Crane], cases: Sequence[Any]) -> None:
+        """Refuse what cannot be run, before anything runs. Errors: those of the first such case, with its place."""
+
+    @abstractmethod
+    def default_steps(self, cranes: Sequence[Crane], cases: Sequence[Any], *, series: bool) -> int:
+        """Steps per PLC cycle that are taken unasked, with series or for statistics alone. Errors: as `check`."""
+
+    @abstractmethod
+    def ready(
+        self, cranes: Sequence[Crane], cases: Sequence[Any], n_sub: int, places: Sequence[int] | None = None
+    ) -> Sequence[Ready]:
+        """Packed cases, which `check` has passed. Errors: SpecError where the step is too long."""
+
+    @abstractmethod
+    def block(self, ready: Sequence[Any], *, lanes: int, n_sub: int, every: int) -> Block[Any]:
+        """Those of one group side by side."""
+
+    @abstractmethod
+    def kernel(self, crane: Crane, case: Any) -> tuple[Setup, tuple[str, ...]]:
+        """What the kernel of a case runs besides its winch, and the controllers that not every kernel holds."""
+
+    @abstractmethod
+    def group(self, crane: Crane, case: Any) -> Hashable:
+        """What cases of one kernel must have alike to share a block of lanes."""
+
+    @abstractmethod
+    def seconds(self, crane: Crane, case: Any) -> float:
+        """Simulated time of a case [s]."""
+
+    @abstractmethod
+    def names(self, crane: Crane, case: Any) -> tuple[str, ...]:
+        """Names of the numbers of its summary."""
+
+    @abstractmethod
+    def as_bytes(self, cases: Sequence[Any]) -> list[bytes]:
+        """What a result follows from, without names and sources."""
+
+    @abstractmethod
+    def dataset(
+        self,
+        crane: Crane | Sequence[Crane],
+        cases: Sequence[Any],
+        summaries: Sequence[Summary],
+        *,
+        step: float,
+        single: bool,
+        runs: Sequence[Run],
+    ) -> xarray.Dataset:
+        """Summaries of cases, and their runs where these have series, as a labelled Dataset; step [s]."""
+
+    def sort(self, places: list[int], cases: Sequence[Any]) -> list[int]:
+        """Places of a group in the order in which they are best run."""
+        return places
+
+
+class Task(NamedTuple):
+    """Cases that one worker runs, with their places in the whole list; keep: what is kept of every run, made where it
+    was run; ready: the cases packed, where that was done before; seconds simulated, of all cases."""
+
+    type: CaseType
+    indices: list[int]
+    cranes: list[Crane]
+    cases: list[Any]
+    n_sub: int
+    lanes: int
+    every: int
+    keep: Callable[[Any], Any]
+    seconds: float = 0.0
+    ready: Sequence[Ready] | None = None
+
+    def light(self) -> Task:
+        """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""
+        each = {id(c): c for c in self.cranes}
+        bare = {key: c.model_copy(update={"sources": {}}) for key, c in each.items()}
+        return self._replace(cranes=[bare[id(c)] for c in self.cranes], ready=None)
+
+    def run(self, progress: Progress | None = None) -> list[Any]:
+        """What is kept of the runs, made on one thread block by block."""
+        results: list[Any] = []
+        total = len(self.indices)
+        for k in range(0, total, self.lanes):
+            part = slice(k, k + self.lanes)
+            count = len(self.indices[part])
+            places = None if self.indices == [0] else self.indices[part]
+            if self.ready is None:
+                ready = self.type.ready(self.cranes[part], self.cases[part], self.n_sub, places)
+            else:
+                ready = self.ready[part]
+            block = self.type.block(ready, lanes=self.lanes, n_sub=self.n_sub, every=self.every)
+            for share in itertools.chain(block.steps(), (1.0,)):
+                if progress is not None:
+                    progress((k + share * count) / total)
+            results += map(self.keep, block.results())
+        return results
+
+
+def cut(
+    type_: CaseType, cranes: Sequence[Crane], cases: Sequence[Any], missing: Sequence[int], lanes: int, workers: int
+) -> list[list[int]]:
+    """Places of the missing cases in tasks of full blocks of lanes: cases that can share a block are together."""
+    groups: dict[Hashable, list[int]] = {}
+    for i in missing:
+        groups.setdefault((type_.kernel(cranes[i], cases[i]), type_.group(cranes[i], cases[i])), []).append(i)
+    fair = math.ceil(len(missing) / (TASKS_EACH * workers) / lanes) * lanes
+    out: list[list[int]] = []
+    for group in groups.values():
+        seconds, places = type_.seconds(cranes[group[0]], cases[group[0]]), type_.sort(group, cases)
+        worth = math.ceil(max(TASK_SECONDS, TASK_SECONDS_EACH * workers) / seconds / lanes) * lanes
+        size = max(lanes, min(fair, worth))
+        out += [places[k : k + size] for k in range(0, len(places), size)]
+    return out
+
+
+def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[tuple[Task, list[Any]], None, None]:
+    """Tasks with what is kept of their runs, as they finish."""
+    if threads == 1 or len(tasks) < 2:
+        for task in tasks:
+            yield task, task.run(meter.part(task.seconds))
+        return
+    kernels = {task.type.kernel(task.cranes[0], task.cases[0]): task for task in tasks}
+    for kernel, task in kernels.items():  # compiled before threads share it
+        driver(task.cranes[0].plant.value, task.lanes, *kernel)
+    with ThreadPoolExecutor(threads) as pool:
+        waiting = {pool.submit(task.run, meter.part(task.seconds)): task for task in tasks}
+        try:
+            for done in as_completed(list(waiting)):
+                yield waiting.pop(done), done.result()
+        except BaseException:
+            meter.stopped = True
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def run_packed(packed: bytes) -> tuple[Any, str]:
+    """What is kept of the runs of a pickled task, into which a cluster need not look, and the hash of the code that
+    made it."""
+    return pickle.loads(packed).run(), results_hash()
+
+
+def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Generator[tuple[Task, list[Any]], None, None]:
+    """The same on a cluster; a few are under way for each of its threads, and a lost worker's are given again.
+
+    Errors: those of a case; SimulationError where the cluster fails, or runs other code.
+    """
+    import distributed
+
+    rest = iter(tasks)
+    room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
+    submitted: dict[str, tuple[Any, Task]] = {}
+
+    def submit_next(put: Callable[[Any], None]) -> None:
+        for task in itertools.islice(rest, 1):
+            future = client.submit(run_packed, pickle.dumps(task.light(), pickle.HIGHEST_PROTOCOL), pure=False)
+            submitted[future.key] = future, task
+            put(future)
+
+    under_way = distributed.as_completed(loop=client.loop)
+    try:
+        for _ in range(room):
+            submit_next(under_way.add)
+        for future in under_way:
+            answer, (_, task) = _answer_of(future), submitted.pop(future.key)
+            meter.part(task.seconds)(1.0)
+            yield task, answer
+            submit_next(under_way.add)
+    finally:
+        client.cancel([future for future, _ in submitted.values()])
+
+
+def _answer_of(future: Any) -> Any:
+    """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code
+    than this machine."""
+    try:
+        answer, made_by = future.result()
+    except StillhookError:
+        raise
+    except Exception as e:
+        error = f"{type(e).__name__}: {' '.join(str(e).split())}"
+        raise SimulationError(
+            f"cluster: a task failed ({error[:200]}). Look at its workers, and run again; a store keeps what is done."
+        ) from None
+    if made_by != results_hash():
+        raise SimulationError(
+            f"cluster: a worker runs Stillhook {made_by}, this machine {results_hash()}. Install the same"
+            " version everywhere."
+        )
+    return answer
+
+
+def landed(
+    tasks: Sequence[Task], *, threads: int, client: Any, meter: Meter
+) -> closing[Generator[tuple[Task, list[Any]], None, None]]:
+    """Tasks with what is kept of their runs, as they finish; closing it stops the threads, or the cluster, at once."""
+    return closing(on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter))
