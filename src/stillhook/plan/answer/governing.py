@@ -18,7 +18,7 @@ from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.result import CREDITS, PlanResult, ran
 from stillhook.plan.tiers.time_domain.lowering import KINDS
-from stillhook.units import number, parse, quote, show
+from stillhook.units import parse, quote, show
 
 if TYPE_CHECKING:
     import xarray
@@ -143,7 +143,7 @@ def governing(plan: LiftPlan, result: PlanResult | None, ask: Wanted) -> Governi
             why = f"no limit up to Hs {show(max(plan.environment.Hs), 'length')}"
         runs = "; ".join(quote(phase.name) for phase in plan.phases if phase.kind in KINDS)
         height = Hs if 0.0 < Hs < math.inf else 0.5 * max(plan.environment.Hs)
-        add = f"Hs={number(height, 3)} m"
+        add = f"Hs={show(height, 'length', 3)}"
         add += "" if ask.phase is not None else f" and phase=, one of {runs or 'none that is run'}"
         raise PlanError(f"--cell: {of}: {why}. Add {add}.")
     rule = rule if by_runs else ""
