@@ -182,7 +182,7 @@ def twin_friction(
     transmission.
 
     omega [rad/s]; alpha_m [-]; dp over the active motors [Pa]; T_d drum torque [N m]; passive setting [-] and pressure
-    drop [Pa]; (n,). As `stillhook.winches.circuits.passive.dry_level` and `moving_loss` for the sliding winch, with
+    drop [Pa]; (n,). As `stillhook.winches.shaft.dry_level` and `moving_loss` for the sliding winch, with
     arrays.
     """
     hoist, sets = part.params.hoist, [(part.params.active.motors, alpha_m, dp)]
