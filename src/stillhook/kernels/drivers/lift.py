@@ -114,8 +114,13 @@ def run_of(d: Driver, joint: Any) -> Any:
 
     @scalar
     def show(A, at):
-        """Signals of every lane besides those of the winch."""
-        hook = at.B[at.N * ROW :]
+        """See `show_all`."""
+        show_all(A, at.B, at.N, at.T)
+
+    @scalar
+    def show_all(A, B, N, T):
+        """Signals of every lane besides those of the winch. (Arrays as parameters do not overlap for the compiler.)"""
+        hook = B[N * ROW :]
         for l in range(LANES):
             b = load(A, l)
             g, q = b.hang.body, hook[ROW + Q + l]
@@ -123,7 +128,7 @@ def run_of(d: Driver, joint: Any) -> Any:
             seen, datum = relative(b.hang, b.stage, b.seen, b.lift.settings.code, b.tick.s, q, hook[Q + l])
             put_seen(A, SEEN + l, seen)
             A[DATUM + l] = datum
-        look_up(A, at.T)
+        look_up(A, T)
         for l in range(LANES):
             b = load(A, l)
             q, v = hook[ROW + Q + l], hook[ROW + V + l]
@@ -135,9 +140,14 @@ def run_of(d: Driver, joint: Any) -> Any:
 
     @scalar
     def take(A, at, W, i, n_win, full, k):
+        """See `take_all`."""
+        take_all(A, at.P[(k // at.n_peak) * NP * LANES :], W, i, n_win)
+
+    @scalar
+    def take_all(A, P, W, i, n_win):
         """The moving windows of every lane take this cycle's sample as number i of their run, and one that is not full
         yet counts as well; largest values go to their interval."""
-        P, w = at.P[(k // at.n_peak) * NP * LANES :], SIGNALS * LANES
+        w = SIGNALS * LANES
         for f in range(SIGNALS):
             for l in range(LANES):
                 j = f * LANES + l
@@ -169,16 +179,26 @@ def run_of(d: Driver, joint: Any) -> Any:
     def before(A, at, t, tau, h):
         """Wire and payload move; the winch pulls at a first node that moves evenly."""
         move(A, at.B, at.N, at.T, t, tau, h)
+        lead(A, at.B)
+
+    @scalar
+    def lead(A, B):
+        """The first node's speed in the middle of the step."""
         for l in range(LANES):
-            A[X_V + l] = at.B[D + l]
+            A[X_V + l] = B[D + l]
 
     @scalar
     def after(A, at):
+        """See `follow`."""
+        follow(A, at.B)
+
+    @scalar
+    def follow(A, B):
         """The first node's place and speed at the end of the step."""
         for l in range(LANES):
-            A[X_S + l] = at.B[Q + l]
-            A[X_V + l] = 1.5 * at.B[D + l] - 0.5 * A[V_BEFORE + l]
-            A[V_BEFORE + l] = at.B[D + l]
+            A[X_S + l] = B[Q + l]
+            A[X_V + l] = 1.5 * B[D + l] - 0.5 * A[V_BEFORE + l]
+            A[V_BEFORE + l] = B[D + l]
 
     hooks = Hooks(
         arrive=arrive,
