@@ -22,7 +22,8 @@ from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.spec.lift.lowering import InSea, Lowering, Stage
+from stillhook.spec.lift.lowering import InSea, Lowering
+from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import Sensors
 
 CRANE = load_crane("nov-250t")
@@ -37,20 +38,20 @@ CURVE = 1e-6
 """Height, speed and acceleration of a tip on the coarser curve over their standard deviations; measured 3e-11, 1e-9 and 1e-7."""
 
 
-def lift(z_0: str = "-1480 m", **more: object) -> Lowering:
+def lift(start_depth: str = "1480 m", **more: object) -> Lowering:
     given = {
         "payload": read_payload("manifold-60t"),
         "h_tip": "36 m",
         "depth": "1500 m",
-        "z_0": z_0,
+        "start_depth": start_depth,
         "duration": "30 s",
     }
-    return Lowering(**{**given, "programme": (Stage(mode="ahc", time="20 s"),), **more})
+    return Lowering(**{**given, "programme": (Phase(mode="ahc", time="20 s"),), **more})
 
 
 DEEP, SPLASH = (
     lift(),
-    lift("-10 m", programme=(Stage(mode="splash", lower="6 m/min", time="10 s"), Stage(mode="ahc", time="12 s"))),
+    lift("10 m", programme=(Phase(mode="splash", speed="6 m/min", time="10 s"), Phase(mode="ahc", time="12 s"))),
 )
 
 
@@ -135,7 +136,7 @@ def test_a_run_that_ends_with_its_programme_has_the_bits_of_its_stages(truth):
 
 @pytest.mark.slow
 def test_a_run_whose_programme_does_not_end_goes_on_for_its_duration():
-    unfinished = in_sea(lift(programme=(Stage(mode="ahc", time="40 s"),)))
+    unfinished = in_sea(lift(programme=(Phase(mode="ahc", time="40 s"),)))
     ended, whole = (simulate(CRANE, [unfinished], end=end) for end in ("programme", "duration"))
     assert ended.drop_attrs().equals(whole.drop_attrs())
     assert ended.status[0] == "unfinished"
@@ -260,7 +261,11 @@ def test_the_coarser_curve_of_runs_in_great_numbers_leaves_the_tip_where_it_was(
             CASES[:2],
             'crane 1 "nov-100t-pure-active" pure-active with a PLC cycle of 0.01 s. Run winches of one kind together',
         ),
-        (CRANE, [CASES[0], in_sea(lift("-1600 m"))], "case 1: z_0 = -1600 m: the payload would lie on the seabed"),
+        (
+            CRANE,
+            [CASES[0], in_sea(lift("1600 m"))],
+            "case 1: start_depth = 1600 m: the payload would lie on the seabed",
+        ),
     ],
 )
 def test_what_cannot_be_run_is_told_before_anything_runs(crane, cases, says, counted):

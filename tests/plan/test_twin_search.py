@@ -9,7 +9,6 @@ import xarray
 
 from stillhook.engine.lowering.run import PEAKS
 from stillhook.engine.lowering.summary import run_numbers_of, stage_numbers_of
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits
@@ -18,6 +17,7 @@ from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
 from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.tier import refine
+from stillhook.spec.lift.phase import PhaseKind
 from stillhook.winches.registry import WINCH_TYPES
 
 BETA = math.radians(165.0)

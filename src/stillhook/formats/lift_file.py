@@ -1,4 +1,4 @@
-"""Lift files: one TOML that names crane, vessel, sea, crane tip, payload, rigging, wire and winch programme."""
+"""Lift files: one TOML that names crane, vessel, sea, crane tip, payload, rigging, wire and phases of a lift."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from os.path import exists
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
@@ -14,8 +14,10 @@ from pydantic import Field, ValidationInfo, field_validator
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.arguments import with_usual_controller
+from stillhook.engine.pack.programme import tension_kept
 from stillhook.errors import LiftError, ScenarioError, SeaError
 from stillhook.formats.case_file import read_tip
+from stillhook.formats.lift_forms import today
 from stillhook.formats.results import load_run, lowerings_of, stored_steps
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.wavespectra import read_sea
@@ -34,8 +36,10 @@ from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion, wave_field
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, Stage, WinchSettings
+from stillhook.spec.lift.joining import OneRun, Water, joined, one_run
+from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode, moves
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
 from stillhook.tables.table import Number, Part, Spec, Text, with_place
 from stillhook.units import parse, quote, show
@@ -96,8 +100,11 @@ class SeaTable(Spec):
     amplitudes: Text = Field(default="fixed", description="how amplitudes are drawn")
 
 
-class PlaceTables(Spec):
-    """Where a lift happens, and what lifts: tables of lift files and plan files."""
+Tables = TypeVar("Tables", bound="LiftTables")
+
+
+class LiftTables(Spec):
+    """A lift file. What a plan alone reads is kept as it is written."""
 
     name: Text | None = Field(default=None, description="name; default that of the file")
     crane: Text = Field(description="library name or crane file")
@@ -111,25 +118,45 @@ class PlaceTables(Spec):
     wire: Part[DeepWire] = Field(default_factory=DeepWire)
     winch: Part[WinchSettings] = Field(default_factory=WinchSettings)
     sensors: Part[Sensors] = Field(default_factory=Sensors)
-
-
-class LiftTables(PlaceTables):
-    """A lift file."""
-
     controller: Mode = DEFAULT_MODE
-    start: u.Length = Field(description="height of the payload's underside above still water at the start")
+    start_depth: u.Length | None = Field(
+        default=None, description="depth of the payload's underside as the lift begins; negative above the water"
+    )
     duration: u.Time | None = Field(default=None, gt=0, description="length of the run")
     ramp: u.Time = Field(default=10.0, ge=0, description="time in which the motion grows to full size")
     friction: FrictionModel = FrictionModel.LUGRE
     step: Text | None = Field(default=None, description="time step of the run, as text")
     every: Text | None = Field(default=None, description="time between stored values, as text")
     sea: SeaTable | None = None
-    stage: tuple[Part[Stage], ...] = Field(
-        min_length=1, description="one [[stage]] table for each, with mode, lower and what ends it"
+    rules: Any = None
+    alternatives: Any = None
+    environment: Any = None
+    operation: Any = None
+    weather: Any = None
+    load_chart: Any = None
+    synthetic_certificate: Any = None
+    phase: tuple[Part[Phase], ...] = Field(
+        min_length=1, description="one [[phase]] table for each, with kind or mode, and what ends it"
     )
 
 
-def payload_of(file: PlaceTables, table: TomlTable) -> Payload:
+def read_lift(table: TomlTable, model: type[Tables]) -> tuple[TomlTable, Tables]:
+    """A lift file in the words of today, and as a model. Errors: StillhookError, one line."""
+    table = today(table)
+    file = table.read(model)
+    for i, phase in enumerate(file.phase):
+        if phase.start_depth is not None:
+            raise table.wrong(
+                "each phase starts where the one before it ends, and the lift at the start_depth of the file. Leave it"
+                " out.",
+                "phase",
+                i,
+                "start_depth",
+            )
+    return table, file
+
+
+def payload_of(file: LiftTables, table: TomlTable) -> Payload:
     """A payload of the library, a file seen from this one, or a table with name, mass and shape."""
     if isinstance(file.payload, Mapping):
         return Payload(**file.payload)
@@ -138,7 +165,7 @@ def payload_of(file: PlaceTables, table: TomlTable) -> Payload:
     return read_payload(table.relative_toml(file.payload))
 
 
-def compensator_of(file: PlaceTables, table: TomlTable) -> JointUnit | None:
+def compensator_of(file: LiftTables, table: TomlTable) -> JointUnit | None:
     """A passive heave compensator of the library, a file seen from this one, or a table [compensator], whose `unit`
     names one of these for what the table leaves out."""
     given = file.compensator
@@ -194,7 +221,7 @@ def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None
     if file.sea is None:
         if file.vessel is not None:
             raise LiftError(
-                "sea: missing, and a vessel is given. Write [sea] with wave and heading, or leave vessel out for a"
+                f"sea: missing, and a vessel is given. Write [sea] with {sea_example(file)}, or leave vessel out for a"
                 " calm."
             )
         return Place(Still(), None, height, "tip still; still water")
@@ -219,6 +246,23 @@ def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None
     return Place(tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=notes)
 
 
+def sea_example(file: LiftTables) -> str:
+    """How a [sea] is written, with a cell of the file's [environment] where there is one."""
+    seas = file.environment if isinstance(file.environment, Mapping) else {}
+    Hs, Tp, heading = (_first(seas.get(key), usual) for key, usual in USUAL_SEA.items())
+    wave = seas.get("wave", "jonswap")
+    return f'wave = "{wave} Hs={Hs} Tp={Tp}" and heading = "{heading}"'
+
+
+USUAL_SEA = {"Hs": "2 m", "Tp": "9 s", "headings": "150 deg"}
+
+
+def _first(values: Any, usual: str) -> str:
+    """The first value of a range or a list."""
+    first = values[0] if isinstance(values, list) and values else values
+    return " ".join(first.partition(" to ")[0].split()) if isinstance(first, str) and first.strip() else usual
+
+
 def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
     """What to know of motions of a vessel that hold in deep water, over water [m] that is not deep to the longest waves
     [s]."""
@@ -234,17 +278,16 @@ def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
     )
 
 
-def still_place(file: PlaceTables, table: TomlTable) -> Place:
+def still_place(file: LiftTables, table: TomlTable) -> Place:
     """Vessel, tip and sea without motion."""
     where, height = _point(file)
     rao = None if file.vessel is None else _vessel(file.vessel, table)
     words = "" if rao is None or where is None else f"{rao.name}, tip at {where.describe()}"
-    stated = file.sea if isinstance(file, LiftTables) else None
-    sea = None if stated is None else _sea(stated, table.at("sea"))
+    sea = None if file.sea is None else _sea(file.sea, table.at("sea"))
     return Place(tip=Still(), waves=None, h_tip=height, words=words, vessel=rao, at=where, sea=sea)
 
 
-def _point(file: PlaceTables) -> tuple[TipPoint | None, float]:
+def _point(file: LiftTables) -> tuple[TipPoint | None, float]:
     """Place of the crane tip from the vessel's reference point, and its height above still water [m]."""
     at, height = file.tip.at, file.tip.height
     if file.boom is not None and (at is not None or height is not None):
@@ -350,7 +393,7 @@ def load_lift(
         crane = "deep-250t"                  # or the path of a crane file, seen from this file
         vessel = "construction-vessel-130m"  # or the path of a vessel file
         payload = "suction-anchor-85t"       # or the path of a payload file, or a table [payload]
-        start = "5 m"                        # underside of the payload above still water; negative below
+        start_depth = "-5 m"                 # underside of the payload below still water; negative above
 
         [sea]
         wave = "jonswap Hs=2 m Tp=9 s"
@@ -363,12 +406,13 @@ def load_lift(
         [water]
         depth = "3000 m"
 
-        [[stage]]
+        [[phase]]
         mode = "splash"
-        lower = "12 m/min"
+        speed = "12 m/min"
         depth = "25 m"
 
-    A library name ("anchor-to-3000m") may stand in place of a path. seed and duration go before those of the file.
+    Phases with kinds are those of a plan (`stillhook.load_plan`): of them those are run that one run can follow. A
+    library name ("anchor-to-3000m") may stand in place of a path. seed and duration go before those of the file.
     Unless `moving` vessel and sea are read and nothing is made to move: for what looks at spectra; the sea may then be
     missing.
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
@@ -385,7 +429,7 @@ def load_lift(
     if not toml_text(Path(path)).strip():
         have = ", ".join(lifts())
         raise LiftError(
-            f"{Path(path).name}: empty. A lift file names crane, payload, start, [water] and stages; copy one of"
+            f"{Path(path).name}: empty. A lift file names crane, payload, start_depth, [water] and phases; copy one of"
             f" {have}."
         )
     return read_toml(path, FileKind.LIFT, LiftError, lambda table: _lift(table, seed, duration, moving))
@@ -397,15 +441,16 @@ def lifts() -> tuple[str, ...]:
 
 
 def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool) -> LiftFile:
-    file = table.read(LiftTables)
-    crane = load_crane(table.relative_toml(file.crane))
+    table, file = read_lift(table, LiftTables)
+    crane, payload = load_crane(table.relative_toml(file.crane)), payload_of(file, table)
+    run = _run(file, crane, payload)
     length = file.duration if duration is None else parse(duration, "time", "--duration")
-    length = planned(file.stage, file.start, file.water.depth) if length is None else length
+    length = planned(run.programme, run.start_depth, file.water.depth) if length is None else length
     place = place_of(file, table, length, seed) if moving else still_place(file, table)
     chosen = {"controller": file.controller} if "controller" in file.model_fields_set else {}
     lift = Lowering(
         name=file.name or table.path.stem,
-        payload=payload_of(file, table),
+        payload=payload,
         rigging=file.rigging,
         compensator=compensator_of(file, table),
         wire=file.wire,
@@ -413,8 +458,8 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         waves=place.waves,
         h_tip=f"{place.h_tip!r} m",
         depth=f"{file.water.depth!r} m",
-        z_0=f"{file.start!r} m",
-        programme=file.stage,
+        start_depth=f"{run.start_depth!r} m",
+        programme=run.programme,
         winch=file.winch,
         duration=f"{length!r} s",
         ramp=f"{file.ramp!r} s",
@@ -433,40 +478,59 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         vessel=place.vessel,
         at=place.at,
         sea=place.sea,
-        notes=place.notes,
+        notes=(*place.notes, *run.notes),
     )
 
 
-def planned(programme: Sequence[Stage], z_0: float, depth: float) -> float:
-    """Length of a run that leaves room for a programme that goes as planned [s]: each stage's way over its speed, or
+def _run(file: LiftTables, crane: Crane, payload: Payload) -> OneRun:
+    """What is run: the phases as they are, or those of a plan that one run can follow."""
+    if all(phase.kind is None for phase in file.phase):
+        if file.start_depth is None:
+            raise LiftError(
+                "start_depth: missing, the depth of the payload's underside as the lift begins (negative above the"
+                ' water). Give it, such as "-5 m".'
+            )
+        return OneRun(file.start_depth, file.phase, ())
+    rho, bottom = file.water.rho, file.water.depth
+    phases = joined(file.phase, file.start_depth, Water(bottom, payload.reach(rho)))
+    at = _point(file)[0]
+
+    def elsewhere(phase: Phase) -> bool:
+        if phase.tip is None:
+            return False
+        other = parse_point(phase.tip, "tip")
+        return at is None or (other.x, other.y) != (at.x, at.y) or other.z not in (None, at.z)
+
+    return one_run(phases, elsewhere, lambda: tension_kept(crane, payload, rho), bottom)
+
+
+def planned(programme: Sequence[Phase], start_depth: float, bottom: float) -> float:
+    """Length of a run that leaves room for a programme that goes as planned [s]: each phase's way over its speed, or
     its time.
 
-    Errors: LiftError where a stage ends by wire or tension, whose time only the run can determine: the file then gives
+    Errors: LiftError where a phase ends by wire or tension, whose time only the run can determine: the file then gives
     duration.
     """
-    total, z = 0.0, z_0
-    for i, stage in enumerate(programme, 1):
-        if stage.time is not None:
-            total, z = total + stage.time, z - stage.lower * stage.time
+    total = 0.0
+    for i, (phase, move) in enumerate(zip(programme, moves(programme, start_depth, bottom), strict=True), 1):
+        if phase.time is not None:
+            lands = phase.kind is PhaseKind.LANDING and phase.mode is WinchMode.LANDING
+            total += phase.time + ((bottom - move.start) / move.v if lands else 0.0)
             continue
-        goal = -depth if stage.landed else -stage.depth if stage.depth is not None else None
-        if goal is None:
+        if math.isnan(move.end):
             raise LiftError(
-                f"duration: missing, and only the run can determine when stage {i} ends by {stage.end}. Give duration ="
-                ' "600 s".'
+                f"duration: missing, and only the run can determine when phase {i} ends by {phase.ends[0]}. Give"
+                ' duration = "600 s".'
             )
-        total, z = total + abs(z - goal) / max(abs(stage.lower), 1e-9), goal
+        total += abs(move.start - move.end) / max(abs(move.v), 1e-9)
     return round(LATE * total + ROOM, 1)
 
 
-def describe_stage(stage: Stage) -> str:
-    """A stage in words and units."""
-    speed = (
-        ""
-        if stage.lower == 0.0
-        else f" {'lowering' if stage.lower > 0 else 'hoisting'} {show(abs(stage.lower), 'speed')}"
-    )
-    hold = "" if stage.hold is None else f" holding {show(stage.hold, 'force')}"
-    kinds = {"time": "time", "depth": "length", "wire": "length", "tension": "force"}
-    value = "" if stage.landed else f" {show(getattr(stage, stage.end), kinds[stage.end])}"
-    return f"{stage.mode}{speed}{hold}, until {stage.end}{value}"
+def describe_phase(phase: Phase, v: float) -> str:
+    """A phase of a programme in words and units; v its wire speed, lowering positive [m/s]."""
+    speed = "" if v == 0.0 else f" {'lowering' if v > 0 else 'hoisting'} {show(abs(v), 'speed')}"
+    hold = "" if phase.tension is None else f" holding {show(phase.tension, 'force')}"
+    kinds = {"time": "time", "depth": "length", "wire": "length", "end_tension": "force"}
+    end = phase.ends[0]
+    value = "" if phase.landed else f" {show(getattr(phase, end), kinds[end])}"
+    return f"{phase.mode}{speed}{hold}, until {end.removeprefix('end_')}{value}"

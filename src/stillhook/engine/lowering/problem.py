@@ -29,7 +29,8 @@ from stillhook.engine.runner import Ending, RunOptions, each_case
 from stillhook.kernels.build import Setup
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import InSea, Lowering, stage_names
+from stillhook.spec.lift.lowering import InSea, Lowering
+from stillhook.spec.lift.phase import phase_names
 from stillhook.spec.lift.stored import lowerings_text
 from stillhook.variables import attributes
 from stillhook.winches.joints.registry import joint_of
@@ -178,7 +179,7 @@ class LoweringProblem:
                 columns[f"{prefix}_{name}"] = (
                     ((dim,), values[0], attributes(name)) if single else (("case", dim), values, attributes(name))
                 )
-        names = {stage_names(lift.programme) for lift in lifts}
+        names = {phase_names(lift.programme) for lift in lifts}
         coords: dict[str, Any] = {} if single else {"case": [lift.name or str(i) for i, lift in enumerate(lifts)]}
         coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(n_stages)]
         lengths = np.array([peak_interval(lift.duration) for lift in lifts])
