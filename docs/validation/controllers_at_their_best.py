@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import causes
 from blocks import Blocks, Rows, Table, percent, save, sayings
+from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
-from stillhook.analysis.loop_stability.margins import rms_above
 from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
 from stillhook.analysis.tuning.objective import Limits, Score, hold_out, loop_margins, scenarios, scored
 from stillhook.analysis.tuning.parameters import present, with_settings

@@ -10,9 +10,9 @@ import causes
 import numpy as np
 import xarray
 from blocks import Blocks, percent, picture, save
+from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
-from stillhook.analysis.loop_stability.margins import rms_above
 from stillhook.analysis.loop_stability.reduced import eigenfrequency
 from stillhook.library import changed
 from stillhook.report.plots.colours import COLOURS, GREY

@@ -12,9 +12,9 @@ import causes
 import numpy as np
 import xarray
 from blocks import Blocks, Table, picture, save
+from trials.ringing import Ringing, ringing
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.loop_stability.margins import Ringing, ringing
 from stillhook.analysis.loop_stability.reduced import Eigenfrequency, eigenfrequency
 from stillhook.library import changed
 from stillhook.report.plots.colours import COLOURS, GREY

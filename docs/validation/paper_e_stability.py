@@ -10,6 +10,7 @@ import causes
 import numpy as np
 from blocks import Blocks, Rows, Table, save
 from routh import gain_limit_by_poles, gain_limit_by_routh
+from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.figures import (
@@ -21,7 +22,7 @@ from stillhook.analysis.loop_stability.figures import (
 )
 from stillhook.analysis.loop_stability.governing import Governing, governing
 from stillhook.analysis.loop_stability.linear.linearisation import at_state, linearise
-from stillhook.analysis.loop_stability.margins import gain_limit_of, rms_above, strongest_gain
+from stillhook.analysis.loop_stability.margins import gain_limit_of, strongest_gain
 from stillhook.analysis.loop_stability.places import wire_range
 from stillhook.analysis.loop_stability.reduced import eigenfrequency, equivalent, gain_limit
 from stillhook.analysis.loop_stability.stability import (

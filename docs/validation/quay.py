@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import causes
 import xarray
 from blocks import percent
+from trials.ringing import rms_above
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.analysis.loop_stability.margins import rms_above
 from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion
 from stillhook.units import in_display

@@ -30,6 +30,7 @@ __all__ = [
     "KINDS",
     "Kind",
     "Quantity",
+    "exact",
     "from_display",
     "in_display",
     "in_unit",
@@ -288,6 +289,17 @@ def from_display(value: float, kind: str) -> float:
 def show(value: float, kind: str, digits: int = 4) -> str:
     """An SI value as text in its display unit with ``digits`` significant digits: ``"215 cm^3/rev"``."""
     return f"{number(in_display(value, kind), digits)} {_kind_entry(kind).display}"
+
+
+EXACT_DIGITS = 12
+"""Significant digits that are tried in display units before SI with all digits."""
+
+
+def exact(value: float, kind: str) -> str:
+    """An SI value as text that `parse` reads as the same number: in its display unit where that loses nothing, else in
+    SI with all digits."""
+    text = show(value, kind, EXACT_DIGITS)
+    return text if parse(text, kind) == value else f"{float(value)!r} {_kind_entry(kind).si}"
 
 
 def number(value: float, digits: int = 4) -> str:

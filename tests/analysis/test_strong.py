@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
+from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import controller, lateness, strong_ssc
 from stillhook.analysis.loop_stability.governing import governing
-from stillhook.analysis.loop_stability.margins import margins, rms_above
+from stillhook.analysis.loop_stability.margins import margins
 from stillhook.analysis.loop_stability.transfer import position_loop, sampled
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.scenario.problem import summaries

@@ -37,7 +37,7 @@ PURE = {
     "values",  # of a sweep over displacement or layers: pure numbers; with their unit over anything else
 }
 """Parameters of the public face that are pure numbers."""
-ARRAYS = {"forcing_of_seas", "forcing_of_series", "identify_grid", "static_stretch", "transfers", "natural_periods"}
+ARRAYS = {"forcing_of_seas", "forcing_of_series", "static_stretch", "transfers", "natural_periods"}
 """Building blocks of the frequency-domain method, which calculate on arrays and records in SI."""
 
 

@@ -161,7 +161,7 @@ OF_A_CONTROLLER = [
     ('"ssc-pi"', '"none"', "and not none, cap-80"),
     ("(r, plc, s, m)", "(r, plc, m, s)", "cycle(r, plc, m, s). It must be cycle(r, plc, s, m)"),
     ("@scalar\n", "", "cycle is not decorated with @scalar"),
-    ("def cycle(", "def law(", "no cycle, rates or pull"),
+    ("def cycle(", "def law(", "no cycle, rates, pull or reading"),
     (
         "u_i_max: Annotated",
         "T_j: float\n    u_i_max: Annotated",

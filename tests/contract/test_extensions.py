@@ -249,7 +249,7 @@ def test_an_exception_in_a_module_names_its_file_and_line(example: Path) -> None
 @pytest.mark.slow
 def test_machine_code_of_a_winch_of_the_user_is_not_used_after_an_edit(example: Path) -> None:
     module = example / "torque_drive.py"
-    say = "from stillhook.kernels.build import _folder; print(_folder('torque-drive', '', ()))"
+    say = "from stillhook.kernels import build; print(build._folder('torque-drive', build.LOAD_ON_WIRE, ()))"
     before = python("-c", say, extensions=[module], folder=example).stdout
     module.write_text(module.read_text(encoding="utf-8") + "# edited\n", encoding="utf-8")
     after = python("-c", say, extensions=[module], folder=example).stdout

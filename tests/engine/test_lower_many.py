@@ -13,6 +13,7 @@ from stillhook.engine.inputs import CycleInputs, filled
 from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, SimulationError, StillhookError
+from stillhook.formats.results import rerun
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library import changed
 from stillhook.library.catalogue import vessel_file
@@ -24,9 +25,10 @@ from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.realisation import realise, tip_motion
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.phase import Phase
-from stillhook.spec.scenario import Sensors
+from stillhook.spec.scenario import Scenario, Sensors
 
 CRANE = load_crane("nov-250t")
+SCENARIO = Scenario(load="60 t", s_w="100 m", tip="sine 1 m 10 s", duration="30 s", warm_up="10 s")
 STRONG = changed(CRANE, {"control": {"K_p": "0.3 1/m"}})
 RAO = read_vessel(vessel_file("construction-vessel-130m"))
 X, Y = -15.0, -24.0
@@ -142,6 +144,18 @@ def test_a_run_whose_programme_does_not_end_goes_on_for_its_duration():
     assert ended.status[0] == "unfinished"
 
 
+def test_a_series_of_a_run_that_ends_with_its_programme_has_its_statistics_and_ends_there():
+    options = {"sampling": "20 ms", "end": "programme"}
+    many = simulate(CRANE, CASES[:3], **options)
+    alone = simulate(CRANE, CASES[0], **options)
+    for name in many.data_vars:
+        np.testing.assert_array_equal(many[name].values[0], alone[name].values, err_msg=name)
+    last = float(alone.time[-1])
+    assert float(alone.programme_time) < last < CASES[0].lift.duration
+    assert np.isfinite(alone.z_load).all()
+    assert rerun(alone).identical(alone)
+
+
 def test_runs_that_end_with_their_programme_are_kept_apart_from_others_in_a_store(tmp_path, counted):
     simulate(CRANE, [CASES[0]], store=tmp_path)
     simulate(CRANE, [CASES[0]], store=tmp_path, end="programme")
@@ -152,10 +166,11 @@ def test_runs_that_end_with_their_programme_are_kept_apart_from_others_in_a_stor
     ("case", "options", "says"),
     [
         (CASES[0], {"end": "soon", "series": False}, 'end = "soon": give one of duration, programme'),
-        (CASES[0].lowering(), {"end": "programme"}, "sampling and end are for statistics of lowerings"),
+        (SCENARIO, {"end": "programme"}, "sampling and end are for lowerings"),
+        (CASES[0], {"sampling": "20 ms", "every": "50 ms"}, 'every = "50 ms" is not a whole number of samples'),
         (CASES[0], {"sampling": "15 ms", "series": False}, 'sampling = "15 ms" is not a whole number of PLC cycles'),
         (CASES[0], {"sampling": "20 m", "series": False}, "sampling"),
-        (CASES[0].lowering(), {"sampling": "20 ms"}, "sampling and end are for statistics of lowerings"),
+        (SCENARIO, {"sampling": "20 ms"}, "sampling and end are for lowerings"),
     ],
 )
 def test_intervals_of_statistics_that_cannot_be_are_refused_in_one_line(case, options, says):
@@ -192,7 +207,7 @@ def test_what_is_in_the_store_is_not_run_again_whatever_it_is_called(tmp_path, t
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("other", [{"seed": 1}, {"Hs": 2.1}, {"left": 0.5}, {"lift": lift("-1470 m")}, {"water": True}])
+@pytest.mark.parametrize("other", [{"seed": 1}, {"Hs": 2.1}, {"left": 0.5}, {"lift": lift("1470 m")}, {"water": True}])
 def test_what_changes_a_result_is_run(tmp_path, counted, other):
     simulate(CRANE, [in_sea()], store=tmp_path)
     simulate(CRANE, [in_sea(**other)], store=tmp_path)

@@ -128,7 +128,7 @@ def test_load_and_tension_follow_the_wires_top_as_the_exact_rod_says(start_depth
 @pytest.mark.parametrize("nodes", [1, 7, 20])
 def test_wire_hangs_stretched_by_load_and_own_weight(nodes: int) -> None:
     """L (W + w L / 2) / EA, with the part in air weighing more, and the wire over the boom as a spring."""
-    case = still_winch("-2000 m", Sine(amplitude="0 m", period="9 s"), nodes=nodes, duration="1 s")
+    case = still_winch("2000 m", Sine(amplitude="0 m", period="9 s"), nodes=nodes, duration="1 s")
     p = prepare(deep(), [case], 2)[0].packed
     r, L, W = p.lift.rope, p.winch.s_w, p.lift.load.W + p.lift.hook.W
     wet, dry = L - r.h_tip, r.h_tip
@@ -142,7 +142,7 @@ def test_wire_hangs_stretched_by_load_and_own_weight(nodes: int) -> None:
 
 def test_lift_at_rest_stays_at_rest() -> None:
     run = simulate(
-        deep(), still_winch("-3000 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0), duration="60 s")
+        deep(), still_winch("3000 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0), duration="60 s")
     )
     assert float(np.ptp(run.z_load.values)) < 1e-4
     assert float(run.z_load[0]) == -3000.0
@@ -195,7 +195,7 @@ def test_waves_pull_at_a_deep_load_with_the_force_of_froude_krylov_and_added_mas
     """(rho V + A33) a of the water over its height, which the exact rod carries up to the slings."""
     V, A33, T = 20.0, 60.0, 12.0
     omega = 2.0 * math.pi / T
-    case = still_winch("-30 m", Sine(amplitude="0 m", period="9 s"), load=box(V=V, A33=A33), duration="120 s")
+    case = still_winch("30 m", Sine(amplitude="0 m", period="9 s"), load=box(V=V, A33=A33), duration="120 s")
     case = case.model_copy(update={"waves": regular_wave(0.5, T, 120.0)})
     run = simulate(stiff(0.02), case, every="50 ms", step="2 ms")
     late = run.time.values > 60.0
@@ -294,7 +294,7 @@ def test_slings_that_fell_slack_on_the_way_are_reported_though_the_load_lands() 
     assert slack["hang"] > 1.0
     assert (slack["down"], slack["land"]) == (0.0, 0.0)
     assert float(run.sling_slack_time) == pytest.approx(slack["hang"])
-    assert f'stage "hang": slings slack for {slack["hang"]:.2f} s while the load hangs free' in str(run.notes.values)
+    assert f'phase "hang": slings slack for {slack["hang"]:.2f} s while the load hangs free' in str(run.notes.values)
 
 
 def test_slings_that_fall_slack_on_the_seabed_are_no_fault() -> None:
@@ -317,7 +317,7 @@ def test_a_touch_in_a_stage_that_does_not_land_is_a_status_with_stage_time_and_s
     run = simulate(load_crane("nov-250t"), light(too_far, tip=Sine(amplitude="0 m", period="9 s")))
     assert "touchdown" in str(run.status.values).split(", ")
     note = str(run.notes.values)
-    assert 'stage "down" does not land, and the load touches the seabed in it after 12' in note
+    assert 'phase "down" does not land, and the load touches the seabed in it after 12' in note
     assert "at 20" in note or "at 19" in note
     assert "landed = true" in note
     assert np.isnan(run.stage_t_landed.values[1:]).all()  # what lies on the seabed does not touch it anew
@@ -332,7 +332,7 @@ def test_a_load_that_was_lifted_clear_and_touches_again_is_reported_again() -> N
     run = simulate(
         load_crane("nov-250t"), light(up_and_down, tip=Sine(amplitude="0 m", period="9 s"), winch={"ramp": "0.1 m/s^2"})
     )
-    assert 'stage "slip" does not land' in str(run.notes.values)
+    assert 'phase "slip" does not land' in str(run.notes.values)
     assert float(run.stage_t_landed[2]) > float(run.stage_t_landed[0]) + 60.0
 
 
@@ -340,7 +340,7 @@ def test_the_speed_of_a_touch_is_that_at_the_seabed_whatever_the_step() -> None:
     """Within a step the load comes on by 2.5 mm: time and speed are those of the crossing."""
     programme = (Phase(mode="ahc", speed="30 m/min", time="40 s"),)
     case = still_winch(
-        "-190 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=40.0, A_p=20.0), duration="30 s"
+        "190 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=40.0, A_p=20.0), duration="30 s"
     )
     case = case.model_copy(update={"programme": programme, "depth": 200.0})
     runs = [simulate(load_crane("nov-250t"), case, step=step, every="10 ms") for step in ("5 ms", "1 ms")]
@@ -362,7 +362,7 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
     """36 m/min with a ramp of 0.07 m/s^2: a ramp that begins at the depth would end 2.6 m below it."""
     down = (Phase(mode=mode, speed="36 m/min", depth="200 m"), Phase(mode=mode, time="40 s"))
     case = still_winch(
-        "-100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s"
+        "100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s"
     )
     case = case.model_copy(update={"programme": down, "winch": WinchSettings(ramp="0.07 m/s^2")})
     run = simulate(deep(0.02), case)
@@ -377,7 +377,7 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
 def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str) -> None:
     """Pumps and motors leak 2 to 19 % of these speeds; the encoder makes up for it."""
     case = still_winch(
-        "-100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s"
+        "100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s"
     )
     case = case.model_copy(update={"programme": (Phase(mode="manual", speed=speed, time="150 s"),)})
     run = simulate(load_crane(name), case)
@@ -389,7 +389,7 @@ def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str
 def test_a_template_in_waves_carries_what_its_parts_do_in_their_own_water() -> None:
     """Forces of a run against a quadrature over the heights of the parts at the places and speeds that the run went through."""
     load, T, a = read_payload("template-230t"), 7.0, 1.25
-    case = still_winch("-12.5 m", Sine(amplitude="0 m", period="9 s"), load=load, duration="60 s")
+    case = still_winch("12.5 m", Sine(amplitude="0 m", period="9 s"), load=load, duration="60 s")
     case = case.model_copy(update={"waves": regular_wave(a, T, 60.0), "h_tip": 60.0})
     run = simulate(deep(0.02), case, every="100 ms")
     omega = 2.0 * math.pi / T
@@ -432,10 +432,10 @@ def test_motion_of_the_load_in_a_stage_is_what_its_series_shows() -> None:
 def test_wire_damps_alike_wherever_the_run_began() -> None:
     """Material damping is a ratio of the swing on the wire that is out, not of that on the wire of the start."""
     down = (Phase(mode="ahc", speed="60 m/min", wire="500 m"),)
-    begun_above = still_winch("-10 m", Sine(amplitude="0 m", period="9 s"), load=box(A33=50.0), duration="520 s")
+    begun_above = still_winch("10 m", Sine(amplitude="0 m", period="9 s"), load=box(A33=50.0), duration="520 s")
     r = run_lowerings(deep(0.02), [begun_above.model_copy(update={"programme": down})], n_sub=2, lanes=1, every=0)[0]
     begun_there = prepare(
-        deep(0.02), [still_winch(f"{20.0 - 15.0 - r.state.path.s_w} m", begun_above.tip, load=box(A33=50.0))], 2
+        deep(0.02), [still_winch(f"{r.state.path.s_w - 5.0} m", begun_above.tip, load=box(A33=50.0))], 2
     )[0]
     here, there = r.hang.element, begun_there.packed.hang.element
     assert here.c / here.k == pytest.approx(there.c / there.k, rel=1e-3)

@@ -24,8 +24,13 @@ from types import ModuleType
 from stillhook.errors import SpecError
 
 VARIABLE = "STILLHOOK_EXTENSIONS"
-"""Environment variable with a user's own winch types, controllers and units."""
-KINDS = {"cycle": "a controller", "rates": "a winch type", "pull": "a unit between hook and slings"}
+"""Environment variable with a user's own winch types, controllers, units and sensors."""
+KINDS = {
+    "cycle": "a controller",
+    "rates": "a winch type",
+    "pull": "a unit between hook and slings",
+    "reading": "a sensor",
+}
 """Function by which a module is known, and what it is then."""
 BELOW = ("base", "control", "errors", "physics", "statistics", "tables", "units", "winches")
 """Rooms that a module may import while it is loaded; those above know the modules that are loaded."""
@@ -73,7 +78,7 @@ def load(name: str) -> ModuleType:
     kinds = {function: kind for function, kind in KINDS.items() if hasattr(module, function)}
     if not kinds:
         choices = ", ".join(f"{kind} has {function}" for function, kind in KINDS.items())
-        raise SpecError(f"{path.name}: no cycle, rates or pull. Declare one: {choices}.")
+        raise SpecError(f"{path.name}: no cycle, rates, pull or reading. Declare one: {choices}.")
     if len(kinds) > 1:
         raise SpecError(
             f"{path.name}: both {' and '.join(kinds)}. A file is {' or '.join(kinds.values())}: make two files."

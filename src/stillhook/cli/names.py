@@ -84,6 +84,7 @@ OPTIONS: Mapping[str, str] = {
     "--plan": "lift plan",
     "--full-plan": "the plan with the twin in the loop",
     "--alternative": "alternative of a plan",
+    "--cell": "governing cell of a plan",
     "--twin": "certificate of the winch",
     "--tier": "how far to go",
     "--check": "test, and print what was found",

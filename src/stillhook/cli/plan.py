@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.base.extras import need
-from stillhook.cli.parser import FACTORS_HELP, Json, Scheduler, announce, check_out, client_of, say_left_out
+from stillhook.cli.parser import FACTORS_HELP, Json, Scheduler, announce, check_out, client_of, refuse, say_left_out
 from stillhook.errors import PlanError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
@@ -26,6 +26,10 @@ TIER_HELP = (
 )
 STORE_HELP = (
     "Folder in which runs of the twin are kept: a stopped plan resumes from there. Default: runs in the --out folder."
+)
+CELL_HELP = (
+    'The run that governs a cell, "Tp=9 s, heading=165 deg" (and Hs=, alternative=, phase=), as a lift file with its'
+    " animation in a folder of --out. A plan that --out holds is not computed again."
 )
 SEED_HELP = (
     "Each seed gives the runs of the twin other waves of the same seas: two plans show by how much limits scatter."
@@ -48,6 +52,7 @@ def plan(
     scheduler: Scheduler = None,
     threads: Annotated[int, typer.Option(min=1, max=256, help="Cores of this machine to use.")] = 2,
     seed: Annotated[int, typer.Option(min=0, help=SEED_HELP)] = 0,
+    cell: Annotated[str | None, typer.Option("--cell", help=CELL_HELP)] = None,
     json: Json = False,
 ) -> None:
     """Limiting sea states of a lift for every alternative of the winch, the governing criteria, waiting on weather, and
@@ -61,10 +66,18 @@ def plan(
     rule under all of them), the weather never gives a window, or something could not be computed after the runs.
 
     Example: stillhook plan template-to-1500m --out plan
+
+    Example: stillhook plan template-to-1500m --out plan --cell "Tp=9 s, heading=165 deg"
     """
     from stillhook.plan.file import load_plan
 
     lift_plan = load_plan(lift)
+    if cell is not None:
+        refuse({"--check": check, "--quick": quick}, "no run of the twin is made, and --cell writes one. Leave it out.")
+        if tier not in (None, "time") or out is None:
+            raise PlanError("--cell: is a run of the twin, in a folder of --out. Give --out, and leave --tier out.")
+        _show_cell(lift_plan, cell, alpha, out, store or out / "runs", scheduler, threads, seed, json=json)
+        raise typer.Exit(0)
     if check:
         raise typer.Exit(0 if _show_check(lift_plan, json=json) else 1)
     if quick and tier not in (None, "frequency"):
@@ -84,6 +97,43 @@ def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
     else:
         print_document(checked_plan(answer))
     return possible(answer)
+
+
+def _show_cell(
+    lift_plan: LiftPlan,
+    text: str,
+    alpha: str | None,
+    out: Path,
+    store: Path,
+    scheduler: str | None,
+    threads: int,
+    seed: int,
+    *,
+    json: bool,
+) -> None:
+    """The run that governs a cell: its lift file, lowered, with pictures and animation, in a folder of `out`."""
+    from stillhook.plan.answer.cell_run import governing_run, lowered
+    from stillhook.plan.answer.governing import answer_in, governing, wanted
+    from stillhook.plan.tiers.time_domain.cells import Execution
+
+    ask = wanted(text, lift_plan)
+    answer = None if ask.complete else answer_in(out, lift_plan, seed)
+    if answer is None and not ask.complete:
+        answer = run(lift_plan, "time", alpha, out, store, scheduler, threads, seed)
+    governs = governing(lift_plan, answer, ask)
+    with client_of(scheduler) as client, progress_bar(f"{lift_plan.name}: {ask.text}") as bar:
+        found = governing_run(lift_plan, governs, ask, Execution(store, client, threads, seed), bar)
+    folder = out / found.folder
+    written = lowered(found, folder)
+    if json:
+        print_json(
+            {**found.facts(), "repeats": written.repeats, "files": [str(folder / name) for name in written.files]}
+        )
+        return
+    wrapped(found.line)
+    wrapped(written.line)
+    announce(folder, written.files)
+    say_left_out()
 
 
 def run(

@@ -158,12 +158,12 @@ def check_module(module: ModuleType) -> None:
     if hasattr(module, "Settings"):
         contract.check_record(module, "Settings", Record(mark=Setting, nested=False))
         for name, setting in contract.marks_of(module.Settings, Setting).items():
-            _check_setting(module, f"Settings.{name}", setting)
+            check_setting(module, f"Settings.{name}", setting)
     if hasattr(module, "Memory"):
         contract.check_record(module, "Memory", Record(nested=False, starts=True))
 
 
-def _check_setting(module: ModuleType, place: str, setting: Setting) -> None:
+def check_setting(module: ModuleType, place: str, setting: Setting) -> None:
     """Kind, ranges, default and meaning of a setting. Errors: SpecError."""
     if setting.kind not in ("", *KINDS):
         raise fault(module, f"{place}: unknown kind {setting.kind!r}", f'Choose "" or {", ".join(KINDS)}')

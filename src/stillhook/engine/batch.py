@@ -261,7 +261,7 @@ def run_batch(
     """
     check_threads(threads)
     problem.check(cranes, cases)
-    stored_runs = _StoredRuns(problem, store, cranes, cases, n_sub) if store is not None else None
+    stored_runs = StoredRuns(problem, store, cranes, cases, n_sub) if store is not None else None
     results = stored_runs.stored() if stored_runs is not None else {}
     missing = [i for i in range(len(cases)) if i not in results]
     if stored_runs is not None and missing:
@@ -461,7 +461,7 @@ def _answer_of(future: Any) -> Any:
     return answer
 
 
-class _StoredRuns:
+class StoredRuns:
     """The store of a batch. Cases with other columns have separate files."""
 
     def __init__(

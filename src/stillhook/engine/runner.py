@@ -150,7 +150,7 @@ class Block(ABC, Generic[R]):
     @staticmethod
     def setup(r: Any) -> Setup:
         """What the kernel of a case runs besides a winch."""
-        return Setup()
+        return Setup(sensors=r.winch.sensors)
 
     @staticmethod
     @abstractmethod
@@ -218,11 +218,14 @@ class Block(ABC, Generic[R]):
         return unflatten(cls, iter(self.A[at : at + size(cls), i].tolist()))
 
     def series(self, i: int) -> FloatArray | None:
-        """Series of lane i; without numbers from where it failed, because there the lane runs on from rest."""
+        """Series of lane i, as far as it was run; without numbers from where it failed, because there the lane runs on
+        from rest."""
         if not self.every:
             return None
         if i in self.failed:
             self.out[math.ceil(self.failed[i] / (self.every * self.drive.t_cycle) - 1e-9) :, :, i] = np.nan
+        elif self.ran < self.drive.n_ticks:  # its programme ended the run
+            return np.asarray(self.out[: math.ceil(self.ran / self.every), :, i])
         return np.asarray(self.out[:, :, i])
 
     def ending(self, i: int) -> tuple[Ending, float]:

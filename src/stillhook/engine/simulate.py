@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from stillhook import units
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import Case, Series, check_threads, cycles, paired, steps_per_cycle, substeps
-from stillhook.engine.batch import Problem, run_batch, summary_of
+from stillhook.engine.batch import Problem, StoredRuns, run_batch, summary_of
 from stillhook.engine.lowering.problem import LoweringProblem
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import ScenarioProblem
@@ -70,9 +71,9 @@ def simulate(
     a stiff winch asks for it), or the next shorter step that the PLC cycle allows. every: spacing of the stored
     series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there is. series: store time
     series; default True for one case, False for a list (statistics alone, sixteen cases side by side). sampling:
-    spacing at which extremes, sums and energies of a lowering are taken where no series is stored, a whole number of
-    PLC cycles; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md). end: "programme"
-    ends a lowering soon after its programme, where no series is stored; default after its duration. on_failure: "raise"
+    spacing at which extremes, sums and energies of a lowering are taken, a whole number of PLC cycles of which `every`
+    is a multiple; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md). end:
+    "programme" ends a lowering soon after its programme; default after its duration. on_failure: "raise"
     stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which failed). threads: threads
     that share a batch. store, client: statistics alone may be kept in a folder as they finish, so that a run that was
     killed goes on, and made on a cluster (a dask.distributed Client), with the same numbers; see
@@ -110,7 +111,11 @@ def simulate(
     problem, every_rows = _problem(cases), cycles(cranes[0], every)
     if sampling is not None or end != End.DURATION:
         sampled = 1 if sampling is None else cycles(cranes[0], sampling, "sampling")
-        problem = _shorter(problem, sampled, end, stored=stored)
+        problem = _shorter(problem, sampled, end)
+        if every is None:
+            every_rows = math.ceil(every_rows / sampled) * sampled
+        elif stored and every_rows % sampled:
+            raise ScenarioError(f'every = "{every}" is not a whole number of samples of "{sampling}".')
     if step is None:
         n_sub = substeps(cranes[0].control.t_cycle, problem.default_step(cranes, cases, series=stored))
     else:
@@ -138,6 +143,17 @@ def simulate(
     )
 
 
+def stored_places(
+    crane: Crane, cases: Sequence[Case], *, step: str, sampling: str, end: End, store: str | Path | None
+) -> list[int]:
+    """Places of the lowerings on one crane whose statistics a store holds; arguments as of `simulate`. Nothing is run,
+    and no store is made."""
+    if store is None or not Path(store).is_dir():
+        return []
+    problem = _shorter(_problem(cases), cycles(crane, sampling, "sampling"), end)
+    return sorted(StoredRuns(problem, store, [crane] * len(cases), cases, steps_per_cycle(crane, step)).stored())
+
+
 def _problem(cases: Sequence[Case]) -> Problem:
     """How these cases are run. Errors: ScenarioError where they are of several kinds."""
     of = [next(i for i, (kinds, _) in enumerate(PROBLEMS) if isinstance(c, kinds)) for c in cases]
@@ -147,15 +163,12 @@ def _problem(cases: Sequence[Case]) -> Problem:
     return PROBLEMS[of[0]][1]
 
 
-def _shorter(problem: Problem, sampled: int, end: End | str, *, stored: bool) -> Problem:
+def _shorter(problem: Problem, sampled: int, end: End | str) -> Problem:
     """The problem with statistics taken every so many cycles, and runs that end as given. Errors: ScenarioError."""
     if end not in tuple(End):
         raise ScenarioError(f"end = {units.quote(end)}: give one of {', '.join(End)}.")
-    if stored or not isinstance(problem, LoweringProblem):
-        raise ScenarioError(
-            "simulate: sampling and end are for statistics of lowerings. Leave them out for scenarios, or set"
-            " series=False."
-        )
+    if not isinstance(problem, LoweringProblem):
+        raise ScenarioError("simulate: sampling and end are for lowerings. Leave them out for scenarios.")
     return LoweringProblem(sampled, short=end == End.PROGRAMME)
 
 

@@ -15,10 +15,11 @@ from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.arguments import with_usual_controller
 from stillhook.engine.pack.programme import tension_kept
+from stillhook.engine.simulate import End
 from stillhook.errors import LiftError, ScenarioError, SeaError
 from stillhook.formats.case_file import read_tip
 from stillhook.formats.lift_forms import today
-from stillhook.formats.results import load_run, lowerings_of, stored_steps
+from stillhook.formats.results import load_run, lowerings_of, stored_sampling, stored_steps
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.library import load_crane
@@ -33,7 +34,7 @@ from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
 from stillhook.sea.vessel.rao import Rao, wavenumber
-from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion, wave_field
+from stillhook.sea.vessel.realisation import Resolution, WaveField, moved_by, realise
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import OneRun, Water, joined, one_run
@@ -41,7 +42,7 @@ from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, Win
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode, moves
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
-from stillhook.tables.table import Number, Part, Spec, Text, with_place
+from stillhook.tables.table import Flag, Number, Part, Spec, Text, with_place
 from stillhook.units import parse, quote, show
 from stillhook.winches.joints.interface import JointUnit
 from stillhook.winches.joints.registry import unit_of
@@ -98,6 +99,14 @@ class SeaTable(Spec):
     )
     seed: Annotated[int, Field(strict=True)] = Field(default=1, ge=0, description="seed of the waves")
     amplitudes: Text = Field(default="fixed", description="how amplitudes are drawn")
+    repeat: u.Time | None = Field(
+        default=None, gt=0, description="time after which the waves repeat; default the length of the run"
+    )
+    water: Flag = Field(default=True, description="whether the waves reach the payload")
+    left: Number = Field(default=1.0, gt=0, le=1, description="part of the tip's motion that reaches the wire")
+    resolution: Resolution = Field(
+        default=Resolution.FINE, description="how closely the tip's motion follows its waves"
+    )
 
 
 Tables = TypeVar("Tables", bound="LiftTables")
@@ -127,6 +136,8 @@ class LiftTables(Spec):
     friction: FrictionModel = FrictionModel.LUGRE
     step: Text | None = Field(default=None, description="time step of the run, as text")
     every: Text | None = Field(default=None, description="time between stored values, as text")
+    sampling: Text | None = Field(default=None, description="time between values that statistics take, as text")
+    end: End = Field(default=End.DURATION, description="whether the run ends with its programme")
     sea: SeaTable | None = None
     rules: Any = None
     alternatives: Any = None
@@ -239,9 +250,15 @@ def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None
     if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int) or seed < 0):
         raise LiftError(f"--seed {quote(seed)}: give a whole number of 0 or more.")
     depth, seed = file.water.depth, file.sea.seed if seed is None else seed
-    waves = realise(sea, length, seed, amplitudes=file.sea.amplitudes, depth=depth)
-    words = f"{rao.name}, tip at {where.describe()}, in {sea.describe()}, seed {seed}"
-    motion, water = tip_motion(waves, rao, where.x, where.y), wave_field(waves, where.x, where.y)
+    repeat = length if file.sea.repeat is None else file.sea.repeat
+    if repeat < length:
+        run = show(length, "time")
+        raise table.wrong(f"the run takes {run}, and the waves must last as long. Give {run} or more.", "sea", "repeat")
+    waves = realise(sea, repeat, seed, amplitudes=file.sea.amplitudes, depth=depth)
+    part = "" if file.sea.left == 1.0 else f" ({file.sea.left:.4g} of its motion)"
+    words = f"{rao.name}, tip at {where.describe()}{part}, in {sea.describe()}, seed {seed}"
+    own = {name: getattr(file.sea, name) for name in ("water", "left", "resolution")}
+    motion, water = moved_by(waves, rao, where.x, where.y, **own)
     notes = depth_notes(rao, max(train.spectrum.peak_period for train in sea.trains), depth)
     return Place(tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=notes)
 
@@ -358,7 +375,8 @@ LATE = 1.1
 
 class LiftFile(NamedTuple):
     """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel,
-    place of the crane tip and sea as the file gives them (None: not there); notes on what a reader should know."""
+    place of the crane tip and sea as the file gives them (None: not there); notes on what a reader should know;
+    sampling of its statistics (None: default), and where the run ends."""
 
     crane: Crane
     lift: Lowering
@@ -369,6 +387,8 @@ class LiftFile(NamedTuple):
     at: TipPoint | None = None
     sea: Sea | None = None
     notes: tuple[str, ...] = ()
+    sampling: str | None = None
+    end: End = End.DURATION
 
 
 def stored_lift(path: str | Path) -> LiftFile:
@@ -382,7 +402,8 @@ def stored_lift(path: str | Path) -> LiftFile:
         raise LiftError(f"{path}: holds {len(cases)} lowerings. Run them again in Python: rerun(load_run(path)).")
     case = cases[0].lowering() if isinstance(cases[0], InSea) else cases[0]
     step, every = stored_steps(run)
-    return LiftFile(cranes[0], case, step, every, f"again from {Path(path).name}")
+    sampling, end = stored_sampling(run, cranes[0])
+    return LiftFile(cranes[0], case, step, every, f"again from {Path(path).name}", sampling=sampling, end=end)
 
 
 def load_lift(
@@ -479,6 +500,8 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         at=place.at,
         sea=place.sea,
         notes=(*place.notes, *run.notes),
+        sampling=file.sampling,
+        end=file.end,
     )
 
 

@@ -148,6 +148,13 @@ def stored_steps(run: xarray.Dataset) -> tuple[str, str | None]:
     return f"{step * 1e3:.9g} ms", f"{every:.9g} s" if every else None
 
 
+def stored_sampling(run: xarray.Dataset, crane: Crane) -> tuple[str | None, End]:
+    """Sampling of the statistics of lowerings as text (None: every PLC cycle), and where they end."""
+    sampled = int(run.attrs.get("sampled", 1))
+    sampling = None if sampled == 1 else f"{sampled * crane.control.t_cycle:.9g} s"
+    return sampling, End.PROGRAMME if run.attrs.get("short", 0) else End.DURATION
+
+
 def rerun(run: xarray.Dataset) -> xarray.Dataset:
     """The same run again from its own record, of scenarios or lowerings; the same version on the same machine gives the
     same bits."""
@@ -169,17 +176,16 @@ def rerun(run: xarray.Dataset) -> xarray.Dataset:
 
 def _lowered_again(run: xarray.Dataset, step: str, every: str | None) -> xarray.Dataset:
     cranes, cases = lowerings_of(run)
-    sampled, short = int(run.attrs.get("sampled", 1)), bool(run.attrs.get("short", 0))
-    options: dict[str, Any] = {} if sampled == 1 else {"sampling": f"{sampled * cranes[0].control.t_cycle:.9g} s"}
+    sampling, end = stored_sampling(run, cranes[0])
     return simulate(
         cranes if _several(run) else cranes[0],
         cases[0] if run.attrs.get("single", 1) else cases,
         step=step,
         every=every,
         series=every is not None,
-        end=End.PROGRAMME if short else End.DURATION,
+        sampling=sampling,
+        end=end,
         on_failure="mark",
-        **options,
     )
 
 

@@ -25,7 +25,7 @@ from stillhook.base.extensions import extension_sources
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.control.registry import CONTROLLERS
 from stillhook.errors import SimulationError
-from stillhook.kernels import control_laws
+from stillhook.kernels import control_laws, sensing
 from stillhook.kernels.c99.library import Entry, Library, native
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.cache import kernel_folder
@@ -49,11 +49,12 @@ LOCK = threading.RLock()
 class Setup(NamedTuple):
     """What a kernel runs besides a winch: the load on its wire (default); a wire whose tension comes from outside
     (host); or a lowering, with what joins hook and payload (joint, by name). guarded: what the PLC reads comes from
-    outside, and `stillhook.control.guard` stands before it."""
+    outside, and `stillhook.control.guard` stands before it. sensors: those of the crane, by name."""
 
     host: bool = False
     joint: str = ""
     guarded: bool = False
+    sensors: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -108,16 +109,18 @@ def cache_folder(plant: str, lanes: int) -> Path:
     return kernel_folder(f"{kernel_hash()}-{plant}-{lanes}")
 
 
-def _folder(plant: str, prefix: str, extra_controllers: tuple[str, ...], joint: str = "") -> str:
+def _folder(plant: str, setup: Setup, extra_controllers: tuple[str, ...], prefix: str = "") -> str:
     """What the folder of a kernel is called; it holds the hash of the user's modules where winch or joint are theirs,
     and of the files beside any other plant from outside the package."""
+    joint = setup.joint
     own = extension_sources()
     files = [Path(str(module.__file__)) for module in (PLANTS[plant], *((JOINTS[joint],) if joint else ()))]
     if not any(file in own for file in files):
         own = [] if files[0].is_relative_to(PACKAGE) else sorted(files[0].parent.glob("*.py"))
     sources = b"\0".join(path.read_bytes() for path in own)
     of_user = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
-    return f"{prefix}{plant}{of_user}" + control_laws.label(extra_controllers)
+    modules = control_laws.label(extra_controllers) + sensing.label(setup.sensors)
+    return f"{prefix}{setup.label}{plant}{of_user}{modules}"
 
 
 def interpreted() -> bool:
@@ -132,7 +135,7 @@ def is_compiled(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_contr
     entry = driver(plant, lanes, setup, extra_controllers).run
     if isinstance(entry, Entry) and not entry.library.failed:
         return entry.library.is_compiled()
-    return any(cache_folder(_folder(plant, setup.label, extra_controllers, setup.joint), lanes).rglob("*.nbc"))
+    return any(cache_folder(_folder(plant, setup, extra_controllers), lanes).rglob("*.nbc"))
 
 
 def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controllers: tuple[str, ...] = ()) -> Any:
@@ -147,12 +150,13 @@ def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controller
 
 @functools.cache
 def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, ...]) -> Any:
-    folder = _folder(plant, setup.label, extra_controllers, setup.joint)
+    folder = _folder(plant, setup, extra_controllers)
     if setup.joint:
-        lift = lift_driver(driver(plant, lanes, Setup(), extra_controllers), JOINTS[setup.joint])
+        lift = lift_driver(driver(plant, lanes, Setup(sensors=setup.sensors), extra_controllers), JOINTS[setup.joint])
         return dataclasses.replace(lift, **_machine_code({"run": lift.run}, folder, lanes))
     module = PLANTS[plant]
-    laws = control_laws.control_laws(extra_controllers, getattr(module, "CONTROL", DISPLACEMENT), setup.guarded)
+    drive = getattr(module, "CONTROL", DISPLACEMENT)
+    laws = control_laws.control_laws(extra_controllers, drive, setup.guarded, setup.sensors)
     path = imposed_tension if setup.host else module.PATH
     made = winch_driver(module, path, laws, lanes, (plant, extra_controllers))
     rest = rest_of(made)
@@ -173,7 +177,7 @@ def equations(d: Driver) -> Equations:
     plant, extra_controllers = d.made_of
     made = equations_of(d)
     kernels = {"rates_at": made.rates_at, "cycles_at": made.cycles_at}
-    folder = _folder(plant, "equations-", extra_controllers)
+    folder = _folder(plant, LOAD_ON_WIRE, extra_controllers, "equations-")
     return dataclasses.replace(made, **_machine_code(kernels, folder, 1, make=_by_numba_or_python))
 
 

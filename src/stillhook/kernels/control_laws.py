@@ -13,17 +13,20 @@ from stillhook.control.guard import FINITE, Guard, check, is_code, known_mode, l
 from stillhook.control.interface import DISPLACEMENT, Demand
 from stillhook.control.plc import command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
+from stillhook.kernels.sensing import blank_parts, parts_of, sensing
 from stillhook.physics.records import define, record, replace
 from stillhook.physics.scalar import scalar
 
 
 class ControlLaws(NamedTuple):
     """Record: class of what the controllers carry from cycle to cycle, `code` of the one in force, then settings and
-    memory of each that has them, and a `Guard` where they are guarded; check(sensed, m, laws, plc) gives what the
-    controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives the
-    actuators' commands, the PLC's memory and the new record."""
+    memory of each that has them, those of the crane's sensors, and a `Guard` where they are guarded; sensing(sense) is
+    what the PLC reads by the `sense` of a winch, see `stillhook.kernels.sensing`; check(sensed, m, laws, plc) gives
+    what the controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives
+    the actuators' commands, the PLC's memory and the new record."""
 
     Record: Any
+    sensing: Callable[..., Any]
     check: Callable[..., Any]
     cycle: Callable[..., Any]
     blank: Callable[..., Any]
@@ -45,14 +48,17 @@ def label(names: tuple[str, ...]) -> str:
 
 
 @functools.cache
-def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False) -> ControlLaws:
+def control_laws(
+    names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: bool = False, sensors: tuple[str, ...] = ()
+) -> ControlLaws:
     """The controllers that every kernel of this kind of drive holds, and those named; guarded: for inputs from outside,
-    with `stillhook.control.guard` around them."""
+    with `stillhook.control.guard` around them; sensors: those of the crane, by name."""
     laws = [law for law in CONTROLLERS.values() if (law.in_every_kernel and drive in law.drives) or law.name in names]
     parts = [(f"{law.field}_{part}", cls) for law in laws for part, cls in _parts(law)]
     behind = [("guard", Guard)] if guarded else []
-    kind = f"{drive}{' guarded' if guarded else ''} {' '.join(names)}"
-    LawRecord = record("LawRecord", f"{__name__} {kind}", code=float, **dict(parts), **dict(behind))
+    read = parts_of(sensors)
+    kind = f"{drive}{' guarded' if guarded else ''} {' '.join(names)}{' by ' if sensors else ''}{' '.join(sensors)}"
+    LawRecord = record("LawRecord", f"{__name__} {kind}", code=float, **dict(parts), **read, **dict(behind))
     names_used: dict[str, Any] = {"Record": LawRecord, "Demand": Demand, "observe": observe, "command": command}
     guarding: tuple[Any, ...] = (check, is_code, known_mode, limited, outside, sound_demand)
     names_used |= {each.__name__: each for each in guarding}
@@ -61,19 +67,20 @@ def control_laws(names: tuple[str, ...], drive: str = DISPLACEMENT, guarded: boo
     for law in laws:
         names_used[f"cycle_{law.field}"] = law.cycle
         names_used |= {f"{law.field}_{part}_class": cls for part, cls in _parts(law)}
-    source = f"{_demand(laws, guarded)}\n\n{_guarded(laws) if guarded else CYCLE}"
+    source = f"{_demand(laws, list(read), guarded)}\n\n{_guarded(laws) if guarded else CYCLE}"
     define(source, names_used, f"<controllers of {kind}>")
     names_used |= {each: scalar(names_used[each]) for each in ("demand", "checked")}
 
     def blank(settings: dict[str, Any], guard: Guard | None = None) -> Any:
-        """The record before the first cycle, with the settings of each controller that has some."""
-        values: dict[str, Any] = {"code": -1.0, "guard": guard}
+        """The record before the first cycle, with the settings of each controller and sensor that has some."""
+        values: dict[str, Any] = {"code": -1.0, "guard": guard, **blank_parts(sensors, settings)}
         values |= {f"{law.field}_settings": settings[law.name] for law in laws if law.record is not None}
         values |= {f"{law.field}_memory": law.memory() for law in laws if law.memory is not None}
         names: tuple[str, ...] = LawRecord._fields
         return LawRecord(*[values[name] for name in names])
 
-    return ControlLaws(LawRecord, names_used["checked"], scalar(names_used["cycle"]), blank)
+    read_by = functools.partial(sensing, names=sensors, LawRecord=LawRecord)
+    return ControlLaws(LawRecord, read_by, names_used["checked"], scalar(names_used["cycle"]), blank)
 
 
 CYCLE = """\
@@ -112,9 +119,10 @@ def _parts(law: ControlLaw) -> list[tuple[str, Any]]:
     return [(part, cls) for part, cls in (("settings", law.record), ("memory", law.memory)) if cls is not None]
 
 
-def _demand(laws: list[ControlLaw], guarded: bool) -> str:
+def _demand(laws: list[ControlLaw], read: list[str], guarded: bool) -> str:
     """Source of demand(r, laws, plc): the law in force, with its memory; the others' memories stay as at their
-    start. guarded: a memory that is no number any more starts anew, and how many of its fields are none."""
+    start. read: fields of sensors, which stay as they are; guarded: a memory that is no number any more starts anew,
+    and how many of its fields are none."""
     lines = ["def demand(r, laws, plc):", "    code = r.y.mode"]
     u_p = u_m = ""
     kept, wrong = ["code"], ["0.0"]
@@ -136,7 +144,7 @@ def _demand(laws: list[ControlLaw], guarded: bool) -> str:
             kept.append(f"n_{i} if {on}{f' and wrong_{i} < 0.5' if guarded else ''} else {start}")
         u_p = f"d_{i}.u_p if {on} else {u_p}" if u_p else f"d_{i}.u_p"
         u_m = f"d_{i}.u_m if {on} else {u_m}" if u_m else f"d_{i}.u_m"
-    kept += ["laws.guard"] if guarded else []
+    kept += [f"laws.{field}" for field in (*read, *(["guard"] if guarded else []))]
     made = [f"Demand({u_p}, {u_m})", f"Record({', '.join(kept)})", *([" + ".join(wrong)] if guarded else [])]
     lines.append(f"    return {', '.join(made)}")
     return "\n".join(lines)

@@ -13,12 +13,11 @@ from stillhook.library.leakage import form_of, point_text, stated_leak
 from stillhook.library.toml.tree import LABELS, Leaf, Tree
 from stillhook.spec.crane import Crane, Source, SourceKind, effective_inertia, wire_capacity
 from stillhook.tables.table import Spec
-from stillhook.units import KINDS, Quantity, number, parse, show
+from stillhook.units import KINDS, Quantity, exact, number, show
 
 _UNSTATED = Source(text="not stated", kind=SourceKind.USER)
 COMPANIONS = ("sources", "certified")
 """Fields of a crane that are no values of it."""
-_DIGITS = 12  # significant digits tried in display units before SI with all digits
 
 
 class Item(NamedTuple):
@@ -40,7 +39,7 @@ def leaves(spec: Spec, sources: Mapping[str, Source]) -> Iterator[Item]:
     """Every value of a table of a crane file, depth first, with its source out of those of the table; absent options
     are left out."""
     for path, name, field, value in _walk(spec, ""):
-        yield Item(path, field.description or name, value, _quantity(field), sources.get(path, _UNSTATED))
+        yield Item(path, field.description or name, value, quantity_of(field), sources.get(path, _UNSTATED))
 
 
 def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
@@ -55,7 +54,7 @@ def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
             yield place, name, field, str(value) if isinstance(value, str) else value
 
 
-def _quantity(field: FieldInfo) -> str | None:
+def quantity_of(field: FieldInfo) -> str | None:
     """Kind of quantity of a field, also of an optional one or of a list."""
     marks = list(field.metadata)
     for inner in get_args(field.annotation):
@@ -67,10 +66,7 @@ def file_value(value: Any, quantity: str | None) -> Any:
     """A value as a file has it: in display units where that loses nothing, else in SI with all digits."""
     if isinstance(value, tuple):
         return [file_value(v, quantity) for v in value]
-    if quantity is None:
-        return value
-    text = show(value, quantity, _DIGITS)
-    return text if parse(text, quantity) == value else f"{value!r} {KINDS[quantity].si}"
+    return value if quantity is None else exact(value, quantity)
 
 
 def crane_tree(crane: Crane) -> Tree:
@@ -119,7 +115,7 @@ def record_tables(record: BaseModel, name: str) -> dict[str, list[str]]:
         elif isinstance(value, Mapping):
             tables[f"{name}.{key}"] = [f"{toml_value(k)} = {toml_value(v)}" for k, v in value.items()]
         elif value is not None:
-            tables[name].append(f"{key} = {toml_value(file_value(value, _quantity(field)))}")
+            tables[name].append(f"{key} = {toml_value(file_value(value, quantity_of(field)))}")
     return tables
 
 

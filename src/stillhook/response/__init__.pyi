@@ -10,4 +10,3 @@ from stillhook.response.suspended_load import Rod as Rod
 from stillhook.response.suspended_load import natural_periods as natural_periods
 from stillhook.response.suspended_load import static_stretch as static_stretch
 from stillhook.response.suspended_load import transfers as transfers
-from stillhook.response.winch.identify import identify_grid as identify_grid

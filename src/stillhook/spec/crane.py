@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import Field, create_model, model_validator
 
 from stillhook import units as u
-from stillhook.control.interface import Setting
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.errors import SpecError, UnitError
 from stillhook.physics.scalar import G
+from stillhook.spec.settings import SensorTables, optional_tables, settings_table
 from stillhook.spec.validity import Certified
 from stillhook.tables.table import Count, Fraction, Number, Spec, Text
 from stillhook.tables.table import Source as Source
@@ -64,22 +64,6 @@ class Control(Spec):
         return (self.compute_share or 0.0) * self.t_cycle
 
 
-def _table(law: ControlLaw) -> type[Spec]:
-    """The table `[control.NAME]` of a controller."""
-    fields: dict[str, Any] = {
-        name: _field(setting, f"{law.file.name}: Settings.{name}: default") for name, setting in law.settings.items()
-    }
-    return create_model(f"Control_{law.field}", __base__=Spec, __doc__=f"Settings of {law.title}.", **fields)
-
-
-def _field(setting: Setting, where: str) -> tuple[Any, Any]:
-    """Annotation and field of one setting; its default is read as a crane file's text is."""
-    marked: Any = Annotated[float, u.Quantity(setting.kind)] if setting.kind else Number
-    default = setting.default
-    value = u.parse(default, setting.kind, where) if isinstance(default, str) else float(default)
-    return marked, Field(default=value, ge=setting.least, le=setting.most, description=setting.meaning)
-
-
 def own_table(control: Control, law: ControlLaw) -> Spec:
     """The table of a controller's own settings, the default one where the crane file gives none."""
     table: Spec | None = getattr(control, law.field, None)
@@ -95,18 +79,14 @@ def own_settings(control: Control, law: ControlLaw) -> Any:
     return law.record(**{name: float(getattr(table, name)) for name in law.settings})
 
 
-CONTROLLER_TABLES: dict[str, type[Spec]] = {law.field: _table(law) for law in CONTROLLERS.values() if law.settings}
+CONTROLLER_TABLES = {law.field: settings_table("Control", law) for law in CONTROLLERS.values() if law.settings}
 """Tables of controllers with additional settings, by their name in a file: hyphens become underscores."""
 
 for law in CONTROLLERS.values():
     if law.settings and law.field in Control.model_fields:
         raise SpecError(f'{law.file.name}: NAME = "{law.name}" is a setting of [control] already. Choose another name.')
 if not TYPE_CHECKING and CONTROLLER_TABLES:
-    optional = {
-        name: (table | None, Field(default=None, description=table.__doc__))
-        for name, table in CONTROLLER_TABLES.items()
-    }
-    Control = create_model("Control", __base__=Control, __doc__=Control.__doc__, **optional)
+    Control = create_model("Control", __base__=Control, __doc__=Control.__doc__, **optional_tables(CONTROLLER_TABLES))
 
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
@@ -237,6 +217,7 @@ class Crane(Spec):
     control: Control
     hpu: PowerUnits | None = None
     brake: HoldingBrake | None = None
+    sensors: SensorTables | None = None
     sources: Mapping[str, Source] = Field(default_factory=dict, repr=False, description="field to source")
     certified: Certified | None = Field(
         default=None, repr=False, description="certificate of the twin, in short; none: not validated"
@@ -440,7 +421,4 @@ TABLES = _tables()
 """Tables of winch types with additional tables, by name."""
 
 if not TYPE_CHECKING and TABLES:
-    optional_tables = {
-        name: (model | None, Field(default=None, description=model.__doc__)) for name, model in TABLES.items()
-    }
-    Crane = create_model("Crane", __base__=Crane, __doc__=Crane.__doc__, **optional_tables)
+    Crane = create_model("Crane", __base__=Crane, __doc__=Crane.__doc__, **optional_tables(TABLES))

@@ -75,11 +75,14 @@ def tokens(text: str) -> list[tuple[str, str]]:
     return found
 
 
+COMPARED = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
+
+
 class Parser:
     """Recursive descent; writes Python as it goes."""
 
     def __init__(self, text: str, compare: Any = None) -> None:
-        self.tokens, self.place, self.compare = tokens(text), 0, compare
+        self.tokens, self.place, self.compare, self.counted = tokens(text), 0, compare, 0
         self.structures: dict[str, list[tuple[str, str, float | None]]] = {}
         self.functions: dict[str, list[str]] = {}
         self.python: list[str] = []
@@ -230,11 +233,15 @@ class Parser:
 
     def comparison(self) -> str:
         if self.compare is None:
-            return self.chain({"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}, self.sum)
+            return self.chain(COMPARED, self.sum)
         text = self.sum()
         while self.at("=", "<>", "<", ">", "<=", ">="):
-            sign = self.next()
-            text = f"compare({sign!r}, {text}, {self.sum()})"
+            sign, n = self.next(), self.counted
+            self.counted += 1
+            python = COMPARED[sign]
+            a, b = f"a_{n}", f"b_{n}"
+            numbers = f"(({a} := {text}) == {a}) & (({b} := {self.sum()}) == {b})"  # both are evaluated
+            text = f"({a} {python} {b} if {numbers} else compare({sign!r}, {a}, {b}))"
         return text
 
     def sum(self) -> str:

@@ -42,7 +42,7 @@ from stillhook.kernels.plc_alone import GUARDED, OUTSIDE, GuardedCommands
 
 AT = {name: i for i, name in enumerate(GuardedCommands._fields)}
 RANDOM = 1_000_000
-RANDOM_TEXT = 3_000
+RANDOM_TEXT = 1_000
 
 COMPARE = {
     "=": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge

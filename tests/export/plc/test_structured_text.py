@@ -23,7 +23,7 @@ from stillhook.export.plc.program import RESERVED, Names, literal
 from stillhook.export.plc.sequence import Reference, inputs, reaches, sequence_csv
 from stillhook.kernels.plc_alone import PlcInputs, plc_alone
 
-SHORT, LONG = 3_000, 1_000_000
+SHORT, LONG = 1_000, 1_000_000
 
 
 def machine_of(crane, controller):

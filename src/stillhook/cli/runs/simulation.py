@@ -385,7 +385,15 @@ def lower(
     try:
         with progress_bar(file.lift.name) as bar:
             progress = started(file.crane, bar, series=True, setup=setup_of(file.lift))
-            run = simulate(file.crane, file.lift, step=step or file.step, every=file.every, progress=progress)
+            run = simulate(
+                file.crane,
+                file.lift,
+                step=step or file.step,
+                every=file.every,
+                sampling=file.sampling,
+                end=file.end,
+                progress=progress,
+            )
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {e}") from None
     answer = lowering_answer(run, file)

@@ -196,7 +196,7 @@ class LiftBlock(Block[Ready]):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return setup_of(r.case)
+        return setup_of(r.case)._replace(sensors=r.winch.sensors)
 
     @staticmethod
     def alike(r: Ready) -> tuple[int, int, int, float]:

@@ -23,6 +23,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
+from stillhook.spec.settings import sensor_settings
 from stillhook.winches.circuits import tables as circuits
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
@@ -50,8 +51,8 @@ DP_LEAST = 1.0e6
 
 class Packed(NamedTuple):
     """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory, which
-    `memory_before` completes, the controllers that not every kernel holds, and the own settings of those that have
-    some, by name."""
+    `memory_before` completes, the controllers that not every kernel holds, the sensors of the crane, and the own
+    settings of those that have some, by name."""
 
     plant: ModuleType
     name: str
@@ -59,6 +60,7 @@ class Packed(NamedTuple):
     memory: Memory
     s_w: float
     extra_controllers: tuple[str, ...]
+    sensors: tuple[str, ...]
     settings: dict[str, Any]
 
 
@@ -374,7 +376,11 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     )
     winch = crane.plant.type
     params = winch.pack(crane, case, parts_of(hoist, plc, sensors))
-    return Packed(winch.module, winch.name, params, memory, case.s_w, *controllers_of(crane, modes))
+    extra_controllers, settings = controllers_of(crane, modes)
+    read_by = sensor_settings(crane.sensors)
+    return Packed(
+        winch.module, winch.name, params, memory, case.s_w, extra_controllers, tuple(read_by), settings | read_by
+    )
 
 
 def parts_of(hoist: Hoist | None = None, plc: Plc | None = None, sensors: Sensors | None = None) -> Parts:

@@ -23,10 +23,11 @@ heading: waves "travel to" or "come from", "counter-clockwise from" or "clockwis
 "stern". mirror: port-starboard, where headings cover one side, both ends included, of a ship that is the same on the
 other; none, where they go all round.
 origin: the point that moves so and where a wave crest passes at phase 0, in words; its heave in long waves is 1.
-source, note: free, note as often as wanted. name, axes, time or phase, heading, mirror, origin must be there, nothing
-is assumed. Frequency: "omega [rad/s]", "frequency [Hz]" or "period [s]"; phases in deg or rad; rotations all in rad/m
-or all in deg/m. Rows in any order; every heading has every frequency, once. Blank lines do not count. Columns are
-separated by comma, semicolon or tab, with the latter two decimals may have a comma.
+depth: of the water, such as 80 m, where it is not deep. source, note: free, note as often as wanted. name, axes, time
+or phase, heading, mirror, origin must be there, nothing is assumed. Frequency: "omega [rad/s]", "frequency [Hz]" or
+"period [s]"; phases in deg or rad; rotations all in rad/m or all in deg/m. Rows in any order; every heading has every
+frequency, once. Blank lines do not count. Columns are separated by comma, semicolon or tab, with the latter two
+decimals may have a comma.
 """
 
 from __future__ import annotations
@@ -48,11 +49,11 @@ from stillhook.formats.table.dialect import one_newline
 from stillhook.formats.table.text import TextTable, headed_table
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import Convention, one_side, to_rao
-from stillhook.units import quote
+from stillhook.units import parse, quote
 
 FIRST = "# stillhook vessel motions"
 VERSION = 1
-KEYS = ("name", "axes", "time", "phase", "heading", "mirror", "origin", "source", "note")
+KEYS = ("name", "axes", "time", "phase", "heading", "mirror", "origin", "depth", "source", "note")
 FREQUENCIES = {"omega [rad/s]": 1.0, "frequency [Hz]": 2.0 * np.pi, "period [s]": -2.0 * np.pi}
 """Columns of frequency: what makes omega of them; negative where it is divided by the column."""
 ANGLES = {"deg": np.pi / 180.0, "rad": 1.0}
@@ -94,16 +95,31 @@ def read_rao_csv(path: Path, text: str) -> Rao:
     source = ", ".join(t for t in (f"{path.name} (CSV)", head.declared.get("source", (0, ""))[1]) if t)
     notes = (*head.notes, f"read as CSV: {convention.describe()}")
     name, origin = head.declared["name"][1], head.declared["origin"][1]
+    depth = parse(head.declared["depth"][1], "length", f"{path.name}: depth") if "depth" in head.declared else np.inf
     return to_rao(
-        convention, name=name, omega=omega, heading=heading, H=grid, source=source, origin=origin, notes=notes
+        convention,
+        name=name,
+        omega=omega,
+        heading=heading,
+        H=grid,
+        source=source,
+        origin=origin,
+        notes=notes,
+        depth=depth,
     )
 
 
 def write_rao_csv(
-    rao: Rao, path: str | os.PathLike[str], *, source: str, notes: Sequence[str] = (), mirror: bool = False
+    rao: Rao,
+    path: str | os.PathLike[str],
+    *,
+    source: str,
+    notes: Sequence[str] = (),
+    mirror: bool = False,
+    exact: bool = False,
 ) -> Path:
     """Write a vessel in Stillhook's own convention, with six digits; the file appears under its name only when it is
-    complete.
+    complete. exact: with all digits, so that the same numbers are read.
 
     source: one line on where the numbers are from; notes: lines that stay with the vessel (those of rao stay behind: a
     reader makes its own). mirror: write one side, 0 to 180 deg, of a ship that is the same on the other.
@@ -116,16 +132,18 @@ def write_rao_csv(
         ("heading", "waves travel to, counter-clockwise from bow"),
         ("mirror", sides),
         ("origin", rao.origin),
+        *([("depth", f"{rao.depth!r} m")] if np.isfinite(rao.depth) else []),
         ("source", source),
     ]
     declared += [("note", note) for note in notes]
     head = [f"{FIRST} {VERSION}", *(f"# {key}: {' '.join(value.split())}" for key, value in declared)]
     columns = [f"{dof} {part} [{_unit(dof, 'rad')}]" for dof in DOFS for part in ("re", "im")]
-    body = [",".join(("omega [rad/s]", "heading [deg]", *columns))]
-    for j, angle in enumerate(beta):
+    unit, angles = ("rad", beta) if exact else ("deg", np.degrees(beta))
+    body = [",".join(("omega [rad/s]", f"heading [{unit}]", *columns))]
+    for j, angle in enumerate(angles):
         for k, w in enumerate(rao.omega):
             parts = np.column_stack([H[:, j, k].real, H[:, j, k].imag]).ravel()
-            body.append(",".join(f"{v:.6g}" for v in (w, np.degrees(angle), *parts)))
+            body.append(",".join(repr(float(v)) if exact else f"{v:.6g}" for v in (w, angle, *parts)))
     target = Path(path)
     with atomic_file(target) as part:
         part.write_text("\n".join((*head, *body)) + "\n", encoding="utf-8")

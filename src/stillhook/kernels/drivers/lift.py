@@ -60,7 +60,7 @@ def lift_driver(winch: Driver, joint: Any) -> LiftDriver:
     LANES, plant = winch.lanes, winch.plant
     wire = lift_wire(winch, joint)
     Lane, look_up, relay, take_water, wire_step = wire.Lane, wire.look_up, wire.relay, wire.take_water, wire.wire_step
-    circuit, geometry, sense, stored_energy = plant.circuit, plant.geometry, plant.sense, plant.stored_energy
+    circuit, geometry, sensing, stored_energy = plant.circuit, plant.geometry, winch.sensing, plant.stored_energy
     control, signals, fold, path_point = winch.control, winch.signals, winch.fold, winch.path_point
     step, in_force, tip_between = winch.step, winch.in_force, winch.tip_between
     take_tick, watch, path_energy = winch.take_tick, winch.watch, winch.path.energy
@@ -165,7 +165,7 @@ def lift_driver(winch: Driver, joint: Any) -> LiftDriver:
         # from drum to tip the wire is damped as its elements are
         geo = with_c(geometry(b.x.path.s_w, b.p), e.c / e.k * rope.EA / rope.L_0)
         q = path_point(b.x, geo, tip, b.p)
-        raw = sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p)
+        raw, _, _ = sensing(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.laws, b.p)
         order, sup = supervise(
             Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip), b.hang.sup, b.stage, b.lift.settings
         )

@@ -40,7 +40,7 @@ def rest_of(d: Driver) -> Rest:
     LANES = d.lanes
     State, Lane, Command, Params = d.State, d.Lane, d.Command, d.Params
     geometry, control, path_point = d.geometry, d.control, d.path_point
-    start, settle, sense = d.plant.start, d.plant.settle, d.plant.sense
+    start, settle, sensing = d.plant.start, d.plant.settle, d.sensing
     path_start, path_weight = d.path.start, d.path.weight
     load, beginning = access(Lane, LANES).load, access(Beginning, LANES).load
     put_x, put_u, put_m = access(State, LANES).store, access(Command, LANES).store, access(Memory, LANES).store
@@ -91,6 +91,7 @@ def rest_of(d: Driver) -> Rest:
             b = load(A, l)
             tip, geo = Tip(b.tick.s, b.tick.v), geometry(b.x.path.s_w, b.p)
             q = path_point(b.x, geo, tip, b.p)
-            put_sensed(S, l, sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p))
+            sensed, _, _ = sensing(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.laws, b.p)
+            put_sensed(S, l, sensed)
 
     return Rest(at_rest, prepare, read)

@@ -53,6 +53,7 @@ class Driver:
     in_force: Any
     tip_between: Any
     take_tick: Any
+    sensing: Any
     control: Any
     signals: Any
     fold: Any
@@ -70,7 +71,7 @@ def winch_driver(plant: Any, path: Any, laws: ControlLaws, lanes: int, made_of: 
     of = f"{__name__} {plant.__name__}, {path.__name__}, {laws.Record.__module__}"
     Command, Params, LawRecord = plant.Command, plant.Params, laws.Record
     circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
-    sense, actuate = plant.sense, plant.actuate
+    sensing, actuate = laws.sensing(plant.sense), plant.actuate
     own_signals, winch_powers, stored_energy = plant.signals, plant.powers, plant.stored_energy
     limits, fold_extremes = plant.limits, plant.fold_extremes
     supplied = inflow(plant.Powers, *(n for n in plant.SUPPLIED if n not in getattr(plant, "WITHIN", ())))
@@ -186,7 +187,8 @@ def winch_driver(plant: Any, path: Any, laws: ControlLaws, lanes: int, made_of: 
         """One PLC cycle: plant commands, the PLC's memory, what the controllers remember, and the active drive's
         signals."""
         q = path_point(x, geo, tip, p)
-        read, m, laws = plc_check(sense(x.winch, x.path, q, m, tick, geo, p), m, laws, p.plc)
+        read, tick, laws = sensing(x.winch, x.path, q, m, tick, geo, laws, p)
+        read, m, laws = plc_check(read, m, laws, p.plc)
         drive, after, laws = plc_cycle(read, m, laws, p.plc)
         u, after, drive = actuate(drive, read, x.winch, m, after, tick, geo, p)
         return u, after, laws, drive
@@ -352,6 +354,7 @@ def winch_driver(plant: Any, path: Any, laws: ControlLaws, lanes: int, made_of: 
         in_force=in_force,
         tip_between=tip_between,
         take_tick=take_tick,
+        sensing=sensing,
         control=control,
         signals=signals,
         fold=fold,

@@ -1,5 +1,4 @@
-"""The linear form of a winch from its twin: describing function, remnant and compliance, and tables of them over
-tension and length of wire."""
+"""The linear form of a winch from its twin: describing function, remnant and compliance."""
 
 from __future__ import annotations
 
@@ -10,8 +9,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,11 +35,10 @@ from stillhook.response.winch.duty import (
     soft,
     spectra,
 )
-from stillhook.response.winch.linear_form import HARMONICS, Remnant, Residual, WinchCompliance, neighbours
+from stillhook.response.winch.linear_form import HARMONICS, Remnant, Residual, WinchCompliance
 from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane, content, rounded
-from stillhook.spec.scenario import Mode, Sensors, mode_of
-from stillhook.units import show
+from stillhook.spec.scenario import Mode, mode_of
 
 SPACING = 0.1
 """Spacing of the series [s]; nothing moves faster than 8 rad/s."""
@@ -395,59 +392,6 @@ def _write(file: Path, residual: Residual) -> None:
         np.savez_compressed(out, **arrays)
 
 
-@dataclass(frozen=True, eq=False)
-class ResidualGrid:
-    """Residuals at tensions F (m,) [N] and lengths of wire s_w (k,) [m], both ascending, of one winch in one mode;
-    tables[i][j]."""
-
-    F: tuple[float, ...]
-    s_w: tuple[float, ...]
-    tables: tuple[tuple[Residual, ...], ...] = field(repr=False)
-
-    def at(self, F: float, s_w: float) -> Residual:
-        """The residual at a tension [N] and a length [m] within the grid: its four neighbours mixed, densities in their
-        logarithms.
-
-        Errors: LiftError outside the grid.
-        """
-        for name, value, knots, kind in (("tension", F, self.F, "force"), ("wire", s_w, self.s_w, "length")):
-            if not knots[0] <= value <= knots[-1]:
-                raise LiftError(
-                    f"residual grid: {name} {show(value, kind)} is outside {show(knots[0], kind)} to"
-                    f" {show(knots[-1], kind)}. Identify a wider grid."
-                )
-        (i,), (i_1,), (f,) = neighbours(np.array(self.F), np.array([F]))
-        (j,), (j_1,), (g,) = neighbours(np.array(self.s_w), np.array([s_w]))
-        low, high = (mixed(row[j], row[j_1], float(g)) for row in (self.tables[i], self.tables[i_1]))
-        return mixed(low, high, float(f))
-
-
-def identify_grid(
-    crane: Crane,
-    F: Sequence[float],
-    s_w: Sequence[float],
-    mode: Mode | str | None = None,
-    *,
-    sensors: Sensors | None = None,
-    threads: int = 2,
-    cache: bool = True,
-    progress: Progress | None = None,
-) -> ResidualGrid:
-    """Residuals at every tension F [N] and length s_w [m], both ascending; see `identify_residual` for errors and cost
-    of each."""
-    for name, values in (("F", F), ("s_w", s_w)):
-        if not len(values) or any(b <= a for a, b in pairwise(values)):
-            raise LiftError(f"residual grid: {name} must hold one value or more, ascending. Sort them.")
-    sensed = sensors or Sensors()
-
-    def identify(force: float, length: float) -> Residual:
-        return identify_residual(
-            crane, Duty(force, length, sensed), mode, threads=threads, cache=cache, progress=progress
-        )
-
-    return ResidualGrid(tuple(F), tuple(s_w), tuple(tuple(identify(force, length) for length in s_w) for force in F))
-
-
 def mixed(a: Residual, b: Residual, share: float) -> Residual:
     """Two residuals on the same frequencies and amplitudes as one, `share` of the second."""
     if share == 0.0:
@@ -455,7 +399,7 @@ def mixed(a: Residual, b: Residual, share: float) -> Residual:
     if share == 1.0:
         return b
     if a.remnant is None or b.remnant is None or a.compliance is None or b.compliance is None:
-        raise LiftError("residual grid: a residual has no remnant or compliance. Identify all of them on the twin.")
+        raise LiftError("residuals: one has no remnant or compliance. Identify all of them on the twin.")
     m, n = a.remnant, b.remnant
     n_sigma = min(len(m.sigma_v), len(n.sigma_v))  # the twin may be lost earlier under one load
     S = np.exp((1.0 - share) * np.log(m.S[:, :n_sigma]) + share * np.log(n.S[:, :n_sigma]))

@@ -22,7 +22,7 @@ from stillhook.sea.spectra.parametric import (
     pierson_moskowitz,
 )
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum, check_spread
-from stillhook.units import parse, quote
+from stillhook.units import exact, parse, quote
 
 FIELDS: Mapping[str, tuple[str, ...]] = {
     "jonswap": ("Hs", "Tp", "Tz", "gamma", "norm"),
@@ -93,6 +93,24 @@ def parse_sea(text: str, *, heading: str | None = None, spread: float | None = N
             )
         trains.append(Train(_spectrum(place, name, values), towards, n))
     return Sea(tuple(trains))
+
+
+def sea_text(sea: Sea) -> str:
+    """A sea as text that `parse_sea` reads as the same sea, to the last digit. Errors: SeaError for spectra other than
+    JONSWAP, Pierson-Moskowitz and Torsethaugen."""
+    return " + ".join(_train_text(train) for train in sea.trains)
+
+
+def _train_text(train: Train) -> str:
+    spectrum = train.spectrum
+    if not isinstance(spectrum, Jonswap | Torsethaugen):
+        raise SeaError(f"{spectrum.describe()}: has no text. Write JONSWAP, Pierson-Moskowitz and Torsethaugen.")
+    values = {"Hs": exact(spectrum.H_s, "length"), "Tp": exact(spectrum.T_p, "time")}
+    values |= {"gamma": repr(spectrum.gamma)} if isinstance(spectrum, Jonswap) else {}
+    values |= {} if spectrum.norm == "exact" else {"norm": spectrum.norm}
+    values["heading"] = exact(train.beta, "angle")
+    values |= {} if train.spread is None else {"spread": repr(float(train.spread))}
+    return " ".join([spectrum.kind, *(f"{key}={value}" for key, value in values.items())])
 
 
 def _terms(text: str, where: str) -> list[tuple[str, str, dict[str, str]]]:

@@ -21,7 +21,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.choice import choice
 from stillhook.base.identity import remembered
 from stillhook.errors import SeaError
-from stillhook.sea.motion.irregular import FINE, SHORTEST_REPEAT, IrregularTip, synthesis
+from stillhook.sea.motion.irregular import COARSE, FINE, SHORTEST_REPEAT, IrregularTip, synthesis
 from stillhook.sea.spectra.spectrum import Sea, WaveSpectrum
 from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.ship_motion import tip_height
@@ -48,6 +48,19 @@ class Amplitudes(StrEnum):
 
     FIXED = "fixed"
     RAYLEIGH = "rayleigh"
+
+
+class Resolution(StrEnum):
+    """How closely the curve of a tip's motion follows its waves (`stillhook.sea.motion.irregular`): coarse for runs in
+    great numbers."""
+
+    FINE = "fine"
+    COARSE = "coarse"
+
+    @property
+    def angle(self) -> float:
+        """Angle between two nodes of the curve for the fastest wave [rad]."""
+        return FINE if self is Resolution.FINE else COARSE
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,3 +366,12 @@ def _series(waves: Realisation, c: ComplexArray, n: int) -> FloatArray:
     out = np.empty((n + 1, *x.shape[:-1]))
     out[:n], out[n] = x.T, x.T[0]
     return out
+
+
+def moved_by(
+    waves: Realisation, rao: Rao, x: float, y: float, *, water: bool, left: float, resolution: Resolution
+) -> tuple[IrregularTip, WaveField | None]:
+    """Motion of the crane tip over (x, y) [m] from the vessel's reference point, and the water there, of one
+    realisation. water: whether it is wanted; left: part of the tip's motion that is kept."""
+    tip = tip_motion(waves, rao, x, y, fine=resolution.angle)
+    return tip if left == 1.0 else tip.times(left), wave_field(waves, x, y) if water else None

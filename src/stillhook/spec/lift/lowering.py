@@ -14,11 +14,18 @@ from pydantic import BeforeValidator, Field, SerializeAsAny, field_validator
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError
-from stillhook.sea.motion.irregular import COARSE
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.realisation import Amplitudes, WaveField, band, realise, samples, tip_motion, wave_field
+from stillhook.sea.vessel.realisation import (
+    Amplitudes,
+    Resolution,
+    WaveField,
+    band,
+    moved_by,
+    realise,
+    samples,
+)
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Move, Phase, moves
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
@@ -221,7 +228,6 @@ class InSea:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without
         waves."""
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
-        tip = tip_motion(waves, self.rao, self.x, self.y, fine=COARSE)
-        tip = tip if self.left == 1.0 else tip.times(self.left)
-        water = wave_field(waves, self.x, self.y) if self.water else None
+        place = waves, self.rao, self.x, self.y
+        tip, water = moved_by(*place, water=self.water, left=self.left, resolution=Resolution.COARSE)
         return self.lift.model_copy(update={"tip": tip, "waves": water})

@@ -14,7 +14,7 @@ from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.base.progress import Progress
 from stillhook.engine.lowering.problem import Case
 from stillhook.engine.lowering.run import PEAK_INTERVAL as INTERVAL
-from stillhook.engine.simulate import End, simulate
+from stillhook.engine.simulate import End, simulate, stored_places
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Seas
@@ -230,18 +230,7 @@ class Cells:
             cases += made
             cranes += [crane] * len(made)
             sizes.append(len(made))
-        data = simulate(
-            cranes,
-            cases,
-            step=f"{self.plan.once(step_of)!r} s",
-            sampling=f"{sampling_of(self.plan)!r} s",
-            end=End.PROGRAMME,
-            on_failure="mark",
-            store=self.execution.store,
-            client=self.execution.client,
-            threads=self.execution.threads,
-            progress=progress,
-        )
+        data = self._simulated(cranes, cases, progress)
         counts = [
             self._course_of(request).counts
             for request, size in zip(missing.values(), sizes, strict=True)
@@ -268,6 +257,37 @@ class Cells:
             )
             start += size
 
+    def _simulated(
+        self, cranes: Sequence[Crane], cases: Sequence[Case], progress: Progress | None = None
+    ) -> xarray.Dataset:
+        """Runs as the plan makes them."""
+        return simulate(
+            cranes,
+            cases,
+            **self.options,
+            on_failure="mark",
+            store=self.execution.store,
+            client=self.execution.client,
+            threads=self.execution.threads,
+            progress=progress,
+        )
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """How a run is made: step, sampling, and where it ends."""
+        step, sampling = self.plan.once(step_of), sampling_of(self.plan)
+        return {"step": f"{step!r} s", "sampling": f"{sampling!r} s", "end": End.PROGRAMME}
+
+    def stored(self, request: CellRequest) -> tuple[list[int], Runs]:
+        """Runs of a cell that the store holds, by their numbers from 1 up to `request.seeds`, and what they gave;
+        nothing is run."""
+        crane, cases = self.cases(request, range(1, request.seeds + 1))
+        places = stored_places(crane, cases, store=self.execution.store, **self.options)
+        if not places:
+            return [], {}
+        data = self._simulated([crane] * len(places), [cases[i] for i in places])
+        return [i + 1 for i in places], run_numbers(data, [self._course_of(request).counts] * len(places))
+
     def _intervals(self, request: CellRequest) -> int:
         """Whole intervals of a run that count, whenever the part that counts begins; 0 where its peaks do not."""
         if self.plan.phase(request.phase).kind not in STATIONARY or self.plan.environment.calm(request.spot.Hs):
@@ -283,15 +303,19 @@ class Cells:
 
     def _cases(self, request: CellRequest) -> tuple[Crane, list[Case]]:
         """Runs of a cell that are still missing."""
+        first = len(self._durations(request)) + 1
+        self.n_runs += request.seeds - first + 1
+        self.seconds += self._course_of(request).duration * (request.seeds - first + 1)
+        return self.cases(request, range(first, request.seeds + 1))
+
+    def cases(self, request: CellRequest, numbers: Sequence[int]) -> tuple[Crane, list[Case]]:
+        """Crane and runs of a cell, by their numbers from 1; the one of a calm."""
         phase, course = self.plan.phase(request.phase), self._course_of(request)
         crane, mode = self.plan.once(machine_of, request.winch)
         calm = request.winch.hangs(self.plan).once(lowering_of, phase, course, mode)
-        first = len(self._durations(request)) + 1
-        self.n_runs += request.seeds - first + 1
-        self.seconds += course.duration * (request.seeds - first + 1)
         if self.plan.environment.calm(request.spot.Hs):
             return crane, [calm]
-        seeds = [seed_of(request.spot, k, self.execution.seed) for k in range(first, request.seeds + 1)]
+        seeds = [seed_of(request.spot, k, self.execution.seed) for k in numbers]
         one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, seeds[0])
         return crane, [replace(one, seed=seed) for seed in seeds]
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 import xarray
+from trials.ringing import ringing, rms_above
 
-from stillhook.analysis.loop_stability.margins import ringing, rms_above
 from stillhook.errors import StillhookError
 
 PERIOD, ZETA, REST = 0.7, 0.1, 40e5

@@ -1,0 +1,196 @@
+"""The run that governs a cell: the worst of those about its limit, and its lift file, which `stillhook lower` repeats
+to the bit."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.atomic import atomic_folder, check_folder
+from stillhook.base.progress import Progress
+from stillhook.engine.simulate import simulate
+from stillhook.errors import PlanError
+from stillhook.formats.lift_file import load_lift
+from stillhook.formats.lift_writer import FILES, LIFT, Run, write_lift
+from stillhook.plan.answer.governing import SAME, Governing, Wanted
+from stillhook.plan.definition.capacities import calm as calm_of
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.rules import Limited
+from stillhook.plan.limits import limited
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, Runs, run_numbers
+from stillhook.plan.tiers.time_domain.crossings import BIN, crosses
+from stillhook.plan.tiers.time_domain.curves import x_limit_of
+from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
+from stillhook.plan.tiers.time_domain.measures import Measure, measures
+from stillhook.plan.tiers.time_domain.placing import COARSE, FINE, TURN, Search, snapped
+from stillhook.report.formatting import cell as shown
+from stillhook.report.pictures import can_draw
+from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
+from stillhook.units import number, show
+
+ABOUT = 0.1
+"""How far from the limiting height runs may be that stand for it, in ln."""
+MOST = 128
+"""Numbers up to which runs of a sea are looked for in a store."""
+
+
+@dataclass(frozen=True, eq=False)
+class GoverningRun:
+    """The worst of the runs about a limit. Hs of its sea [m]; number of the run in that sea, n of runs that it is the
+    worst of; made: whether they were made now, for the store had none; rule with its limit there; value of the rule's
+    quantity in the run [SI]; counts: number of the phase that counts."""
+
+    ask: Wanted
+    of: Governing
+    Hs: float
+    number: int
+    n: int
+    made: bool
+    rule: Limited
+    value: float
+    measure: Measure = field(repr=False)
+    counts: int
+    run: Run = field(repr=False)
+
+    @property
+    def limit(self) -> float:
+        """Limit of the rule at the height of the run [SI]."""
+        return float(self.rule.at(np.array([self.Hs]))[0])
+
+    @property
+    def folder(self) -> str:
+        """Name of a folder for it."""
+        height = "" if self.ask.Hs is None else f"-{number(self.Hs)}m"
+        place = f"{number(self.ask.Tp)}s-{number(math.degrees(self.ask.beta))}deg{height}"
+        return re.sub(r"[^a-z0-9.]+", "-", f"cell-{place}-{self.of.by}-{self.of.phase.name}".lower()).strip("-")
+
+    @property
+    def line(self) -> str:
+        """What governs, which number, which limit."""
+        of, name = self.of, self.rule.rule.quantity
+        credited = f", credited to {of.alternative}" if of.by is not of.alternative else ""
+        up_to = (
+            f"{self.rule.rule.key} in {of.phase.name} governs {of.by}{credited}, up to Hs {show(of.Hs, 'length', 3)}"
+        )
+        what = f"{of.phase.name}, {of.by}" if math.isnan(of.Hs) else up_to
+        which = "the run" if self.n == 1 else f"run {self.number}, the worst of {self.n}{' made now' * self.made}"
+        sea = "in still water" if self.Hs == 0.0 else f"at Hs {show(self.Hs, 'length', 3)}"
+        sense = self.rule.rule.sense.replace("-", " ")
+        judged = f"{name} {shown(name, self.value)}, {self.rule.rule.key} {sense} {shown(name, self.limit)}"
+        return f"{self.ask.text}: {what}; {which} {sea}: {judged}"
+
+    def facts(self) -> dict[str, Any]:
+        """Plain data for JSON [SI]."""
+        of = self.of
+        who = {"alternative": of.alternative.value, "runs_of": of.by.value, "phase": of.phase.name}
+        place = {"Tp": self.ask.Tp, "heading": self.ask.beta, "Hs_limit": of.Hs, "credited": of.credited}
+        run = {"Hs": self.Hs, "run": self.number, "of": self.n, "seed": getattr(self.run.case, "seed", None)}
+        rule = {"rule": self.rule.rule.key, "quantity": self.rule.rule.quantity}
+        return who | place | run | rule | {"value": self.value, "limit": self.limit, "text": self.line}
+
+
+def governing_run(
+    plan: LiftPlan, of: Governing, ask: Wanted, execution: Execution, progress: Progress | None = None
+) -> GoverningRun:
+    """The worst run about a limit, of those in the store; made as the plan makes them where it has none.
+
+    Of runs that have a height each (phases over the seabed) those within 5 % of the one next to the limit count, else
+    those of the height next to it. Worst is the one that uses most of the rule.
+    """
+    cells = Cells(plan, execution)
+    top = max(plan.environment.Hs)
+    goal = ask.Hs if ask.Hs is not None else min(of.Hs, top)
+    heights = [goal] if ask.Hs is not None or goal <= 0.0 else _ladder(goal, top)
+    cell = CellRequest(of.phase.name, winch_of(of.phase, of.by), SeaState(goal, ask.Tp, ask.beta), MOST)
+    found: list[tuple[float, int, Runs, int]] = []  # height, number, runs of its cell, place in them
+    for Hs in heights:
+        numbers, runs = cells.stored(_at(plan, cell, Hs))
+        found += [(Hs, k, runs, i) for i, k in enumerate(numbers)]
+    made = not found
+    if made:
+        request = _at(plan, cell, heights[0])._replace(seeds=1 if plan.environment.calm(heights[0]) else Search().seeds)
+        cells.request([request], progress)
+        of_cell = cells.runs[request.cell]
+        found = [(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
+    nearest = min((row[0] for row in found), key=lambda Hs: _off(Hs, goal))
+    room = 0.5 * BIN if crosses(of.phase) and ask.Hs is None else 0.0
+    about = [row for row in found if _off(row[0], nearest) <= room]
+    course = cells.course(of.phase, cell.winch, cell.spot)
+    known = measures(plan, of.phase, of.by, cell.winch, course)
+    still = plan.once(calm_of, of.phase)
+    rules = [each for each in limited(plan, of.phase, of.by) if of.rule in ("", each.rule.key)]
+    judged = [
+        (used, -j, each)
+        for each in rules
+        if (measure := known.get(each.rule.quantity)) is not None and all(measure.x in row[2] for row in about)
+        for j, row in enumerate(about)
+        for used in [_used(measure, each, row[0], row[2], still.get(each.rule.quantity, math.nan))[row[3]]]
+    ]
+    if not judged:
+        raise PlanError(f"--cell: {ask.text}: runs of {of.phase.name} say nothing of {of.rule or 'its rules'}.")
+    _, j, rule = max(judged, key=lambda row: row[:2])
+    Hs, k, runs, i = about[-j]
+    measure = known[rule.rule.quantity]
+    crane, cases = cells.cases(_at(plan, cell, Hs), [k])
+    value = float(measure.of_x(measure.values(runs)[i : i + 1])[0])
+    run = Run(crane, cases[0], **cells.options)
+    return GoverningRun(ask, of, Hs, k, len(about), made, rule, value, measure, course.counts, run)
+
+
+def _at(plan: LiftPlan, cell: CellRequest, Hs: float) -> CellRequest:
+    calm = plan.environment.calm(Hs)
+    return cell._replace(spot=cell.spot._replace(Hs=Hs), seeds=1 if calm else cell.seeds)
+
+
+def _off(Hs: float, goal: float) -> float:
+    """Distance of two heights, in ln."""
+    return abs(math.log(max(Hs, SAME) / max(goal, SAME)))
+
+
+def _ladder(goal: float, top: float) -> list[float]:
+    """Heights that a plan runs about one [m], the nearest first."""
+    steps = [snapped(goal), *(snapped(x) for x in np.arange(FINE, top + COARSE, FINE if goal < TURN else COARSE))]
+    near = {Hs for Hs in steps if Hs <= top * (1.0 + 1e-9) and _off(Hs, goal) <= ABOUT}
+    return sorted(near | {min(snapped(goal), top)}, key=lambda Hs: (_off(Hs, goal), Hs))
+
+
+def _used(measure: Measure, rule: Limited, Hs: float, runs: Runs, still: float) -> FloatArray:
+    """How much runs at a height use of what a rule leaves to the waves (n,) [-]; still: the quantity in still water
+    [SI], NaN where it is none."""
+    x, x_limit = measure.values(runs), x_limit_of(measure, float(rule.at(np.array([Hs]))[0]))
+    x_still = measure.to_x(still) if math.isfinite(still) else 0.0
+    return (x - x_still) / (x_limit - x_still) if x_limit > x_still else np.where(x > x_limit, np.inf, 0.0)
+
+
+class Lowered(NamedTuple):
+    """What was written of a run: names of the files; repeats: whether the lowering of the file gave the number of the
+    plan's own run; line: how it is repeated."""
+
+    files: tuple[str, ...]
+    repeats: bool
+    line: str
+
+
+def lowered(found: GoverningRun, folder: Path) -> Lowered:
+    """Write the run as a lift file, lower that, and write pictures, series, summary and, where pictures can be drawn,
+    its animation beside it."""
+    check_folder(folder, (*FILES, *LOWERING_FILES, ANIMATION))
+    with atomic_folder(folder) as part:
+        names = write_lift(found.run, part, remarks=[found.line, f"Repeat it: stillhook lower {LIFT} --out again"])
+    file = load_lift(folder / LIFT)
+    data = simulate(file.crane, file.lift, step=file.step, every=file.every, sampling=file.sampling, end=file.end)
+    animation = can_draw()
+    pictures = write_lowering(folder, data, file, lowering_answer(data, file), animation=animation)
+    numbers = run_numbers(data.expand_dims("case"), [found.counts])
+    value = float(found.measure.of_x(found.measure.values(numbers))[0])
+    name = found.rule.rule.quantity
+    same = value == found.value
+    again = "to the bit" if same else f"with {name} {shown(name, value)}: the store is of another version or machine"
+    line = f"stillhook lower {folder / LIFT} repeats it {again}."
+    return Lowered((*names, *pictures), same, line)
