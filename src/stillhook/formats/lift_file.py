@@ -25,7 +25,7 @@ from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.library import load_crane
 from stillhook.library.catalogue import read_compensator, read_payload, vessel_file, vessels
 from stillhook.library.toml.file import TomlTable, read_toml
-from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
+from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_toml, unknown_name
 from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.directions import parse_direction
@@ -454,6 +454,24 @@ def load_lift(
             f" {have}."
         )
     return read_toml(path, FileKind.LIFT, LiftError, lambda table: _lift(table, seed, duration, moving))
+
+
+def payload_in(path: str | Path) -> tuple[Payload, float]:
+    """The payload that a lift file names, and the density of its water [kg/m^3]. Errors: StillhookError, one line."""
+
+    def read(table: TomlTable) -> tuple[Payload, float]:
+        table, file = read_lift(table, LiftTables)
+        return payload_of(file, table), file.water.rho
+
+    path = LIBRARY / "lifts" / f"{path}.toml" if str(path) in lifts() else path
+    return read_toml(path, FileKind.LIFT, LiftError, read)
+
+
+def is_lift(name: str) -> bool:
+    """Whether a name is that of a lift of the library, or of a lift file."""
+    return name in lifts() or (
+        name.endswith(".toml") and Path(name).is_file() and kind_of_toml(toml_text(Path(name))) is FileKind.LIFT
+    )
 
 
 def lifts() -> tuple[str, ...]:

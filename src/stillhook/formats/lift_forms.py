@@ -155,6 +155,7 @@ def converted(text: str) -> tuple[str, tuple[str, ...]]:
     Errors: LiftError for a file that mixes both; ConvertError for one of today, or one written in a way that its lines
     do not show, such as phases in one line.
     """
+    text = text if text.endswith("\n") else f"{text}\n"
     data = tomllib.loads(text)
     these = changes(data)
     if not these and "stage" not in data:

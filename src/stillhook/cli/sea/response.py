@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 DEPTH_HELP = (
     'Depth of the payload\'s underside below still water, "1500 m" (negative: in the air). Default: the deepest'
-    " place at which a stage compensates (AHC), else 20 m above the seabed."
+    " place at which a phase compensates (AHC), else 20 m above the seabed."
 )
 SEA_HELP = (
     "File of measured waves in place of the lift's sea, every record of it: NDBC spectra or standard meteorology, gz"
