@@ -10,8 +10,8 @@ import pytest
 import stillhook
 from stillhook.cli import run
 from stillhook.errors import StillhookError
+from stillhook.formats.lift.forms import changed, changes, converted, negative
 from stillhook.formats.lift_file import lifts, load_lift
-from stillhook.formats.lift_forms import changed, changes, converted, negative
 from stillhook.plan.answer.saved import _in_depths
 from stillhook.plan.file import plans
 from stillhook.spec.lift.phase import Phase

@@ -21,15 +21,9 @@ from stillhook._version import __version__
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
 from stillhook.errors import LiftError, PlanError, WeatherError
-from stillhook.formats.lift_file import (
-    LiftTables,
-    compensator_of,
-    depth_notes,
-    lifts,
-    payload_of,
-    read_lift,
-    still_place,
-)
+from stillhook.formats.lift.place import depth_notes, still_place
+from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
+from stillhook.formats.lift_file import lifts
 from stillhook.formats.weather.file import SENSES
 from stillhook.formats.weather.times import ORDERS
 from stillhook.kernels.build import results_hash

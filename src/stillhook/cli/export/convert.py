@@ -76,7 +76,7 @@ def convert(
 def _lift_file(source: Path, target: Path) -> tuple[str, ...]:
     """Write an old lift file in the words of today; what was changed, a line each."""
     from stillhook.base.atomic import atomic_file
-    from stillhook.formats.lift_forms import converted
+    from stillhook.formats.lift.forms import converted
     from stillhook.library.toml.kinds import FileKind
     from stillhook.library.toml.tree import parsed, toml_text
 
