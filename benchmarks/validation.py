@@ -16,7 +16,7 @@ from trials.campaigns import write_campaign
 
 from stillhook.validate import load_campaign, validate
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.data_set.read import read_records
 from stillhook.validate.validation import STEPS
 
 GOAL = 30.0

@@ -14,7 +14,7 @@ from stillhook.analysis.steady.steady_state import motor_law
 from stillhook.base.arrays import FloatArray
 from stillhook.control.commands import feedback, feedforward
 from stillhook.control.registry import DEFAULT_MODE
-from stillhook.engine.pack.winch import NO_LIMIT, gains
+from stillhook.engine.pack.winch import gains
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import motor_torque
@@ -23,6 +23,7 @@ from stillhook.physics.scalar import clip
 from stillhook.sea.motion.motion import Motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
+from stillhook.winches.circuits.packing import NO_LIMIT
 
 RTOL = 1e-9
 LONGEST_STEP = 0.05

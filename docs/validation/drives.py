@@ -41,7 +41,7 @@ def electric_form(run: DriveRun) -> dict[str, float]:
     crane = run.drive.crane
     p = pack(crane, run.case).params
     geo = crane.plant.type.module.geometry(100.0, p)
-    h, M, y = p.hoist, p.machines, p.hoist.friction
+    h, M, y = p.hoist, p.drive.machines, p.hoist.friction
     w = 2.0 * math.pi / PERIOD
     peak = AMPLITUDE * w / geo.r_eff
     F = (LOAD + crane.hook_mass) * G

@@ -72,7 +72,7 @@ def poles(crane: Crane) -> tuple[np.ndarray, np.ndarray]:
     q = electric.load_path.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
     T = F * geo.r_eff
     names = ("i", "omega_m", "omega_ref", "T_n")
-    middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.machines), T_ff=T)
+    middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.drive.machines), T_ff=T)
 
     def rate(v: np.ndarray) -> np.ndarray:
         x = middle._replace(**{n: getattr(middle, n) + d for n, d in zip(names, v[:4], strict=True)})
@@ -84,7 +84,7 @@ def poles(crane: Crane) -> tuple[np.ndarray, np.ndarray]:
     J = np.column_stack([(rate(e * h) - rate(-e * h)) / (2.0 * h) for e, h in zip(np.eye(5), step, strict=True)])
     speed, inertia = crane.electric.speed, 1.0 / geo.i_J
     K, K_i = speed.K, speed.K / speed.T_i
-    loop = np.polymul([inertia / p.rate_i, inertia, K, K_i], [speed.tau_ref, 1.0, 0.0])
+    loop = np.polymul([inertia / p.drive.rate_i, inertia, K, K_i], [speed.tau_ref, 1.0, 0.0])
     kappa = crane.control.K_p * MOTOR.n_full * geo.r_eff
     return np.sort_complex(np.linalg.eigvals(J)), np.sort_complex(
         np.roots(np.polyadd(loop, kappa * np.array([K, K_i])))
@@ -145,7 +145,7 @@ def claims(wave: Result) -> dict[str, tuple[str, str, str]]:
     P, s_w = counted(down, "P_dc"), counted(down, "s_w")
     back = -0.01 * float(np.sum(P) - 0.5 * (P[0] + P[-1]))
     losses = sum(joules(down, name) for name in ("copper", "iron", "inverter", "friction"))
-    M = pack(CRANE, Scenario(load="47 t", s_w="200 m")).params.machines
+    M = pack(CRANE, Scenario(load="47 t", s_w="200 m")).params.drive.machines
     speeds = np.linspace(1.0, M.n_max, 22939)
     full = [machine.torque_limit(w, 1e9, 1e9, M) >= M.T_max for w in speeds]
     corner = float(speeds[np.argmin(full)])

@@ -96,7 +96,7 @@ def test_oil_that_the_passive_circuit_takes_is_in_the_accumulator(what):
         u = Command(at["u_p"], at["u_m"], 0.0, 0.0, at["f_pump"], 1.0, at["brake"])
         geo = drum_geometry(at["s_w"], p.hoist)
         q = load_path.at(x.omega_m * geo.r_eff, path, geo, Tip(at["s_tip"], at["v_tip"]), p)
-        return float(circuit(x, q, u, geo, p).Q_o)
+        return float(circuit(x, q, u, geo, p).o.Q_o)
 
     Q_o = np.array([net_flow(k) for k in range(len(y["V_acc"]))])
     moved = np.sum(np.abs(Q_o)) * CYCLE

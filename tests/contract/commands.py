@@ -188,7 +188,7 @@ PRINTED = re.compile(r"^`([\w-]+\.(?:py|toml))`:\n\n```(?:python|toml)\n(.*?)^``
 
 def printed_files() -> dict[str, str]:
     """Files of the pages on a module of one's own, by name."""
-    pages = [DOCS / "how-to" / f"add-a-{page}.md" for page in ("controller", "winch", "load-path-element")]
+    pages = [DOCS / "how-to" / f"add-a-{page}.md" for page in ("controller", "winch", "load-path-element", "sensor")]
     return {name: text for page in pages for name, text in PRINTED.findall(page.read_text(encoding="utf-8"))}
 
 

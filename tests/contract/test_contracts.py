@@ -16,6 +16,7 @@ from stillhook import Scenario, load_crane
 from stillhook.base.extensions import load, modules_in
 from stillhook.control import controllers
 from stillhook.control import registry as of_controllers
+from stillhook.control.sensors import registry as of_sensors
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
 from stillhook.library import cranes
@@ -23,7 +24,9 @@ from stillhook.winches import checks as of_winches
 from stillhook.winches import imposed_tension, load_path, types
 
 TEXTS = printed_files()
-NAMES = {"controller": "ssc_pi.py", "winch": "torque_drive.py"}
+NAMES = {"controller": "ssc_pi.py", "winch": "torque_drive.py", "sensor": "measuring_wheel.py"}
+CHECKS = {"cycle": of_controllers, "rates": of_winches, "reading": of_sensors}
+"""What checks a module, by the function by which it is known."""
 
 
 def checked(text: str, folder: Path) -> ModuleType:
@@ -32,7 +35,7 @@ def checked(text: str, folder: Path) -> ModuleType:
     file.write_text(text, encoding="utf-8")
     try:
         module = load(str(file))
-        (of_controllers if hasattr(module, "cycle") else of_winches).check_module(module)
+        next(each for name, each in CHECKS.items() if hasattr(module, name)).check_module(module)
         return module
     finally:
         sys.modules.pop("stillhook_extension_mine", None)
@@ -92,6 +95,44 @@ def test_a_type_checker_checks_a_module_against_its_contract(tmp_path: Path) -> 
         assert run.stdout.count("error:") == errors, run.stdout
 
 
+OWN = """
+from stillhook.physics.friction import bristle_update
+from stillhook.physics.scalar import fmax
+from stillhook.winches.load_path import drum_geometry
+
+BLANK = Extremes(0.0, 0.0)
+
+
+@scalar
+def fold_extremes(a, y):
+    return Extremes(fmax(a.omega_m_max, abs(y.omega_m)), fmax(a.T_m_max, abs(y.T_m)))
+
+
+@scalar
+def geometry(s_w, p):
+    return drum_geometry(s_w, p.hoist)
+
+
+@scalar
+def wire_speed(x, geo):
+    return x.omega_m * geo.r_eff
+
+
+@scalar
+def bristle_after(c, x, p, tau):
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+"""
+
+
+def test_a_winch_may_declare_itself_what_it_can_take_over(tmp_path: Path) -> None:
+    text = TEXTS[NAMES["winch"]]
+    for taken in ("BLANK, fold_extremes = folded(Extremes)\n", "import bristle_after, geometry, sense, wire_speed"):
+        assert taken in text
+    text = text.replace("BLANK, fold_extremes = folded(Extremes)\n", OWN)
+    module = checked(text.replace("import bristle_after, geometry, sense, wire_speed", "import sense"), tmp_path)
+    assert module.fold_extremes(module.BLANK, module.Signals(-2.0, 1.0, 0.0)) == module.Extremes(2.0, 1.0)
+
+
 SUPPLIED = 'SUPPLIED = ("motor",)\n'
 T_M = '    T_m: Annotated[float, Row("N m", "torque", "hoisting positive", "torque of all motors")]'
 OF_A_WINCH = [
@@ -135,7 +176,8 @@ OF_A_WINCH = [
     ("PATH = load_path", "import math\nPATH = math", "PATH: math"),
     ('{"torque_drive": TorqueDrive}', '"active"', 'TABLES = "active"'),
     ('{"torque_drive": TorqueDrive}', '{"torque_drive": dict}', "each a stillhook.tables.table.Spec"),
-    ("Extremes(0.0, 0.0)", "(0.0, 0.0)", "BLANK = (0.0, 0.0)"),
+    ("folded(Extremes)\n", "(0.0, 0.0), folded(Extremes)[1]\n", "BLANK = (0.0, 0.0)"),
+    (', largest("T_m")', "", "Extremes.T_m_max: note highest, lowest or largest of a signal beside its Row"),
     ('"T_m_max": "peak', '"T_max": "peak', "of omega_m_max, T_m_max, torque_time"),
     ('CONTROL = "speed"', 'CONTROL = "torque"', 'It must be "displacement" or "speed"'),
     (SUPPLIED, SUPPLIED + 'TUNED = {"torque_drive.K": (1.0, 2.0)}\n', "TUNED"),
@@ -148,11 +190,11 @@ OF_A_WINCH = [
     ("    friction: float\n", "    drag: float\n", "Powers.drag is there already"),
     ("    T_m_max: Annotated", "    torque_time: Annotated", "Extremes.torque_time is also the time of Limits.torque"),
     ('Cause("torque"', 'Cause("ok"', "Limits.torque: status 'ok'"),
-    ("def bristle_after", "def bristle", "State.z without bristle_after"),
+    ("import bristle_after, geometry", "import geometry", "State.z without bristle_after"),
     ("    z: float  # bristle, half a step ahead [rad]\n", "", "bristle_after without State.z"),
     ('"torque-drive"', '"truth"', "and not truth"),
     ("def pack(", "@scalar\ndef cycle(r, plc):\n    return 0\n\n\ndef pack(", "both cycle and rates"),
-    ("NAME = ", "raise SystemExit(3)\nNAME = ", "line 22: SystemExit: 3"),
+    ("NAME = ", "raise SystemExit(3)\nNAME = ", "line 18: SystemExit: 3"),
 ]
 NAME = 'NAME = "ssc-pi"\n'
 OF_A_CONTROLLER = [
@@ -190,7 +232,34 @@ OF_A_CONTROLLER = [
     ("NAME =", "NAME ==", "line 9: NameError: name 'NAME' is not defined"),
     ("NAME =", "NAME NAME =", "line 9: SyntaxError"),
 ]
-CASES = [("winch", *each) for each in OF_A_WINCH] + [("controller", *each) for each in OF_A_CONTROLLER]
+QUANTITY, OF_S_W = 'QUANTITY = "s_w"\n', 'QUANTITY = "s_w"'
+MEASURED = "return s.count * ceil(s_f / s.count - 0.5), Memory(m.s_0, s_f)"
+OF_A_SENSOR = [
+    ("TITLE =", "HEAD =", "TITLE is missing. A sensor needs TITLE"),
+    (QUANTITY, "", "QUANTITY is missing. A sensor needs QUANTITY: field of Sensed that it reads"),
+    (OF_S_W, 'QUANTITY = "s_v"', 'QUANTITY = "s_v". It must be one of s_tip, v_tip, a_tip, s_w, F'),
+    (OF_S_W, 'QUANTITY = ("s_w", "s_w")', "QUANTITY = ('s_w', 's_w')"),
+    (OF_S_W, "QUANTITY = ()", "QUANTITY = ()"),
+    (OF_S_W, 'QUANTITY = "mode"', 'QUANTITY = "mode"'),
+    ('"measuring-wheel"', '"ssc"', 'NAME = "ssc" is that of a controller. Change NAME'),
+    ("(true, h, s, m)", "(true, s, m)", "reading(true, s, m). It must be reading(true, h, s, m)"),
+    ("@scalar\ndef reading", "def reading", "reading is not decorated with @scalar"),
+    ("def begin(", "def start(", "begin is missing. A sensor needs begin(true, s)"),
+    ("class Memory(", "class Memry(", "Memory is missing. A sensor needs Memory"),
+    ("class Settings(NamedTuple)", "class Settings", "Settings is no NamedTuple"),
+    ("    s_f: float", "    s_f: int", "Memory.s_f is annotated as int"),
+    ("most=10.0)]", "most=10.0, search=(0.0, 1.0))]", "search = (0.0, 1.0). Leave it out: sensors are not tuned"),
+    ('"0.5 mm"', '"0.5 kg"', 'Settings.count: default = "0.5 kg": unit "kg" is not one of'),
+    (MEASURED, "return s_f", "reading gave 1.0. It must give a number and a Memory of numbers"),
+    (MEASURED, "return s_f, s_f", "It must give a number and a Memory of numbers"),
+    ("Memory(true, true)", "(true, true)", "begin gave (1.0, 1.0). It must give a Memory of numbers"),
+    ("s.slip)", "s.slipp)", "reading at 1, with the settings by default: AttributeError"),
+]
+CASES = [
+    (kind, *each)
+    for kind, table in (("winch", OF_A_WINCH), ("controller", OF_A_CONTROLLER), ("sensor", OF_A_SENSOR))
+    for each in table
+]
 
 
 @pytest.mark.parametrize(("kind", "before", "after", "words"), CASES)

@@ -84,7 +84,7 @@ def exact(crane: Crane, case: Lowering) -> tuple[Rod, End]:
         EA=rope.EA,
         mu=rope.mu,
         w=rope.w_water,
-        beta=packed.hang.element.c / packed.hang.element.k,
+        beta=packed.hang.wire.element.c / packed.hang.wire.element.k,
         k_top=rope.EA / crane.wire.L_0,
     )
     return rod, End(
@@ -437,7 +437,7 @@ def test_wire_damps_alike_wherever_the_run_began() -> None:
     begun_there = prepare(
         deep(0.02), [still_winch(f"{r.state.path.s_w - 5.0} m", begun_above.tip, load=box(A33=50.0))], 2
     )[0]
-    here, there = r.hang.element, begun_there.packed.hang.element
+    here, there = r.hang.element, begun_there.packed.hang.wire.element
     assert here.c / here.k == pytest.approx(there.c / there.k, rel=1e-3)
     omega = (
         2.0

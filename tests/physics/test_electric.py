@@ -108,7 +108,7 @@ currents, speeds = st.floats(-2000.0, 2000.0), st.floats(-300.0, 300.0)
 @given(currents, speeds)
 def test_voltage_constant_and_torque_constant_are_one_number(i, omega_m):
     """What reverses with the current is the power of the shaft: electrical power less losses is torque times speed."""
-    M = params().machines
+    M = params().drive.machines
     reversed_part = 0.5 * (machine.link_power(i, omega_m, M) - machine.link_power(-i, omega_m, M))
     size = machine.link_power(abs(i), abs(omega_m), M)
     assert reversed_part == pytest.approx(machine.torque(i, M) * omega_m, abs=ROUNDING * size)
@@ -119,7 +119,7 @@ def test_voltage_constant_and_torque_constant_are_one_number(i, omega_m):
 def test_within_its_torque_limits_the_drive_takes_no_more_and_feeds_back_no_more_than_the_link_allows(
     omega_m, P_supply, P_back
 ):
-    M = params().machines
+    M = params().drive.machines
     idle = machine.iron_loss(omega_m, M) + machine.inverter_loss(0.0, M)
     for sign in (1.0, -1.0):
         T = sign * machine.torque_limit(sign * omega_m, P_supply, P_back, M)
@@ -131,7 +131,7 @@ def test_within_its_torque_limits_the_drive_takes_no_more_and_feeds_back_no_more
 @settings(deadline=None)
 @given(speeds)
 def test_torque_is_full_up_to_the_corner_speed_and_falls_as_power_over_speed_beyond(omega_m):
-    M = params().machines
+    M = params().drive.machines
     corner = 6 * 260.0e3 / 12000.0
     T = machine.torque_limit(omega_m, 1.0e9, 1.0e9, M)
     assert pytest.approx(12000.0 * min(1.0, corner / max(abs(omega_m), 1e-9)), rel=ROUNDING) == T
@@ -184,7 +184,7 @@ def cascade_poles() -> tuple[np.ndarray, np.ndarray]:
     q = electric.load_path.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
     T = F * geo.r_eff
     names = ("i", "omega_m", "omega_ref", "T_n")
-    middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.machines), T_ff=T)
+    middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.drive.machines), T_ff=T)
 
     def rate(v: np.ndarray) -> np.ndarray:
         """Deviations of i, speed, set-point, integral part, wire taken in [m]; K_p closes the loop on the wire."""
@@ -200,7 +200,7 @@ def cascade_poles() -> tuple[np.ndarray, np.ndarray]:
         CRANE.electric.speed.K,
         CRANE.electric.speed.T_i,
         1.0 / geo.i_J,
-        1.0 / p.rate_i,
+        1.0 / p.drive.rate_i,
         0.01,
     )
     loop = np.polymul([inertia * tau_i, inertia, K, K / T_i], [tau_r, 1.0, 0.0])
@@ -287,10 +287,10 @@ def test_the_store_carries_the_wave_and_the_grid_the_mean():
 
 
 def test_a_store_gives_and_takes_nothing_at_its_ends():
-    s = params().store
+    s = params().drive.store
     assert supply.store_gives(s.E_low, s) == supply.store_takes(s.E_high, s) == 0.0
     assert supply.store_gives(s.E_set, s) == supply.store_takes(s.E_set, s) == s.P_max
-    assert supply.resistor_power(0.0, s.E_high, 0.0, s, params().grid) == params().grid.P_resistor
+    assert supply.resistor_power(0.0, s.E_high, 0.0, s, params().drive.grid) == params().drive.grid.P_resistor
 
 
 def test_a_long_hoist_ends_at_the_power_of_the_grid():
@@ -516,7 +516,7 @@ def test_what_the_envelope_promises_a_run_holds_and_a_twentieth_more_is_named(wa
         assert {"power", "store empty"} <= named
 
 
-energies_of_a_store = st.floats(0.2, 1.1).map(lambda x: x * params().store.E_high)
+energies_of_a_store = st.floats(0.2, 1.1).map(lambda x: x * params().drive.store.E_high)
 powers_of_a_winch = st.floats(-6.0e6, 6.0e6)
 heats = st.floats(0.0, 1.2)
 
@@ -524,7 +524,7 @@ heats = st.floats(0.0, 1.2)
 @settings(deadline=None)
 @given(powers_of_a_winch, energies_of_a_store, heats)
 def test_whatever_the_winch_takes_within_its_limits_store_grid_and_resistor_stay_within_theirs(P_dc, E, heat):
-    s, g = params().store, params().grid
+    s, g = params().drive.store, params().drive.grid
     P_dc = min(max(P_dc, -supply.take_limit(E, heat, s, g)), supply.supply_limit(E, heat, s, g))
     P_resistor = supply.resistor_power(P_dc, E, heat, s, g)
     P_el = supply.grid_power(P_dc, P_resistor, E, s, g)
@@ -547,7 +547,7 @@ def test_whatever_the_winch_takes_within_its_limits_store_grid_and_resistor_stay
 def test_the_grid_takes_all_it_takes_before_the_resistor_burns_and_gives_all_before_the_store_ends(tau):
     """However slowly the grid refills the store."""
     p = pack(edited(store={"tau": tau}), Scenario(load="47 t", s_w="100 m")).params
-    s, g = p.store, p.grid
+    s, g = p.drive.store, p.drive.grid
     band = 1.0 / s.i_band
     for P_dc in (-200.0e3, 0.0, 200.0e3):
         assert supply.resistor_power(P_dc, s.E_high - band, 0.0, s, g) == pytest.approx(0.0, abs=ROUNDING * g.P_back)
@@ -559,7 +559,7 @@ def test_the_grid_takes_all_it_takes_before_the_resistor_burns_and_gives_all_bef
 def test_a_resistor_is_hot_when_a_first_order_body_is_and_burns_its_rating_from_then_on():
     """At twice its rating from cold: h = 2 (1 - exp(-t/tau)) reaches the last tenth at tau ln(2/1.1)."""
     crane = edited(supply={"P_back": "0 kW", "tau_th": "60 s"}, store={"C": "10 F"})
-    M, geo = pack(crane, Scenario(load="80 t", s_w="700 m")).params, electric.geometry(700.0, params())
+    M, geo = pack(crane, Scenario(load="80 t", s_w="700 m")).params.drive, electric.geometry(700.0, params())
     result = run(crane, load="80 t", s_w="700 m", warm_up="1 s", **steady(-0.48, 80.0))
     P, grid = result.column("P_resistor"), M.grid
     assert geo.r_eff * MOTOR.n_full > 0.48

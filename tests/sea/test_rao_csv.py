@@ -154,9 +154,11 @@ def test_a_table_that_names_its_first_heading_again_after_a_turn_is_read(tmp_pat
         ({"mirror": "port-starboard"}, "has headings on both"),
         (
             {"headings": "travel to"},
-            'headings: unknown key. Allowed: name, axes, time, phase, heading, mirror, origin, source, note; did you mean "heading"?',
+            "headings: unknown key. Allowed: name, axes, time, phase, heading, mirror, origin, depth, source, note; did you",
         ),
         ({"name": ""}, "line 1: name: nothing is said"),
+        ({"depth": "80"}, 'vessel.csv: depth = "80": no unit'),
+        ({"depth": "0 m"}, "depth 0 m is not above 0"),
         ({"time": "exp(-i omega t)"}, "It would fit with time the other way"),
         ({"heading": "waves travel to, clockwise from bow"}, "It would fit with headings that turn the other way"),
     ],

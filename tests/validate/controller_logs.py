@@ -10,7 +10,7 @@ from stillhook import Scenario, simulate
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Commands, Mode, Operator
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.data_set.record import Record
 
 NAMES = (
     "s_tip",

@@ -10,7 +10,7 @@ from tests.validate.ahc_logs import TWIN, sea
 from stillhook import Scenario, simulate
 from stillhook.spec.scenario import Operator
 from stillhook.validate.data_set.campaign import load_campaign
-from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.data_set.read import read_records
 
 COLUMNS = {
     "time": ("Time", "s", 1.0),

@@ -13,7 +13,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
-from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.data_set.record import Record, Segment
 from stillhook.validate.dynamics.model import bent
 
 STEP = 0.01  # s, the PLC's cycle

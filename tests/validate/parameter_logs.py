@@ -9,7 +9,7 @@ from tests.validate.ahc_logs import STEP, TWIN, campaign, record, sea
 from stillhook import Scenario, simulate
 from stillhook.spec.crane import Crane
 from stillhook.validate.criteria.results import Step
-from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.data_set.record import Record
 from stillhook.validate.parameters.check import check_parameters
 from stillhook.validate.parameters.measures import ParameterEstimates
 

@@ -15,7 +15,7 @@ from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Step, StepNumber
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.data_set.record import Record
 from stillhook.validate.parameters.check import check_parameters
 from stillhook.validate.parameters.measures import ParameterEstimates
 from stillhook.validate.passive.check import PassiveEstimates, check_passive

@@ -14,7 +14,7 @@ from stillhook.validate.criteria.criteria import Criterion, Limit
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, load_campaign
-from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.data_set.record import Record, Segment
 from stillhook.validate.validation import Validation
 
 DT = 0.1
@@ -96,17 +96,17 @@ def _well_within(c: Criterion) -> float:
 
 def _measure(name: str, value: float | None, quantity: str) -> Measure:
     low, high = (None, None) if value is None else (0.9 * value, 1.1 * value)
-    return Measure(name, value, quantity, low, high, "", "2 load cases, 740 s", "log it" if value is None else "")
+    return Measure(name, value, quantity, low, high, "", "2 load cases, 740 s", ("log it",) if value is None else ())
 
 
 def _table(number: StepNumber) -> Table:
     return Table(("load case", "mean\n[cm]"), (("1", "1.9"), ("2", "2.1")), f"Table of step {int(number)}")
 
 
-def drawn(estimates: object, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
+def drawn(estimates: object, campaign: Campaign) -> dict[str, Figure]:
     figure = Figure(figsize=(8.0, 3.0), layout="constrained")
     ax = figure.subplots()
-    for r in records:
+    for r in map(record, campaign.tests):
         ax.plot(r.t, r.signals["s_tip"], label=f"{r.test.name}, {'SYNTHETIC' if campaign.synthetic else 'measured'}")
     ax.legend()
     return {"tip-over-time": figure}

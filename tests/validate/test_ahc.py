@@ -11,10 +11,10 @@ from tests.validate.ahc_logs import STEP, TWIN, campaign, crane_log, record
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.ahc.check import AhcEstimates, check_ahc
-from stillhook.validate.ahc.figures import figures
 from stillhook.validate.ahc.replay import CAUSES, SETTLE, run_twin, with_gains
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
+from stillhook.validate.figures import laws, over_time
 
 pytestmark = pytest.mark.slow
 
@@ -171,7 +171,7 @@ def test_a_crane_that_differs_in_one_thing_is_told_with_about_the_right_amount(n
         x, rel=0.2
     )  # linear in what is not: friction turns around, leakage carries load
     assert best.share > 0.85
-    assert any(s.startswith(best.cause.words[0].upper() + best.cause.words[1:]) for s in step.statements)
+    assert any(f": {best.cause.words}" in s for s in step.statements)
 
 
 @pytest.mark.thorough
@@ -248,7 +248,7 @@ def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
     )
     assert all(line.failed for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)) if line.judged)
     r = record(own_log())
-    assert "tip-wire-speed-and-error" in figures(step.estimates, campaign(r), (r,))
+    assert "tip-wire-speed-and-error" in over_time.compensation(step.estimates, campaign(r))
 
 
 def test_an_error_is_not_made_from_wire_that_was_made_from_a_speed():
@@ -286,7 +286,8 @@ def test_the_same_logs_give_the_same_step_to_the_bit():
 
 def test_figures_carry_the_mark_and_are_few():
     r = record(own_log())
-    drawn = figures(own_step().estimates, campaign(r), (r,))
+    e, c = own_step().estimates, campaign(r)
+    drawn = over_time.compensation(e, c) | laws.errors(e, c)
     assert list(drawn) == ["tip-wire-speed-and-error", "windows", "spectra"]
     assert all(f.get_suptitle().startswith("SYNTHETIC") for f in drawn.values())
 

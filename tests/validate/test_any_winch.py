@@ -16,14 +16,21 @@ from stillhook.report.pdf import pages
 from stillhook.validate import certificate_of, validate
 from stillhook.validate.certificate.certificate import level_of
 from stillhook.validate.certificate.document import document
-from stillhook.validate.controller.figures import figures
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.needs import has, lacks, usual_criteria
-from stillhook.validate.criteria.results import MEASURES, Measure, Outcome, StepNumber, Verdict
+from stillhook.validate.criteria.results import (
+    MEASURES,
+    Measure,
+    Outcome,
+    StepNumber,
+    Verdict,
+    has,
+    lacks,
+    usual_criteria,
+)
 from stillhook.validate.data_set.campaign import load_campaign
-from stillhook.validate.data_set.records.read import read_records
 from stillhook.validate.dynamics.model import scaled
+from stillhook.validate.figures.over_time import commands
 from stillhook.validate.report.document import summary
 from stillhook.validate.report.texts import WORDS
 from stillhook.validate.report.view import UNDETECTABLE
@@ -218,8 +225,7 @@ def test_the_same_seed_writes_the_same_logs(tmp_path):
 
 def test_a_winch_that_takes_a_speed_is_not_pictured_with_pumps_and_motors(sound):
     campaign = load_campaign(sound)
-    records = read_records(campaign, lambda share: None)
-    drawn = figures(validate(sound, steps=(2,)).step(StepNumber.CONTROLLER).estimates, campaign, records)
+    drawn = commands(validate(sound, steps=(2,)).step(StepNumber.CONTROLLER).estimates, campaign)
     labels = [ax.get_ylabel() + ax.get_xlabel() for ax in drawn["commands"].axes]
     assert any("speed command" in label for label in labels)
     assert not any("pump" in label or "motor" in label for label in labels)

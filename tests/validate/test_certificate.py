@@ -7,7 +7,6 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,8 +24,8 @@ from stillhook.validate import Certificate, certificate_files, certificate_of, l
 from stillhook.validate.certificate.certificate import content_of
 from stillhook.validate.certificate.document import annex, document
 from stillhook.validate.criteria.results import StepNumber
-from stillhook.validate.report import figures as pictures_of
-from stillhook.validate.report.figures import pictures
+from stillhook.validate.figures import all as pictures_of
+from stillhook.validate.figures.all import pictures
 
 ROOT = Path(__file__).resolve().parents[2]
 NOT_SHOWN = {"e_c_pp_deviation": None}
@@ -40,9 +39,9 @@ from types import SimpleNamespace
 sys.path.insert(0, {root!r})
 from stillhook.validate import certificate_files
 from stillhook.validate.criteria.results import StepNumber
-from stillhook.validate.report import figures
+from stillhook.validate.figures import all as figures
 from tests.validate.staged_certificate import drawn, staged, write
-figures.STEPS = {{StepNumber.AHC: SimpleNamespace(figures=drawn)}}
+figures.FIGURES = {{StepNumber.AHC: (drawn,)}}
 here = Path.cwd()
 for name, content in certificate_files(staged(write(here / "tests", order="21"))).items():
     (here / name).write_bytes(content)
@@ -51,7 +50,7 @@ for name, content in certificate_files(staged(write(here / "tests", order="21"))
 
 @pytest.fixture
 def campaign(tmp_path: Path, monkeypatch) -> Path:
-    monkeypatch.setattr(pictures_of, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
+    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: (drawn,)})
     return write(tmp_path / "trial")
 
 
@@ -221,7 +220,7 @@ def _marked(page: bytes) -> bool:
 @pytest.mark.thorough
 @pytest.mark.parametrize("synthetic", [True, False])
 def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tmp_path, monkeypatch, synthetic):
-    monkeypatch.setattr(pictures_of, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
+    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: (drawn,)})
     found = staged(write(tmp_path, synthetic=synthetic))
     data = certificate_of(found).data
     made = (document(data), annex(data, pictures(found)))

@@ -3,7 +3,6 @@
 import hashlib
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from tests.validate.staged_certificate import drawn, staged, write
@@ -20,14 +19,14 @@ from stillhook.validate.certificate import recheck as certificate_check
 from stillhook.validate.certificate.document import document
 from stillhook.validate.certificate.recheck import check
 from stillhook.validate.criteria.results import StepNumber
-from stillhook.validate.report import figures as pictures_of
+from stillhook.validate.figures import all as pictures_of
 
 
 @pytest.fixture
 def found(monkeypatch) -> dict[str, float]:
     """Measures that a later validation finds otherwise."""
     values: dict[str, float] = {}
-    monkeypatch.setattr(pictures_of, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
+    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: (drawn,)})
     monkeypatch.setattr(certificate_check, "validate", lambda campaign, progress=None: staged(campaign, **values))
     return values
 

@@ -23,8 +23,8 @@ from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
-from stillhook.validate.data_set.records.record import Record, Segment
-from stillhook.validate.report import figures as pictures
+from stillhook.validate.data_set.record import Record, Segment
+from stillhook.validate.figures import all as pictures
 from stillhook.validate.report.texts import sentence
 from stillhook.validate.validation import Validation
 from stillhook.variables import BY_NAME
@@ -98,9 +98,9 @@ def staged(
         synthetic=synthetic,
         remarks=("wind 12 m/s",),
     )
-    note = "no test has s_tip: log it" if e_c_pp_deviation is None else ""
+    notes = ("no test has s_tip: log it",) if e_c_pp_deviation is None else ()
     deviation = Measure(
-        "e_c_pp_deviation", e_c_pp_deviation, "length", low, high, "load case 2", "2 load cases, 71 windows", note
+        "e_c_pp_deviation", e_c_pp_deviation, "length", low, high, "load case 2", "2 load cases, 71 windows", notes
     )
     spread = Measure("e_c_pp_deviation_s", 0.012, "length")
     table = Table(
@@ -126,7 +126,7 @@ def staged(
     return Validation(campaign, records, steps, judge(CRITERIA, measures, [s.number for s in steps]))
 
 
-def drawn(estimates: object, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
+def drawn(estimates: object, campaign: Campaign) -> dict[str, Figure]:
     figure = Figure()
     figure.subplots().plot([0.0, 1.0])
     return {"error-over-time": figure}
@@ -135,7 +135,7 @@ def drawn(estimates: object, campaign: Campaign, records: tuple[Record, ...]) ->
 @pytest.fixture
 def stage(monkeypatch, tmp_path):
     """Puts a staged validation in place of the steps; returns the path of a campaign file."""
-    monkeypatch.setattr(pictures, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=drawn)})
+    monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: (drawn,)})
     monkeypatch.setattr("stillhook.validate.data_set.campaign.load_campaign", lambda path: staged().campaign)
     monkeypatch.setattr(report_files, "certificate_files", lambda found, drawn: {"certificate.json": b"{}"})
     asked = {}
@@ -395,7 +395,7 @@ def test_an_interrupted_validation_leaves_no_file(stage, capsys, tmp_path, monke
     def stopped(*given):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(pictures, "STEPS", {StepNumber.AHC: SimpleNamespace(figures=stopped)})
+    monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: (stopped,)})
     out = tmp_path / "out"
     assert command(["validate", "campaign.toml", "--out", str(out)]) == 130
     assert not out.exists()

@@ -29,11 +29,11 @@ from stillhook.kernels.lanes import flatten, unflatten
 from stillhook.kernels.plc_alone import PlcInputs, plc_alone
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.controller.check import check_controller
-from stillhook.validate.controller.figures import figures
 from stillhook.validate.controller.inputs import plc_segments
 from stillhook.validate.controller.law import SMOOTH, Run, law
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, Measure, StepNumber, Verdict
+from stillhook.validate.figures import laws, over_time
 
 pytestmark = pytest.mark.slow
 
@@ -400,7 +400,7 @@ def test_a_gap_parts_the_stretches_and_both_count():
 
 @pytest.mark.thorough
 def test_figures_are_marked_and_few():
-    log = record(own_ahc_log())
-    drawn = figures(own_step().estimates, campaign(log), (log,))
+    e, c = own_step().estimates, campaign(record(own_ahc_log()))
+    drawn = over_time.commands(e, c) | laws.motor_law(e, c)
     assert set(drawn) == {"commands", "motor-law"}
     assert all(f._suptitle.get_text().startswith("SYNTHETIC") for f in drawn.values())

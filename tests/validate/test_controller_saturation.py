@@ -6,8 +6,9 @@ from tests.validate.ahc_logs import TWIN
 
 from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
-from stillhook.validate.controller.inputs import derivative, servo_response, wire_ratio
-from stillhook.validate.data_set.records.record import FLAT, FULL, ends_of, stretches_of
+from stillhook.validate.controller.inputs import derivative, wire_ratio
+from stillhook.validate.data_set.record import FLAT, FULL, ends_of, stretches_of
+from stillhook.validate.parameters.settings import servo_response
 
 STEP = 0.01
 T = np.arange(0.0, 60.0, STEP)

@@ -360,7 +360,7 @@ def test_within_is_of_zero_either_way():
 
 @pytest.mark.parametrize("value", [None, float("nan")])
 def test_data_that_cannot_tell_are_a_no_where_the_criterion_is_needed(value):
-    found = line(load_criteria("paper-f"), "2b", Measure(MEAN, value, "length", note="s_tip is not in the log"))
+    found = line(load_criteria("paper-f"), "2b", Measure(MEAN, value, "length", notes=("s_tip is not in the log",)))
     assert found.verdict is Verdict.NOT_COVERED
     assert found.failed
     assert "s_tip is not in the log" in found.message
@@ -384,7 +384,7 @@ def test_what_the_tests_lack_refutes_nothing(name):
 
 def test_what_the_data_cannot_detect_is_stated_with_its_interval_and_neither_shown_nor_in_the_way():
     criteria = load_criteria("paper-f")
-    wide = Measure("tip_delay_error", 0.098, "time", -0.08, 0.276, note="too weak", undetectable=True)
+    wide = Measure("tip_delay_error", 0.098, "time", -0.08, 0.276, notes=("too weak",), undetectable=True)
     found = line(criteria, "p-tip-delay", wide)
     assert (found.verdict, found.judged, found.failed) == (Verdict.NOT_COVERED, False, False)
     assert "98 ms (95 % interval -80 to 276 ms), not detectable with these data" in found.message
@@ -399,8 +399,8 @@ def test_a_step_that_found_nothing_at_all_is_a_no():
 
 def test_what_is_not_needed_does_not_count_where_the_data_cannot_tell(tmp_path):
     criteria = own(tmp_path, 'key = "2b"\nneeded = false')
-    assert not line(criteria, "2b", Measure(MEAN, None, "length", note="no")).failed
-    both = (Measure(MEAN, None, "length", test="a", note="no"), Measure(MEAN, 0.2, "length", test="b"))
+    assert not line(criteria, "2b", Measure(MEAN, None, "length", notes=("no",))).failed
+    both = (Measure(MEAN, None, "length", test="a", notes=("no",)), Measure(MEAN, 0.2, "length", test="b"))
     assert line(criteria, "2b", *both).failed
 
 

@@ -13,8 +13,8 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.validate.data_set.check import check_data, different
-from stillhook.validate.data_set.figures import figures
-from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.data_set.read import read_records
+from stillhook.validate.figures.over_time import tests as figure_of
 
 STEP = 0.01
 
@@ -147,7 +147,7 @@ def test_the_figure_shows_every_test(tmp_path):
         read(tmp_path, manual(), kind="dynamics", test='load = "0 t"', rows=signals(F_w=None)),
     )
     plan = campaign(good, rest)
-    drawn = figures((), plan, (good, rest))
+    drawn = figure_of((good, rest), plan)
     assert set(drawn) == {"tests"}
     texts = [t.get_text() for ax in drawn["tests"].axes for t in ax.texts]
     assert texts == ["not logged"]

@@ -14,7 +14,7 @@ from stillhook.spec.crane import effective_inertia
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, StepNumber, Verdict
 from stillhook.validate.dynamics.check import check_dynamics, tuned_crane
-from stillhook.validate.dynamics.figures import figures
+from stillhook.validate.figures.over_time import turns as figure_of
 
 from .dynamics_logs import campaign, changed, record, signals
 
@@ -104,7 +104,7 @@ def test_tables_statements_and_data_are_whole_and_plain() -> None:
 
 
 def test_the_figure_shows_turns() -> None:
-    assert set(figures(off_step().estimates, campaign(off_record()), (off_record(),))) == {"turns"}
+    assert set(figure_of(off_step().estimates, campaign(off_record()))) == {"turns"}
 
 
 @pytest.mark.thorough

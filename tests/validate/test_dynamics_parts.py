@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stillhook.validate.data_set.records.record import Transient, quick_changes
+from stillhook.validate.data_set.record import Transient, quick_changes
 from stillhook.validate.dynamics.form import normalised_rms
 from stillhook.validate.dynamics.output_error import Model, fit
 from stillhook.validate.dynamics.runs import SIGNALS

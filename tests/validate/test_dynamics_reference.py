@@ -8,7 +8,7 @@ import pytest
 from trials.campaigns import sea_trials, write_campaign
 
 from stillhook.validate.data_set.campaign import Kind, load_campaign
-from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.data_set.read import read_records
 from stillhook.validate.dynamics.check import check_dynamics
 
 CLOSE = {"C_h": 0.05, "C_leak": 0.05, "J_m_eff": 0.05}

@@ -21,8 +21,8 @@ from stillhook.engine.pack.winch import gains
 from stillhook.spec.scenario import Commands, Mode
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, Measure, StepNumber, Verdict
-from stillhook.validate.speed_limits.check import NEAR_LIMIT, check_limits
-from stillhook.validate.speed_limits.figures import figures
+from stillhook.validate.figures.over_time import at_limits
+from stillhook.validate.speed_limits import NEAR_LIMIT, check_limits
 
 pytestmark = pytest.mark.slow
 
@@ -228,8 +228,8 @@ def test_saturated_peaks_of_waves_count_as_well():
 
 def test_figures_are_marked_and_few():
     found_record = limits_record(own_limits_log())
-    drawn = figures(own_step().estimates, campaign(found_record), (found_record,))
+    drawn = at_limits(own_step().estimates, campaign(found_record))
     assert set(drawn) == {"at-limits-1"}
     assert all(f._suptitle.get_text().startswith("SYNTHETIC") for f in drawn.values())
     none = replace(own_step().estimates, parts=(), plateaus=())
-    assert not figures(none, campaign(found_record), (found_record,))
+    assert not at_limits(none, campaign(found_record))

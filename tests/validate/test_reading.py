@@ -7,7 +7,7 @@ from tests.validate.crane_logs import ahc, at, changed, manual, read, write
 
 from stillhook.errors import LogError, ValidateError
 from stillhook.validate.data_set.campaign import load_campaign
-from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.data_set.read import read_records
 
 pytestmark = pytest.mark.slow
 

@@ -31,7 +31,7 @@ def test_a_transmitter_6_bar_off_is_refuted_and_named(off):
     assert only(step).value == pytest.approx(off, abs=0.5e5)
     assert only(step).low < off < only(step).high
     assert lines(step)[KEY].verdict is Verdict.REFUTED
-    assert f"PT A reads 6 bar {'above' if off > 0 else 'below'} PT B at rest: zero of a transmitter" in only(step).note
+    assert f"PT A reads 6 bar {'above' if off > 0 else 'below'} PT B at rest; zero of a transmitter" in only(step).note
 
 
 def test_rests_after_hoisting_and_after_lowering_are_both_there():

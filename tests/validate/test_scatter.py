@@ -94,7 +94,7 @@ def test_a_mean_over_windows_of_all_load_cases_knows_how_much_they_differ():
     alone = interval(np.mean, [p for own in parts.values() for p in own], at_least=10, bounds=(0.0, np.inf))
     assert found.pooled.value == alone.value
     assert found.pooled.high - found.pooled.value > 3.0 * (alone.high - alone.value)
-    assert found.extremes(lambda x: f"{x:.1f}") == "1.0 (1) to 3.0 (3) by load case"
+    assert found.notes(".1f") == ["1.0 (1) to 3.0 (3) by load case"]
 
 
 @pytest.mark.thorough
@@ -115,4 +115,4 @@ def test_over_windows_the_interval_holds_the_mean_of_all_cases_of_the_kind():
 def test_one_load_case_says_that_it_is_alone():
     found = over_cases(np.mean, {"1": [windows(np.random.default_rng(0), 1.0, 100)], "2": []}, at_least=5)
     assert list(found.cases) == ["1"]
-    assert "one load case" in found.extremes(str)
+    assert "one load case" in found.notes("")[0]

@@ -12,6 +12,7 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
 from stillhook.validate.parameters import wire
+from stillhook.validate.parameters.segments import ByTest
 
 pytestmark = pytest.mark.slow
 
@@ -52,8 +53,8 @@ def test_a_wire_whose_mass_is_part_of_the_load_shows_less_of_its_elongation(shar
 
 def test_a_wire_with_mass_is_open_towards_a_softer_one_and_never_refused_for_a_stiffer_reading():
     """The reference plant's wire, whose mass is part of the load, reads -15 to -20 % where its stiffness is right."""
-    heavy = (wire.WireElongation("3", Estimate.around(-0.17, 0.05, 8), 0.6),)
-    e = wire.overall(heavy)
+    one = Estimate.around(-0.17, 0.05, 8)
+    e = wire.WireElongation(ByTest(one, {"3": one}), 0.6).overall
     assert e.low < 0.0 < e.high
     assert not wire.detected(e)
 

@@ -35,7 +35,7 @@ from stillhook.spec.crane import Crane
 from stillhook.validate import validate
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import Kind, load_campaign
-from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.data_set.read import read_records
 from stillhook.validate.parameters.hoisting import States, scale_of_law
 from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
 from stillhook.validate.report.document import reading_notes

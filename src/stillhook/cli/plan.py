@@ -124,6 +124,7 @@ def _show_cell(
     with client_of(scheduler) as client, progress_bar(f"{lift_plan.name}: {ask.text}") as bar:
         found = governing_run(lift_plan, governs, ask, Execution(store, client, threads, seed), bar)
     folder = out / found.folder
+    say(f"lowering {found.of.phase.name} again, and drawing it ...")
     written = lowered(found, folder)
     if json:
         print_json(

@@ -80,6 +80,11 @@ class ControlLaw:
         return self.name.replace("-", "_")
 
     @property
+    def settings_field(self) -> str:
+        """Field of its settings in what controllers and sensors carry."""
+        return f"{self.field}_settings"
+
+    @property
     def in_every_kernel(self) -> bool:
         """Whether every kernel holds it: shipped, and nothing but the shared settings to it. Others are compiled where
         a case uses them."""

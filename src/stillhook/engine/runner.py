@@ -134,18 +134,17 @@ class Block(ABC, Generic[R]):
         self.drive, self.n_sub, self.every = self.ready[0].drive, n_sub, every
         winch = self.ready[0].winch
         self.d = driver(winch.name, lanes, self.setup(self.ready[0]), winch.extra_controllers)
-        self.of_winch, windows, columns = self.sizes(self.d)
-        self.n_x = size(self.of_winch.State)
+        self.n_x = size(self.d.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
         self.n_win = round(WINDOW / (self.sampled * self.drive.t_cycle)) + 1
-        self.W = aligned(blank_window(self.n_win, lanes, windows))
+        self.W = aligned(blank_window(self.n_win, lanes, self.d.parts.windows))
         rows = self.drive.n_ticks // every + 1 if every else 0
-        self.out = np.empty((rows, columns, lanes))
+        self.out = np.empty((rows, len(self.d.columns), lanes))
         self.failed: dict[int, float] = {}
         self.ended: dict[int, Any] = {}
         self.ran = 0
         self.A = aligned(np.array(self.records()).T)
-        self.of_winch.at_rest(self.A.reshape(-1))
+        self.d.at_rest(self.A.reshape(-1))
 
     @staticmethod
     def setup(r: Any) -> Setup:
@@ -156,11 +155,6 @@ class Block(ABC, Generic[R]):
     @abstractmethod
     def alike(r: Any) -> Hashable:
         """What cases must have alike to run side by side."""
-
-    @staticmethod
-    @abstractmethod
-    def sizes(driver: Any) -> tuple[Any, int, int]:
-        """Of a driver: the driver of its winch alone, windowed signals, columns of a series."""
 
     @abstractmethod
     def record(self, r: R) -> list[float]:
@@ -185,7 +179,7 @@ class Block(ABC, Generic[R]):
     def reset(self, i: int) -> None:
         """Set a lane to rest again."""
         fresh = np.repeat(np.array(self.record(self.lanes[i]))[:, None], len(self.lanes), axis=1)
-        self.of_winch.at_rest(fresh.reshape(-1))
+        self.d.at_rest(fresh.reshape(-1))
         self.A[:, i] = fresh[:, i]
 
     def steps(self) -> Iterator[float]:

@@ -29,10 +29,10 @@ from stillhook.kernels import control_laws, sensing
 from stillhook.kernels.c99.library import Entry, Library, native
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.cache import kernel_folder
+from stillhook.kernels.drivers import lift, loop
 from stillhook.kernels.drivers.equations import Equations, equations_of
-from stillhook.kernels.drivers.lift import lift_driver
 from stillhook.kernels.drivers.rest import rest_of
-from stillhook.kernels.drivers.winch import Driver, winch_driver
+from stillhook.kernels.drivers.winch import Driver, LaneParts, winch_driver
 from stillhook.physics.records import fields
 from stillhook.winches import imposed_tension
 from stillhook.winches.joints.registry import JOINTS
@@ -138,9 +138,8 @@ def is_compiled(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_contr
     return any(cache_folder(_folder(plant, setup, extra_controllers), lanes).rglob("*.nbc"))
 
 
-def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controllers: tuple[str, ...] = ()) -> Any:
-    """The driver of one plant for 1 or 16 lanes: a `stillhook.kernels.drivers.winch.Driver`, or a
-    `stillhook.kernels.drivers.lift.LiftDriver` of a lowering. Compiled on first call, cached on disk.
+def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controllers: tuple[str, ...] = ()) -> Driver:
+    """The driver of one plant for 1 or 16 lanes, compiled on first call, cached on disk.
 
     extra_controllers: those that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`.
     """
@@ -149,18 +148,17 @@ def driver(plant: str, lanes: int, setup: Setup = LOAD_ON_WIRE, extra_controller
 
 
 @functools.cache
-def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, ...]) -> Any:
-    folder = _folder(plant, setup, extra_controllers)
-    if setup.joint:
-        lift = lift_driver(driver(plant, lanes, Setup(sensors=setup.sensors), extra_controllers), JOINTS[setup.joint])
-        return dataclasses.replace(lift, **_machine_code({"run": lift.run}, folder, lanes))
+def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, ...]) -> Driver:
     module = PLANTS[plant]
     drive = getattr(module, "CONTROL", DISPLACEMENT)
     laws = control_laws.control_laws(extra_controllers, drive, setup.guarded, setup.sensors)
     path = imposed_tension if setup.host else module.PATH
-    made = winch_driver(module, path, laws, lanes, (plant, extra_controllers))
-    rest = rest_of(made)
-    code = _machine_code({"run": made.run, "at_rest": rest.at_rest}, folder, lanes)
+    joint = JOINTS[setup.joint] if setup.joint else None
+    parts = LaneParts() if joint is None else lift.lane_parts(joint)
+    made = winch_driver(module, path, laws, lanes, (plant, extra_controllers), parts)
+    rest, run = rest_of(made), loop.run_of(made) if joint is None else lift.run_of(made, joint)
+    folder = _folder(plant, setup, extra_controllers)
+    code = _machine_code({"run": run, "at_rest": rest.at_rest}, folder, lanes)
     return dataclasses.replace(made, prepare=rest.prepare, read=rest.read, **code)
 
 

@@ -33,24 +33,16 @@ def parts_of(names: tuple[str, ...]) -> dict[str, Any]:
     """Settings, and a memory for each quantity, of these sensors, by their field in the record of the controllers."""
     parts: dict[str, Any] = {}
     for sensor in (SENSORS[name] for name in names):
-        parts[_settings(sensor)] = sensor.record
+        parts[sensor.settings_field] = sensor.record
         if sensor.memory is not None:
-            parts |= {_memory(sensor, quantity): sensor.memory for quantity in sensor.quantities}
+            parts |= {sensor.memory_field(quantity): sensor.memory for quantity in sensor.quantities}
     return parts
-
-
-def _settings(sensor: Sensor) -> str:
-    return f"sensor_{sensor.field}_settings"
-
-
-def _memory(sensor: Sensor, quantity: str) -> str:
-    return f"sensor_{sensor.field}_{quantity}_memory"
 
 
 def blank_parts(names: tuple[str, ...], settings: dict[str, Any]) -> dict[str, Any]:
     """The parts of these sensors before their first reading, with the settings of each by its name; memories are made
     with the first reading."""
-    made = {_settings(SENSORS[name]): settings[name] for name in names}
+    made = {SENSORS[name].settings_field: settings[name] for name in names}
     return {part: made.get(part) or cls(*(0.0,) * len(cls._fields)) for part, cls in parts_of(names).items()}
 
 
@@ -67,7 +59,9 @@ def sensing(sense: Callable[..., Any], names: tuple[str, ...], LawRecord: Any) -
         return ideal
     used: dict[str, Any] = {"sense": sense}
     pairs = [(SENSORS[name], quantity) for name in names for quantity in SENSORS[name].quantities]
-    memories = [(_memory(sensor, quantity), f"n_{i}") for i, (sensor, quantity) in enumerate(pairs) if sensor.memory]
+    memories = [
+        (sensor.memory_field(quantity), f"n_{i}") for i, (sensor, quantity) in enumerate(pairs) if sensor.memory
+    ]
     lines = ["def sensing(x, y, q, m, tick, geo, laws, p):", "    h, begun = p.plc.t_cycle, laws.code >= 0.0"]
     for kind, record, of in ((BEFORE, "tick", Tick), (AFTER, "sensed", Sensed)):
         new = {}
@@ -94,11 +88,11 @@ def sensing(sense: Callable[..., Any], names: tuple[str, ...], LawRecord: Any) -
 
 def _reading(i: int, sensor: Sensor, quantity: str, true: str, used: dict[str, Any]) -> list[str]:
     """Lines that make the signal r_i, and the memory n_i where the sensor remembers."""
-    used[f"reading_{i}"], settings = sensor.reading, f"laws.{_settings(sensor)}"
+    used[f"reading_{i}"], settings = sensor.reading, f"laws.{sensor.settings_field}"
     if sensor.begin is None:
         return [f"    r_{i} = reading_{i}({true}, h, {settings})"]
     used[f"begin_{i}"] = sensor.begin
     return [
-        f"    m_{i} = laws.{_memory(sensor, quantity)} if begun else begin_{i}({true}, {settings})",
+        f"    m_{i} = laws.{sensor.memory_field(quantity)} if begun else begin_{i}({true}, {settings})",
         f"    r_{i}, n_{i} = reading_{i}({true}, h, {settings}, m_{i})",
     ]

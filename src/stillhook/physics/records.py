@@ -39,6 +39,15 @@ def replace(cls: type, *names: str) -> Callable[..., Any]:
     return typing.cast(Callable[..., Any], scalar(made["replace"]))
 
 
+def zeros_but(cls: type, *names: str) -> Callable[..., Any]:
+    """A scalar function values -> record with these top-level fields, values in this order; its other fields are 0."""
+    made: dict[str, Any] = {"cls": cls}
+    args = ", ".join(f"new_{f}" if f in names else "0.0" for f, _ in fields(cls))
+    file = f"<zeros but {' '.join(names)} of {cls.__name__} of {cls.__module__}>"
+    define(f"def zeros_but({', '.join(f'new_{n}' for n in names)}): return cls({args})\n", made, file)
+    return typing.cast(Callable[..., Any], scalar(made["zeros_but"]))
+
+
 def each(cls: type, function: Callable[..., Any], records: int, shared: int = 0) -> Callable[..., Any]:
     """A scalar function that applies another to every field: of `records` records with the fields of cls, whose floats
     it takes first, and `shared` numbers, the same for every field; gives a cls."""

@@ -86,6 +86,12 @@ def fitted(tables: Spec | None) -> list[Sensor]:
     return [sensor for sensor in SENSORS.values() if tables is not None and getattr(tables, sensor.field) is not None]
 
 
+def left_out(tables: Spec | None) -> list[str]:
+    """What a method says whose PLC reads true values, for a crane with sensors; nothing for any other."""
+    names = ", ".join(sensor.name for sensor in fitted(tables))
+    return [f"without {names}: this method's PLC reads true values"] if names else []
+
+
 def sensor_settings(tables: Spec | None) -> dict[str, Any]:
     """Settings record of every sensor that has a table, by its name."""
     return {

@@ -10,26 +10,18 @@ from typing import Any
 from stillhook.base.progress import Meter, Progress
 from stillhook.errors import ValidateError
 from stillhook.units import quote
-from stillhook.validate.ahc import figures as ahc_figures
 from stillhook.validate.ahc.check import check_ahc
-from stillhook.validate.controller import figures as controller_figures
 from stillhook.validate.controller.check import check_controller
 from stillhook.validate.criteria.judge import judge, outcome_of
-from stillhook.validate.criteria.needs import lacks, step_lacks
-from stillhook.validate.criteria.results import CriterionResult, Outcome, Step, StepNumber
-from stillhook.validate.data_set import figures as data_figures
+from stillhook.validate.criteria.results import CriterionResult, Outcome, Step, StepNumber, lacks, step_lacks
 from stillhook.validate.data_set.campaign import Campaign, load_campaign
 from stillhook.validate.data_set.check import check_data
-from stillhook.validate.data_set.records.read import read_records
-from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.dynamics import figures as dynamics_figures
+from stillhook.validate.data_set.read import read_records
+from stillhook.validate.data_set.record import Record
 from stillhook.validate.dynamics.check import check_dynamics
-from stillhook.validate.parameters import figures as parameter_figures
 from stillhook.validate.parameters.check import check_parameters
-from stillhook.validate.passive import figures as passive_figures
 from stillhook.validate.passive.check import check_passive
-from stillhook.validate.speed_limits import figures as limit_figures
-from stillhook.validate.speed_limits.check import check_limits
+from stillhook.validate.speed_limits import check_limits
 
 READING = 8.0
 """Part of the work, for progress, that reading the logs takes: time on the example campaign."""
@@ -37,12 +29,11 @@ READING = 8.0
 
 @dataclass(frozen=True)
 class StepType:
-    """The template of a step. check: takes (campaign, records, progress) and returns its Step; figures: takes
-    (estimates, campaign, records) and returns its figures by name; weight: its part of the work, for progress, as of
-    `READING`. Its title, question and measures are in `measures.toml`, its limits in the criteria."""
+    """The template of a step. check: takes (campaign, records, progress) and returns its Step; weight: its part of the
+    work, for progress, as of `READING`. Its title, question and measures are in `measures.toml`, its limits in the
+    criteria."""
 
     check: Callable[[Campaign, tuple[Record, ...], Progress], Step[Any]]
-    figures: Callable[[Any, Campaign, tuple[Record, ...]], dict[str, Any]]
     weight: float
 
     def take(
@@ -55,13 +46,13 @@ class StepType:
 
 
 STEPS: Mapping[StepNumber, StepType] = {
-    StepNumber.DATA: StepType(check_data, data_figures.figures, 0.02),
-    StepNumber.PARAMETERS: StepType(check_parameters, parameter_figures.figures, 5.0),
-    StepNumber.CONTROLLER: StepType(check_controller, controller_figures.figures, 5.0),
-    StepNumber.LIMITS: StepType(check_limits, limit_figures.figures, 1.4),
-    StepNumber.DYNAMICS: StepType(check_dynamics, dynamics_figures.figures, 21.0),
-    StepNumber.AHC: StepType(check_ahc, ahc_figures.figures, 12.0),
-    StepNumber.PASSIVE: StepType(check_passive, passive_figures.figures, 0.4),
+    StepNumber.DATA: StepType(check_data, 0.02),
+    StepNumber.PARAMETERS: StepType(check_parameters, 5.0),
+    StepNumber.CONTROLLER: StepType(check_controller, 5.0),
+    StepNumber.LIMITS: StepType(check_limits, 1.4),
+    StepNumber.DYNAMICS: StepType(check_dynamics, 21.0),
+    StepNumber.AHC: StepType(check_ahc, 12.0),
+    StepNumber.PASSIVE: StepType(check_passive, 0.4),
 }
 """Every step, in their order."""
 

@@ -21,7 +21,6 @@ from stillhook.winches import imposed_tension
 from stillhook.winches.interface import (
     OF_A_PATH,
     RECORDS,
-    STEADY,
     LoadPath,
     OtherMotors,
     PartSpeed,
@@ -280,6 +279,3 @@ def _check_pairs(module: ModuleType) -> None:
     if has_z != advances:
         came = "State.z without bristle_after" if has_z else "bristle_after without State.z"
         raise fault(module, came, "A bristle needs both: State.z, and the function that advances it")
-    steady = [name for name in STEADY if hasattr(module, name)]
-    if steady and len(steady) < len(STEADY):
-        raise fault(module, f"{' and '.join(steady)} alone", f"Steady operation needs {', '.join(STEADY)}")

@@ -14,6 +14,7 @@ p parameters, m memory of the PLC, m_0 before its cycle, r what it read, tick wh
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, NoReturn, Protocol
 
@@ -24,9 +25,6 @@ from stillhook.control.plc import ActuatorCommands, Memory, Plc
 from stillhook.physics.scalar import scalar
 from stillhook.winches.load_path import Hoist
 from stillhook.winches.records import Geometry, Motion, Sensors, Tick, Tip
-
-NOT_YET = 1.0e300
-"""Stands for the lowest value of nothing yet."""
 
 
 class Parts(NamedTuple):
@@ -339,8 +337,9 @@ class Undeclared:
 
     @staticmethod
     def refusal(crane: Any, case: Any) -> str:
-        """Reason why it cannot run a case; "" where it can."""
-        return ""
+        """Reason why it cannot run a case; "" where it can. Where no accumulator has a charge, none can be held."""
+        no_gas = case.gas_held and crane.plant.type.charge(crane) == 0.0
+        return f'gas_held: "{crane.name}" has no accumulator. Leave it out.' if no_gas else ""
 
     @staticmethod
     def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
@@ -371,23 +370,21 @@ class Undeclared:
 
     @staticmethod
     def steady(p: Any, geo: Geometry, F_w: float, omega_m: float, v_op: float, alpha_m: float) -> NoReturn:
-        """State and Command of a steady speed. Without it, `carried` and `mean_pressure` the type has no operating
-        point, and margins are those of the linearised engine."""
+        """State and Command of a steady speed. Without it the type has no operating point, and margins are those of the
+        linearised engine."""
         raise NotImplementedError
 
     @staticmethod
-    def carried(p: Any, geo: Geometry, F_w: float) -> NoReturn:
-        """What other motors than the active ones hold of a load, as `Carried`."""
-        raise NotImplementedError
+    def carried(p: Any, geo: Geometry, F_w: float) -> Carried:
+        """What other motors than the active ones hold of a load."""
+        return Carried(0.0, 0.0, math.inf)
 
     @staticmethod
-    def mean_pressure(x: Any, p: Any) -> NoReturn:
+    def mean_pressure(x: Any, p: Any) -> float:
         """Mean accumulator pressure that the PLC has seen in a steady state [Pa]."""
-        raise NotImplementedError
+        return 0.0
 
 
-STEADY = ("steady", "carried", "mean_pressure")
-"""Functions of a type that has steady operating points: all or none."""
 RECORDS: Mapping[str, Record] = {
     "Params": Record(
         needs={

@@ -1,15 +1,17 @@
-"""Records that every winch type shares: tip motion, what drives one PLC cycle, what is observed, what the PLC
-reads."""
+"""Records that every winch type shares: tip motion, what drives one PLC cycle, what is observed; and extremes of its
+signals, each declared in one line: `Annotated[float, Row(...), highest("p_a")]`."""
 
-from typing import NamedTuple
+import functools
+import typing
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
-from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
-from stillhook.physics.hydraulics.cavitation import line_pressure
-from stillhook.physics.hydraulics.swash import displacement, known_displacement
-from stillhook.physics.load_path.drum import K_wire
-from stillhook.physics.scalar import scalar
-from stillhook.physics.sensor import quantise
+from stillhook.physics.records import define
+from stillhook.physics.scalar import fmax, fmin, scalar
+
+NOT_YET = 1.0e300
+"""Stands for the lowest value of nothing yet."""
 
 
 class Tip(NamedTuple):
@@ -101,38 +103,6 @@ class CommonSignals(NamedTuple):
 
 
 @scalar
-def closed_circuit_readings(x, y, q, m, tick, geo, T_passive, p_hp, p):
-    """Sensed: motion unit, operator and mode of the tick; encoder and load cell with noise and steps; the motors' known
-    setting; pressures.
-
-    x state of the winch, y and q state and point of the load path. T_passive torque of the passive motors now, without
-    losses [N m]; p_hp accumulator pressure [Pa].
-    """
-    A = p.active
-    alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
-    s_w = quantise(y.s_w + tick.n_s, p.sensors.q_s)
-    F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
-    ratio = K_wire(geo.d, p.hoist.drum)
-    dp_load = (F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
-    return Sensed(
-        s_tip=tick.s_m,
-        v_tip=tick.v_m,
-        a_tip=tick.a_m,
-        v_op=tick.v_op,
-        s_op=tick.s_op,
-        mode=tick.mode,
-        f_pump=tick.f_known,
-        s_w=s_w,
-        F=F,
-        alpha_m=alpha_m,
-        K_wire=ratio,
-        dp=line_pressure(x.p_a) - line_pressure(x.p_b),
-        dp_load=dp_load,
-        p_hp=p_hp,
-    )
-
-
-@scalar
 def apply_override(drive, tick):
     """The commands that the active circuit takes: the PLC's, or those given for this cycle from outside, such as a
     measured record."""
@@ -142,3 +112,45 @@ def apply_override(drive, tick):
     u_raw = tick.u_p if override else drive.u_raw
     brake = tick.brake if override else drive.brake
     return ActuatorCommands(u_p=u_p, u_m=u_m, u_ff=drive.u_ff, u_raw=u_raw, e_c=drive.e_c, brake=brake)
+
+
+Extremes = TypeVar("Extremes", bound=tuple[Any, ...])
+
+
+class Fold(NamedTuple):
+    """What an extreme follows from: the greatest or least (`keep`: fmax, fmin) of signals, or of their magnitude."""
+
+    keep: str
+    signals: tuple[str, ...]
+    magnitude: bool = False
+
+
+def highest(*signals: str) -> Fold:
+    """Highest value of these signals."""
+    return Fold("fmax", signals)
+
+
+def lowest(*signals: str) -> Fold:
+    """Lowest value of these signals."""
+    return Fold("fmin", signals)
+
+
+def largest(signal: str) -> Fold:
+    """Largest magnitude of a signal."""
+    return Fold("fmax", (signal,), magnitude=True)
+
+
+def folded(extremes: type[Extremes]) -> tuple[Extremes, Callable[..., Extremes]]:
+    """BLANK and fold_extremes(a, y) of a winch type: extremes of nothing yet, and with one more cycle of signals y."""
+    terms: list[str] = []
+    blank: list[Any] = []
+    for name, hint in typing.get_type_hints(extremes, include_extras=True).items():
+        fold = next((mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Fold)), None)
+        if fold is None:
+            raise TypeError(f"Extremes.{name}: note highest, lowest or largest of a signal beside its Row")
+        value = functools.reduce(lambda a, b: f"{fold.keep}({a}, {b})", [f"y.{signal}" for signal in fold.signals])
+        terms.append(f"{fold.keep}(a.{name}, {f'abs({value})' if fold.magnitude else value})")
+        blank.append(0.0 if fold.magnitude else -NOT_YET if fold.keep == "fmax" else NOT_YET)
+    names: dict[str, Any] = {"cls": extremes, "fmax": fmax, "fmin": fmin}
+    define(f"def fold_extremes(a, y): return cls({', '.join(terms)})\n", names, f"<extremes of {extremes.__module__}>")
+    return extremes(*blank), scalar(names["fold_extremes"])

@@ -17,7 +17,7 @@ from stillhook.control.interface import SPEED
 from stillhook.control.registry import Mode, default_of, modes_of, usual_of
 from stillhook.winches import types
 from stillhook.winches.checks import check_module, check_params, check_result
-from stillhook.winches.interface import STEADY, Cause, Undeclared
+from stillhook.winches.interface import Cause, Undeclared
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class WinchType:
     @property
     def steady_operation(self) -> bool:
         """Whether the type declares steady operating points."""
-        return all(hasattr(self.module, name) for name in STEADY)
+        return hasattr(self.module, "steady")
 
     @property
     def shown(self) -> Mapping[str, str]:

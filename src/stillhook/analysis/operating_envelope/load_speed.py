@@ -23,6 +23,7 @@ from stillhook.errors import StillhookError
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
+from stillhook.spec.settings import left_out
 from stillhook.tables.plausible import implausible_values
 from stillhook.units import parse
 from stillhook.variables import BY_NAME
@@ -183,7 +184,7 @@ def _notes(
         if carried:
             machines.append(machine)
             cases.append(Scenario(load=f"{max(carried)!r} kg", s_w=f"{s_w!r} m", mode=c.mode))
-    return notes_of(machines, cases)
+    return [*notes_of(machines, cases), *left_out(crane.sensors)]
 
 
 def setting_curves(

@@ -108,7 +108,7 @@ class Station:
     def carried(self) -> Carried:
         """What other motors than the active ones hold."""
         w = self.winch
-        held_by_others: Carried = w.plant.carried(w.params, w.geometry, self.F_w)
+        held_by_others: Carried = self.crane.plant.type.carried(w.params, w.geometry, self.F_w)
         return held_by_others
 
     @property

@@ -74,6 +74,7 @@ def stability(
     from stillhook.analysis.loop_stability.governing import by_engine
     from stillhook.analysis.loop_stability.stability import stability as stability_of
     from stillhook.library import load_crane
+    from stillhook.spec.settings import left_out
     from stillhook.tables.plausible import implausible_values
 
     check_out(out, NAMES)
@@ -111,7 +112,8 @@ def stability(
         found, title = [_verdict(crane, chosen.mode, a, at) for a in alphas], None
     tables = [each.table() for each in found]
     table = tables[0] if len(tables) == 1 else {key: [t[key] for t in tables] for key in tables[0]}
-    table |= {"controller": chosen.name, "notes": list(implausible_values(crane))}
+    notes = left_out(crane.sensors)
+    table |= {"controller": chosen.name, "notes": [*implausible_values(crane), *notes]}
     if json:
         print_json(table)
     elif title is None:
@@ -124,6 +126,8 @@ def stability(
             print(
                 "Published loop only, a reference: what the crane is judged by is the complete plant, without --layer."
             )
+    for note in () if json else notes:
+        print(note)
     if out is not None:
         if closed:
             _write(out, crane, alphas, table, at.delay, quiet=json)

@@ -175,6 +175,7 @@ class _Report:
         from stillhook.analysis.tuning.tune import outcomes, variations
         from stillhook.engine.scenario.checks import notes_of
         from stillhook.engine.scenario.problem import numbers_of
+        from stillhook.spec.settings import left_out
 
         self.available = numbers_of(crane)
         self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
@@ -186,6 +187,7 @@ class _Report:
         self.stable = [governing(t.controller.on(crane), t.controller.mode) for t in tuned]
         machines = [t.controller.on(crane) for t in tuned for _ in cases]
         self.notes = notes_of(machines, [case.with_mode(t.controller.mode) for t in tuned for case in cases])
+        self.notes += [f"stability: {note}" for note in left_out(crane.sensors)]
         self.remarks = [*self._stability_remarks(), *self._load_remarks(load), *self.notes]
 
     def _stability_remarks(self) -> list[str]:

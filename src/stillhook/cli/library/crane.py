@@ -115,9 +115,9 @@ class Arguments(NamedTuple):
 
 def _motor_loss(g: Arguments) -> None:
     """Torque loss of one motor shaft (MJ4, thesis eq. 2.12)."""
-    from stillhook.engine.pack.winch import loss_fit
     from stillhook.library.parameter_sets import load_losses
     from stillhook.physics.hydraulics.motor import torque_loss
+    from stillhook.winches.circuits.packing import loss_fit
 
     losses = load_losses(g.name)
     m, evidence = losses.motor, losses.evidence

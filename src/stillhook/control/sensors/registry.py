@@ -13,9 +13,10 @@ from stillhook.base import contract
 from stillhook.base.contract import NAME, TEXT, Contract, Record, Rule, fault
 from stillhook.base.extensions import extensions
 from stillhook.control.interface import Setting
-from stillhook.control.registry import check_setting, source_of
+from stillhook.control.registry import CONTROLLERS, check_setting, source_of
 from stillhook.control.sensors import interface
 from stillhook.control.sensors.interface import QUANTITIES
+from stillhook.units import parse, quote
 
 CONTRACTS = {
     remembers: Contract("A sensor", needed, interface.Undeclared, source_of)
@@ -49,11 +50,22 @@ class Sensor:
         """Its name as a field: that of its table in a crane file."""
         return self.name.replace("-", "_")
 
+    @property
+    def settings_field(self) -> str:
+        """Field of its settings in what controllers and sensors carry."""
+        return f"sensor_{self.field}_settings"
+
+    def memory_field(self, quantity: str) -> str:
+        """Field there of what it remembers of a quantity."""
+        return f"sensor_{self.field}_{quantity}_memory"
+
 
 def check_module(module: ModuleType) -> None:
     """A module is a sensor. Errors: SpecError of one line with file and attribute."""
     CONTRACTS[hasattr(module, "Memory") or hasattr(module, "begin")].check(module)
     contract.check_values(module, VALUES)
+    if module.NAME in CONTROLLERS:
+        raise fault(module, f"NAME = {quote(module.NAME)} is that of a controller", "Change NAME")
     contract.check_record(module, "Settings", Record(mark=Setting, nested=False))
     for name, setting in contract.marks_of(module.Settings, Setting).items():
         check_setting(module, f"Settings.{name}", setting)
@@ -61,6 +73,49 @@ def check_module(module: ModuleType) -> None:
             raise fault(module, f"Settings.{name}: search = {setting.search!r}", "Leave it out: sensors are not tuned")
     if hasattr(module, "Memory"):
         contract.check_record(module, "Memory", Record(nested=False))
+    _try(module)
+
+
+H = 0.01
+"""PLC cycle at which a module is tried [s]."""
+
+
+def _try(module: ModuleType) -> None:
+    """One reading with the settings by default gives what the contract says. Errors: SpecError."""
+    s = module.Settings(*[_value(setting) for setting in contract.marks_of(module.Settings, Setting).values()])
+    if not hasattr(module, "Memory"):
+        _check(module, "reading", _called(module, "reading", 1.0, H, s), contract.is_number, "a number")
+        return
+
+    def remembered(value: Any) -> bool:
+        return isinstance(value, module.Memory) and all(map(contract.is_number, value))
+
+    def both(value: Any) -> bool:
+        return isinstance(value, tuple) and len(value) == 2 and contract.is_number(value[0]) and remembered(value[1])
+
+    m = _called(module, "begin", 1.0, s)
+    _check(module, "begin", m, remembered, "a Memory of numbers")
+    _check(module, "reading", _called(module, "reading", 1.0, H, s, m), both, "a number and a Memory of numbers")
+
+
+def _called(module: ModuleType, name: str, *arguments: Any) -> Any:
+    """What a function of a module gives. Errors: SpecError for whatever it raises."""
+    try:
+        return getattr(module, name)(*arguments)
+    except Exception as problem:
+        wrong = f"{type(problem).__name__}: {' '.join(str(problem).split()).rstrip('.')}"
+        raise fault(module, f"{name} at 1, with the settings by default: {wrong}", "Correct it") from problem
+
+
+def _check(module: ModuleType, name: str, given: Any, holds: Callable[[Any], bool], allowed: str) -> None:
+    if not holds(given):
+        raise fault(module, f"{name} gave {quote(given)}", f"It must give {allowed}")
+
+
+def _value(setting: Setting) -> float:
+    """Its default [SI]."""
+    default = setting.default
+    return parse(default, setting.kind) if isinstance(default, str) else float(default)
 
 
 def sensor_of(module: ModuleType) -> Sensor:

@@ -153,7 +153,7 @@ def fastest_of_lift(packed: PackedLift) -> tuple[str, float]:
     """
     p = packed.winch.params
     hoist = p.hoist._replace(load=p.hoist.load._replace(m=FIXED_MASS))
-    e, rope = packed.hang.element, packed.lift.rope
+    e, rope = packed.hang.wire.element, packed.lift.rope
     top = e.c / e.k * rope.EA / rope.L_0
     rates = {
         k: v / RK4_LIMIT for k, v in fastest_rates(packed.winch._replace(params=p._replace(hoist=hoist)), top).items()

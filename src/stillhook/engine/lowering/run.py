@@ -16,6 +16,7 @@ from stillhook.engine.lowering.checks import check_course, check_lift, check_lif
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.runner import Block, Ending, each_case, nothing, run_blocks
+from stillhook.engine.scenario.problem import first_lane
 from stillhook.kernels.build import Setup
 from stillhook.kernels.drivers.lift import NP, SIGNALS
 from stillhook.kernels.lanes import access, aligned, flatten, offset, room_for, size
@@ -24,9 +25,10 @@ from stillhook.physics.records import fields
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
-from stillhook.winches.joints.registry import joint_of
-from stillhook.winches.records import Geometry, Tick, Tip
-from stillhook.winches.suspended_load import Hanging, LiftStats, Solve, blank_lift_stats
+from stillhook.winches.elements.lift import Course, Hanging
+from stillhook.winches.elements.payload import LiftStats, Momentum, blank_lift_stats
+from stillhook.winches.joints.registry import JOINTS, joint_of
+from stillhook.winches.records import Tick
 
 PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
 """Largest and least numbers that are kept of every interval of a run; a peak-to-peak is that of a window which ends in
@@ -202,10 +204,6 @@ class LiftBlock(Block[Ready]):
     def alike(r: Ready) -> tuple[int, int, int, float]:
         return r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)
 
-    @staticmethod
-    def sizes(driver: Any) -> tuple[Any, int, int]:
-        return driver.winch, SIGNALS, driver.NS
-
     def __init__(
         self,
         ready: Sequence[Ready],
@@ -226,14 +224,13 @@ class LiftBlock(Block[Ready]):
         self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
         self.n_stages = max(len(r.packed.programme.rows) for r in ready)
         self.S, self.T = self._stages(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
-        self.G = np.full((self.n_stages + 1, d.NG, lanes), np.nan)
+        self.n_stats = size(d.Stats) + sum(map(size, d.parts.stats.values()))
+        self.G = np.full((self.n_stages + 1, self.n_stats + SIGNALS, lanes), np.nan)
         self.starts = np.full((self.n_stages + 1, lanes), np.nan)
         interval = peak_interval(self.drive.n_ticks * self.drive.t_cycle)
         self.n_peak = max(round(interval / (sampled * self.drive.t_cycle)), 1) * sampled
         self.P = np.full((self.drive.n_ticks // self.n_peak + 1, NP, lanes), -np.inf)
-        blank_winch = blank(d.winch.Stats, ready[0].winch.plant)
-        of_joint = () if d.joint.Stats is None else (d.joint.blank(),)
-        self.first = np.array(flatten((blank_winch, blank_lift_stats(), *of_joint)))
+        self.first = np.array(flatten((blank(d.Stats, d.plant), blank_lift_stats(), *self.of_joint())))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
 
     def _stages(self) -> FloatArray:
@@ -260,28 +257,21 @@ class LiftBlock(Block[Ready]):
         d, packed = self.d, r.packed.winch
         tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
-        tip, still = Tip(tick.s, tick.v), nothing(Solve)
-        x = nothing(d.winch.State)
-        lane = nothing(d.Lane)._replace(
-            x=x._replace(path=x.path._replace(s_w=packed.s_w)),
-            u=nothing(d.winch.Command),
-            geo=nothing(Geometry),
+        still = nothing(Momentum)
+        lane = first_lane(d, packed, tick)._replace(
             m=memory,
-            laws=d.winch.laws.blank(packed.settings),
-            st=blank(d.winch.Stats, packed.plant),
             ls=blank_lift_stats(),
-            tip_0=tip,
-            tip_1=tip,
-            tip_2=tip,
-            tick=tick,
             hang=r.packed.hang,
-            p=packed.params,
             lift=r.packed.lift,
-            solve=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
+            momentum=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
             F_s=r.packed.F_sling,
-            **({} if d.joint.Stats is None else {"link": r.packed.link, "cs": d.joint.blank()}),
+            **({"link": r.packed.link, "cs": self.of_joint()[0]} if "link" in d.parts.others else {}),
         )
         return flatten(lane)
+
+    def of_joint(self) -> tuple[Any, ...]:
+        """Blank statistics of a unit between hook and slings, where there is one."""
+        return tuple(JOINTS[joint_of(r.case.compensator)].blank() for r in self.ready[:1] if r.packed.link is not None)
 
     def _rows(self, r: Ready) -> FloatArray:
         """Nodes of one lane at rest."""
@@ -297,9 +287,6 @@ class LiftBlock(Block[Ready]):
             self.A.reshape(-1),
             self.B.reshape(-1),
             self.n,
-            D.reshape(-1),
-            self.drive.cols,
-            self.H,
             self.S.reshape(-1),
             self.n_stages,
             self.T.reshape(-1),
@@ -308,14 +295,17 @@ class LiftBlock(Block[Ready]):
             self.levels,
             self.dt_waves,
             i_0,
-            self.W,
             self.G.reshape(-1),
             self.starts.reshape(-1),
             self.first,
-            self.out.reshape(-1),
-            self.every,
             self.P.reshape(-1),
             self.n_peak,
+            D.reshape(-1),
+            self.drive.cols,
+            self.H,
+            self.W,
+            self.out.reshape(-1),
+            self.every,
             k,
             count,
             self.drive.n_ticks,
@@ -350,7 +340,7 @@ class LiftBlock(Block[Ready]):
         """Cases whose programme has ended, where it ends the run."""
         if not self.short:
             return ()
-        stage = self.A[offset(self.d.Lane, "hang", 1) + offset(Hanging, "stage", 1)]
+        stage = self.A[offset(self.d.Lane, "hang", 1) + offset(Hanging, "course", 1) + offset(Course, "stage", 1)]
         return [i for i, r in enumerate(self.ready) if stage[i] >= len(r.packed.programme.rows)]
 
     def sound(self) -> BoolArray:
@@ -371,11 +361,11 @@ class LiftBlock(Block[Ready]):
         """What came out of one lane."""
         t_cycle, (ending, t_end) = self.drive.t_cycle, self.ending(l)
         hang: Hanging = self.part("hang", l)
-        last = int(hang.stage)
-        self.G[last, : self.d.NT, l] = self._statistics(l)
+        last = int(hang.course.stage)
+        self.G[last, : self.n_stats, l] = self._statistics(l)
         best = self.W.reshape(-1, SIGNALS, len(self.lanes))[2]
-        self.G[last, self.d.NT :, l] = best[:, l]
-        self.starts[last, l] = hang.k_stage * t_cycle
+        self.G[last, self.n_stats :, l] = best[:, l]
+        self.starts[last, l] = hang.course.k_stage * t_cycle
         ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
         return LiftResult(
             case=self.ready[l].case,
@@ -391,7 +381,7 @@ class LiftBlock(Block[Ready]):
             v=self.B[:, 1, l].copy(),
             series=self.series(l),
             peaks=self._peaks(l),
-            signals=(*self.of_winch.Signals._fields, *self.d.columns),
+            signals=self.d.columns,
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
             interval=self.sampled * t_cycle,
@@ -406,16 +396,16 @@ class LiftBlock(Block[Ready]):
 
     def _stage(self, s: int, l: int) -> StageResult:
         row = self.G[s, :, l].tolist()
-        e_c, tip, load, hook = row[self.d.NT :]
-        stats, lift = record_of(self.of_winch.Stats)(row, 0), record_of(LiftStats)(row, size(self.of_winch.Stats))
-        of_joint = self.d.joint.Stats
-        link = None if of_joint is None else record_of(of_joint)(row, size(self.d.winch.Stats) + size(LiftStats))
-        return StageResult(stats, lift, (e_c, tip, load, hook), link)
+        e_c, tip, load, hook = row[self.n_stats :]
+        parts, at = [], 0
+        for cls in (self.d.Stats, *self.d.parts.stats.values()):
+            parts.append(record_of(cls)(row, at))
+            at += size(cls)
+        return StageResult(parts[0], parts[1], (e_c, tip, load, hook), *parts[2:])
 
     def _statistics(self, l: int) -> list[float]:
         """Statistics of lane l in the stage that runs."""
-        names = ("st", "ls") if self.d.joint.Stats is None else ("st", "ls", "cs")
-        return flatten(tuple(self.part(name, l) for name in names))
+        return flatten(tuple(self.part(name, l) for name in ("st", *self.d.parts.stats)))
 
 
 def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> FloatArray:

@@ -29,10 +29,10 @@ from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
+from stillhook.winches.elements.payload import NEVER, LiftStats
 from stillhook.winches.joints.interface import happened
 from stillhook.winches.joints.registry import JOINTS
 from stillhook.winches.registry import WinchType
-from stillhook.winches.suspended_load import NEVER, LiftStats
 
 AUDIT = 0.01
 """Energy not recovered, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below
@@ -183,9 +183,9 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
     if unplanned_touches(case, result):
         beyond.append("touchdown")
     beyond += judged(crane, resting(crane, case, r), r.stats.common.F_max)
-    if result.hang.sup.stuck > 0.0:
+    if result.hang.course.sup.stuck > 0.0:
         beyond.append("stuck")
-    elif result.hang.sup.done == 0.0:
+    elif result.hang.course.sup.done == 0.0:
         beyond.append("unfinished")
     missing = 0.0 if "slack" in beyond else abs(unaccounted(crane.plant.type, result, r))
     if (
@@ -263,14 +263,12 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     rows = [dict(blank) for _ in names]
     for (i, part), start in zip(result.stages, result.starts, strict=True):
         rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(winch, result, part)}
-    W, hang = result.hang.works, result.hang
+    W, done = result.hang.works, result.hang.course.sup.done > 0.0
     numbers: dict[str, Any] = {
         **run,
         "z_load_end": result.packed.lift.z_ref + float(result.q[-1]),
         "s_w_end": result.state.path.s_w,
-        "programme_time": (
-            result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan
-        ),
+        "programme_time": (result.starts[-1] if done and result.stages[-1][0] >= len(case.programme) else math.nan),
         "energy_through": r.stats.common.through * result.interval,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
@@ -322,14 +320,14 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
             f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the phase before it higher, or"
             ' land with mode = "landing" or landed = true'
         )
-    i = min(int(result.hang.sup.stage), len(case.programme) - 1)
+    i = min(int(result.hang.course.sup.stage), len(case.programme) - 1)
     name = names[i]
-    if result.hang.sup.stuck > 0.0:
+    if result.hang.course.sup.stuck > 0.0:
         notes_of_run.append(
             f'phase "{name}" did not end within its timeout of {result.packed.programme.rows[i][5]:g} s: the programme'
             " stands"
         )
-    elif result.hang.sup.done == 0.0:
+    elif result.hang.course.sup.done == 0.0:
         notes_of_run.append(
             f'the run of {case.duration:g} s ends in phase "{name}": run longer for the whole programme'
         )

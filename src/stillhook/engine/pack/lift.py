@@ -18,7 +18,7 @@ from stillhook.engine.pack.payload import pack_payload, wetted_at
 from stillhook.engine.pack.programme import Programme, hanging, pack_programme, static_stroke, wire_strength
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.physics.load_path.drum import Load, Wire
-from stillhook.physics.load_path.payload import Heights, Water, heights, submergence
+from stillhook.physics.load_path.payload import Heights, Water, WettedLevel, heights, submergence
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.realisation import WaveField
@@ -26,8 +26,12 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import RHO_SEA, Operator, Scenario
+from stillhook.winches.elements.lift import Course, Hanging, Lift
+from stillhook.winches.elements.payload import Body, Field, level_of
+from stillhook.winches.elements.wire import Hook
+from stillhook.winches.elements.wire import Wire as LongWire
+from stillhook.winches.elements.works import Works
 from stillhook.winches.joints.registry import JOINTS, joint_of
-from stillhook.winches.suspended_load import Field, Hanging, Hook, Lift, Works, level_of
 
 FIXED = 1.0e12
 """Factor on stiffness and length that keeps the plant's wire, the part from drum to crane tip, as it is however much
@@ -145,28 +149,17 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     z = case.z_0 + s_tip
     at = heights(z, wetted_at(submergence(z, 0.0, load.reach), table))
     levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
-    still = Water(*[0.0] * len(Water._fields))
+    still, untouched = Water(*[0.0] * len(Water._fields)), WettedLevel(*[0.0] * len(WettedLevel._fields))
     E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2))
     E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else JOINTS[joint_of(unit)].energy(stretch, sling, link)
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
-        sup=sup,
-        element=e,
-        water=still,
-        level=levels,
-        v_w_0=0.0,
-        a_load=0.0,
-        since_taut=0.0,
-        s_joy=0.0,
-        e_held=0.0,
-        stage=0.0,
-        k_stage=0.0,
+        course=Course(sup, s_joy=0.0, e_held=0.0, stage=0.0, k_stage=0.0, datum=float(q[-1])),
+        wire=LongWire(e, v_w_0=0.0, v_before=0.0),
+        body=Body(still, levels, 0.0, untouched, untouched, a=0.0, since_taut=0.0, grounded=0.0),
+        works=works,
         E=E,
         E_0=E,
-        works=works,
-        v_before=0.0,
-        datum=float(q[-1]),
-        grounded=0.0,
     )
     return PackedLift(
         winch=_winch(crane, case, s_w, F_top),

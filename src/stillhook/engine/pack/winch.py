@@ -14,16 +14,17 @@ from stillhook.kernels.control_laws import extra_controllers
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
-from stillhook.physics.hydraulics.lines import Boost, Flushing, Relief, capacitance
-from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
+from stillhook.physics.hydraulics.lines import capacitance
+from stillhook.physics.hydraulics.motor import Motors
 from stillhook.physics.hydraulics.pump import Pumps
-from stillhook.physics.hydraulics.swash import MotorControl, Servo
+from stillhook.physics.hydraulics.swash import MotorControl
 from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, hung, layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
 from stillhook.spec.settings import sensor_settings
+from stillhook.winches.circuits import packing
 from stillhook.winches.circuits import tables as circuits
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
@@ -34,8 +35,6 @@ from stillhook.winches.records import Sensors
 HELD = 1.0e4
 """Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths
 of a bar."""
-NO_LIMIT = 1.0e30
-"""Stands for a limit that a crane file does not name [SI]: no winch gets there."""
 FILL_RATE = 15.0
 """Rate at which the pumps bring the motors to the load's torque behind the closed brake [rad/s]: half of what their
 displacement controls follow. Assumed."""
@@ -45,8 +44,6 @@ FILL_MOST, BOOST_SHARE = 0.3, 0.5
 PROVED = 1.0e6
 """Pressure by which the motors' torque may be off when the brake opens [Pa]: 10 bar, a twentieth of what a full load
 asks for. Assumed."""
-DP_LEAST = 1.0e6
-"""Pressure below which the passive torque law stops dividing by it [Pa]: 10 bar, far below any charge."""
 
 
 class Packed(NamedTuple):
@@ -112,27 +109,9 @@ def _pumps(circuit: circuits.ActiveCircuit | circuits.PassiveCircuit) -> Pumps:
     return Pumps(D_max=pump.D_total, omega_p=pump.omega_p, leak=leak_law(circuit).pumps)
 
 
-def loss_fit(motor: circuits.Motor) -> TorqueLossFit:
-    """The torque loss of a motor as the physics reads it."""
-    loss = motor.loss
-    return TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
-
-
 def _motors(circuit: circuits.ActiveCircuit | circuits.PassiveCircuit) -> Motors:
-    motor, leak = circuit.motor, leak_law(circuit)
-    return Motors(count=float(motor.count), D_max=motor.D_max, C_1=leak.C_1, C_2=leak.C_2, fit=loss_fit(motor))
-
-
-def servo_record(servo: circuits.Servo, lo: float, hi: float = 1.0) -> Servo:
-    """A displacement control between its stops; without a known limit its setting may get as fast as its command
-    asks."""
-    return Servo(
-        omega_n=servo.omega_n,
-        zeta=servo.zeta,
-        lo=lo,
-        hi=hi,
-        rate=NO_LIMIT if servo.rate_max is None else servo.rate_max,
-    )
+    leak = leak_law(circuit)
+    return packing.motors_record(circuit.motor, leak.C_1, leak.C_2)
 
 
 def _motor_control(motor: circuits.MotorSet) -> MotorControl:
@@ -146,20 +125,18 @@ def active_record(crane: Crane) -> ActiveCircuit:
     a = crane.active
     return ActiveCircuit(
         pumps=_pumps(a),
-        pump_servo=servo_record(a.pump.servo, -1.0),
+        pump_servo=packing.servo_record(a.pump.servo),
         motors=_motors(a),
-        motor_servo=servo_record(a.motor.servo, a.motor.alpha_min),
+        motor_servo=packing.servo_record(a.motor.servo, a.motor.alpha_min),
         control=_motor_control(a.motor),
         i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
         i_beta=1.0 / a.line.bulk_modulus,
-        boost=Boost(a.boost.p, a.boost.conductance, NO_LIMIT if a.boost.Q_max is None else a.boost.Q_max),
-        relief=Relief(a.relief.p, a.relief.conductance),
-        flushing=Flushing(
-            a.boost.p + a.flushing.dp_open, a.flushing.conductance, 1.0 / max(a.flushing.dp_shuttle, 1.0)
-        ),
+        boost=packing.boost_record(a.boost),
+        relief=packing.relief_record(a.relief),
+        flushing=packing.flushing_record(a.flushing, a.boost),
         n_full=a.motor.n_max_full,
         n_max=a.motor.n_max,
-        P_back=NO_LIMIT if crane.hpu is None else crane.hpu.P_back,
+        P_back=packing.power_back(crane),
     )
 
 
@@ -167,21 +144,21 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
     """The passive circuit; gas_held: its accumulator has so large a bank that its pressure stands."""
     p = crane.passive
     assert p is not None
-    acc, pump = p.accumulator, _pumps(p)
+    pump = _pumps(p)
     return PassiveCircuit(
         pumps=pump,
-        pump_servo=servo_record(p.pump.servo, -1.0),
+        pump_servo=packing.servo_record(p.pump.servo),
         motors=_motors(p),
-        motor_servo=servo_record(p.motor.servo, p.motor.alpha_min),
-        accumulator=accumulator_record(acc, p.line, gas_held, "passive"),
-        relief=Relief(p.relief.p, p.relief.conductance),
+        motor_servo=packing.servo_record(p.motor.servo, p.motor.alpha_min),
+        accumulator=accumulator_record(p.accumulator, p.line, gas_held, "passive"),
+        relief=packing.relief_record(p.relief),
         settings=PassiveSettings(
             D_m_max=p.motor.D_total,
             Q_p_max=pump.D_max * pump.omega_p,
             p_lp=p.p_lp,
-            p_set=acc.gas.p_0,
+            p_set=p.accumulator.gas.p_0,
             K_acc=crane.control.K_acc,
-            dp_least=DP_LEAST,
+            dp_least=packing.DP_LEAST,
         ),
         n_full=p.motor.n_max_full,
         n_max=p.motor.n_max,
@@ -191,7 +168,10 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
 def accumulator_record(table: circuits.Accumulator, line: circuits.Line, gas_held: bool, circuit: str) -> Accumulator:
     """An accumulator with the oil of its line; gas_held: with so large a bank that its pressure stands; circuit: name
     of its table."""
-    acc = _with_constant_pressure(table) if gas_held else table
+    acc = table
+    if gas_held:
+        gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
+        acc = acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})
     return Accumulator(
         V_stroke=acc.V_stroke,
         i_half=2.0 / acc.V_stroke,
@@ -201,12 +181,6 @@ def accumulator_record(table: circuits.Accumulator, line: circuits.Line, gas_hel
         C_leak=acc.C_leak,
         gas=gas_record(acc, circuit),
     )
-
-
-def _with_constant_pressure(acc: circuits.Accumulator) -> circuits.Accumulator:
-    """The accumulator with a bank so large that its pressure stands."""
-    gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
-    return acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})
 
 
 def drum_record(crane: Crane) -> Drum:
@@ -302,21 +276,16 @@ def _plc(crane: Crane, alpha_hold: float) -> Plc:
         t_bumpless=c.t_bumpless,
         t_lead=c.t_lead or 0.0,
         t_compute=c.computing,
-        power=_power(crane),
+        power=PowerLimit(power_most(crane), *crane.plant.type.pump_flows(crane)),
         brake=_brake(crane),
     )
 
 
-def _power(crane: Crane) -> PowerLimit:
-    """The power units' limit for the pumps' torque control."""
-    return PowerLimit(power_most(crane), *crane.plant.type.pump_flows(crane))
-
-
 def power_most(crane: Crane) -> float:
     """Largest hydraulic power that all power units give together [W]: the lesser of their power, and of their torque at
-    the pumps' speed; NO_LIMIT where the crane file names none."""
+    the pumps' speed; packing.NO_LIMIT where the crane file names none."""
     if crane.hpu is None:
-        return NO_LIMIT
+        return packing.NO_LIMIT
     T, omega = crane.hpu.T_max, crane.plant.type.pump_speed(crane)
     return crane.hpu.P_max if T is None or omega is None else min(crane.hpu.P_max, T * omega)
 

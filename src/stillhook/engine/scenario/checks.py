@@ -13,7 +13,6 @@ from stillhook.engine.pack.winch import (
     gains,
     load_record,
     loop_record,
-    loss_fit,
     motor_law,
     motor_speed_max,
     parts_of,
@@ -31,6 +30,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
+from stillhook.winches.circuits.packing import loss_fit
 from stillhook.winches.circuits.tables import MotorSet
 
 

@@ -33,7 +33,7 @@ from stillhook.engine.scenario.checks import Foreseen, check, foresee
 from stillhook.engine.scenario.oscillation import OSCILLATES, oscillation_notes, oscillation_numbers
 from stillhook.engine.scenario.warm_up import WarmUp, Watch, warm_up_notes
 from stillhook.kernels.build import Setup
-from stillhook.kernels.lanes import flatten, offset, size
+from stillhook.kernels.lanes import flatten, offset
 from stillhook.kernels.statistics.cycles import SIGNALS, blank
 from stillhook.kernels.statistics.oscillation import begun_again
 from stillhook.library import crane_toml
@@ -41,7 +41,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.variables import COMMON_SUMMARY, WINDOW
-from stillhook.winches.records import Geometry, Tick, Tip
+from stillhook.winches.records import Tick, Tip
 from stillhook.winches.registry import WinchType
 
 if TYPE_CHECKING:
@@ -120,16 +120,12 @@ def run_cases(
 def first_lane(d: Any, packed: Packed, tick: Tick, guard: Guard | None = None) -> Any:
     """A lane of the driver d before its first cycle: the reference is where the wire is; state and memory await
     `at_rest`. guard: that of a driver whose PLC has one."""
-    tip, x, plc = Tip(tick.s, tick.v), nothing(d.State), packed.params.plc
-    return d.Lane(
-        x=x._replace(path=x.path._replace(s_w=packed.s_w)),
-        u=nothing(d.Command),
-        u_0=nothing(d.Command),
-        geo=nothing(Geometry),
+    tip, lane, plc = Tip(tick.s, tick.v), nothing(d.Lane), packed.params.plc
+    return lane._replace(
+        x=lane.x._replace(path=lane.x.path._replace(s_w=packed.s_w)),
         m=memory_before(packed.memory, packed.memory.F, packed.s_w, tick.s_m, tick.mode, tick.v_op, plc),
         laws=d.laws.blank(packed.settings, guard),
         st=blank(d.Stats, packed.plant),
-        y=nothing(d.Signals),
         tip_0=tip,
         tip_1=tip,
         tip_2=tip,
@@ -144,10 +140,6 @@ class ScenarioBlock(Block[Ready]):
     @staticmethod
     def alike(r: Ready) -> tuple[int, int, int]:
         return r.drive.n_ticks, r.drive.first, r.drive.cols
-
-    @staticmethod
-    def sizes(driver: Any) -> tuple[Any, int, int]:
-        return driver, SIGNALS, size(driver.Signals)
 
     def record(self, r: Ready) -> list[float]:
         """One lane before the first cycle."""
@@ -209,7 +201,7 @@ class ScenarioBlock(Block[Ready]):
             state=self.part("x", i),
             memory=self.part("m", i),
             series=self.series(i),
-            signals=self.d.Signals._fields,
+            signals=self.d.columns,
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
             t_cycle=t_cycle,

@@ -13,6 +13,7 @@ from stillhook.control.guard import FINITE, guard_at_start
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import ControlLaw
+from stillhook.control.sensors.registry import SENSORS, Sensor
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs, hermite_weights, objections, scale_weights
 from stillhook.engine.pack.guard import guard_settings
@@ -201,6 +202,7 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     row = [float(x) for x in tick]
     starts = {name: row[first] for name, (first, _) in zip(names, where, strict=True)}
     laws = p.laws_of(crane, winch.extra_controllers)
+    with_settings: list[ControlLaw | Sensor] = [*laws, *(SENSORS[name] for name in winch.sensors)]
     passed = p.limits(crane, d)
     params, law_at = offset(d.Lane, "p", 1), offset(d.Lane, "laws", 1)
     guard = law_at + offset(d.LawRecord, "guard", 1) if both else 0
@@ -209,7 +211,9 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
         *(p.guards(guard) if both else ()),
         *p.beginnings(crane, case, load=not wire and _load_is_free(crane, case)),
         p.port("input_time", "fixed", ("SH_OF_OPTION", 0), kind="integer", start=1.0, least=0.0, most=1.0),
-        *p.settings(type(winch.params.plc), params + _first(d.Params, ".plc"), record, laws, law_at),
+        *p.settings(
+            type(winch.params.plc), params + _first(d.Params, ".plc"), record, with_settings, d.LawRecord, law_at
+        ),
         *p.outputs(d, passed, set(names), laws),
         *(p.guard_outputs(guard) if both else ()),
         *(p.readings("output", "SH_OF_SENSED") if contents == PLANT else ()),
@@ -290,7 +294,7 @@ def _controller(crane: Crane, ready: Ready) -> Made:
         *p.inputs(names, starts, laws),
         *p.guards(at),
         p.port("input_time", "fixed", ("SH_OF_OPTION", 0), kind="integer", start=1.0, least=1.0, most=1.0),
-        *p.settings(type(plc), offset(k.Lane, "plc", 1), record, laws, law_at),
+        *p.settings(type(plc), offset(k.Lane, "plc", 1), record, laws, k.laws.Record, law_at),
         *p.commands(),
         *p.motion(),
         *p.guard_outputs(at),

@@ -7,7 +7,7 @@ The value reference of a variable is its number in the list; names, units and me
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from stillhook.control.guard import Guard
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import CONTROLLERS, ControlLaw
+from stillhook.control.sensors.registry import Sensor
 from stillhook.engine.pack.winch import drum_record
 from stillhook.kernels.lanes import offset, paths
 from stillhook.physics.load_path.drum import wire_usable
@@ -129,30 +130,30 @@ def beginnings(crane: Crane, case: Scenario, *, load: bool) -> Iterator[Port]:
     yield port("s_w_start", "fixed", ("SH_OF_BEGINNING", WIRE_OUT), start=case.s_w, least=0.0, most=wire)
 
 
-def settings(plc: type, at: int, record: Any, laws: list[ControlLaw], law_at: int) -> Iterator[Port]:
-    """Settings of the PLC and of controllers that have some of their own; at, law_at: places of both in a lane, whose
-    numbers `record` holds."""
+def settings(
+    plc: type, at: int, record: Any, modules: Sequence[ControlLaw | Sensor], carried: type, law_at: int
+) -> Iterator[Port]:
+    """Settings of the PLC, and of controllers and sensors that have some of their own; at, law_at: places of the PLC's
+    and of what controllers and sensors carry in a lane, whose numbers `record` holds."""
     places = paths(plc)
     for name, (where, least, most) in PARAMETERS.items():
         i = at + places.index(f".{where}")
         yield port(name, "tunable", ("SH_OF_LANE", i), start=float(record[i]), least=least, most=most)
-    i = law_at + 1  # behind the code of the controller in force
-    for law in laws:
-        for name, setting in law.settings.items():
-            unit = KINDS[setting.kind].si if setting.kind else "1"
+    places = paths(carried)
+    for module in modules:
+        for name, setting in module.settings.items():
+            i = law_at + places.index(f".{module.settings_field}.{name}")
             yield Port(
-                f"{law.name}.{name}",
+                f"{module.name}.{name}",
                 "tunable",
                 "real",
-                unit,
-                f"{law.name}: {setting.meaning}",
+                KINDS[setting.kind].si if setting.kind else "1",
+                f"{module.name}: {setting.meaning}",
                 float(record[i]),
                 setting.least,
                 setting.most,
                 ("SH_OF_LANE", i),
             )
-            i += 1
-        i += len(law.memory._fields) if law.memory is not None else 0
 
 
 def limits(crane: Crane, driver: Any) -> list[Limit]:

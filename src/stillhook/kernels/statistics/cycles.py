@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from stillhook.kernels.statistics.oscillation import blank_oscillation
 from stillhook.physics.records import fields
 from stillhook.physics.scalar import fmax, fmin, scalar
-from stillhook.winches.interface import NOT_YET
+from stillhook.winches.records import NOT_YET
 
 
 class CommonStats(NamedTuple):

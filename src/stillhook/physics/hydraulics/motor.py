@@ -54,6 +54,18 @@ def torque_loss_dry(D_m, dp_m, fit):
 
 
 @scalar
+def motors_dry(alpha_m, dp_m, motors):
+    """`torque_loss_dry` of a whole set of motors at displacement alpha_m over its maximum [-] [N m]."""
+    return motors.count * torque_loss_dry(alpha_m * motors.D_max, dp_m, motors.fit)
+
+
+@scalar
+def motors_moving(omega_m, alpha_m, motors):
+    """`torque_loss_moving` of a whole set of motors at displacement alpha_m over its maximum [-] [N m]."""
+    return motors.count * torque_loss_moving(omega_m, alpha_m * motors.D_max, motors.fit)
+
+
+@scalar
 def motor_torque(D_m, dp_m):
     """Torque of the oil on the shaft before losses, hoisting positive [N m]; D_m [m^3/rad], dp_m = p_a - p_b [Pa]."""
     return D_m * dp_m

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.progress import Progress
 from stillhook.engine.simulate import simulate
@@ -28,7 +27,7 @@ from stillhook.plan.tiers.time_domain.crossings import BIN, crosses
 from stillhook.plan.tiers.time_domain.curves import x_limit_of
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, measures
-from stillhook.plan.tiers.time_domain.placing import COARSE, FINE, TURN, Search, snapped
+from stillhook.plan.tiers.time_domain.placing import FINE, Search, snapped
 from stillhook.report.formatting import cell as shown
 from stillhook.report.pictures import can_draw
 from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
@@ -108,44 +107,59 @@ def governing_run(
     goal = ask.Hs if ask.Hs is not None else min(of.Hs, top)
     heights = [goal] if ask.Hs is not None or goal <= 0.0 else _ladder(goal, top)
     cell = CellRequest(of.phase.name, winch_of(of.phase, of.by), SeaState(goal, ask.Tp, ask.beta), MOST)
-    found: list[tuple[float, int, Runs, int]] = []  # height, number, runs of its cell, place in them
+    found: list[_Found] = []
     for Hs in heights:
-        numbers, runs = cells.stored(_at(plan, cell, Hs))
-        found += [(Hs, k, runs, i) for i, k in enumerate(numbers)]
+        numbers, runs = cells.stored(_at(plan, cell, Hs, MOST))
+        found += [_Found(Hs, k, runs, i) for i, k in enumerate(numbers)]
     made = not found
     if made:
-        request = _at(plan, cell, heights[0])._replace(seeds=1 if plan.environment.calm(heights[0]) else Search().seeds)
+        request = _at(plan, cell, heights[0], Search().seeds)
         cells.request([request], progress)
         of_cell = cells.runs[request.cell]
-        found = [(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
-    nearest = min((row[0] for row in found), key=lambda Hs: _off(Hs, goal))
-    room = 0.5 * BIN if crosses(of.phase) and ask.Hs is None else 0.0
-    about = [row for row in found if _off(row[0], nearest) <= room]
+        found = [_Found(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
+    nearest = min((each.Hs for each in found), key=lambda Hs: _off(Hs, goal))
+    one_by_one = crosses(of.phase) and plan.environment.swell is None and ask.Hs is None
+    about = [each for each in found if _off(each.Hs, nearest) <= (0.5 * BIN if one_by_one else 0.0)]
     course = cells.course(of.phase, cell.winch, cell.spot)
-    known = measures(plan, of.phase, of.by, cell.winch, course)
-    still = plan.once(calm_of, of.phase)
-    rules = [each for each in limited(plan, of.phase, of.by) if of.rule in ("", each.rule.key)]
+    known, still = measures(plan, of.phase, of.by, cell.winch, course), plan.once(calm_of, of.phase)
     judged = [
-        (used, -j, each)
-        for each in rules
-        if (measure := known.get(each.rule.quantity)) is not None and all(measure.x in row[2] for row in about)
-        for j, row in enumerate(about)
-        for used in [_used(measure, each, row[0], row[2], still.get(each.rule.quantity, math.nan))[row[3]]]
+        (_used(known[q], each, run, still.get(q, math.nan)), each, run)
+        for each in limited(plan, of.phase, of.by)
+        if of.rule in ("", each.rule.key) and (q := each.rule.quantity) in known and known[q].x in about[0].runs
+        for run in about
     ]
     if not judged:
         raise PlanError(f"--cell: {ask.text}: runs of {of.phase.name} say nothing of {of.rule or 'its rules'}.")
-    _, j, rule = max(judged, key=lambda row: row[:2])
-    Hs, k, runs, i = about[-j]
+    _, rule, worst = max(judged, key=lambda row: row[0])
     measure = known[rule.rule.quantity]
-    crane, cases = cells.cases(_at(plan, cell, Hs), [k])
-    value = float(measure.of_x(measure.values(runs)[i : i + 1])[0])
-    run = Run(crane, cases[0], **cells.options)
-    return GoverningRun(ask, of, Hs, k, len(about), made, rule, value, measure, course.counts, run)
+    crane, cases = cells.cases(_at(plan, cell, worst.Hs, 1), [worst.number])
+    return GoverningRun(
+        ask=ask,
+        of=of,
+        Hs=worst.Hs,
+        number=worst.number,
+        n=len(about),
+        made=made,
+        rule=rule,
+        value=float(measure.of_x(measure.values(worst.runs))[worst.place]),
+        measure=measure,
+        counts=course.counts,
+        run=Run(crane, cases[0], **cells.options),
+    )
 
 
-def _at(plan: LiftPlan, cell: CellRequest, Hs: float) -> CellRequest:
-    calm = plan.environment.calm(Hs)
-    return cell._replace(spot=cell.spot._replace(Hs=Hs), seeds=1 if calm else cell.seeds)
+class _Found(NamedTuple):
+    """A run: height of its sea [m], number in that sea, runs of its cell and its place among them."""
+
+    Hs: float
+    number: int
+    runs: Runs
+    place: int
+
+
+def _at(plan: LiftPlan, cell: CellRequest, Hs: float, seeds: int) -> CellRequest:
+    """A cell at another height, with so many seeds; a calm with one run."""
+    return cell._replace(spot=cell.spot._replace(Hs=Hs), seeds=1 if plan.environment.calm(Hs) else seeds)
 
 
 def _off(Hs: float, goal: float) -> float:
@@ -155,17 +169,17 @@ def _off(Hs: float, goal: float) -> float:
 
 def _ladder(goal: float, top: float) -> list[float]:
     """Heights that a plan runs about one [m], the nearest first."""
-    steps = [snapped(goal), *(snapped(x) for x in np.arange(FINE, top + COARSE, FINE if goal < TURN else COARSE))]
+    steps = [snapped(x) for x in np.arange(FINE, top + FINE, FINE)]
     near = {Hs for Hs in steps if Hs <= top * (1.0 + 1e-9) and _off(Hs, goal) <= ABOUT}
     return sorted(near | {min(snapped(goal), top)}, key=lambda Hs: (_off(Hs, goal), Hs))
 
 
-def _used(measure: Measure, rule: Limited, Hs: float, runs: Runs, still: float) -> FloatArray:
-    """How much runs at a height use of what a rule leaves to the waves (n,) [-]; still: the quantity in still water
-    [SI], NaN where it is none."""
-    x, x_limit = measure.values(runs), x_limit_of(measure, float(rule.at(np.array([Hs]))[0]))
+def _used(measure: Measure, rule: Limited, run: _Found, still: float) -> float:
+    """How much a run uses of what a rule leaves to the waves [-]; still: the quantity in still water [SI], NaN where it
+    is none."""
+    x, x_limit = measure.values(run.runs)[run.place], x_limit_of(measure, float(rule.at(np.array([run.Hs]))[0]))
     x_still = measure.to_x(still) if math.isfinite(still) else 0.0
-    return (x - x_still) / (x_limit - x_still) if x_limit > x_still else np.where(x > x_limit, np.inf, 0.0)
+    return float((x - x_still) / (x_limit - x_still)) if x_limit > x_still else math.inf if x > x_limit else 0.0
 
 
 class Lowered(NamedTuple):

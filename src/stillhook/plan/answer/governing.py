@@ -65,9 +65,10 @@ def wanted(text: str, plan: LiftPlan) -> Wanted:
     alternative, phase = values.get("alternative"), values.get("phase")
     if alternative is not None and alternative not in plan.alternatives:
         raise PlanError(f"--cell: alternative {quote(alternative)}: the plan has {', '.join(plan.alternatives)}.")
-    names = [each.name for each in plan.phases if each.kind in KINDS]
-    if phase is not None and phase not in names:
-        raise PlanError(f"--cell: phase {quote(phase)}: runs of the twin are made of {', '.join(names) or 'none'}.")
+    runs = [each.name for each in plan.phases if each.kind in KINDS]
+    if phase is not None and phase not in runs:
+        have = "; ".join(map(quote, runs)) or "none"
+        raise PlanError(f"--cell: phase {quote(phase)}: runs of the twin are made of {have}.")
     Hs = None if values.get("hs") is None else parse(values["hs"], "length", "--cell: Hs")
     if Hs is not None and not 0.0 <= Hs <= max(env.Hs):
         raise PlanError(f"--cell: Hs {show(Hs, 'length')}: the table goes from 0 m to {show(max(env.Hs), 'length')}.")
@@ -114,41 +115,38 @@ class Governing:
 
 
 def governing(plan: LiftPlan, result: PlanResult | None, ask: Wanted) -> Governing:
-    """What governs a cell. Without an alternative that of the first page, as credited; with one its limit as modelled.
+    """What governs a cell: of the alternative of the first page as credited; where alternative or phase are named, by
+    their own runs.
 
-    result: may be left out where the cell is `complete`. Errors: PlanError where nothing limits the cell, or by no run.
+    result: may be left out where the cell is `complete`. Errors: PlanError where nothing limits the cell, or no run.
     """
     if ask.alternative is not None and ask.phase is not None and ask.Hs is not None:
         return Governing(ask.alternative, ask.alternative, ask.phase, "", math.nan, credited=False)
     assert result is not None
-    leads = Alternative(str(result.facts["summary"]["shown"]))
-    alternative, credit = (leads, CREDITED) if ask.alternative is None else (ask.alternative, MODELLED)
+    credited = ask.alternative is None and ask.phase is None
+    alternative = ask.alternative or Alternative(str(result.facts["summary"]["shown"]))
     at = _column(result.data, ask).sel(alternative=alternative.value)
-    if ask.phase is not None:
-        name, rule, Hs, tier = ask.phase.name, *_least(at["Hs_rule"].sel(credit=MODELLED, phase=ask.phase.name)), ""
-        tier = Tier.TIME.value if rule else str(at["counts"].sel(phase=name).item())
-    else:
-        of_cell = at.sel(credit=credit)
+    if ask.phase is None:
+        of_cell = at.sel(credit=CREDITED if credited else MODELLED)
         name, rule, tier = (str(of_cell[f"governing_{key}"].item()) for key in ("phase", "rule", "tier"))
         Hs = float(of_cell["Hs_limit"])
-    by_runs = tier == Tier.TIME.value and rule != "" and math.isfinite(Hs)
-    if not name or not (by_runs or ask.Hs is not None) or plan.phase(name).kind not in KINDS:
-        top = show(max(plan.environment.Hs), "length")
-        why = (
-            f"nothing limits it up to Hs {top}"
-            if math.isinf(Hs) or not name
-            else f"its limit, {rule or 'any'} in {name}, is by the {tier or 'twin not run, and by no other'} tier"
-        )
-        raise PlanError(f"--cell: {ask.text}, {alternative}: {why}: no run sets it. Add {_simulated(plan)}.")
-    phase = plan.phase(name)
-    by = alternative if credit == MODELLED else _whose(result.data, ask, alternative, phase, rule, Hs)
-    return Governing(alternative, by, phase, rule if by_runs else "", Hs, credit == CREDITED)
-
-
-def _simulated(plan: LiftPlan) -> str:
-    """What makes a cell one that can be run, in words."""
-    names = [phase.name for phase in plan.phases if phase.kind in KINDS]
-    return f"Hs=2 m, phase={names[-1]} (or {', '.join(names[:-1])})" if names else "a phase that is run in time"
+    else:
+        name = ask.phase.name
+        rule, Hs = _least(at["Hs_rule"].sel(credit=MODELLED, tier=Tier.TIME.value, phase=name))
+        tier = Tier.TIME.value if rule else str(at["counts"].sel(phase=name).item())
+    by_runs = tier == Tier.TIME.value and math.isfinite(Hs)
+    if not name or plan.phase(name).kind not in KINDS or not (by_runs or ask.Hs is not None):
+        of = f"{ask.text}, {alternative}{f', {name}' if name else ''}"
+        if name and tier != Tier.TIME.value:
+            why = f"the limit is by the {tier} tier, and no run sets it" if tier else "no tier gives a limit"
+        else:
+            why = f"no limit up to Hs {show(max(plan.environment.Hs), 'length')}"
+        runs = "; ".join(quote(phase.name) for phase in plan.phases if phase.kind in KINDS)
+        add = "Hs=2 m" if ask.phase is not None else f"Hs=2 m and phase=, one of {runs or 'none that is run'}"
+        raise PlanError(f"--cell: {of}: {why}. Add {add}.")
+    rule = rule if by_runs else ""
+    by = _whose(result.data, ask, alternative, name, rule, Hs) if credited and rule else alternative
+    return Governing(alternative, by, plan.phase(name), rule, Hs, credited)
 
 
 def _column(data: xarray.Dataset, ask: Wanted) -> xarray.Dataset:
@@ -157,20 +155,19 @@ def _column(data: xarray.Dataset, ask: Wanted) -> xarray.Dataset:
 
 
 def _least(Hs: xarray.DataArray) -> tuple[str, float]:
-    """Rule with the lowest limit by runs, and that limit [m]; "" and NaN where none was run."""
-    by_runs = Hs.sel(tier=Tier.TIME.value)
-    values = np.asarray(by_runs.values, dtype=float)
+    """Rule with the lowest limit, and that limit [m]; "" and NaN where there is none."""
+    values = np.asarray(Hs.values, dtype=float)
     if np.isnan(values).all():
         return "", math.nan
     i = int(np.nanargmin(values))
-    return str(by_runs["rule"].values[i]), float(values[i])
+    return str(Hs["rule"].values[i]), float(values[i])
 
 
 def _whose(
-    data: xarray.Dataset, ask: Wanted, alternative: Alternative, phase: Phase, rule: str, Hs: float
+    data: xarray.Dataset, ask: Wanted, alternative: Alternative, phase: str, rule: str, Hs: float
 ) -> Alternative:
     """The alternative whose runs set a credited limit: the flat cap where the limit is that of it alone."""
-    place = {"credit": MODELLED, "tier": Tier.TIME.value, "phase": phase.name, "rule": rule}
+    place = {"credit": MODELLED, "tier": Tier.TIME.value, "phase": phase, "rule": rule}
     known = _column(data, ask)["Hs_rule"].sel(place)
     own, cap = (
         float(known.sel(alternative=a.value)) if a.value in data["alternative"].values else math.nan

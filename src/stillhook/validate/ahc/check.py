@@ -4,7 +4,7 @@ tables."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,10 +37,11 @@ from stillhook.validate.ahc.replay import (
     statements,
     usable,
 )
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.data_set.records.tip import SLOWEST
+from stillhook.validate.data_set.record import Record
+from stillhook.validate.data_set.tip import SLOWEST
 
 COMPARED = (
     ("v_w", "speed"),
@@ -61,30 +62,19 @@ LEAST_NOISE = 0.2
 """Share of the tip's noise in the PLC's error that is reported."""
 
 
-def remarks(comparisons: Sequence[Comparison], *, logged: bool) -> Iterable[str]:
+def remarks(comparisons: Sequence[Comparison], *, logged: bool) -> Iterable[Note]:
     """What the comparison rests on, and what the judged figures do not hold."""
     if not logged:
-        yield (
-            "e_c_measured was not logged in every test: the control error is derived from s_tip and s_w, about its"
-            " mean, so that a constant offset of the crane is not visible."
-        )
+        yield Note("error-derived")
     for c in comparisons:
         offset = float(np.mean(c.pair[0]) - np.mean(c.pair[1])) if len(c.pair[0]) else 0.0
         if abs(offset) > LEAST_OFFSET:
-            yield (
-                f"In load case {c.name} the crane's error has an offset of {100.0 * offset:+.2g} cm from the"
-                " twin's on average; it affects the largest error, not the peak-to-peak error."
-            )
+            yield Note("error-offset", case=c.name, cm=100.0 * offset)
     noisy = [c for c in comparisons if logged and c.noise > LEAST_NOISE]
     if noisy:
         spread = float(np.sqrt(np.mean([c.replay.tip.spread_s**2 for c in noisy])))
-        share = float(np.mean([c.noise for c in noisy]))
-        yield (
-            f"The PLC's error contains {100.0 * share:.0f} % of the noise of the logged tip"
-            f" ({show(spread, 'diameter', 2)}"
-            " rms); the simulated one contains the same."
-        )
-    yield f"The first {SETTLE:.0f} s of every segment are left out because the twin starts from rest."
+        yield Note("tip-noise", share=float(np.mean([c.noise for c in noisy])), spread=spread)
+    yield Note("start-left-out", seconds=SETTLE)
 
 
 def tables(crane: Crane, comparisons: Sequence[Comparison], explained: Sequence[CauseEstimate]) -> tuple[Table, ...]:
@@ -225,35 +215,24 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Progres
     )
 
 
-def _obstacle(campaign: Campaign, records: Sequence[Record], parts: Sequence[tuple[Record, object]]) -> str:
-    """Reason why nothing can be compared, "" without: the first that any test of heave compensation gives."""
+OBSTACLES: Mapping[str, Callable[[Record], bool]] = {
+    "no-s_tip": lambda r: not r.has("s_tip"),
+    "no-error": lambda r: not r.has("e_c_measured") and not r.has("s_w"),
+    "wire-derived": lambda r: not r.has("e_c_measured") and "s_w" in r.derived,
+    "too-slow": lambda r: r.step > SLOWEST + 1e-9,
+}
+"""What of a test of heave compensation does not allow a comparison."""
+
+
+def _obstacle(campaign: Campaign, records: Sequence[Record], parts: Sequence[tuple[Record, object]]) -> Note | None:
+    """Reason why nothing can be compared: the first that any test of heave compensation gives."""
     if not campaign.of(Kind.AHC):
-        return 'the campaign has no test of kind = "ahc"; log the crane in heave compensation'
+        return Note("no-ahc-test")
     tests = [r for r in records if r.test.kind is Kind.AHC]
-    reasons = (
-        (
-            lambda r: not r.has("s_tip"),
-            's_tip is not in the log of test "{}"; log the tip motion as received by the PLC',
-        ),
-        (
-            lambda r: not r.has("e_c_measured") and not r.has("s_w"),
-            'neither e_c_measured nor s_w is in the log of test "{}"; log the PLC\'s control error, or the wire paid'
-            " out",
-        ),
-        (
-            lambda r: not r.has("e_c_measured") and "s_w" in r.derived,
-            'in test "{}" the wire paid out is derived from a speed, too coarse for centimetres; log e_c_measured or'
-            " s_w",
-        ),
-        (
-            lambda r: r.step > SLOWEST + 1e-9,
-            f'the log of test "{{}}" has a sample every {{:.3g}} s; log every {SLOWEST:g} s or faster',
-        ),
-    )
-    for applies, text in reasons:
+    for code, applies in OBSTACLES.items():
         if test := next((r for r in tests if applies(r)), None):
-            return text.format(test.test.name, test.step)
-    return "" if parts else "no segment with heave compensation is long enough; log 60 s or more without interruption"
+            return Note(code, test=test.test.name, step=test.step, least=SLOWEST)
+    return None if parts else Note("no-long-segment")
 
 
 def _runs(campaign: Campaign, replays: Sequence[Replay], reached: Progress) -> list[dict[str, FloatArray]]:

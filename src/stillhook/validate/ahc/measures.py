@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.report.formatting import percent
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Statistic, interval
-from stillhook.statistics.estimate import ENDS, NORMAL_95, Estimate, extremes, half_of_mean
+from stillhook.statistics.estimate import ENDS, NORMAL_95, Estimate, half_of_mean
 from stillhook.validate.ahc import correlation
 from stillhook.validate.ahc.comparison import (
     EVERY,
@@ -27,6 +26,7 @@ from stillhook.validate.ahc.comparison import (
     mean_and_s,
 )
 from stillhook.validate.ahc.replay import SMOOTH
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import OF_SIGNAL, Measure
 from stillhook.variables import Variable
 
@@ -43,14 +43,13 @@ class OverCases:
     pooled: Estimate
     cases: Mapping[str, Estimate]
 
-    def extremes(self, words: Callable[[float], str]) -> str:
-        """The smallest and the largest case in words, "0.37 cm (4) to 1.48 cm (3) by load case"; a remark where there
-        is only one."""
+    def notes(self, form: str) -> list[Note]:
+        """The smallest and the largest case, in a form of `notes`; a remark where there are few."""
         values = {name: case.value for name, case in self.cases.items() if math.isfinite(case.value)}
         if len(values) < 2:
-            return "one load case: its interval does not include the scatter between load cases"
-        few = f"; {len(values)} cases determine the scatter between cases poorly, test {ENOUGH} or more"
-        return f"{extremes(values, words)} by load case{few if len(values) < ENOUGH else ''}"
+            return [Note("one-case")]
+        few = [Note("few-cases", n=len(values), enough=ENOUGH)] if len(values) < ENOUGH else []
+        return [Note("by-case", each=values, form=form), *few]
 
 
 def over_cases(
@@ -129,16 +128,10 @@ def _deviations(
     estimates = [*(_with_share_end(p.pooled) for p in pooled), signed.pooled]
     level = float(np.mean(np.concatenate([c.windows.measured for c in comparisons])))
     data = f"{_extent(comparisons)}, {estimates[0].n:.0f} effective windows of {window:g} s"
-    gauss = [f"as a Gaussian, as paper F reads it, {percent(gaussian_share(limit, mean, s))}" for limit in (NEAR, FAR)]
-    first = f"measured e_c_pp {_cm(level)} on average; {pooled[0].extremes(_cm)}"
-    notes = (first, pooled[1].extremes(_cm), *gauss, f"simulated less measured; {signed.extremes(_cm)}")
-    return tuple(
-        Measure.of(name, e, data=data, note=note) for name, e, note in zip(names, estimates, notes, strict=True)
-    )
-
-
-def _cm(x: float) -> str:
-    return f"{100.0 * x:.3g} cm"
+    gauss = [[Note("gaussian", share=gaussian_share(limit, mean, s))] for limit in (NEAR, FAR)]
+    first = [Note("e_c_pp-measured", level=level), *pooled[0].notes("cm")]
+    notes = (first, pooled[1].notes("cm"), *gauss, [Note("signed"), *signed.notes("cm")])
+    return tuple(Measure.of(name, e, *n, data=data) for name, e, n in zip(names, estimates, notes, strict=True))
 
 
 def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Estimate], window: float) -> tuple[Measure, ...]:
@@ -184,24 +177,19 @@ def _largest(comparisons: Sequence[Comparison]) -> tuple[Measure, ...]:
     out = []
     for case, rows in by_case(nonempty).items():
         measured, simulated = (max(float(np.abs(c.pair[k]).max()) for c in rows) for k in (0, 1))
-        note = f"simulated {_cm(simulated)}, measured {_cm(measured)}"
+        note = Note("largest", simulated=simulated, measured=measured)
         test, apart = f"load case {case}", simulated - measured
-        out.append(Measure.of("e_c_max_difference", apart, test=test, data=_extent(rows), note=note))
+        out.append(Measure.of("e_c_max_difference", apart, note, test=test, data=_extent(rows)))
     off = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c in nonempty]
     worst = int(np.argmax([x.max() for x in off]))
     moment = _moment(nonempty[worst], int(np.argmax(off[worst])))
-    return *out, Measure.of("e_c_deviation_max", off[worst].max(), data=_extent(comparisons), note=moment)
+    return *out, Measure.of("e_c_deviation_max", off[worst].max(), *moment, data=_extent(comparisons))
 
 
-def _moment(c: Comparison, i: int) -> str:
+def _moment(c: Comparison, i: int) -> list[Note]:
     """Time of a sample and the pump commands at it: they show a limit that only one of the two has."""
-    text = f'in test "{c.name}" at {c.replay.t[i] + c.replay.record.zero:.0f} s of the log'
-    u_p = float(c.replay.measured("u_p")[i])
-    return (
-        f"{text}, pump command {u_p:.2f} measured, {c.simulated['u_p'][i]:.2f} simulated"
-        if math.isfinite(u_p)
-        else text
-    )
+    out, u_p = [Note("moment", test=c.name, t=c.replay.t[i] + c.replay.record.zero)], c.replay.measured("u_p")[i]
+    return [*out, Note("commands-then", log=u_p, twin=c.simulated["u_p"][i])] if math.isfinite(u_p) else out
 
 
 def _efficiency(comparisons: Sequence[Comparison], above: float, block: int) -> Measure:
@@ -209,12 +197,11 @@ def _efficiency(comparisons: Sequence[Comparison], above: float, block: int) -> 
     high = {id(c): c.windows.s_tip_pp >= above for c in comparisons}
     parts = parts_by_case(comparisons, lambda c: c.windows.eta_deviation[high[id(c)]])
     if not any(len(part) for rows in parts.values() for part in rows):
-        note = f"the tip moves {above:g} m or more in no window; test in higher waves"
-        return Measure.of("eta_c_deviation_high", None, note=note)
+        return Measure.of("eta_c_deviation_high", None, Note("low-waves", above=above))
     estimate = over_cases(np.mean, parts, at_least=block, bounds=(0.0, 1.0))
     share = float(np.mean(np.concatenate(list(high.values()))))
     data = f"windows with {above:g} m or more, {100.0 * share:.0f} % of all"
-    return Measure.of("eta_c_deviation_high", estimate.pooled, data=data, note=estimate.extremes(percent))
+    return Measure.of("eta_c_deviation_high", estimate.pooled, *estimate.notes("% 3"), data=data)
 
 
 MISFIT_KINDS = ("speed", "rotation", "force", "torque", "pressure", "power", "current")
@@ -250,11 +237,11 @@ def signal_misfits(crane: Crane, comparisons: Sequence[Comparison], window: floa
         parts = {k: rows for k, rows in parts.items() if rows}
         if parts:
             e = over_cases(_misfit, parts, at_least=block, bounds=(0.0, math.inf))
-            data, note = _extent(comparisons), e.extremes(percent)
-            out.append(Measure.of(name, e.pooled, test=OF_SIGNAL + signal, data=data, note=note))
+            of, data = OF_SIGNAL + signal, _extent(comparisons)
+            out.append(Measure.of(name, e.pooled, *e.notes("% 3"), test=of, data=data))
     own = [signal for signal in kinds if signal not in COMMON]
     if not any(m.test.removeprefix(OF_SIGNAL) in own for m in out):
-        out.append(Measure.of(name, None, note=f"no signal of the drive was logged: log one of {', '.join(own)}"))
+        out.append(Measure.of(name, None, Note("no-drive-signal", signals=own)))
     return tuple(out)
 
 
@@ -287,12 +274,12 @@ def _thin(c: Comparison) -> FloatArray:
 
 def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tuple[Measure, ...]:
     data = _extent(comparisons)
-    band = "" if math.isfinite(like.distance) else "no segment is a minute long"
+    band = "" if math.isfinite(like.distance) else Note("no-minute")
     return (
         _correlation(comparisons, like.correlation, window),
         Measure.of("e_c_lag", Estimate.around(like.lag, NORMAL_95 * like.u_lag), data=data),
-        Measure.of("e_c_band_ratio", like.band_ratio, data=data, note=band),
-        Measure.of("e_c_spectral_distance", like.distance, data=data, note=band),
+        Measure.of("e_c_band_ratio", like.band_ratio, band, data=data),
+        Measure.of("e_c_spectral_distance", like.distance, band, data=data),
     )
 
 
@@ -305,6 +292,5 @@ def _correlation(comparisons: Sequence[Comparison], together: float, window: flo
         return Measure.of("e_c_correlation", None)
     estimate = correlation.over_cases(cases)
     data = f"{_extent(comparisons)}, {estimate.n:.0f} effective samples"
-    each = OverCases(estimate, {name: c.estimate for name, c in cases.items()}).extremes("{:.3g}".format)
-    note = f"{each}; {together:.3g} over all samples together"
-    return Measure.of("e_c_correlation", estimate, data=data, note=note)
+    notes = OverCases(estimate, {name: c.estimate for name, c in cases.items()}).notes(".3g")
+    return Measure.of("e_c_correlation", estimate, *notes, Note("together", r=together), data=data)

@@ -25,10 +25,10 @@ from stillhook.sea.motion.recorded import Recorded
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, Scenario, Sensors
 from stillhook.statistics.time_lag import dot
-from stillhook.units import show
-from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.data_set.records.record import Record, Segment
-from stillhook.validate.data_set.records.tip import Tip, smooth_tip
+from stillhook.validate.criteria.notes import Note
+from stillhook.validate.data_set.campaign import Campaign, Kind
+from stillhook.validate.data_set.record import Record, Segment
+from stillhook.validate.data_set.tip import Tip, smooth_tip
 from stillhook.validate.dynamics.model import C_H, C_LEAK, INERTIA, bent, scaled, with_change
 from stillhook.winches.circuits.tables import ServoVariant
 
@@ -104,7 +104,7 @@ def replay(campaign: Campaign, record: Record, segment: Segment) -> Replay:
     v_tip = record.part(segment, "v_tip") if record.has("v_tip") else None
     tip = smooth_tip(t, record.part(segment, "s_tip"), v_tip, place=place)
     delay = campaign.delay
-    s_w = _si(_wire_out(record, segment, place), "m")
+    s_w = _si(_wire_out(record, segment), "m")
     case = Scenario(
         name=segment.test,
         load=_si(segment.load, "kg"),
@@ -121,7 +121,7 @@ def replay(campaign: Campaign, record: Record, segment: Segment) -> Replay:
     return Replay(record, segment, case, tip, round(SETTLE / record.step))
 
 
-def _wire_out(record: Record, segment: Segment, place: str) -> float:
+def _wire_out(record: Record, segment: Segment) -> float:
     """Wire out at the start of a segment [m]: the first that is known, where a gap ends. Errors: ValidateError where
     none is."""
     if math.isfinite(segment.s_w):
@@ -129,7 +129,7 @@ def _wire_out(record: Record, segment: Segment, place: str) -> float:
     logged = record.part(segment, "s_w") if record.has("s_w") else np.zeros(0)
     values = logged[np.isfinite(logged)]
     if not len(values):
-        raise ValidateError(f"{place}: s_w is not known at {segment.start:.0f} s. Log it, or state s_w of the test.")
+        raise ValidateError(Note("no-wire-at", test=segment.test, t=segment.start))
     return float(values[0])
 
 
@@ -181,37 +181,21 @@ def run_twin(
     out = []
     for r, result in zip(replays, results, strict=True):
         if result.ending is not Ending.DONE or result.series is None:
-            raise SimulationError(
-                f'test "{r.name}": the simulation of the twin diverges at {result.t_end:.4g} s. Check crane file and'
-                " log."
-            )
+            raise SimulationError(Note("diverges", test=r.name, t=result.t_end))
         t = np.arange(len(result.series)) * result.dt + r.record.t[r.segment.first]
         out.append({name: np.interp(r.t, t, result.column(name)) for name in names})
     return out
 
 
-def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record, Segment]], list[str]]:
-    """Segments of AHC tests that step 5 can use, and a statement for each that it cannot."""
-    from stillhook.validate.data_set.campaign import Kind
-
+def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record, Segment]], list[Note]]:
+    """Segments of AHC tests that step 5 can use, and a note for each that it cannot."""
     good, notes = [], []
-    for record in records:
-        if record.test.kind is not Kind.AHC:
-            continue
-        for s in record.segments:
-            least = SETTLE + window
-            if not s.mode.compensates:
-                notes.append(
-                    f'Test "{s.test}": {s.duration:.0f} s from {s.start:.0f} s on are in manual mode and not part of'
-                    " step 5."
-                )
-            elif s.duration < least + record.step:
-                notes.append(
-                    f'Test "{s.test}": the {s.duration:.0f} s from {s.start:.0f} s on are left out of step 5, which'
-                    f" takes {SETTLE:.0f} s to settle and a window of {window:.0f} s."
-                )
-            else:
-                good.append((record, s))
+    for record, s in ((r, s) for r in records if r.test.kind is Kind.AHC for s in r.segments):
+        if s.mode.compensates and s.duration >= SETTLE + window + record.step:
+            good.append((record, s))
+        else:
+            code, of = "too-short" if s.mode.compensates else "manual-part", {"settle": SETTLE, "window": window}
+            notes.append(Note(code, test=s.test, seconds=s.duration, start=s.start, **of))
     return good, notes
 
 
@@ -388,24 +372,15 @@ def _share(deviation: FloatArray, effect: FloatArray) -> float:
     return 1.0 - float(np.sum((deviation - effect) ** 2)) / size if size > 0.0 else math.nan
 
 
-def statements(causes: Sequence[CauseEstimate], deviation: Deviation) -> tuple[str, ...]:
+def statements(causes: Sequence[CauseEstimate], deviation: Deviation) -> tuple[Note, ...]:
     """Statements on causes: none where no cause explains much of the deviation."""
     if not causes or causes[0].share < MUCH:
         return ()
-    best = causes[0]
-    others = [x for x in causes[1:] if x.share > best.share - ALIKE]
-    of = f"control error ({1e3 * deviation.e_c:.2g} mm rms)"
-    if math.isfinite(deviation.dp_m):
-        of += f" and pressure drop ({show(deviation.dp_m, 'pressure', 2)} rms)"
-    text = f"{_cause_text(best)} would explain {100.0 * best.share:.0f} % of the twin's deviation in {of}"
-    if others:
-        text += "; about as much: " + ", ".join(f"{_cause_text(x)} ({100.0 * x.share:.0f} %)" for x in others)
-    return (
-        f"{text[0].upper()}{text[1:]}. This is an indication, not a verdict: steps 1, 2 and 4 measure these directly.",
-    )
+    alike = [_cause(x) for x in causes if x.share > causes[0].share - ALIKE]
+    code = "explains-with-drop" if math.isfinite(deviation.dp_m) else "explains"
+    return (Note(code, causes=alike, mm=1e3 * deviation.e_c, dp=deviation.dp_m),)
 
 
-def _cause_text(x: CauseEstimate) -> str:
-    if x.cause.name == "motor_offset":
-        return f"{x.cause.words} by {100.0 * x.amount:.2g} % of the full one"
-    return f"{x.cause.words} {100.0 * abs(x.amount):.2g} % {'higher' if x.amount > 0.0 else 'lower'} than in the twin"
+def _cause(x: CauseEstimate) -> Note:
+    code = "cause-offset" if x.cause.name == "motor_offset" else "cause"
+    return Note(code, what=x.cause.words, amount=x.amount, share=x.share)

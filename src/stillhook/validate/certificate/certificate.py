@@ -205,7 +205,7 @@ class Certificate:
 
     def annex(self, figures: Mapping[str, bytes]) -> bytes:
         """The annex, of the contents without it. figures: PNG by stem, of
-        `stillhook.validate.report.figures.pictures`. Errors: as of `pdf`."""
+        `stillhook.validate.figures.all.pictures`. Errors: as of `pdf`."""
         return _set(annex(_numbered({**self.data, "annex": None}), figures))
 
     def with_annex(self, content: bytes) -> Certificate:
@@ -254,11 +254,11 @@ def certificate_files(validation: Validation, images: Mapping[str, bytes] | None
     """Name and content of the files of a certificate: JSON, PDF and its annex (with the extra `report`), and where it
     passed the crane's file.
 
-    drawn: the pictures of the validation (`stillhook.validate.report.figures.pictures`), where they already exist.
+    drawn: the pictures of the validation (`stillhook.validate.figures.all.pictures`), where they already exist.
     A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all
     steps were taken.
     """
-    from stillhook.validate.report.figures import pictures  # heavy
+    from stillhook.validate.figures.all import pictures  # heavy
 
     figures = drawn(lambda: pictures(validation)) if images is None else images
     made, annexed = with_its_annex(certificate_of(validation), figures)

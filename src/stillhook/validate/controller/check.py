@@ -11,16 +11,16 @@ import numpy as np
 from stillhook.base.progress import Progress
 from stillhook.engine.pack.winch import gains
 from stillhook.report.document import Table
-from stillhook.report.formatting import change, fmt
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number
 from stillhook.validate.controller.inputs import lacking, plc_segments
 from stillhook.validate.controller.law import Law, Rows, Run, joystick_gain, lag, law, rows_of, significant
 from stillhook.validate.controller.motor import Deviation, MotorLaw, deviations, motor_laws, threshold
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Measure, Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.data_set.records.record import FLAT, FULL, Record, ends_of
+from stillhook.validate.data_set.record import FLAT, FULL, Record, ends_of
 
 LEAST_SHARE = {"K_1": 0.01, "K_2": 0.1, "K_p": 0.1}
 """Relative deviations from which a gain is reported."""
@@ -44,113 +44,84 @@ class ControllerEstimates:
     motor_laws: tuple[MotorLaw, ...]
 
 
-def causes(crane: Crane, estimates: ControllerEstimates) -> dict[str, str]:
-    """Deviations, one line each, by subject: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p"
-    and "u_m" repeat the first that explains a deviation of that command."""
-    rows, law, u_thr, out = estimates.rows, estimates.law, estimates.u_thr, {}
+def causes(crane: Crane, e: ControllerEstimates) -> dict[str, Note]:
+    """Deviations by subject: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p" and "u_m" repeat the first
+    that explains a deviation of that command."""
+    rows, law, u_thr, out = e.rows, e.law, e.u_thr, dict[str, Note]()
+    ours = gains(crane)
     if rows.late and rows.waves is not None:
-        out["lag"] = _late(rows.waves.value, crane)
+        lag = rows.waves.value
+        code = "tip-later" if lag < 0.0 else "commands-later"
+        out["lag"] = Note(code, lag=lag, other=ours.K_2 - lag * ours.K_1, K_2=ours.K_2)
     if law is not None:
-        ours = gains(crane)
         for name, least in LEAST_SHARE.items():
-            e, file_value = getattr(law, name), getattr(ours, name)
-            if e is None or not file_value > 0.0 or (rows.late and name == "K_2"):
+            x, file_value = getattr(law, name), getattr(ours, name)
+            if x is None or not file_value > 0.0 or (rows.late and name == "K_2"):
                 continue
-            share = e.value / file_value - 1.0
-            if abs(share) > least and significant(e, file_value):
-                log, file = fmt(e.value, QUANTITY[name], 3), fmt(file_value, QUANTITY[name], 3)
-                out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({change(share, 0)})"
-        if text := _by_case(estimates.laws):
-            out["K_wire"] = text
+            share = x.value / file_value - 1.0
+            if abs(share) > least and significant(x, file_value):
+                of = {"log": x.value, "file": file_value, "share": share, "quantity": QUANTITY[name]}
+                out[name] = Note("gain", name=name, **of)
+        if by_case := _by_case(e.laws):
+            out["K_wire"] = by_case
             for name in ("K_2", "K_p"):
                 out.pop(name, None)  # they depend on the same wrong ratio
-    if clip := _clipped(estimates.runs):
+    if clip := _clipped(e.runs):
         out["clip"] = clip
-    if (
-        u_thr is not None
-        and not rows.late
-        and abs(u_thr.value - crane.control.u_thr) > LEAST_U_THR
-        and significant(u_thr, crane.control.u_thr)
-    ):
-        out["u_thr"] = (
-            f"u_thr {u_thr.value:.3g} in the log's motor commands, {crane.control.u_thr:.3g} in the crane file"
-        )
-    for m in estimates.motor_laws:
+    file_thr = crane.control.u_thr
+    if u_thr is not None and not rows.late and abs(u_thr.value - file_thr) > LEAST_U_THR:
+        out |= {"u_thr": Note("u_thr", log=u_thr.value, file=file_thr)} if significant(u_thr, file_thr) else {}
+    for m in e.motor_laws:
         if m.follows is not None:
-            out["mode"] = f'test {m.test}: the motor command follows mode "{m.follows}", the log says "{m.mode}"'
+            out["mode"] = Note("other-mode", test=m.test, follows=m.follows, mode=m.mode)
         elif m.setting is not None and m.wanted is not None and abs(m.setting - m.wanted) > LEAST_SETTING:
-            out["setting"] = (
-                f"test {m.test}, mode {m.mode}: motors commanded to {m.setting:.3g}, by the crane file to"
-                f" {m.wanted:.3g}"
-            )
-    out["u_p"] = next((out[k] for k in ("lag", "K_wire", "K_1", "clip", "K_2", "K_p") if k in out), "")
-    out["u_m"] = next((out[k] for k in ("mode", "K_wire", "setting", "u_thr", "K_1", "lag") if k in out), "")
+            out["setting"] = Note("motors-at", test=m.test, mode=m.mode, log=m.setting, file=m.wanted)
+    for signal, subjects in EXPLAINS.items():
+        if found := [out[k] for k in subjects if k in out]:
+            out[signal] = found[0]
     return out
 
 
-def _late(value: float, crane: Crane) -> str:
-    ms, g = f"{abs(1e3 * value):.0f} ms", gains(crane)
-    other = (
-        f"or another clock, or K_2 {fmt(g.K_2 - value * g.K_1, QUANTITY['K_2'], 3)} in place of"
-        f" {fmt(g.K_2, QUANTITY['K_2'], 3)}"
-    )
-    if value < 0.0:
-        return (
-            f"the tip's motion in the log is {ms} later than the motion that the PLC's commands follow: not the PLC's"
-            " own signal,"
-            f" {other}"
-        )
-    return f"the commands follow the logged tip motion {ms} late: it reaches the PLC later than the log, {other}"
+EXPLAINS = {
+    "u_p": ("lag", "K_wire", "K_1", "clip", "K_2", "K_p"),
+    "u_m": ("mode", "K_wire", "setting", "u_thr", "K_1", "lag"),
+}
+"""Subjects that explain a deviation of a command, the likeliest first."""
 
 
-def _by_case(laws: Mapping[str, Law]) -> str:
+def _by_case(laws: Mapping[str, Law]) -> Note | None:
     """Whether K_1 differs between tests by more than their intervals allow: then it is K_wire, not K_1."""
     estimates = {n: f.K_1 for n, f in laws.items() if f.K_1 is not None}
     if len(estimates) < 2:
-        return ""
+        return None
     low, high = min(estimates, key=lambda n: estimates[n].value), max(estimates, key=lambda n: estimates[n].value)
     apart = estimates[high].value - estimates[low].value
     if apart < 0.01 * estimates[low].value or apart < estimates[high].half + estimates[low].half:
-        return ""
-    a, b = (fmt(estimates[n].value, QUANTITY["K_1"], 3) for n in (low, high))
-    return (
-        f"K_1 {a} in test {low} and {b} in test {high}: the layer used for K_wire, or the share of the pumps in"
-        " operation"
-    )
+        return None
+    return Note("K_1-by-test", a=estimates[low].value, low=low, b=estimates[high].value, high=high)
 
 
-def _clipped(runs: Sequence[Run]) -> str:
+def _clipped(runs: Sequence[Run]) -> Note | None:
     for run in runs:
         lo, hi = ends_of(run.segment.u_p, run.simulated.u_raw, run.step)
         end = min(-lo, hi) + FLAT
         if end < FULL and float(np.abs(run.simulated.u_p).max()) > end + 0.02:
-            return (
-                f"test {run.test}: the logged pump commands stop at {100.0 * end:.3g} % of full command, the simulated"
-                " ones at 100 %"
-            )
-    return ""
+            return Note("clipped", test=run.test, end=end)
+    return None
 
 
-def statements(
-    estimates: ControllerEstimates, explanations: Mapping[str, str], records: Sequence[Record]
-) -> tuple[str, ...]:
+def statements(e: ControllerEstimates, found: Mapping[str, Note], records: Sequence[Record]) -> tuple[Note, ...]:
     """Deviations, the order of the rows, substitutes for missing signals, and tests left out."""
-    order = estimates.rows.description
-    return (
-        *(f"Deviation: {text}." for key, text in explanations.items() if key not in ("u_p", "u_m")),
-        f"{order[0].upper()}{order[1:]}.",
-        *_substitutes(estimates.runs),
-        *(f"Test {r.test.name} cannot be used for the controller: {lack}." for r in records if (lack := lacking(r))),
-    )
-
-
-def _substitutes(runs: Sequence[Run]) -> list[str]:
-    notes: dict[str, list[str]] = {}
-    for run in runs:
+    tests: dict[Note, dict[str, None]] = {}
+    for run in e.runs:
         for note in run.segment.notes:
-            notes.setdefault(note, []).append(run.test)
-    tests = {n: list(dict.fromkeys(names)) for n, names in notes.items()}
-    return [f"Test{'s' if len(t) > 1 else ''} {', '.join(t)}: {note}." for note, t in tests.items()]
+            tests.setdefault(note, {})[run.test] = None
+    return (
+        *(Note("deviation", cause=note) for key, note in found.items() if key not in EXPLAINS),
+        Note("rows", order=e.rows.description),
+        *(Note("substitute", tests=list(of), note=note) for note, of in tests.items()),
+        *(Note("no-controller", test=r.test.name, signals=lack) for r in records if (lack := lacking(r))),
+    )
 
 
 def deviation_table(deviations: Sequence[Deviation]) -> Table:
@@ -180,12 +151,6 @@ def _e(e: Estimate | None) -> str:
     return f"{e.value:.4g} +- {e.half:.1g}" if e else "-"
 
 
-NOT_LOGGED = (
-    "log s_tip, s_w and u_p, and best also v_tip, a_tip, alpha_m, u_m, e_c_measured and F_w, as the PLC has them in one"
-    " cycle"
-)
-
-
 def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[ControllerEstimates]:
     """Step 2 of the validation. Measures: u_p_deviation, u_m_deviation (95 % quantile of |measured - simulated|, each
     test in compensation), their means, those of manual mode, command_lag [s], and K_1, K_2, K_p, u_thr implied by the
@@ -197,8 +162,8 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
         progress(0.03 * (i + 1) / len(records))
     ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.segment.parts)]
     if not ahc:
-        none = "no log holds heave compensation with the PLC's inputs"
-        return nothing(StepNumber.CONTROLLER, f"{next(filter(None, map(lacking, records)), none)}: {NOT_LOGGED}")
+        lack = next(filter(None, map(lacking, records)), None)
+        return nothing(StepNumber.CONTROLLER, Note("log-inputs", signals=lack) if lack else Note("no-inputs"))
     rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False))
     progress(0.1)
     names, noisy = dict.fromkeys(r.test for r in ahc), rows.evidence != "fine"
@@ -221,40 +186,36 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     return Step(StepNumber.CONTROLLER, measures, statements(e, explanations, records), tables, data, e)
 
 
-def _measures(crane: Crane, estimates: ControllerEstimates, explanations: Mapping[str, str]) -> tuple[Measure, ...]:
-    out = [m for d in estimates.deviations for m in _of_test(d, explanations.get(d.signal, ""))]
+def _measures(crane: Crane, e: ControllerEstimates, found: Mapping[str, Note]) -> tuple[Measure, ...]:
+    out = [m for d in e.deviations for m in _of_test(d, found.get(d.signal, ""))]
     closed = "active" in crane.circuits
-    if closed and not any(d.signal == "u_m" and d.ahc for d in estimates.deviations):
+    if closed and not any(d.signal == "u_m" and d.ahc for d in e.deviations):
         out.append(Measure.of("u_m_deviation", None))
-    seconds = f"{estimates.law.seconds:.0f} s of unsaturated compensation" if estimates.law else ""
-    note = explanations.get("lag", estimates.rows.description)
-    out.append(_measure("command_lag", estimates.rows.waves, note, seconds))
-    gains = estimates.runs[0].segment.plc.gains
-    for name in ("K_1", "K_2", "K_p"):
-        e, file_value = getattr(estimates.law, name, None), getattr(gains, name)
-        note = "; ".join(explanations[k] for k in (name, "K_wire") if k in explanations)
-        if e is not None and file_value != 0.0:
-            share = Estimate(e.value / file_value - 1.0, e.low / file_value - 1.0, e.high / file_value - 1.0)
-            out.append(Measure.of(f"{name}_deviation", share, data=f"{seconds}, {e.n} blocks", note=note))
-        else:
-            out.append(Measure.of(f"{name}_deviation", None))
-    e, u_thr = estimates.u_thr, crane.control.u_thr
-    difference = Estimate(e.value - u_thr, e.low - u_thr, e.high - u_thr) if e else None
-    if closed:
-        out.append(_measure("u_thr_difference", difference, explanations.get("u_thr", "")))
-    return tuple(out)
+    seconds = f"{e.law.seconds:.0f} s of unsaturated compensation" if e.law else ""
+    out.append(_measure("command_lag", e.rows.waves, found.get("lag", e.rows.description), data=seconds))
+    file_gains = e.runs[0].segment.plc.gains
+    for name in LEAST_SHARE:
+        x, file_value = getattr(e.law, name, None), getattr(file_gains, name)
+        notes = [found[k] for k in (name, "K_wire") if k in found]
+        share = None
+        if x is not None and file_value != 0.0:
+            share = Estimate(x.value / file_value - 1.0, x.low / file_value - 1.0, x.high / file_value - 1.0, x.n)
+        out.append(_measure(f"{name}_deviation", share, *notes, data=f"{seconds}, {x.n} blocks" if x else ""))
+    x, u_thr = e.u_thr, crane.control.u_thr
+    difference = Estimate(x.value - u_thr, x.low - u_thr, x.high - u_thr) if x else None
+    return (*out, _measure("u_thr_difference", difference, found.get("u_thr", ""))) if closed else tuple(out)
 
 
-def _measure(name: str, e: Estimate | None, note: str, data: str = "") -> Measure:
-    """A measure from its estimate."""
-    return Measure.of(name, None) if e is None else Measure.of(name, e, data=data, note=note)
+def _measure(name: str, x: Estimate | None, *notes: str, data: str = "") -> Measure:
+    """A measure; without notes where there is no estimate."""
+    return Measure.of(name, None) if x is None else Measure.of(name, x, *notes, data=data)
 
 
-def _of_test(d: Deviation, explanation: str) -> list[Measure]:
+def _of_test(d: Deviation, cause: str) -> list[Measure]:
     test, data = f"test {d.test}", f"{d.seconds:.0f} s, worst sample {100.0 * d.worst:.2g} %, rms {100.0 * d.rms:.2g} %"
     if not d.ahc:
         return [Measure.of(f"{d.signal}_deviation_manual", d.high, test=test, data=data)]
     return [
-        Measure.of(f"{d.signal}_deviation", d.high, test=test, data=data, note=explanation),
+        Measure.of(f"{d.signal}_deviation", d.high, cause, test=test, data=data),
         Measure.of(f"{d.signal}_deviation_mean", d.mean, test=test, data=data),
     ]

@@ -19,7 +19,9 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator
 from stillhook.validate.ahc.replay import LEAST_SPEED
-from stillhook.validate.data_set.records.record import Record, Segment, filled
+from stillhook.validate.criteria.notes import Note
+from stillhook.validate.data_set.record import Record, Segment, filled, stretches_of
+from stillhook.validate.parameters.settings import servo_response
 
 SHORTEST = 5.0  # s: a segment must be longer than the bumpless start of the PLC's memory
 DERIVATIVE = {1: (3, 0.25), 2: (5, 0.5)}
@@ -54,7 +56,7 @@ class PlcSegment:
     u_m: FloatArray | None
     e_c: FloatArray | None
     settled: BoolArray | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     def within(self, part: Segment) -> slice:
         """A segment's samples, counted from the start of the stretch."""
@@ -97,12 +99,12 @@ def derivative(x: FloatArray, step: float, order: int = 1) -> FloatArray:
     return np.asarray(scipy.signal.savgol_filter(x, n, degree, deriv=order, delta=step), dtype=np.float64)
 
 
-def lacking(record: Record) -> str:
-    """Reason why a record cannot be used for the controller, "" where it can."""
+def lacking(record: Record) -> list[str]:
+    """Signals without which a record cannot be used for the controller."""
     missing = [name for name in ("u_p", "s_w") if not record.has(name)]
     if not record.has("s_tip") and not record.has("v_op"):
         missing.append("s_tip (or v_op)")
-    return f"{', '.join(missing)} not logged" if missing else ""
+    return missing
 
 
 def plc_segments(crane: Crane, record: Record, *, blind: bool = False) -> tuple[PlcSegment, ...]:
@@ -120,9 +122,8 @@ def plc_segments(crane: Crane, record: Record, *, blind: bool = False) -> tuple[
     )  # otherwise the requested motion is unknown
     needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "alpha_m", "u_p") if record.has(n)]
     finite = np.isfinite(mode) & asks & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int)))
-    runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    segments = (_plc_segment(crane, record, mode, a, b) for a, b in runs if (b - a) * record.step >= SHORTEST)
+    spans = [(a, b) for a, b in stretches_of(finite) if (b - a) * record.step >= SHORTEST]
+    segments = (_plc_segment(crane, record, mode, a, b) for a, b in spans)
     return tuple(s for s in segments if s.parts)
 
 
@@ -137,7 +138,7 @@ def modes_of(record: Record) -> FloatArray:
 
 
 def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> PlcSegment:
-    notes: list[str] = []
+    notes: list[Note] = []
     parts = tuple(p for s in record.segments if (p := _cut(s, a, b)) is not None)
     x = {name: values[a:b] for name, values in record.signals.items()}
     zero, one, ahc = np.zeros(b - a), np.ones(b - a), mode[a:b] > MANUAL
@@ -151,7 +152,7 @@ def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int)
     s_op = s_op if moved is None else s_op - moved
     F = _mostly(x.get("F_w"))
     if F is None:
-        notes.append("the load cell was not logged: the stated load is used")
+        notes.append(Note("stated-load"))
         F = one * ((parts[0].load if parts else 0.0) + crane.hook_mass) * G
     plc = plc_record(crane)._replace(t_cycle=record.step)
     braked = on_brake(mode[a:b], v_op, x["u_p"], plc.brake, record.step) if "v_op" in x else zero > 0.0
@@ -187,8 +188,7 @@ def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSe
     if not brake.fitted:
         return out
     still = (mode == MANUAL) & (np.abs(v_op) < LEAST_SPEED)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
-    for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    for a, b in stretches_of(still):
         standing = np.flatnonzero(np.abs(u_p[a:b]) <= SMALL)
         if not len(standing):
             continue
@@ -241,25 +241,24 @@ def _cut(part: Segment, a: int, b: int) -> Segment | None:
     return replace(part, first=first, last=last) if last > first else None
 
 
-def _tip(x: dict[str, FloatArray], s_tip: FloatArray, step: float, notes: list[str]) -> tuple[FloatArray, FloatArray]:
+def _tip(x: dict[str, FloatArray], s_tip: FloatArray, step: float, notes: list[Note]) -> tuple[FloatArray, FloatArray]:
     """Speed and acceleration of the tip; derivatives of logged signals where not logged."""
     v_tip = x.get("v_tip")
     if v_tip is None:
         v_tip = derivative(s_tip, step)
-        notes.append("v_tip was not logged: derivative of s_tip (its noise passes into the simulated command)")
+        notes.append(Note("derivative", signal="v_tip", of="s_tip"))
         base, order = s_tip, 2
     else:
         base, order = v_tip, 1
     a_tip = x.get("a_tip")
     if a_tip is None:
         a_tip = derivative(base, step, order)
-        of = "s_tip" if order == 2 else "v_tip"
-        notes.append(f"a_tip was not logged: derivative of {of} (its noise passes into the simulated command)")
+        notes.append(Note("derivative", signal="a_tip", of="s_tip" if order == 2 else "v_tip"))
     return v_tip, a_tip
 
 
 def _datum(
-    bare: FloatArray, e_c: FloatArray | None, ahc: BoolArray, starts: bool, step: float, notes: list[str]
+    bare: FloatArray, e_c: FloatArray | None, ahc: BoolArray, starts: bool, step: float, notes: list[Note]
 ) -> tuple[float, FloatArray | None]:
     """Datum of the wire's reference at the start [m], and the motion of the reference in addition to tip and
     joystick [m], None without.
@@ -272,10 +271,7 @@ def _datum(
     if not ahc.any():
         return float(bare[0]), None
     if e_c is None:
-        datum_rule = (
-            "set where compensation starts in the log" if starts else "a constant that makes the mean error zero"
-        )
-        notes.append(f"the AHC error was not logged: the wire's reference is {datum_rule}")
+        notes.append(Note("datum-at-start" if starts else "datum-by-mean"))
         return float(bare[0] if starts else bare[ahc].mean()), None
     reference = e_c + bare
     datum = float(np.median(reference[ahc]))
@@ -283,11 +279,11 @@ def _datum(
     slow = scipy.ndimage.median_filter(np.where(ahc, reference - datum, 0.0)[::every], n, mode="nearest")
     if np.ptp(slow) < MOVED:
         return datum, None
-    notes.append("the reference moves by more than the joystick requests: its set-point is taken from the logged error")
+    notes.append(Note("reference-moved"))
     return datum, np.repeat(slow, every)[: len(bare)]
 
 
-def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, notes: list[str]) -> PlcSegment:
+def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, notes: list[Note]) -> PlcSegment:
     """The segment with the motors' displacement as the PLC has it; derived from the commands by the servo where not
     logged."""
     if motor_control(crane).feedback == 0.0:
@@ -296,16 +292,16 @@ def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, 
     if alpha_m is not None:
         return replace(s, seen=s.seen._replace(alpha_m=alpha_m))
     if s.u_m is not None:
-        notes.append("alpha_m was not logged: it follows u_m by the servo of the crane file")
+        notes.append(Note("alpha-by-servo"))
         return replace(s, seen=s.seen._replace(alpha_m=servo_response(s.u_m, servo.omega_n, servo.zeta, T)))
-    notes.append("neither alpha_m nor u_m was logged: the simulated motor command and its servo are used")
+    notes.append(Note("alpha-simulated"))
     for _ in range(ROUNDS):
         u_m = s.simulated_commands(crane).u_m
         s = replace(s, seen=s.seen._replace(alpha_m=servo_response(u_m, servo.omega_n, servo.zeta, T)))
     return replace(s, settled=np.abs(s.seen.alpha_m - u_m) < HELD)
 
 
-def _with_held(crane: Crane, s: PlcSegment, notes: list[str]) -> PlcSegment:
+def _with_held(crane: Crane, s: PlcSegment, notes: list[Note]) -> PlcSegment:
     """In manual mode: the segment with the displacement that the operator visibly holds against the PLC's own law."""
     if (
         s.u_m is None
@@ -315,16 +311,5 @@ def _with_held(crane: Crane, s: PlcSegment, notes: list[str]) -> PlcSegment:
     ):
         return s
     displacement = float(np.clip(np.median(s.u_m), crane.active.motor.alpha_min, 1.0))
-    notes.append(f"the operator holds the motors at {displacement:.3f}")
+    notes.append(Note("motors-held", at=displacement))
     return replace(s, plc=plc_record(crane, Operator(alpha_m=displacement))._replace(t_cycle=s.plc.t_cycle))
-
-
-def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> FloatArray:
-    """Response of a second-order servo to a held command, from rest at its first value. Source: Moslatt 2020 eq.
-    C 10."""
-    from scipy.signal import cont2discrete, lfilter, lfilter_zi
-
-    b, a, _ = cont2discrete(([omega_n**2], [1.0, 2.0 * zeta * omega_n, omega_n**2]), step, method="zoh")
-    b = np.ravel(b)
-    out, _ = lfilter(b, a, u, zi=lfilter_zi(b, a) * u[0])
-    return np.asarray(out, dtype=np.float64)

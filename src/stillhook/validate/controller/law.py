@@ -20,7 +20,8 @@ from stillhook.statistics.blocks import Fit, fit
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.time_lag import dot
 from stillhook.validate.controller.inputs import PlcSegment, derivative
-from stillhook.validate.data_set.records.record import ends_of
+from stillhook.validate.criteria.notes import Note
+from stillhook.validate.data_set.record import ends_of
 
 SMOOTH = (1.0, 2.0)
 """Widths of the raised cosine that both sides of a regression pass through [s]: the law is linear, so it holds for
@@ -357,21 +358,12 @@ class Rows:
         return self.waves.value / self.step if self.late and self.waves is not None else float(self.cycles)
 
     @property
-    def description(self) -> str:
-        """Order of the rows in words."""
-        evidence = {
-            "fine": f"by the fine structure common to both, correlation {self.correlation:.2f}",
-            "joystick": "by the joystick in manual mode",
-            "waves": "by the waves, where a cycle is as good as a change of K_2",
-        }[self.evidence]
+    def description(self) -> Note:
+        """Order of the rows, and by what."""
+        evidence = Note(f"by-{self.evidence}", correlation=self.correlation)
         if self.cycles == 0:
-            return f"a row of the log contains inputs and outputs of one cycle ({evidence})"
-        way = "later" if self.cycles > 0 else "earlier"
-        n = abs(self.cycles)
-        return (
-            f"the commands in a row of the log are {n} cycle{'s' if n > 1 else ''} {way} than its inputs ({evidence});"
-            " they are compared with this shift"
-        )
+            return Note("rows-alike", evidence=evidence)
+        return Note("rows-apart", n=abs(self.cycles), cycles=self.cycles, evidence=evidence)
 
 
 def rows_of(runs: Sequence[Run], waves: Estimate | None, joystick: Estimate | None) -> Rows:

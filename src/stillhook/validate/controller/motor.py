@@ -19,7 +19,7 @@ from stillhook.spec.scenario import Mode
 from stillhook.statistics.blocks import fit, interval
 from stillhook.statistics.estimate import Estimate
 from stillhook.validate.controller.law import Run, shifted
-from stillhook.validate.data_set.records.record import ends_of
+from stillhook.validate.data_set.record import ends_of
 
 ROW = 5.0  # s that a row of the bootstrap sums up
 HIGH = 0.95  # judged quantile

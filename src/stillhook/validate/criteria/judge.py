@@ -142,7 +142,7 @@ def _not_judged(c: Criterion, reason: str) -> CriterionResult:
         step=c.step,
         title=c.title,
         verdict=Verdict.NOT_JUDGED,
-        measure=Measure(c.measure, None, c.quantity, note=reason),
+        measure=Measure(c.measure, None, c.quantity, notes=(reason,)),
         limit=c.limit_text,
         weight=c.weight,
         judged=False,

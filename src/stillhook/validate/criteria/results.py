@@ -17,7 +17,9 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from stillhook.report.document import Table
+from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
+from stillhook.validate.criteria.notes import Note
 
 E = TypeVar("E")
 
@@ -74,9 +76,9 @@ class Measure:
     (shares, counts); low, high: total 95 % interval (sampling and structural together), None where it has none;
     structural: half width, in the quantity, due to the form of a law in addition to the sampling error; test: name of
     the test or load case that it is of, "" for all; data: what it is based on ("4 load cases, 2140 s, 71 effective
-    windows"); note: further information in one line, such as the likely cause. value None: not determined by the data;
-    `note` gives the reason. undetectable: the interval is so wide that a deviation of the size of the limit would not
-    be detected: the value is stated, and not judged.
+    windows"); notes: further information, such as the likely cause. value None: not determined by the data; `note`
+    gives the reason. undetectable: the interval is so wide that a deviation of the size of the limit would not be
+    detected: the value is stated, and not judged.
     """
 
     name: str
@@ -86,7 +88,7 @@ class Measure:
     high: float | None = None
     test: str = ""
     data: str = ""
-    note: str = ""
+    notes: tuple[str, ...] = ()
     structural: float = 0.0
     undetectable: bool = False
 
@@ -95,24 +97,31 @@ class Measure:
         cls,
         name: str,
         x: Estimate | float | None,
-        *,
+        *notes: str,
         test: str = "",
         data: str = "",
-        note: str = "",
         undetectable: bool = False,
     ) -> Measure:
         """A measure of `MEASURES` from an estimate, a number without an interval, or nothing; a number that is not
-        finite is none. note: of one without a value what the table says, unless it is stated."""
+        finite is none. notes: `Note`s, empty ones do not count."""
         e = x if isinstance(x, Estimate) else Estimate(math.nan if x is None else float(x))
         value = e.value if math.isfinite(e.value) else None
         low, high = (e.low, e.high) if math.isfinite(e.low) and math.isfinite(e.high) else (None, None)
-        of, note = MEASURES[name], note or (MEASURES[name].without if value is None else "")
-        return cls(name, value, of.quantity, low, high, test, data, note, e.structural, undetectable)
+        kept = tuple(filter(None, notes))
+        return cls(name, value, MEASURES[name].quantity, low, high, test, data, kept, e.structural, undetectable)
+
+    @property
+    def note(self) -> str:
+        """Its notes in one line; of one without a value and without any what the table of measures says."""
+        if not self.notes and self.value is None and self.name in MEASURES:
+            return MEASURES[self.name].without
+        return "; ".join(self.notes)
 
     def to_dict(self) -> dict[str, Any]:
-        """The measure as plain data for JSON, in SI."""
+        """The measure as plain data for JSON, in SI; causes: codes of its notes."""
         names = ("name", "value", "low", "high", "structural", "quantity", "test", "data", "note", "undetectable")
-        return {name: getattr(self, name) for name in names}
+        causes = [note.code for note in self.notes if isinstance(note, Note)]
+        return {**{name: getattr(self, name) for name in names}, "causes": causes}
 
 
 @dataclass(frozen=True)
@@ -161,24 +170,8 @@ class CriterionResult:
 
     def to_dict(self) -> dict[str, Any]:
         """The line as plain data for JSON."""
-        return {
-            "key": self.key,
-            "step": int(self.step),
-            "title": self.title,
-            "verdict": self.verdict.value,
-            "weight": self.weight,
-            "judged": self.judged,
-            "required": self.required,
-            "failed": self.failed,
-            "limit": self.limit,
-            "source": self.source,
-            "message": self.message,
-            "used": self.used if math.isfinite(self.used) else None,
-            "figures": self.figures,
-            "consumer_risk": self.consumer_risk,
-            "producer_risk": self.producer_risk,
-            "measure": self.measure.to_dict() if self.measure is not None else None,
-        }
+        derived = {name: getattr(self, name) for name in ("failed", "consumer_risk", "producer_risk")}
+        return {**plain(self), **derived, "measure": self.measure.to_dict() if self.measure is not None else None}
 
 
 @dataclass(frozen=True)
@@ -237,7 +230,7 @@ def _is_plain(x: Any) -> bool:
 def nothing(number: StepNumber, reason: str, *notes: str) -> Step[Any]:
     """A step that the data do not allow: its measures without a value, each with the reason."""
     names = (name for name, m in MEASURES.items() if m.step is number)
-    return Step(number, tuple(Measure.of(name, None, note=reason) for name in names), (f"{reason}.", *notes))
+    return Step(number, tuple(Measure.of(name, None, reason) for name in names), (f"{reason}.", *notes))
 
 
 @dataclass(frozen=True)
@@ -279,3 +272,38 @@ MEASURES: Mapping[str, NamedMeasure] = {
     for name, row in rows.items()
 }
 """Every measure that a criterion may name."""
+
+CIRCUIT_WORDS = {
+    "active": "closed circuit",
+    "passive": "passive circuit",
+    "omega_m": "motors on its drum (signal omega_m)",
+}
+"""What a measure needs in words; what is not a circuit is a signal."""
+
+
+def has(crane: Crane) -> frozenset[str]:
+    """Circuits of the crane, and own signals of its winch type."""
+    return frozenset(crane.circuits) | {row.name for row in crane.plant.type.rows}
+
+
+def lacks(crane: Crane) -> dict[str, str]:
+    """Measures that have no meaning for the crane, each with the reason."""
+    there, out = has(crane), {}
+    for name, measure in MEASURES.items():
+        missing = [CIRCUIT_WORDS.get(need, f"signal {need}") for need in measure.needs if need not in there]
+        if missing:
+            out[name] = f'winch type "{crane.plant.value}" has no {" and no ".join(missing)}'
+    return out
+
+
+def step_lacks(crane: Crane, step: StepNumber) -> str:
+    """Reason why no measure of a step has a meaning for the crane; "" where one does."""
+    reasons = lacks(crane)
+    of_step = [name for name, measure in MEASURES.items() if measure.step is step]
+    return reasons[of_step[0]] if all(name in reasons for name in of_step) else ""
+
+
+def usual_criteria(crane: Crane) -> str:
+    """Criteria where a campaign names none: those of paper F for its closed circuit, and for every other drive those of
+    them that have a meaning, with its own signals in place of the circuit's."""
+    return "paper-f" if "active" in crane.circuits else "any-drive"

@@ -30,7 +30,8 @@ from stillhook.spec.scenario import Mode, Water
 from stillhook.tables.table import Flag, Part, Spec, Text
 from stillhook.units import number, quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
-from stillhook.validate.criteria.needs import usual_criteria
+from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import usual_criteria
 
 STANDARD_MODES: Mapping[float, Mode] = {float(i): mode for i, mode in enumerate(Mode)}
 """The numbers of `stillhook.variables`."""
@@ -77,11 +78,9 @@ def standard_modes(values: FloatArray, step: float, meaning: Mapping[float, Mode
         if np.isnan(values[a]) or (not np.isnan(code[a]) and (b - a) * step >= LEAST):
             continue
         if (b - a) * step >= LEAST:
-            codes = ", ".join("a word" if value >= WORDS_FROM else number(value, 6) for value in meaning)
-            raise ValidateError(
-                f"{place}mode: the log holds {number(float(values[a]), 6)} for {(b - a) * step:.3g} s, which is not one"
-                f' of {codes}. State its meaning in the campaign file: [modes], such as "5" = "ssc".'
-            )
+            codes = ["a word" if value >= WORDS_FROM else number(value, 6) for value in meaning]
+            of = {"code": float(values[a]), "seconds": (b - a) * step, "codes": codes}
+            raise ValidateError(Note("unknown-mode", place=place, **of))
         code[a:b] = code[a - 1] if a else np.nan
     first = np.flatnonzero(np.isfinite(code))
     if len(first) and first[0] * step < LEAST:
@@ -123,23 +122,15 @@ class TestTable(LoggedTest):
     def _one_load(self) -> Self:
         """A payload with the depth of the hook, or a load without it."""
         hook = next((key for key in ("depth", "h_tip") if getattr(self, key) is not None), None)
-        if self.payload is not None and self.load is not None:
-            raise ValueError(
-                "load and payload: both stated. load includes the weight of the wire out, payload does not. State one"
-                " of them."
-            )
-        if self.payload is not None and hook is None:
-            raise ValueError(
-                "payload: needs depth or h_tip for the weight of the wire out. State one of them, or load including"
-                " the wire."
-            )
-        if self.load is not None and hook is not None:
-            raise ValueError(
-                f"load with {hook}: load already includes the weight of the wire out. State payload (mass suspended"
-                " from the hook), or leave depth and h_tip out."
-            )
-        if hook is not None and self.payload is None:
-            raise ValueError(f"{hook}: stated without payload. State payload (mass suspended from the hook).")
+        wrong = {
+            "load-and-payload": self.payload is not None and self.load is not None,
+            "payload-alone": self.payload is not None and hook is None,
+            "load-with-depth": self.load is not None and hook is not None,
+            "depth-alone": hook is not None and self.payload is None,
+        }
+        for code, applies in wrong.items():
+            if applies:
+                raise ValueError(Note(code, hook=hook))
         return self
 
 
@@ -311,5 +302,4 @@ def _two_columns(mapping: Mapping[str, Signal] | None, place: str) -> None:
     for i, b in enumerate(rows):
         for a in rows[:i]:
             if a.column == b.column:
-                both = f"{place}signals: {a.name} and {b.name} both refer to column {quote(a.column)}."
-                raise ValidateError(f"{both} Map each to its own column, or leave one out.")
+                raise ValidateError(Note("same-column", place=place, a=a.name, b=b.name, column=quote(a.column)))

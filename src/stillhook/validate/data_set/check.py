@@ -16,9 +16,10 @@ from stillhook.report.document import Table
 from stillhook.sea.motion.recorded import window_spans
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, show
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import SMOOTH, ClockError, Record, Segment, SegmentLag
+from stillhook.validate.data_set.record import SMOOTH, ClockError, Record, Segment, SegmentLag
 
 EVERY = 0.2
 """Spacing of the tip samples for ranges [s]: a wave of 4 s is captured within 1 % of its height."""
@@ -75,11 +76,9 @@ def _coverage(
 ) -> list[Measure]:
     crane, settings = campaign.crane, campaign.criteria.settings
     if not cases:
-        note = (
-            'no part of a test of kind "ahc" can be used; log 60 s or more of heave compensation without interruption'
-        )
         names = ("wire_lengths", "loads", "load_share", "s_tip_pp_low", "s_tip_pp_high")
-        return [*(Measure.of(n, None, note=note) for n in names), Measure.of("data_length", 0.0, data="no load case")]
+        none = [Measure.of(n, None, Note("no-load-case")) for n in names]
+        return [*none, Measure.of("data_length", 0.0, data="no load case")]
     drum = drum_record(crane)
     layers = [float(layers_filled(drum.L_full - 0.5 * (s.s_w_min + s.s_w_max), drum)) for s in cases]
     layers_apart, load_apart = settings["layers_apart"], settings["load_apart"]
@@ -94,14 +93,9 @@ def _coverage(
         ", ".join(show(getattr(cases[i], field), kind) for i in places)
         for places, field, kind in ((lengths, "s_w", "length"), (loads, "load", "mass"))
     )
-    of_lengths = (
-        f"lengths count as different where they are {number(layers_apart, 3)} layer{'' if layers_apart == 1.0 else 's'}"
-        " of the drum apart"
-    )
-    of_loads = f"loads count as different where they differ by {100.0 * load_apart:.3g} % of the SWL on the wire"
     return [
-        Measure.of("wire_lengths", len(lengths), data=each_length, note=of_lengths),
-        Measure.of("loads", len(loads), data=each_load, note=of_loads),
+        Measure.of("wire_lengths", len(lengths), Note("lengths-apart", layers=layers_apart), data=each_length),
+        Measure.of("loads", len(loads), Note("loads-apart", share=load_apart), data=each_load),
         Measure.of("load_share", suspended[heaviest] / crane.SWL, data=on_hook),
         *_motion(motions),
         Measure.of("data_length", sum(s.duration for s in cases), data=f"{len(cases)} load cases"),
@@ -139,8 +133,8 @@ def _quality(records: Sequence[Record]) -> list[Measure]:
             out += _doubtful(r)
         out += [_drift(test, clock) for clock in r.clocks]
         for x in _wire_lags([r]):
-            lag, gain = Estimate.around(x.seconds, 2.0 * x.u), f"with a gain of {x.gain:.3f}"
-            out.append(Measure.of("wire_lag", lag, test=test, data=f"part {x.segment + 1}", note=gain))
+            lag, gain = Estimate.around(x.seconds, 2.0 * x.u), Note("lag-gain", gain=x.gain)
+            out.append(Measure.of("wire_lag", lag, gain, test=test, data=f"part {x.segment + 1}"))
     return out
 
 
@@ -152,7 +146,7 @@ def _drift(test: str, clock: ClockError) -> Measure:
     drift, margin = abs(clock.drift), 2.0 * clock.u_drift
     data = f"{', '.join(clock.signals)} against {clock.against or 'the motion of the winch'}"
     e = Estimate(drift, max(0.0, drift - margin), drift + margin)
-    return Measure.of("clock_drift", e, test=test, data=data, note="corrected")
+    return Measure.of("clock_drift", e, Note("corrected"), test=test, data=data)
 
 
 def _doubtful(r: Record) -> list[Measure]:

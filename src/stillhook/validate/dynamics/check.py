@@ -26,9 +26,10 @@ from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, in_display, number, show
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import Record, Segment, Transient, find_transients, quick_enough
+from stillhook.validate.data_set.record import Record, Segment, Transient, find_transients, quick_enough
 from stillhook.validate.dynamics.estimates import (
     WORDS,
     TunedValue,
@@ -43,7 +44,7 @@ from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, UNKNO
 from stillhook.validate.dynamics.runs import DynamicsSegment, dynamics_segment, motor_command
 from stillhook.validate.dynamics.swings import SwingComparison, compare_swings
 from stillhook.validate.parameters.flow import Balance, balance, leak_rows
-from stillhook.validate.parameters.leakage.choice import LeakChoice
+from stillhook.validate.parameters.leakage import LeakChoice
 from stillhook.validate.parameters.segments import parts_of
 from stillhook.winches.circuits.tables import LeakForm
 
@@ -62,10 +63,6 @@ oscillation."""
 OTHER_OIL = 0.03
 """Deviation of the leakage between two tests [-]: about a kelvin of the oil's temperature, and effects not in the
 balance."""
-LOGGING_ADVICE = (
-    "log the winch without load and with less than 20 m of wire out, in manual mode: from rest to a speed and back,"
-    " each within half a second, both ways, eight times; p_a, p_b, omega_m, u_p, u_m every 10 ms"
-)
 
 
 @dataclass(frozen=True)
@@ -90,11 +87,11 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Pr
     """
     tests = [r for r in records if r.test.kind is Kind.DYNAMICS]
     if not tests:
-        return _nothing('the campaign has no test of kind "dynamics"')
+        return _nothing(Note("no-dynamics-test"))
     time_segments, turns, notes = _time_segments(campaign, tests)
     if len(turns) < FEWEST:
-        few = f"test {', '.join(r.test.name for r in tests)} shows {len(turns)} quick turns of the winch; at least"
-        return _nothing(notes[0].rstrip(".") if notes else f"{few} {FEWEST} are needed", notes[1:])
+        few = Note("few-turns", tests=[r.test.name for r in tests], n=len(turns), least=FEWEST)
+        return _nothing(*(notes or [few]))
     progress(0.0)
     try:
         clusters = [clusters_of(s, turns) for s in time_segments]
@@ -102,7 +99,7 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Pr
         leakage = expected_leakage(campaign, tests, flow)
         tuning = tune(campaign.crane, time_segments, clusters, leakage, lambda x: progress(x))
     except StillhookError as e:
-        return _nothing(f"the twin cannot be simulated on it: {str(e).rstrip('.')}", notes)
+        return _nothing(Note("no-simulation", error=e), *notes)
     swings = compare_swings(time_segments, turns, tuning)
     differences = group_differences(tuning.fit, turns, leakage)
     values = tuple(in_form(tuned_value(tuning, name, swings.misfit_after, differences), flow) for name in TUNED)
@@ -167,17 +164,17 @@ def _leak_at(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) 
     return None if flow is None else flow.leak.at
 
 
-def _nothing(reason: str, notes: Sequence[str] = ()) -> Step[DynamicsEstimates]:
-    return nothing(StepNumber.DYNAMICS, f"{reason}: {LOGGING_ADVICE}", *notes)
+def _nothing(reason: Note, *notes: Note) -> Step[DynamicsEstimates]:
+    return nothing(StepNumber.DYNAMICS, Note("log-dynamics", reason=reason.rstrip(".")), *notes)
 
 
 def _time_segments(
     campaign: Campaign, tests: Sequence[Record]
-) -> tuple[tuple[DynamicsSegment, ...], tuple[Transient, ...], list[str]]:
+) -> tuple[tuple[DynamicsSegment, ...], tuple[Transient, ...], list[Note]]:
     """The parts of the tests that the twin repeats, their quick turns, and notes about them."""
     time_segments: list[DynamicsSegment] = []
     turns: list[Transient] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     for record in tests:
         reason = _unusable(record)
         if reason:
@@ -188,54 +185,32 @@ def _time_segments(
             changes = find_transients(record, segment)
             quick = quick_enough(changes, SLOWEST)
             if len(quick) < len(changes):
-                notes.append(
-                    f'Test "{record.test.name}": {len(changes) - len(quick)} changes of the command take longer than'
-                    f" {SLOWEST:g} s: too slow."
-                )
+                notes.append(Note("slow-turns", test=record.test.name, n=len(changes) - len(quick), most=SLOWEST))
             if not quick:
                 continue
             last = min(segment.last, quick[-1].last, segment.first + round(LONGEST_STRETCH / record.step))
             if last < quick[-1].last:
-                notes.append(f'Test "{record.test.name}": the first {LONGEST_STRETCH:g} s are used.')
+                notes.append(Note("first-part", test=record.test.name, seconds=LONGEST_STRETCH))
             turns += [x for x in quick if x.last <= last]
             time_segments.append(dynamics_segment(campaign.crane, record, segment, segment.first, last))
     return tuple(time_segments), tuple(turns), list(dict.fromkeys(notes))
 
 
-def _missing(record: Record) -> str:
-    if not record.has("u_p"):
-        return "u_p"
-    if not record.has(motor_command(record)):
-        return "u_m, nor alpha_m"
-    return "" if record.has("p_a") or record.has("p_b") else "p_a, nor p_b"
+def _unusable(record: Record) -> Note | None:
+    """Reason why a test cannot be used."""
+    test = record.test.name
+    lines, motors = record.has("p_a") or record.has("p_b"), record.has(motor_command(record))
+    if not (record.has("u_p") and motors and lines):
+        lack = "u_p" if not record.has("u_p") else "p_a, nor p_b" if motors else "u_m, nor alpha_m"
+        return Note("no-repetition", test=test, signals=lack)
+    return Note("too-far-apart", test=test, step=record.step) if record.step > COARSEST else None
 
 
-def _unusable(record: Record) -> str:
-    """Reason why a test cannot be used; "" where it can."""
-    missing = _missing(record)
-    if missing:
-        return f'Test "{record.test.name}" has no {missing}: it cannot be repeated or compared.'
-    if record.step > COARSEST:
-        return (
-            f'Test "{record.test.name}" was logged every {show(record.step, "time")}: too far apart for swings of half'
-            " a second."
-        )
-    return ""
-
-
-def _conditions(campaign: Campaign, segment: Segment) -> list[str]:
+def _conditions(campaign: Campaign, segment: Segment) -> list[Note]:
     """Deviations of a segment from the test required by paper F."""
-    out = []
-    if segment.load > 0.0:
-        out.append(
-            f'Test "{segment.test}" has {show(segment.load, "mass")} on the hook; paper F requires none, '
-            "so that load and wire do not affect the pressures."
-        )
+    out = [Note("load-on-hook", test=segment.test, load=segment.load)] if segment.load > 0.0 else []
     if segment.s_w_max > MOST_WIRE:
-        out.append(
-            f'Test "{segment.test}" has up to {segment.s_w_max:.3g} m of wire out; paper F requires less than'
-            f" {MOST_WIRE:g} m."
-        )
+        out.append(Note("much-wire", test=segment.test, wire=segment.s_w_max, most=MOST_WIRE))
     return out
 
 

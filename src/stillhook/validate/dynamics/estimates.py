@@ -19,14 +19,15 @@ from stillhook.report.formatting import change, percent_fixed
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
 from stillhook.units import show
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Measure
-from stillhook.validate.data_set.records.record import Transient
+from stillhook.validate.data_set.record import Transient
 from stillhook.validate.dynamics.form import GroupDifference, Tuning, hidden, structural
 from stillhook.validate.dynamics.model import C_H, C_LEAK, EXTRAS, INERTIA, MOST, PLACE, TUNED, UNKNOWNS
 from stillhook.validate.dynamics.runs import DynamicsSegment
 from stillhook.validate.dynamics.swings import SwingComparison
 from stillhook.validate.parameters.flow import Balance
-from stillhook.validate.parameters.leakage.texts import form_says
+from stillhook.validate.parameters.leakage import form_refuted
 
 ERROR = {C_H: "C_h_error", C_LEAK: "C_leak_error", INERTIA: "J_m_eff_error"}
 """Name of the measure of each tuned number: tuned over crane file, less 1."""
@@ -47,8 +48,6 @@ criteria's limit. Nor is one proposed where such a difference could be hidden.""
 MOST_LEFT = 0.25
 """Largest residual of a tuned twin over a signal's own deviation; beyond it the twin does not represent this winch and
 its values are meaningless. Another friction law, lines with two ends and sensors leave 0.02 to 0.07."""
-MORE = "Make more and quicker turns without load, and log all signals."
-OPEN_BRAKE = "No value is proposed; keep the brake open between more turns of two speeds both ways"
 JUDGED = ("p_a", "p_b", "omega_m")
 
 
@@ -71,17 +70,21 @@ COMPARED = (
 
 @dataclass(frozen=True)
 class TunedValue:
-    """One tuned value. factor: tuned over crane file; known: determined by the data, or else the reason; fits:
-    whether the law fits well enough that the number may be adopted, and form: in words
-    where it does not fit; of: the twin's value that the factor refers to, None for that of the crane file."""
+    """One tuned value. factor: tuned over crane file; reason: why the data do not determine it, None where they do;
+    fits: whether the law fits well enough that the number may be adopted, form: why not; of: the twin's value that the
+    factor refers to, None for that of the crane file."""
 
     name: str
     factor: Estimate
-    known: bool
-    reason: str = ""
+    reason: Note | None = None
     fits: bool = True
-    form: str = ""
+    form: tuple[Note, ...] = ()
     of: float | None = None
+
+    @property
+    def known(self) -> bool:
+        """Whether the data determine it."""
+        return self.reason is None
 
     @property
     def offered(self) -> bool:
@@ -102,30 +105,25 @@ def tuned_value(
     spread = math.hypot(math.sqrt(float(fit.covariance[i, i])), UNSEEN[name])
     half = t_factor(fit.clusters - 1) * spread if fit.clusters > 1 else math.inf
     worst = max((s for s in misfit if s in JUDGED), key=lambda s: misfit[s], default="")
-    reason = ""
+    reason = None
     if worst and misfit[worst] > MOST_LEFT:
-        message = f"The tuned twin leaves {100.0 * misfit[worst]:.0f} % of {worst}"
-        reason = f"{message}: another machine, or inconsistent signals. Check the mapping."
+        reason = Note("misfit", left=misfit[worst], signal=worst)
     elif not fit.converged:
-        reason = f"The fit did not converge after {fit.runs} runs ({fit.message}). {MORE}"
+        reason = Note("not-converged", runs=fit.runs, end=fit.message)
     elif min(x - float(tuning.low[i]), float(tuning.high[i]) - x) < 0.01 * MOST:
-        bound = f"The fit reaches its bound at {math.exp(x):.3g} times the crane file"
-        reason = f"{bound}: the twin cannot repeat this test. Check crane file and mapping."
+        reason = Note("at-bound", factor=math.exp(x))
     elif half > WIDEST[name]:
-        reason = f"The turns determine it only within a factor of {math.exp(half):.3g} either way. {MORE}"
+        reason = Note("undetermined", factor=math.exp(half))
     form, apart = structural(name, differences)
     dark, unseen = hidden(name, differences, MOST_FORM[name])
     form = max(form, dark if math.isfinite(dark) else 0.0)
     edge, factor = min(half + form, 5.0), math.exp(x)
     wide = factor * math.sinh(min(form, 5.0))
     fits = max(form, dark) <= MOST_FORM[name]
-    words = f"the twin's law does not fit: {apart.says()}" if apart else ""
-    if unseen and not words:
-        words = f"whether the twin's law fits is not shown: {unseen}. {OPEN_BRAKE}"
-    elif words and not fits:
-        words += ", so that no single value is correct and none is proposed"
+    notes: tuple[Note, ...] = (apart.note(),) if apart else (unseen, Note("open-brake")) if unseen else ()
+    notes += (Note("no-single-value"),) if apart and not fits else ()
     estimate = Estimate(factor, math.exp(x - edge), math.exp(x + edge), fit.clusters, wide)
-    return TunedValue(name, estimate, not reason, reason, fits, words)
+    return TunedValue(name, estimate, reason, fits, notes)
 
 
 def in_form(f: TunedValue, flow: Balance | None) -> TunedValue:
@@ -134,15 +132,9 @@ def in_form(f: TunedValue, flow: Balance | None) -> TunedValue:
     if f.name != C_LEAK or flow is None or not flow.leak.refuted:
         return f
     e = flow.leak.value
-    return replace(
-        f,
-        factor=Estimate(1.0 + e.value, max(1.0 + e.low, 0.0), 1.0 + e.high, e.n, e.structural),
-        known=True,
-        reason="",
-        fits=False,
-        form=f"{form_says(flow.leak)} (by the flow balance of the tests with heave compensation)",
-        of=flow.leak.twin,
-    )
+    factor = Estimate(1.0 + e.value, max(1.0 + e.low, 0.0), 1.0 + e.high, e.n, e.structural)
+    form = (*form_refuted(flow.leak), Note("by-balance"))
+    return replace(f, factor=factor, reason=None, fits=False, form=form, of=flow.leak.twin)
 
 
 def measures_of(
@@ -165,11 +157,11 @@ def measures_of(
 
 
 def _change(f: TunedValue, data: str) -> Measure:
-    if not f.known:
-        return Measure.of(ERROR[f.name], None, data=data, note=f.reason)
-    x, note = f.factor, "tuned over the crane file's, less 1"
+    if f.reason is not None:
+        return Measure.of(ERROR[f.name], None, f.reason, data=data)
+    x = f.factor
     e = Estimate(x.value - 1.0, x.low - 1.0, x.high - 1.0, x.n, x.structural)
-    return Measure.of(ERROR[f.name], e, data=data, note=f"{note}; {f.form}" if f.form else note)
+    return Measure.of(ERROR[f.name], e, Note("tuned-over-file"), *f.form, data=data)
 
 
 FEWEST_PLACES = 3
@@ -179,12 +171,8 @@ FEWEST_PLACES = 3
 def _error(name: str, error: Estimate, line: str) -> Measure:
     test, data = f"line {line}" if line else "", f"{error.n:g} places"
     if error.n >= FEWEST_PLACES:
-        return Measure.of(name, error, test=test, data=data, note="simulated over measured, less 1")
-    note = (
-        f"Crane and twin both show it in {data}; at least {FEWEST_PLACES} are needed. Make more and"
-        " quicker turns both ways."
-    )
-    return Measure.of(name, None, test=test, data=data, note=note)
+        return Measure.of(name, error, Note("simulated-over-measured"), test=test, data=data)
+    return Measure.of(name, None, Note("few-places", n=error.n, least=FEWEST_PLACES), test=test, data=data)
 
 
 WORDS = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}
@@ -205,22 +193,16 @@ def reference(crane: Crane, f: TunedValue) -> tuple[float, str]:
 
 
 def statements_of(
-    values: Sequence[TunedValue], tuning: Tuning, elsewhere: bool, notes: Sequence[str]
-) -> tuple[str, ...]:
+    values: Sequence[TunedValue], tuning: Tuning, elsewhere: bool, notes: Sequence[Note]
+) -> tuple[Note, ...]:
     """What is not proposed as a tuned value and why, how the fit ended, and what the tests lack; elsewhere: other tests
     also determined the leakage."""
-    fit, end = tuning.fit, "converged" if tuning.fit.converged else "did NOT converge"
-    both = (
-        "The leakage is from these turns and the flow balance of the tests with heave compensation, where it is larger."
-    )
+    fit = tuning.fit
+    left = [f for f in values if f.known and not f.fits]
     return (
-        *(
-            f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is not proposed as a tuned value: {f.form}."
-            for f in values
-            if f.known and not f.fits
-        ),
-        f"The fit {end} after {fit.runs} runs of the twin and its variations ({fit.message}), on {fit.clusters} turns.",
-        *([both] if elsewhere else []),
+        *(Note("not-proposed", name=WORDS[f.name], letter=LETTERS[f.name], why="; ".join(f.form)) for f in left),
+        Note("fit", end=fit.message, runs=fit.runs, turns=fit.clusters),
+        *([Note("leakage-of-both")] if elsewhere else []),
         *notes,
     )
 

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95, t_factor
-from stillhook.validate.data_set.records.record import Transient, filled, smoothed
+from stillhook.validate.criteria.notes import Note
+from stillhook.validate.data_set.record import Transient, filled, smoothed
 from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, Twin
 from stillhook.validate.dynamics.output_error import Fit, fit
 from stillhook.validate.dynamics.runs import SIGNALS, SMOOTH, DynamicsSegment
@@ -60,13 +61,11 @@ class GroupDifference:
         """Half of the largest difference of the logarithm that sampling would conceal at 95 %."""
         return 0.5 * t_factor(self.dof) * self.deviation
 
-    def says(self) -> str:
-        """The difference in words."""
-        times = math.exp(self.difference)
-        return (
-            f"in {self.groups[1]} it is {times:.2f} times that in {self.groups[0]} (+-"
-            f" {100.0 * NORMAL_95 * self.deviation:.0f} %, sampling)"
-        )
+    def note(self) -> Note:
+        """The difference, as a reason why the law does not fit."""
+        first, second = self.groups
+        spread = NORMAL_95 * self.deviation
+        return Note("groups-differ", first=first, second=second, times=math.exp(self.difference), spread=spread)
 
 
 def group_differences(
@@ -100,10 +99,10 @@ def structural(name: str, differences: Sequence[GroupDifference]) -> tuple[float
     return (0.5 * abs(worst.difference), worst) if worst else (0.0, None)
 
 
-def hidden(name: str, differences: Sequence[GroupDifference], most: float) -> tuple[float, str]:
+def hidden(name: str, differences: Sequence[GroupDifference], most: float) -> tuple[float, Note | None]:
     """Largest difference of a number's logarithm between groups of turns that sampling could hide, and what is not
-    shown by it; 0, "" where half of that is no more than `most`, or where other tests agree with these turns within it.
-    inf: the turns make no groups.
+    shown by it; 0, None where half of that is no more than `most`, or where other tests agree with these turns within
+    it. inf: the turns make no groups.
 
     The whole difference, not half of it: the common number may be that of one group alone, in whose turns more can be
     seen.
@@ -111,18 +110,16 @@ def hidden(name: str, differences: Sequence[GroupDifference], most: float) -> tu
     if any(
         x.name == name and x.groups == OTHER_TESTS and not x.beyond_sampling and x.unseen <= most for x in differences
     ):
-        return 0.0, ""
+        return 0.0, None
     worst = max(
         (x for x in differences if x.name == name and x.groups != OTHER_TESTS), key=lambda x: x.unseen, default=None
     )
     if worst is None:
-        return math.inf, f"fewer than {FEWEST} turns each are slow and fast, or go both ways"
+        return math.inf, Note("no-groups", least=FEWEST)
     if worst.unseen <= most:
-        return 0.0, ""
-    times = math.exp(min(2.0 * worst.unseen, 5.0))
-    return 2.0 * worst.unseen, (
-        f"{worst.groups[1]} and {worst.groups[0]} may differ by a factor of {times:.2g} undetected"
-    )
+        return 0.0, None
+    times, (first, second) = math.exp(min(2.0 * worst.unseen, 5.0)), worst.groups
+    return 2.0 * worst.unseen, Note("groups-unseen", first=first, second=second, times=times)
 
 
 def _between(fit: Fit, i: int, side: FloatArray) -> tuple[float, float]:

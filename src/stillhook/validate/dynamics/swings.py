@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.statistics.estimate import Estimate, t_factor
-from stillhook.validate.data_set.records.record import Transient, filled, smoothed
+from stillhook.validate.data_set.record import Transient, filled, smoothed
 from stillhook.validate.dynamics.form import Tuning, normalised_rms
 from stillhook.validate.dynamics.runs import SIGNALS, SMOOTH, DynamicsSegment
 

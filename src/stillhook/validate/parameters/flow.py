@@ -18,12 +18,13 @@ from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import fit
 from stillhook.statistics.estimate import Estimate, t_factor
-from stillhook.units import number, parse, show
+from stillhook.units import number, parse
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.data_set.records.record import Record, stretches_of
-from stillhook.validate.parameters.leakage.choice import LeakChoice, choose
-from stillhook.validate.parameters.leakage.rows import SLIP_PRESSURE, LeakRows
+from stillhook.validate.data_set.record import Record, stretches_of
+from stillhook.validate.parameters.leak_laws import SLIP_PRESSURE, LeakRows
+from stillhook.validate.parameters.leakage import LeakChoice, choose
 from stillhook.validate.parameters.segments import (
     LogPart,
     bridged,
@@ -343,21 +344,18 @@ WORTH = 1e5
 
 def rest_measure(crane: Crane, estimate: Rests | None, records: Sequence[Record]) -> Measure:
     """The difference at rest as a measure of step 1, with its likely causes."""
-    name, note = "rest_pressure_difference", ""
+    name = "rest_pressure_difference"
     if estimate is None:
-        if crane.brake is None:
-            note = "the crane file has no holding brake, and friction may maintain a difference of the lines"
-        elif not any(_standing(r) for r in records):
-            note = "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
-        return Measure.of(name, None, note=note)
+        logged = any(_standing(r) for r in records)
+        return Measure.of(name, None, Note("no-brake") if crane.brake is None else "" if logged else Note("log-rests"))
     dp, sides = estimate.dp, [sum(x.after == side for x in estimate.rests) for side in (1, -1)]
     seconds = sum(x.seconds for x in estimate.rests)
     data = f"{len(estimate.rests)} rests ({sides[0]} after hoisting, {sides[1]} after lowering), {number(seconds, 3)} s"
-    note = f"PT A reads {show(abs(dp.value), 'pressure', 2)} {'above' if dp.value > 0.0 else 'below'} PT B at rest"
+    notes = [Note("lines-at-rest", dp=dp.value)]
     if abs(dp.value) > WORTH:
-        at = f", their setting is {100.0 * estimate.measured:.2f} %" if math.isfinite(estimate.measured) else ""
-        note += f": zero of a transmitter, or pumps {100.0 * abs(estimate.alpha_p):.2f} % off zero behind the brake{at}"
-    return Measure.of(name, dp, data=data, note=note)
+        notes.append(Note("rest-zero", setting=estimate.alpha_p))
+        notes += [Note("rest-setting", setting=estimate.measured)] if math.isfinite(estimate.measured) else []
+    return Measure.of(name, dp, *notes, data=data)
 
 
 APART = parse("10 bar", "pressure")

@@ -17,16 +17,20 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, passive_of
 from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
-from stillhook.units import KINDS, in_unit, number, show
+from stillhook.units import KINDS, in_unit
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.parameters.segments import (
     OIL,
     LogPart,
+    TestFit,
     bridged,
     by_test,
     diameter_of,
+    fits,
     integral,
     layer_at,
     layer_step,
+    mean_rows,
     means,
     rates,
     slope,
@@ -80,8 +84,8 @@ def frictions(parts: Sequence[LogPart]) -> tuple[Friction, ...]:
     wire) are fitted as well.
     Source: Moslatt 2020 eqs 2.3 and 2.15.
     """
-    tests = by_test([p for p in parts if not missing(p)])
-    return tuple(friction for test, same in tests.items() if (friction := _friction(test, same)) is not None)
+    found = fits([p for p in parts if not missing(p)], _rows)
+    return tuple(_friction(f) for f in found if np.isfinite(f.columns[-1]).any())
 
 
 def overall(tests: Sequence[Friction]) -> Estimate | None:
@@ -93,21 +97,17 @@ def overall(tests: Sequence[Friction]) -> Estimate | None:
     return Estimate.around(e.value, math.hypot(e.half, CALIBRATION), e.n, structural)
 
 
-def _friction(test: str, parts: Sequence[LogPart]) -> Friction | None:
-    T, model, spring, rate, one, block = stacked(_rows(p) for p in parts)
-    fitted = fit((model, one, spring, rate), T, block)
-    if fitted is None or not np.isfinite(T).any():
-        return None
+def _friction(found: TestFit) -> Friction:
+    (model, _, spring, rate, T), b, parts = found.columns, found.fit.b, found.parts
     r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in parts])))
-    rest = fitted.b[1] + fitted.b[2] * spring + fitted.b[3] * rate
     J = parts[0].inertia
     return Friction(
-        test=test,
-        scale=fitted.estimate(0, -1.0),
-        standing=fitted.estimate(1),
-        standing_force=float(fitted.b[1]) / r_eff,
-        inertia=Estimate.around(float(fitted.b[3]) / J, fitted.half(3) / J, fitted.blocks),
-        measured=T - rest,
+        test=found.test,
+        scale=found.fit.estimate(0, -1.0),
+        standing=found.fit.estimate(1),
+        standing_force=float(b[1]) / r_eff,
+        inertia=Estimate.around(float(b[3]) / J, found.fit.half(3) / J, found.fit.blocks),
+        measured=T - (b[1] + b[2] * spring + b[3] * rate),
         twin=model,
         mean=float(np.nanmean(np.abs(model))),
     )
@@ -148,17 +148,17 @@ def scale_of_law(parts: Sequence[LogPart], friction: Callable[[LogPart, States],
     other torques: law over the twin's, less 1. None where the winch does not move."""
     columns = []
     for part in parts:
-        s, (_, model, spring, rate, one, block) = states(part), _rows(part)
+        s, (*regressors, _, block) = states(part), _rows(part)
         law = np.where(np.abs(s.omega) > MOVING, np.sign(s.omega) * friction(part, s), np.nan)
-        columns.append((model, one, spring, rate, law, block))
+        columns.append((*regressors, law, block))
     *regressors, law, block = stacked(columns)
     fitted = fit(regressors, law, block)
     return None if fitted is None else float(fitted.b[0]) - 1.0
 
 
 def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
-    """Means over EVERY seconds: torque left, the twin's friction with the sign of the motion, wire out about its
-    middle, angular acceleration, one, block; NaN where the motors are at standstill or reverse."""
+    """Means over EVERY seconds: the twin's friction with the sign of the motion, one, wire out about its middle,
+    angular acceleration, torque left, block; NaN where the motors are at standstill or reverse."""
     step, every = part.step, max(1, round(EVERY / part.step))
     s = states(part)
     assert part.omega_m is not None
@@ -171,14 +171,8 @@ def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     model = twin_friction(part, s.omega, s.alpha_m, s.dp, s.T_w * part.crane.i_hD, s.passive)
     moving = np.abs(s.omega) > MOVING
     spring = s_w - np.nanmean(s_w)
-    return (
-        np.where(moving, T, np.nan),
-        np.sign(s.omega) * model,
-        spring,
-        rate,
-        np.ones_like(T),
-        part.blocks(part.t[::every]),
-    )
+    blocks = part.blocks(part.t[::every])
+    return np.sign(s.omega) * model, np.ones_like(T), spring, rate, np.where(moving, T, np.nan), blocks
 
 
 def twin_friction(
@@ -188,7 +182,7 @@ def twin_friction(
     transmission.
 
     omega [rad/s]; alpha_m [-]; dp over the active motors [Pa]; T_d drum torque [N m]; passive setting [-] and pressure
-    drop [Pa]; (n,). As `stillhook.winches.circuits.passive.dry_level` and `moving_loss` for the sliding winch, with
+    drop [Pa]; (n,). As `stillhook.winches.shaft.dry_level` and `moving_loss` for the sliding winch, with
     arrays.
     """
     hoist, sets = part.params.hoist, [(part.params.active.motors, alpha_m, dp)]
@@ -241,57 +235,39 @@ class Cell:
 def cells(parts: Sequence[LogPart]) -> tuple[Cell, ...]:
     """The load cell in every test whose load is stated."""
     out = []
-    for test, same in by_test([p for p in parts if p.has("F_w") and p.record.test.load is not None]).items():
-        F = np.concatenate([p["F_w"][::10] for p in same])
-        block = np.concatenate([p.blocks(p.t[::10]) for p in same])
-        fitted = fit((np.ones_like(F),), F, block)
-        if fitted is None:
-            continue
-        part = same[0]
-        force = fitted.estimate(0)
-        error = Estimate.around(force.value / part.weight - 1.0, force.half / part.weight, fitted.blocks)
+    for f in fits([p for p in parts if p.has("F_w") and p.record.test.load is not None], mean_rows("F_w")):
+        part, force = f.parts[0], f.fit.estimate(0)
+        error = Estimate.around(force.value / part.weight - 1.0, force.half / part.weight, f.fit.blocks)
         light = part.weight < LIGHT * part.crane.SWL * G
-        out.append(Cell(test, force, part.weight, error, light))
+        out.append(Cell(f.test, force, part.weight, error, light))
     return tuple(out)
 
 
-def cell_says(readings: Sequence[Cell], parts: Sequence[LogPart]) -> str:
-    """Likely cause of the errors of the load cell, in one line; empty where wire, unit and hook do not explain them."""
-    heavy = [c for c in readings if not c.light]
+def cell_causes(heavy: Sequence[Cell], parts: Sequence[LogPart]) -> list[Note]:
+    """Likely cause of the errors of the load cell in the tests with enough load; none where sign, wire, unit and hook
+    do not explain them."""
     if not heavy:
-        return ""
+        return []
     gain = math.exp(float(np.mean([math.log(max(abs(1.0 + c.error.value), 1e-9)) for c in heavy])))
     if all(c.error.value < -1.0 for c in heavy):
-        return "it reads the load as negative: set sign = -1 in its row of the mapping"
-    wire = _wire(heavy, parts)
-    if wire:
-        return wire
-    if abs(gain - 1.0) > CLOSE:
-        return _unit(gain, parts) or f"its gain is {number(gain, 3)}: check scale, unit and parts of line"
-    hook = parts[0].crane.hook_mass
-    missing_force = np.array([c.weight - c.force.value for c in heavy])
-    if (np.abs(missing_force - hook * G) < 0.3 * (hook * G)).all():
-        return f"it is tared: the hook's {show(hook, 'mass')} are missing in every test"
-    return ""
-
-
-def _wire(heavy: Sequence[Cell], parts: Sequence[LogPart]) -> str:
-    """Whether the cell also carries the wire paid out: every test has more force than stated, by about its weight."""
+        return [Note("cell-negative")]
     out, m_wire = {p.test: p.segment.s_w for p in parts}, parts[0].params.hoist.drum.m_wire
-    weight = np.array([m_wire * out[c.test] * G for c in heavy])
-    more = np.array([c.force.value - c.weight for c in heavy])
-    if not (weight > MUCH_WIRE * np.array([c.weight for c in heavy])).any():
-        return ""
-    if ((more < AS_WIRE[0] * weight) | (more > AS_WIRE[1] * weight)).any():
-        return ""
-    return (
-        f"it also carries the wire paid out, {show(float(weight.max()) / G, 'mass', 3)} at most: state payload and"
-        " depth,"
-        " or a load that includes the weight of the wire"
+    stated = np.array([c.weight for c in heavy])
+    weight, more = (
+        np.array([m_wire * out[c.test] * G for c in heavy]),
+        np.array([c.force.value for c in heavy]) - stated,
     )
+    as_wire = (more >= AS_WIRE[0] * weight) & (more <= AS_WIRE[1] * weight)
+    if (weight > MUCH_WIRE * stated).any() and as_wire.all():
+        return [Note("cell-wire", wire=float(weight.max()) / G)]
+    if abs(gain - 1.0) > CLOSE:
+        return [_unit(gain, parts) or Note("cell-gain", gain=gain)]
+    hook = parts[0].crane.hook_mass
+    tared = np.abs(-more - hook * G) < 0.3 * (hook * G)
+    return [Note("cell-tared", hook=hook)] if tared.all() else []
 
 
-def _unit(gain: float, parts: Sequence[LogPart]) -> str:
+def _unit(gain: float, parts: Sequence[LogPart]) -> Note | None:
     """The unit that the column is in if its factor explains the gain."""
     mapping = next((p.record.log.mapping for p in parts if p.record.log.mapping), None)
     row = mapping.get("F_w") if mapping else None
@@ -300,8 +276,8 @@ def _unit(gain: float, parts: Sequence[LogPart]) -> str:
     units = {**UNITS, "% of the SWL": parts[0].crane.SWL * G / 100.0}
     name, newton = min(units.items(), key=lambda u: abs(math.log(newtons / gain / u[1])))
     if abs(math.log(newtons / gain / newton)) > LIKE_A_UNIT:
-        return ""
-    return f"the column is in {name} and was read as {read}: it shows {number(gain, 3)} times the load"
+        return None
+    return Note("cell-unit", unit=name, read=read, gain=gain)
 
 
 FLOOR = 0.001
@@ -367,63 +343,59 @@ def effective_radii(parts: Sequence[LogPart], clock: float = 0.0) -> tuple[Effec
     return tuple(out)
 
 
-def diagnosis(crane: Crane, radii: Sequence[EffectiveRadius]) -> str:
-    """Likely cause of the errors of the effective radius in all tests, in one line; empty where they are small."""
+def diagnosis(crane: Crane, radii: Sequence[EffectiveRadius]) -> list[Note]:
+    """Likely causes of the errors of the effective radius in all tests; none where they are small."""
     if not radii or max(abs(x.error.value) for x in radii) <= AGREES:
-        return ""
+        return []
     ideas = _ideas(crane, radii)
     least = max(min(residual for residual, _ in ideas), FLOOR)
-    good = [text for residual, text in ideas if residual <= AS_GOOD * least]
-    layers = len({x.layer for x in radii})
-    alone = "" if layers > 1 else " (tests on another layer would distinguish them)"
-    return f"{' or '.join(good)}{alone if len(good) > 1 else ''}"
+    good = [note for residual, note in ideas if residual <= AS_GOOD * least]
+    if len(good) > 1:
+        good.append(Note("any-of-these" if len({x.layer for x in radii}) > 1 else "another-layer-would-tell"))
+    return good
 
 
-def _ideas(crane: Crane, radii: Sequence[EffectiveRadius]) -> list[tuple[float, str]]:
+def _ideas(crane: Crane, radii: Sequence[EffectiveRadius]) -> list[tuple[float, Note]]:
     """Explanations, each with the root mean square of the remaining error of the effective radius."""
     e, d = np.array([x.error.value for x in radii]), np.array([x.d for x in radii])
     w = 1.0 / np.hypot([x.error.half for x in radii], FLOOR) ** 2
     gear = float(w @ e / w.sum())
-    text = f"the gear ratio is {number(crane.i_hD / (1.0 + gear), 4)}, not {number(crane.i_hD, 4)}"
-    geared = (_rms(e - gear, w), text)
+    geared = (_rms(e - gear, w), Note("gear", log=crane.i_hD / (1.0 + gear), file=crane.i_hD))
     layers = np.array([x.layer for x in radii])
     off = np.array([x.implied for x in radii]) - layers
     rest = off - np.round(off)
     if (np.abs(rest) <= NEAR_A_LAYER).all() and np.round(off).any():
-        text = f"the wire runs on another layer than the twin's: {_named(radii)}, {wire_counted_wrong(crane, radii)}"
+        layer = Note("layer", which=_named(radii), counter=wire_counted_wrong(crane, radii))
         # a drum larger by full layers is named with them
-        return [(_rms(rest * layer_step(crane) / d, w), text), geared]
-    drum, old = float((w / d**2) @ (e * d) / np.sum(w / d**2)), crane.drum.d
-    text = f"the drum's diameter is {show(old + drum, 'length')}, not {show(old, 'length')}"
-    larger = (_rms(e - drum / d, w), text)
+        return [(_rms(rest * layer_step(crane) / d, w), layer), geared]
+    drum = float((w / d**2) @ (e * d) / np.sum(w / d**2))
+    larger = (_rms(e - drum / d, w), Note("drum", log=crane.drum.d + drum, file=crane.drum.d))
     share = 2.0 * layers - 1.0
     wire = float((w * share / d**2) @ (e * d) / np.sum(w * share**2 / d**2))
-    old = crane.wire.d
-    text = f"the wire's diameter on the drum is {show(old + wire, 'diameter')}, not {show(old, 'diameter')}"
-    return [geared, larger, (_rms(e - wire * share / d, w), text)]
+    thick = (_rms(e - wire * share / d, w), Note("wire", log=crane.wire.d + wire, file=crane.wire.d))
+    return [geared, larger, thick]
 
 
 def _rms(rest: FloatArray, w: FloatArray) -> float:
     return float(np.sqrt(w @ rest**2 / w.sum()))
 
 
-def _named(radii: Sequence[EffectiveRadius]) -> str:
+def _named(radii: Sequence[EffectiveRadius]) -> list[Note]:
     """Which layers, and in which tests."""
     groups: dict[tuple[int, int], list[str]] = {}
     for x in radii:
         if round(x.implied) != round(x.layer):
             groups.setdefault((round(x.implied), round(x.layer)), []).append(x.test)
-    return ", ".join(f"{is_} not {twin} ({', '.join(tests)})" for (is_, twin), tests in groups.items())
+    return [Note("layer-of", log=log, twin=twin, tests=tests) for (log, twin), tests in groups.items()]
 
 
-def wire_counted_wrong(crane: Crane, radii: Sequence[EffectiveRadius]) -> str:
-    """Error of the wire counter that would put all tests on the layers that they imply, in words."""
-    wrong = "layers, turns or drum of the crane file are wrong"
+def wire_counted_wrong(crane: Crane, radii: Sequence[EffectiveRadius]) -> Note:
+    """Error of the wire counter that would put all tests on the layers that they imply."""
     if any(not 1 <= round(x.implied) <= crane.drum.layers for x in radii):
-        return f"one that the drum does not have: {wrong}"
+        return Note("no-such-layer")
     ranges = [np.array(wire_of_layer(crane, round(x.implied))) - x.s_w for x in radii]
     least, most = max(r[0] for r in ranges), min(r[1] for r in ranges)
     if not least < most or least < 0.0 < most:
-        return f"not by a constant error of the wire out: {wrong}"
-    more, near, far = ("more", least, most) if least > 0.0 else ("less", -most, -least)
-    return f"as if {near:.0f} to {far:.0f} m {more} wire were out than counted; or {wrong}"
+        return Note("no-counter-error")
+    near, far = sorted((abs(least), abs(most)))
+    return Note("counter-error", near=near, far=far, way=least if least > 0.0 else -1.0)

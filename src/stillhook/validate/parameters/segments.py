@@ -9,10 +9,10 @@ towards zero.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,10 @@ from stillhook.engine.pack.winch import drum_record, pack
 from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.statistics.blocks import Fit, fit
+from stillhook.statistics.blocks import Fit, fit, pooled
+from stillhook.statistics.estimate import Estimate
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import Record, Segment, filled, stretches_of
+from stillhook.validate.data_set.record import Record, Segment, filled, stretches_of
 from stillhook.winches.load_path import drum_geometry
 
 SHORTEST = 10.0
@@ -144,7 +145,54 @@ def by_test(parts: Sequence[LogPart]) -> dict[str, list[LogPart]]:
     return out
 
 
-def stacked(rows: Iterable[Iterable[NDArray[Any]]]) -> tuple[NDArray[Any], ...]:
+@dataclass(frozen=True)
+class ByTest:
+    """One number of all tests together, the scatter between them in its interval, and of each."""
+
+    all: Estimate
+    tests: Mapping[str, Estimate]
+
+    @classmethod
+    def of(cls, tests: Mapping[str, Estimate]) -> ByTest | None:
+        """None where no test has one."""
+        return cls(pooled(list(tests.values())), tests) if tests else None
+
+
+Columns = tuple[NDArray[Any], ...]
+
+
+class TestFit(NamedTuple):
+    """Least squares of one test: its parts; columns, each (n,), the fitted signal last; the fit."""
+
+    test: str
+    parts: list[LogPart]
+    columns: Columns
+    fit: Fit
+
+
+def fits(parts: Sequence[LogPart], rows: Callable[[LogPart], Columns | None]) -> Iterator[TestFit]:
+    """Least squares of every test whose data determine it. rows(part): the columns, the fitted signal, and blocks; None
+    for a part that has none."""
+    for test, same in by_test(parts).items():
+        columns = [row for p in same if (row := rows(p)) is not None]
+        if not columns:
+            continue
+        *X, block = stacked(columns)
+        if (fitted := fit(X[:-1], X[-1], block)) is not None:
+            yield TestFit(test, same, tuple(X), fitted)
+
+
+def mean_rows(name: str, every: int = 10) -> Callable[[LogPart], Columns]:
+    """Rows of `fits` for the mean of a signal, every so many samples."""
+
+    def rows(p: LogPart) -> Columns:
+        x = p[name][::every]
+        return np.ones_like(x), x, p.blocks(p.t[::every])
+
+    return rows
+
+
+def stacked(rows: Iterable[Iterable[NDArray[Any]]]) -> Columns:
     """Columns of several parts, one after the other."""
     return tuple(np.concatenate(column) for column in zip(*rows, strict=True))
 

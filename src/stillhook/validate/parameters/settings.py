@@ -61,20 +61,21 @@ class PumpSetting:
     offset: Estimate
 
 
-def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
-    """Response of a servo of the twin to a command that is held from sample to sample, starting at rest on the first
-    one; (n,) [-].
-
-    The stroke's ends limit the response, not the servo's state, as in `stillhook.physics.hydraulics.pump`.
-    """
+def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> FloatArray:
+    """Response of a second-order servo to a command that is held from sample to sample, starting at rest on the first
+    one; (n,) [-]. Source: Moslatt 2020 eq. C 10."""
     from scipy.signal import cont2discrete, lfilter, lfiltic  # heavy: only where logs are checked
 
-    w, z = servo.omega_n, servo.zeta
-    num, den, _ = cont2discrete(([w * w], [1.0, 2.0 * z * w, w * w]), step, method="zoh")
+    num, den, _ = cont2discrete(([omega_n * omega_n], [1.0, 2.0 * zeta * omega_n, omega_n * omega_n]), step, "zoh")
     b, a = np.ravel(num), np.ravel(den)
     start = lfiltic(b, a, np.full(len(a) - 1, u[0]), np.full(len(b) - 1, u[0]))
-    out, _ = lfilter(b, a, u, zi=start)
-    return np.asarray(np.clip(out, servo.lo, servo.hi))
+    return np.asarray(lfilter(b, a, u, zi=start)[0])
+
+
+def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
+    """Response of a servo of the twin, (n,) [-]. The stroke's ends limit the response, not the servo's state, as in
+    `stillhook.physics.hydraulics.pump`."""
+    return np.clip(servo_response(u, servo.omega_n, servo.zeta, step), servo.lo, servo.hi)
 
 
 def known_setting(part: LogPart, machine: str) -> FloatArray | None:

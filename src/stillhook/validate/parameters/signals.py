@@ -15,13 +15,15 @@ from stillhook.physics.load_path.drum import wire_damping, wire_stiffness
 from stillhook.statistics.blocks import Fit, fit, one_number, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.time_lag import dot
-from stillhook.units import show
-from stillhook.validate.data_set.records.record import filled
+from stillhook.validate.criteria.notes import Note
+from stillhook.validate.data_set.record import filled
 from stillhook.validate.parameters.segments import (
+    ByTest,
     LogPart,
     Slope,
     bridged,
     by_test,
+    fits,
     integral,
     later,
     slope,
@@ -90,12 +92,11 @@ def ratios(parts: Sequence[LogPart]) -> dict[str, Ratio]:
 @dataclass(frozen=True)
 class Clock:
     """error: rate error of the time stamps, positive if fast [-], None where the log cannot distinguish it from a
-    calibration; calibration: by name of the rate, its gain error once the clock is corrected [-]; note: explanation in
-    words."""
+    calibration; calibration: by name of the rate, its gain error once the clock is corrected [-]; note: why."""
 
     error: Estimate | None
     calibration: Mapping[str, Estimate]
-    note: str
+    note: Note
 
 
 def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
@@ -108,24 +109,16 @@ def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
         for name, r in rate_ratios.items()
     }
     if len(fast) < 2:
-        note = (
-            "one speed alone cannot distinguish clock drift from its own calibration: log v_w and v_tip together with"
-            " s_w and s_tip"
-        )
-        return Clock(None, fast, note)
+        return Clock(None, fast, Note("one-speed"))
     doubted = {name: Estimate.around(e.value, float(np.hypot(e.half, DOUBT[name])), e.n) for name, e in fast.items()}
     group = _largest_group(doubted)
     if len(group) < 2:
-        note = (
-            f"{' and '.join(fast)} each deviate from the derivative of their length by different amounts:"
-            " calibrations, not the clock"
-        )
-        return Clock(None, fast, note)
+        return Clock(None, fast, Note("calibrations", rates=list(fast)))
     error = one_number([doubted[name] for name in group])
     rest = {
         name: Estimate.around(e.value - error.value, float(np.hypot(e.half, error.half))) for name, e in fast.items()
     }
-    return Clock(error, rest, f"{' and '.join(group)} agree on it")
+    return Clock(error, rest, Note("clock-by", rates=group))
 
 
 def _largest_group(ratios: Mapping[str, Estimate]) -> list[str]:
@@ -162,14 +155,6 @@ def _jump(part: LogPart, rate: str, ratio: Ratio) -> Jump:
     return Jump(float(steps[i]), part.test, part.segment.start + (i + 0.5 * n) * part.step, length)
 
 
-def jump_says(jump: Jump) -> str:
-    """A jump in words."""
-    return (
-        f"{jump.name} jumps by {show(jump.size, 'length', 2)} at {jump.at:.1f} s of {jump.test}, which its speed does"
-        " not explain"
-    )
-
-
 EVERY = 0.1
 """Spacing of the samples [s]."""
 LOW = (0.04, 0.06)
@@ -201,16 +186,6 @@ Spectrum = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
-class TipDelay:
-    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's, 1 where the
-    force determines it too poorly."""
-
-    test: str
-    delay: Estimate
-    gain: Estimate
-
-
-@dataclass(frozen=True)
 class Sea:
     """A part in the band of the sea: measured force (n,) [N], spectra of the forces that tip and wire make, relative
     change of either by that of the wire's stiffness, direction of the wire (n,), angular frequencies [rad/s], blocks,
@@ -235,16 +210,17 @@ class Sea:
         return on_hook, of_speed, of_rate
 
 
-def tip_delays(parts: Sequence[LogPart]) -> tuple[TipDelay, ...]:
-    """Delay of the logged tip behind the true one, of every test with heave compensation and a logged load cell."""
+def tip_delays(parts: Sequence[LogPart]) -> ByTest | None:
+    """Delay of the logged tip behind the true one [s], of every test with heave compensation and a logged load cell."""
+    tests = by_test(in_band(parts))
+    delays = {test: d for test, same in tests.items() if (d := _delay([sea_of(p) for p in same])) is not None}
+    return ByTest.of(delays)
+
+
+def in_band(parts: Sequence[LogPart]) -> list[LogPart]:
+    """The parts whose force may show the motion of tip and wire."""
     usable = [p for p in parts if compensates(p, LEAST_PP) and p.knows("F_w", "s_tip", "s_w")]
-    tests = by_test([p for p in usable if p.segment.duration > 4.0 * EDGE])
-    return tuple(d for test, same in tests.items() if (d := _delay(test, [sea_of(p) for p in same])) is not None)
-
-
-def overall(delays: Sequence[TipDelay]) -> Estimate | None:
-    """The delay over all tests [s]; None where there are none."""
-    return pooled([f.delay for f in delays]) if delays else None
+    return [p for p in usable if p.segment.duration > 4.0 * EDGE]
 
 
 def compensates(part: LogPart, least_pp: float) -> bool:
@@ -282,7 +258,7 @@ def _response(part: LogPart, f: FloatArray, stiffness: float) -> tuple[Spectrum,
     return -m * w**2 * pull / left, k / pull - k / left, max(top, 1.1 * LOW[1])
 
 
-def _delay(test: str, seas: Sequence[Sea]) -> TipDelay | None:
+def _delay(seas: Sequence[Sea]) -> Estimate | None:
     """The better determined of two fits: with the gain of the force free, and with the twin's, whose uncertainty is
     then included."""
     free, fixed = _fitted(seas, fixed_gain=False), _fitted(seas, fixed_gain=True)
@@ -292,11 +268,8 @@ def _delay(test: str, seas: Sequence[Sea]) -> TipDelay | None:
     loose = Estimate.around(delay, fitted.ratio(1, 0)[1], fitted.blocks)
     half = math.hypot(fixed_fit.half(0), GAIN * abs(_leans(seas)))
     tight = Estimate.around(fixed_delay, half, fixed_fit.blocks)
-    use_free = fitted.b[0] > 0.0 and loose.half <= tight.half
-    best = loose if use_free else tight
-    result = Estimate.around(best.value, math.hypot(best.half, SHAPE * best.value), best.n)
-    gain = fitted.estimate(0) if use_free else Estimate.around(1.0, GAIN)
-    return TipDelay(test, result, gain)
+    best = loose if fitted.b[0] > 0.0 and loose.half <= tight.half else tight
+    return Estimate.around(best.value, math.hypot(best.half, SHAPE * best.value), best.n)
 
 
 def _fitted(seas: Sequence[Sea], *, fixed_gain: bool) -> tuple[float, Fit] | None:
@@ -350,12 +323,9 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
     """
     out = []
     usable = [p for p in parts if compensates(p, LEAST_TIP_PP) and p.has("e_c_measured", "s_w", "s_tip")]
-    for test, same in by_test(usable).items():
-        rest, v, block = stacked(_rows(p) for p in same)
-        fitted = fit((v,), rest, block)
-        if fitted is not None:
-            half = fitted.half(0) or math.nan  # a tip made from the reference fits without a residual: no interval
-            out.append(Reference(test, Estimate.around(-float(fitted.b[0]), half, fitted.blocks), fitted.sd))
+    for f in fits(usable, _rows):
+        half = f.fit.half(0) or math.nan  # a tip made from the reference fits without a residual: no interval
+        out.append(Reference(f.test, Estimate.around(-float(f.fit.b[0]), half, f.fit.blocks), f.fit.sd))
     return tuple(out)
 
 
@@ -368,5 +338,5 @@ def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     ahead = lead * (v + 0.5 * lead * np.gradient(v, step)) if lead else 0.0
     rest = smoothed(part["e_c_measured"] + part["s_w"] - s_tip + requested, step) - ahead
     use = np.isfinite(rest) & np.isfinite(v)
-    centred = [np.where(use, x, np.nan) for x in (rest, v)]
+    centred = [np.where(use, x, np.nan) for x in (v, rest)]
     return (*((x - np.nanmean(x) if use.any() else x)[::n] for x in centred), part.blocks(part.t)[::n])

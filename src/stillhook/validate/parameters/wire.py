@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.statistics.blocks import Fit, fit, pooled
+from stillhook.statistics.blocks import Fit, fit
 from stillhook.statistics.estimate import Estimate
-from stillhook.validate.parameters.segments import LogPart, by_test, stacked
-from stillhook.validate.parameters.signals import EDGE, LEAST_PP, Sea, TipDelay, compensates, sea_of
+from stillhook.validate.parameters.segments import ByTest, LogPart, by_test, stacked
+from stillhook.validate.parameters.signals import Sea, in_band, sea_of
 
 WIDEST = 0.25
 """Half width of an interval up to which an elongation that agrees is reported as shown [-]: the criteria's limit."""
@@ -38,43 +38,38 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class WireElongation:
-    """One test. error: elongation under load over the twin's, less 1, of a wire without mass [-]; lighter: what a
-    uniform wire shows whose mass is part of the stated load, over one without mass [-]."""
+    """errors: elongation under load over the twin's, less 1, of a wire without mass [-]; lighter: what a uniform wire
+    shows whose mass is part of the stated load, over one without mass, least of the tests [-]."""
 
-    test: str
-    error: Estimate
+    errors: ByTest
     lighter: float
 
+    @property
+    def open_to_mass(self) -> float:
+        """How much softer the wire may be than this elongation because of its own mass [-]."""
+        return max((1.0 + self.errors.all.value) * (1.0 / self.lighter - 1.0), 0.0)
 
-def wire_elongations(parts: Sequence[LogPart], delays: Sequence[TipDelay]) -> tuple[WireElongation, ...]:
+    @property
+    def overall(self) -> Estimate:
+        """The error over all tests.
+
+        The force shows elongation times mass below. The load of a test may be what the winch carries, wire and all
+        (paper F table 3): then less hangs at the end than the twin has there, and the wire elongates by more than it
+        seems. So much is left open towards a softer wire.
+        """
+        e = self.errors.all
+        return Estimate(e.value, e.low, e.high + self.open_to_mass, e.n)
+
+
+def wire_elongations(parts: Sequence[LogPart], delays: ByTest | None) -> WireElongation | None:
     """Elongation of the wire in every test with heave compensation and a logged load cell whose force determines it,
-    with the tip ahead by its delay."""
-    late = {d.test: d.delay.value for d in delays}
-    usable = [p for p in parts if p.test in late and compensates(p, LEAST_PP) and p.knows("F_w", "s_tip", "s_w")]
-    tests = by_test([p for p in usable if p.segment.duration > 4.0 * EDGE])
-    return tuple(
-        WireElongation(test, error, shown_with_mass(max(map(_share, same))))
-        for test, same in tests.items()
-        if (error := _error(same, late[test])) is not None
-    )
-
-
-def overall(found: Sequence[WireElongation]) -> Estimate | None:
-    """The error over all tests; None where there are none.
-
-    The force shows elongation times mass below. The load of a test may be what the winch carries, wire and all (paper F
-    table 3): then less hangs at the end than the twin has there, and the wire elongates by more than it seems. So much
-    is left open towards a softer wire.
-    """
-    if not found:
-        return None
-    e = pooled([x.error for x in found])
-    return Estimate(e.value, e.low, e.high + open_to_mass(found, e.value), e.n)
-
-
-def open_to_mass(found: Sequence[WireElongation], value: float) -> float:
-    """How much softer the wire may be than this elongation because of its own mass [-]."""
-    return max((1.0 + value) * (1.0 / min(x.lighter for x in found) - 1.0), 0.0)
+    with the tip ahead by its delay; None where none does."""
+    late = {test: d.value for test, d in delays.tests.items()} if delays is not None else {}
+    tests = by_test([p for p in in_band(parts) if p.test in late])
+    errors = {test: e for test, same in tests.items() if (e := _error(same, late[test])) is not None}
+    by = ByTest.of(errors)
+    lighter = [shown_with_mass(max(map(_share, tests[test]))) for test in errors]
+    return None if by is None else WireElongation(by, min(lighter))
 
 
 def detected(error: Estimate) -> bool:

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from stillhook.base.progress import Progress
 from stillhook.physics.scalar import G
-from stillhook.report.document import Table
 from stillhook.spec.crane import Crane, passive_of
-from stillhook.statistics.estimate import Estimate, extremes
-from stillhook.units import number, show
+from stillhook.statistics.estimate import Estimate
+from stillhook.units import number
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters.check import HEADER, Row, error_row, row
-from stillhook.validate.parameters.measures import lacking_for_torque, rests_on, undetermined
-from stillhook.validate.parameters.segments import OIL, LogPart, parts_of
+from stillhook.validate.data_set.record import Record
+from stillhook.validate.parameters.check import Row, error_row, parameter_table, row
+from stillhook.validate.parameters.measures import by_test, rests_on, torque_lacks, undetermined
+from stillhook.validate.parameters.segments import OIL, ByTest, LogPart, parts_of
 from stillhook.validate.passive import gas as gas_law
-from stillhook.validate.passive import orders, torque
+from stillhook.validate.passive import motors
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ class PassiveEstimates:
     level: gas_law.Level | None
     gas: gas_law.Curve | None
     stroke: gas_law.Stroke | None
-    displacement: gas_law.Displacement | None
-    shares: tuple[torque.Share, ...]
-    setting: orders.Setting | None
-    make_up: orders.MakeUp | None
+    displacement: ByTest | None
+    shares: tuple[motors.Share, ...]
+    setting: ByTest | None
+    make_up: motors.MakeUp | None
 
 
 def passive_estimates(parts: Sequence[LogPart], progress: Progress) -> PassiveEstimates:
@@ -42,9 +42,9 @@ def passive_estimates(parts: Sequence[LogPart], progress: Progress) -> PassiveEs
     progress(0.25)
     stroke, displacement = gas_law.stroke(parts, gas), gas_law.displacement(parts)
     progress(0.5)
-    shares = torque.shares(parts)
+    shares = motors.shares(parts)
     progress(0.75)
-    setting, make_up = orders.setting(parts), orders.make_up(parts)
+    setting, make_up = motors.setting(parts), motors.make_up(parts)
     return PassiveEstimates(tuple(parts), level, gas, stroke, displacement, shares, setting, make_up)
 
 
@@ -58,237 +58,193 @@ DRY_WORTH = 0.3e5
 """Dry friction of the piston that is reported [Pa]."""
 NEAR_INTEGER = 0.25
 """Tolerance of the number of motors to an integer that is named [-]."""
+OTHER_VOLUME = 0.2
+"""Error of the gas volume from which another index is named [-]."""
 
 
-def measures(crane: Crane, estimates: PassiveEstimates) -> tuple[Measure, ...]:
+def measures(crane: Crane, e: PassiveEstimates) -> tuple[Measure, ...]:
     """Every measure of step 6; one without a value says what to log."""
     return (
-        *_level(crane, estimates),
-        *_gas(crane, estimates),
-        *_stroke(crane, estimates),
-        *_motors(crane, estimates),
-        *_flow(crane, estimates),
-        *_setting(estimates),
-        *_make_up(estimates),
+        *_level(crane, e),
+        *_gas(crane, e),
+        *_stroke(crane, e),
+        *_motors(crane, e),
+        *_displacement(crane, e),
+        *_setting(crane, e),
+        *_make_up(e),
     )
 
 
 def _measure(
-    name: str, e: Estimate, calibration: float, *, law: float = 0.0, test: str = "", data: str = "", note: str = ""
+    name: str, e: Estimate, calibration: float, *notes: str, law: float = 0.0, test: str = "", data: str = ""
 ) -> Measure:
     """A measure whose interval includes, in addition to its scatter, uncertainties of calibrations and the form of the
     law: relative half widths."""
     total = math.sqrt(e.half**2 + calibration**2 + law**2)
     if not MEASURES[name].quantity:
         data += f", with {100.0 * calibration:.1f} % for calibrations"
-    return Measure.of(name, Estimate.around(e.value, total, e.n, law), test=test, data=data, note=note)
+    return Measure.of(name, Estimate.around(e.value, total, e.n, law), *notes, test=test, data=data)
 
 
-def spread(tests: dict[str, Estimate], quantity: str) -> str:
-    """Smallest and largest of several tests in words; "" of one."""
-    each = extremes(_values(tests), lambda x: show(x, quantity, 4))
-    return f"; {each} by test" if each else ""
-
-
-def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
-    level = estimates.level
-    if level is None:
+def _level(crane: Crane, e: PassiveEstimates) -> list[Measure]:
+    if e.level is None:
         return undetermined("precharge_error")
-    p_0 = passive_of(crane).accumulator.gas.p_0
-    e = Estimate.around(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.n)
-    whence = (
-        "carried to mid stroke by V_acc"
-        if level.placed
-        else "the mean, which is held by make-up; log V_acc for the pressure of the gas itself"
+    p, p_0 = e.level.p, passive_of(crane).accumulator.gas.p_0
+    x = Estimate.around(p.all.value / p_0 - 1.0, p.all.half / p_0, p.all.n)
+    notes = (
+        Note("precharge", log=p.all.value, file=p_0),
+        Note("by-place" if e.level.placed else "by-mean"),
+        by_test(p.tests, "pressure 4"),
     )
-    implied, file = (show(x, "pressure", 4) for x in (level.p.value, p_0))
-    against = f"not {file}" if abs(e.value) > 0.02 else f"{file} in the crane file"
-    note = f"precharge {implied}, {against} ({whence})"
-    data = rests_on(estimates.parts, level.tests, level.p.n)
-    return [_measure("precharge_error", e, TRANSMITTER / p_0, data=data, note=note + spread(level.tests, "pressure"))]
+    return [_measure("precharge_error", x, TRANSMITTER / p_0, *notes, data=rests_on(e.parts, p.tests, p.all.n))]
 
 
-def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
-    gas, passive = estimates.gas, passive_of(crane)
+def _gas(crane: Crane, e: PassiveEstimates) -> list[Measure]:
+    gas, names = e.gas, ("gas_volume_error", "piston_loss_difference")
     if gas is None:
-        lacks = dict.fromkeys(n for p in estimates.parts for n in p.lacking(*OIL, "omega_m"))
-        note = f"log {', '.join(lacks)}" if lacks else ""
-        return undetermined("gas_volume_error", "piston_loss_difference", note=note)
-    acc, data = passive.accumulator, rests_on(estimates.parts, gas.tests, gas.V.n)
+        lacks = tuple(dict.fromkeys(n for p in e.parts for n in p.lacking(*OIL, "omega_m")))
+        return undetermined(*names, note=Note("log", signals=lacks) if lacks else "")
+    acc, data = passive_of(crane).accumulator, rests_on(e.parts, gas.V.tests, gas.V.all.n)
+    V, calibration = volume(e, gas)
     V_0 = acc.gas.V_0
-    V, calibration = volume(estimates, gas)
-    e = Estimate.around(V.value / V_0 - 1.0, V.half / V_0, V.n)
-    note = volume_says(V.value, V_0, gas_law.index(estimates.parts[0]))
+    x = Estimate.around(V.value / V_0 - 1.0, V.half / V_0, V.n)
+    notes = [*volume_notes(V.value, V_0, gas_law.index(e.parts[0])), by_test(gas.V.tests, "volume 4")]
     Q = crane.active.pump.D_total * crane.active.pump.omega_p
     loss = Estimate.around(gas.loss.value - acc.R_piston * Q, gas.loss.half, gas.loss.n)
-    wide, file = (show(2.0 * p, "pressure", 3) for p in (gas.loss.value, acc.R_piston * Q))
-    dry = f", {show(2.0 * gas.dry, 'pressure', 2)} of it dry" if gas.dry > DRY_WORTH else ""
-    loop = f"the loop of pressure over oil is {wide} wide at {show(Q, 'flow', 3)}{dry}, {file} in the crane file"
-    note += spread(gas.tests, "volume")
+    loop = [Note("loop", log=2.0 * gas.loss.value, Q=Q, file=2.0 * acc.R_piston * Q)]
+    loop += [Note("loop-dry", dry=2.0 * gas.dry)] if gas.dry > DRY_WORTH else []
     swing = TRANSMITTER_SWING * gas.loss.value
     return [
-        _measure("gas_volume_error", e, calibration, law=gas_law.FORM, data=data, note=note),
-        _measure("piston_loss_difference", loss, swing, law=gas_law.LOSS_DOUBT, data=data, note=loop),
+        _measure(names[0], x, calibration, *notes, law=gas_law.FORM, data=data),
+        _measure(names[1], loss, swing, *loop, law=gas_law.LOSS_DOUBT, data=data),
     ]
 
 
-def volume(estimates: PassiveEstimates, gas: gas_law.Curve) -> tuple[Estimate, float]:
+def volume(e: PassiveEstimates, gas: gas_law.Curve) -> tuple[Estimate, float]:
     """Gas volume with the displacement that the torque shows to work (dead motors move no oil), and the part of it that
     calibrations leave open [-]: settings where there is no torque balance, else the share of the motors."""
-    if not estimates.shares:
-        return gas.V, torque.SETTING_DOUBT
-    share, doubt = torque.overall(estimates.shares)
+    V = gas.V.all
+    if not e.shares:
+        return V, motors.SETTING_DOUBT
+    share, doubt = motors.overall(e.shares)
     works = 1.0 + share.value
-    half = math.hypot(works * gas.V.half, share.half * gas.V.value)
-    return Estimate.around(works * gas.V.value, half, gas.V.n), doubt
+    return Estimate.around(works * V.value, math.hypot(works * V.half, share.half * V.value), V.n), doubt
 
 
-def volume_says(V: float, V_0: float, n: float) -> str:
+def volume_notes(V: float, V_0: float, n: float) -> list[Note]:
     """Volume implied by the stiffness at the file's index n, and index at the file's volume: the stiffness gives only
     their ratio."""
-    at_file = n * V_0 / V
-    not_this = "not " if abs(V / V_0 - 1.0) > 0.2 else ""
-    text = (
-        f"gas volume {show(V, 'volume', 3)} at n {number(n, 3)}, {not_this or 'and '}{show(V_0, 'volume', 3)} in the"
-        " crane file"
-    )
-    soft, stiff = (show(V * x / n, "volume", 3) for x in (gas_law.SOFT, gas_law.STIFF))
-    text += f"; the stiffness determines only n / V: {soft} to {stiff} for n of {gas_law.SOFT} to {gas_law.STIFF}"
-    if not_this and not gas_law.SOFT <= at_file <= gas_law.STIFF:
-        text += f", and no n of nitrogen (here {at_file:.2f}) makes it the file's volume"
-    elif not_this:
-        text += f', or n {at_file:.2f} at the file\'s volume (real nitrogen is stiffer than n 1.4: model = "nitrogen")'
-    return text
-
-
-def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
-    stroke = estimates.stroke
-    if stroke is None:
-        return undetermined("stroke_used", "stroke_end_time")
-    whence = "V_acc" if stroke.placed else "the pressure along the implied gas curve"
-    ends = f"{show(stroke.low, 'volume', 2)} to {show(stroke.high, 'volume', 2)} about mid stroke by {whence}"
-    V = show(passive_of(crane).accumulator.V_stroke, "volume", 3)
-    tests = rests_on(estimates.parts, [p.test for p in estimates.parts])
-    end = f"; the pressure changes as with a piston at its end at {stroke.where}" if stroke.where else ""
-    return [
-        Measure.of("stroke_used", stroke.used, data=tests, note=f"{ends}, of a stroke of {V}"),
-        Measure.of("stroke_end_time", stroke.at_end, data=tests, note=f"{ends}{end}"),
+    at_file, soft, stiff = n * V_0 / V, V * gas_law.SOFT / n, V * gas_law.STIFF / n
+    out = [
+        Note("volume", log=V, n=n, file=V_0),
+        Note("volume-range", soft=soft, stiff=stiff, n_soft=gas_law.SOFT, n_stiff=gas_law.STIFF),
     ]
-
-
-def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
-    names = ("passive_motors_error", "passive_torque_error")
-    if not estimates.shares:
-        return undetermined(*names, note=lacking_for_torque(estimates.parts))
-    share, structural = torque.overall(estimates.shares)
-    total = Estimate.around(share.value, math.hypot(share.half, structural), share.n)  # words use the total uncertainty
-    full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
-    data = rests_on(estimates.parts, [s.test for s in estimates.shares], share.n)
-    out = [_measure(names[0], share, structural, data=data, note=motors_say(crane, estimates, total))]
-    for s in estimates.shares:
-        over = max(s.T_load, 0.25 * full)
-        e = Estimate.around(s.standing.value / over, s.standing.half / over, s.standing.n)
-        note = (
-            f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} required by the load are not"
-            " explained"
-        )
-        data = rests_on(estimates.parts, [s.test], s.standing.n)
-        out.append(_measure(names[1], e, s.structural, test=f"test {s.test}", data=data, note=note))
+    if abs(V / V_0 - 1.0) > OTHER_VOLUME:
+        out.append(Note("other-n" if gas_law.SOFT <= at_file <= gas_law.STIFF else "no-such-n", n=at_file))
     return out
 
 
-def motors_say(crane: Crane, estimates: PassiveEstimates, share: Estimate) -> str:
+def _stroke(crane: Crane, e: PassiveEstimates) -> list[Measure]:
+    s = e.stroke
+    if s is None:
+        return undetermined("stroke_used", "stroke_end_time")
+    ends = Note("stroke-by-place" if s.placed else "stroke-by-gas", low=s.low, high=s.high)
+    of, data = Note("stroke-of", V=passive_of(crane).accumulator.V_stroke), rests_on(e.parts, [p.test for p in e.parts])
+    end = Note("at-an-end", where=s.where) if s.where else ""
+    return [
+        Measure.of("stroke_used", s.used, ends, of, data=data),
+        Measure.of("stroke_end_time", s.at_end, ends, end, data=data),
+    ]
+
+
+def _motors(crane: Crane, e: PassiveEstimates) -> list[Measure]:
+    names = ("passive_motors_error", "passive_torque_error")
+    if not e.shares:
+        return undetermined(*names, note=torque_lacks(e.parts))
+    share, structural = motors.overall(e.shares)
+    total = Estimate.around(share.value, math.hypot(share.half, structural), share.n)  # causes rest on all of it
+    full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
+    data = rests_on(e.parts, [s.test for s in e.shares], share.n)
+    out = [_measure(names[0], share, structural, *motor_notes(crane, e, total), data=data)]
+    for s in e.shares:
+        over = max(s.T_load, 0.25 * full)
+        x = Estimate.around(s.standing.value / over, s.standing.half / over, s.standing.n)
+        note = Note("torque-unexplained", standing=s.standing.value, load=s.T_load)
+        data = rests_on(e.parts, [s.test], s.standing.n)
+        out.append(_measure(names[1], x, s.structural, note, test=f"test {s.test}", data=data))
+    return out
+
+
+def motor_notes(crane: Crane, e: PassiveEstimates, share: Estimate) -> list[Note]:
     """Number of motors by their torque, compared with the load cell, and remaining explanations."""
     count = passive_of(crane).motor.count
     working = count * (1.0 + share.value)
-    text = f"torque of {number(working, 3)} of {count} motors"
-    counted = count / (1.0 + estimates.setting.gain.value) if estimates.setting is not None else math.nan
+    counted = count / (1.0 + e.setting.all.value) if e.setting is not None else math.nan
     nearest = round(working)
     near = abs(working - nearest) < NEAR_INTEGER and nearest != count
+    out = [Note("motors", working=working, count=count)]
     if near and not share.low <= 0.0 <= share.high:
         if abs(counted - nearest) < NEAR_INTEGER:
-            text = (
-                f"{working:.1f} motors, not {count}: the PLC also uses {nearest}, so the number in the crane file is"
-                " wrong"
-            )
+            out = [Note("motors-counted", working=working, count=count, nearest=nearest)]
         elif nearest < count:
-            text = f"{working:.1f} of {count} motors work: {count - nearest} dead" + (
-                ", and the PLC assumes all" if counted > working else ""
-            )
+            out = [Note("motors-dead", working=working, count=count, dead=count - nearest)]
+            out += [Note("motors-assumed")] if counted > working else []
         else:
-            text = f"torque of {working:.1f} motors, {count} in the crane file"
-    by_weight = [s for s in estimates.shares if s.by_weight is not None]
+            out = [Note("motors-more", working=working, count=count)]
+    by_weight = {s.test: (s.share.value, s.by_weight) for s in e.shares if s.by_weight is not None}
     if by_weight:
-        apart = max(by_weight, key=lambda s: abs(s.share.value - (s.by_weight or 0.0)))
-        error = apart.share.value - (apart.by_weight or 0.0)
-        cell = f"; load cell {100.0 * error:+.1f} % from the stated load in {apart.test}"
-        if abs(error) > APART:
-            by_cell, stated = count * (1.0 + apart.share.value), count * (1.0 + (apart.by_weight or 0.0))
-            each = f"{number(by_cell, 3)} motors by the cell, {number(stated, 3)} by the stated load"
-            return f"{text}{cell}: {each}; correct load cell or load first"
-        text += cell
-    return text
+        test, (cell, stated) = max(by_weight.items(), key=lambda x: abs(x[1][0] - x[1][1]))
+        out.append(Note("cell-and-load", error=cell - stated, test=test))
+        if abs(cell - stated) > APART:
+            out.append(Note("cell-or-load", cell=count * (1.0 + cell), stated=count * (1.0 + stated)))
+    return out
 
 
-def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
-    moved = estimates.displacement
-    if moved is None:
+def _displacement(crane: Crane, e: PassiveEstimates) -> list[Measure]:
+    if e.displacement is None:
         return undetermined("passive_flow_error")
-    count = passive_of(crane).motor.count
-    note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
-    data = rests_on(estimates.parts, moved.tests, moved.error.n)
-    return [_measure("passive_flow_error", moved.error, torque.SETTING_DOUBT, data=data, note=note)]
+    x, count = e.displacement.all, passive_of(crane).motor.count
+    note, data = Note("oil-reaches", motors=count * (1.0 + x.value), count=count), e.displacement.tests
+    return [_measure("passive_flow_error", x, motors.SETTING_DOUBT, note, data=rests_on(e.parts, data, x.n))]
 
 
-def _setting(estimates: PassiveEstimates) -> list[Measure]:
-    s = estimates.setting
-    if s is None:
+def _setting(crane: Crane, e: PassiveEstimates) -> list[Measure]:
+    if e.setting is None:
         return undetermined("passive_setting_error")
-    count = passive_of(estimates.parts[0].crane).motor.count
-    motors = count / (1.0 + s.gain.value)
-    note = (
-        f"the motors' setting is {1.0 + s.gain.value:.3f} times that required by load cell and pressure: the PLC"
-        " assumes"
-        f" {motors:.1f} motors"
+    x = e.setting.all
+    assumed = passive_of(crane).motor.count / (1.0 + x.value)
+    notes = (
+        Note("setting-by-law", times=1.0 + x.value, motors=assumed),
+        Note("other-load") if abs(x.value) > APART else "",
     )
-    note += ", or reads another load than the log" if abs(s.gain.value) > APART else ""
-    data = rests_on(estimates.parts, s.tests, s.gain.n)
-    return [_measure("passive_setting_error", s.gain, torque.SETTING_DOUBT, data=data, note=note)]
+    data = rests_on(e.parts, e.setting.tests, x.n)
+    return [_measure("passive_setting_error", x, motors.SETTING_DOUBT, *notes, data=data)]
 
 
-def _make_up(estimates: PassiveEstimates) -> list[Measure]:
-    m = estimates.make_up
-    if m is None:
+def _make_up(e: PassiveEstimates) -> list[Measure]:
+    if e.make_up is None:
         return undetermined("make_up_error")
-    note = f"set pressure and transmitter {show(m.offset, 'pressure', 2)} apart"
-    data = rests_on(estimates.parts, [p.test for p in estimates.parts if p.has("alpha_pp")])
-    return [Measure.of("make_up_error", m.gain, data=data, note=note)]
+    data = rests_on(e.parts, [p.test for p in e.parts if p.has("alpha_pp")])
+    return [Measure.of("make_up_error", e.make_up.gain, Note("make-up", apart=e.make_up.offset), data=data)]
 
 
-def table(crane: Crane, estimates: PassiveEstimates) -> Table:
+def _rows(crane: Crane, e: PassiveEstimates) -> Iterator[Row]:
     """One row a parameter, the motors' share one a test as well."""
-    passive, rows = passive_of(crane), list[Row]()
-    level, gas_curve, settings, made_up = estimates.level, estimates.gas, estimates.setting, estimates.make_up
+    passive = passive_of(crane)
     gas, count = passive.accumulator.gas, passive.motor.count
-    if level is not None:
-        rows.append(_row("precharge", gas.p_0, level.p, "pressure", level.tests))
-    if gas_curve is not None:
-        rows.append(_row(f"gas volume at n {number(gas.n, 3)}", gas.V_0, gas_curve.V, "volume", gas_curve.tests))
-    rows += [error_row("motors that work", count, s.share, "", [s.test]) for s in estimates.shares]
-    if estimates.shares:
-        share, structural = torque.overall(estimates.shares)
+    implied = [("precharge", gas.p_0, e.level.p, "pressure")] if e.level is not None else []
+    implied += [(f"gas volume at n {number(gas.n, 3)}", gas.V_0, e.gas.V, "volume")] if e.gas is not None else []
+    for name, twin, x, kind in implied:
+        yield row(name, twin, x.all, kind, x.tests, x.all.value / twin - 1.0)
+    yield from (error_row("motors that work", count, s.share, "", [s.test]) for s in e.shares)
+    if e.shares:
+        share, structural = motors.overall(e.shares)
         both = Estimate.around(share.value, (share.half**2 + structural**2) ** 0.5)
-        tests = [s.test for s in estimates.shares]
-        rows.append(error_row("motors, with load and calibration", count, both, "", tests))
-    if settings is not None:
-        rows.append(error_row("setting over its law", 1.0, settings.gain, "", settings.tests))
-    if made_up is not None:
-        rows.append(error_row("make-up over its law", 1.0, made_up.gain, "", ()))
-    return Table(HEADER, tuple(rows), "The passive circuit by the logs, against the crane file")
-
-
-def _row(name: str, twin: float, e: Estimate, quantity: str, tests: Iterable[str]) -> Row:
-    return row(name, twin, e, quantity, tests, e.value / twin - 1.0)
+        yield error_row("motors, with load and calibration", count, both, "", [s.test for s in e.shares])
+    if e.setting is not None:
+        yield error_row("setting over its law", 1.0, e.setting.all, "", e.setting.tests)
+    if e.make_up is not None:
+        yield error_row("make-up over its law", 1.0, e.make_up.gain, "", ())
 
 
 def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[PassiveEstimates]:
@@ -299,17 +255,7 @@ def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Pro
     log.
     """
     e = passive_estimates(parts_of(campaign, records), progress)
-    data = {
-        "level": e.level,
-        "gas": e.gas,
-        "stroke": e.stroke,
-        "displacement": e.displacement,
-        "shares": e.shares,
-        "setting": e.setting,
-        "make_up": e.make_up,
-    }
-    return Step(StepNumber.PASSIVE, measures(campaign.crane, e), (), (table(campaign.crane, e),), data, e)
-
-
-def _values(tests: Mapping[str, Estimate]) -> dict[str, float]:
-    return {test: e.value for test, e in tests.items()}
+    table = parameter_table(list(_rows(campaign.crane, e)), "The passive circuit by the logs, against the crane file")
+    names = ("level", "gas", "stroke", "displacement", "shares", "setting", "make_up")
+    data = {name: getattr(e, name) for name in names}
+    return Step(StepNumber.PASSIVE, measures(campaign.crane, e), (), (table,), data, e)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,16 +23,19 @@ from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.segments import (
     OIL,
+    ByTest,
+    Columns,
     LogPart,
     bridged,
     by_test,
     differences,
+    fits,
     integral,
     later,
     moments,
     stacked,
 )
-from stillhook.validate.passive.torque import dry, flow, mean_every
+from stillhook.validate.passive.motors import dry, flow, mean_every
 
 EVERY = 0.2
 """Width of the means of which levels and excursions are taken [s]."""
@@ -63,12 +65,10 @@ al. 2000, as `stillhook.engine.pack.gas.nitrogen_isentrope`)."""
 
 @dataclass(frozen=True)
 class Level:
-    """Pressure at mid stroke of all tests. p: [Pa]; tests: by test; placed: the piston's position was logged, so that
-    the level is that of the gas; else it is the mean, which the make-up pumps hold at the set pressure whatever the gas
-    has."""
+    """p: pressure at mid stroke [Pa]; placed: the piston's position was logged, so that the level is that of the gas;
+    else it is the mean, which the make-up pumps hold at the set pressure whatever the gas has."""
 
-    p: Estimate
-    tests: dict[str, Estimate]
+    p: ByTest
     placed: bool
 
 
@@ -76,26 +76,17 @@ class Level:
 class Curve:
     """Gas curve of all tests. V: gas volume that the stiffness implies with the file's n [m^3]; R: pressure per flow
     [Pa s/m^3], dry: that of dry friction [Pa], loss: both at the flow of all active pumps [Pa]; p: pressure that it
-    holds at [Pa]; tests: V by test; dV, dp, dQ, d_dry: differences in windows, for figures."""
+    holds at [Pa]; dV, dp, dQ, d_dry: differences in windows, for figures."""
 
-    V: Estimate
+    V: ByTest
     R: float
     dry: float
     loss: Estimate
     p: float
-    tests: dict[str, Estimate]
     dV: FloatArray
     dp: FloatArray
     dQ: FloatArray
     d_dry: FloatArray
-
-
-@dataclass(frozen=True)
-class Displacement:
-    """error: oil that reaches the piston by V_acc over what the file's motors move, less 1; tests: by test."""
-
-    error: Estimate
-    tests: dict[str, Estimate]
 
 
 @dataclass(frozen=True)
@@ -117,14 +108,13 @@ def levels(parts: Sequence[LogPart]) -> Level | None:
     usable = [p for p in parts if p.has("p_hp")]
     usable = [p for p in usable if p.kind is Kind.AHC] or usable
     placed = bool(usable) and all(p.has("V_acc") for p in usable)
-    tests = {}
-    for test, same in by_test(usable).items():
-        p = np.concatenate([_at_middle(part, placed) for part in same])
-        block = np.concatenate([part.blocks(part.t[:: max(1, round(EVERY / part.step))]) for part in same])
-        fitted = fit((np.ones_like(p),), p, block)
-        if fitted is not None:
-            tests[test] = fitted.estimate(0)
-    return Level(pooled(list(tests.values())), tests, placed) if tests else None
+
+    def rows(part: LogPart) -> Columns:
+        p = _at_middle(part, placed)
+        return np.ones_like(p), p, part.blocks(part.t[:: max(1, round(EVERY / part.step))])
+
+    p = ByTest.of({f.test: f.fit.estimate(0) for f in fits(usable, rows)})
+    return None if p is None else Level(p, placed)
 
 
 def _at_middle(part: LogPart, placed: bool) -> FloatArray:
@@ -154,68 +144,69 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
     volumes, losses, rows = {}, [], []
     usable = [p for p in parts if p.kind is Kind.AHC and not p.lacking(*OIL, "omega_m")]
     lag = _lag(usable)
-    for test, segments in by_test(usable).items():
-        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in segments)
-        acc = passive_of(segments[0].crane).accumulator
+    for test, same in by_test(usable).items():
+        dV, dQ, d_dry, one, dp, block = stacked(_rows(p, lag) for p in same)
+        acc = passive_of(same[0].crane).accumulator
         if not np.isfinite(dV).any() or np.nanstd(dV) < LEAST_OIL * acc.V_stroke:
             continue
-        pump = segments[0].crane.active.pump
+        pump = same[0].crane.active.pump
         full = pump.D_total * pump.omega_p
         # the loss of a full flow is then one coefficient
-        fitted = fit((dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block)
+        fitted = fit((dV, dQ - d_dry * full, d_dry, one), dp, block)
         if fitted is None or not fitted.b[0] > 0.0:
             continue
-        p = float(np.nanmean(np.concatenate([part["p_hp"] for part in segments])))
-        V = acc.gas.V_0 * stiffness(segments[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
+        p = float(np.nanmean(np.concatenate([part["p_hp"] for part in same])))
+        V = acc.gas.V_0 * stiffness(same[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
         volumes[test] = Estimate.around(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
         losses.append(fitted.estimate(2))
         rows.append((p, dV, dp, dQ, d_dry, float(fitted.b[1]), float(fitted.b[2]) - full * float(fitted.b[1])))
-    if not volumes:
+    by = ByTest.of(volumes)
+    if by is None:
         return None
     dV, dp, dQ, d_dry = (np.concatenate([row[i] for row in rows]) for i in (1, 2, 3, 4))
     p, R, level = (float(np.mean([row[i] for row in rows])) for i in (0, 5, 6))
-    return Curve(pooled(list(volumes.values())), R, level, pooled(losses), p, volumes, dV, dp, dQ, d_dry)
+    return Curve(by, R, level, pooled(losses), p, dV, dp, dQ, d_dry)
 
 
 def _lag(parts: Sequence[LogPart]) -> float:
     """By how much the logged pressure comes later than the flow [s], from the residual of three lags; 0 where none
     between is least."""
-    if not parts:
-        return 0.0
     residuals = []
-    for lag in (-LAG, 0.0, LAG):
-        dV, dQ, d_dry, dp, block = stacked(_rows(p, lag) for p in parts)
-        fitted = fit((dV, dQ, d_dry, np.ones_like(dV)), dp, block)
-        if fitted is None:
+    for lag in (-LAG, 0.0, LAG) if parts else ():
+        *columns, dp, block = stacked(_rows(p, lag) for p in parts)
+        if (fitted := fit(columns, dp, block)) is None:
             return 0.0
         residuals.append(fitted.sd**2)
+    if not residuals:
+        return 0.0
     bend = residuals[0] - 2.0 * residuals[1] + residuals[2]
     lag = 0.5 * LAG * (residuals[0] - residuals[2]) / bend if bend > 0.0 else 0.0
     return lag if abs(lag) <= LAG else 0.0
 
 
-def _rows(part: LogPart, lag: float) -> tuple[NDArray[Any], ...]:
-    """Differences over windows: oil moved, flow, side of dry friction, all lag [s] later, and pressure; block."""
+def _rows(part: LogPart, lag: float) -> Columns:
+    """Differences over windows: oil moved, flow, side of dry friction, all lag [s] later, one, and pressure; block."""
     step = part.step
     Q = later(flow(part), step, lag)
-    curves = (integral(Q, step), Q, dry(Q, part), bridged(part["p_hp"], step))
-    return (*(differences(x, step) for x in curves), part.blocks(moments(part)))
+    oil, Q, side, p = (differences(x, step) for x in (integral(Q, step), Q, dry(Q, part), bridged(part["p_hp"], step)))
+    return oil, Q, side, np.ones_like(oil), p, part.blocks(moments(part))
 
 
-def displacement(parts: Sequence[LogPart]) -> Displacement | None:
-    """Oil displaced by the motors, from the logged position of the piston; None without it or without motion."""
-    tests = {}
+def displacement(parts: Sequence[LogPart]) -> ByTest | None:
+    """Oil that reaches the piston, by its logged position, over what the file's motors and make-up move, less 1; None
+    without it or without motion."""
+
+    def rows(p: LogPart) -> Columns:
+        dV, measured = (differences(x, p.step) for x in (integral(flow(p), p.step), bridged(p["V_acc"], p.step)))
+        return dV, np.ones_like(dV), measured, p.blocks(moments(p))
+
     usable = [p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not p.lacking(*OIL, "omega_m")]
-    for test, same in by_test(usable).items():
-        # over windows: oil that the file's motors and make-up move, oil in the accumulator
-        curves = [(p, integral(flow(p), p.step), bridged(p["V_acc"], p.step)) for p in same]
-        dV, measured, block = stacked(
-            (differences(oil, p.step), differences(V, p.step), p.blocks(moments(p))) for p, oil, V in curves
-        )
-        fitted = fit((dV, np.ones_like(dV)), measured, block)
-        if fitted is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(same[0].crane).accumulator.V_stroke:
-            tests[test] = fitted.estimate(0, -1.0)
-    return Displacement(pooled(list(tests.values())), tests) if tests else None
+    tests = {
+        f.test: f.fit.estimate(0, -1.0)
+        for f in fits(usable, rows)
+        if np.nanstd(f.columns[0]) >= LEAST_OIL * passive_of(f.parts[0].crane).accumulator.V_stroke
+    }
+    return ByTest.of(tests)
 
 
 def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:
@@ -249,7 +240,7 @@ def place(part: LogPart, gas: Curve | None) -> FloatArray:
     Q = mean_every(flow(part), part, EVERY)
     p = mean_every(part["p_hp"], part, EVERY) - gas.R * Q - gas.dry * dry(Q, part)
     with np.errstate(invalid="ignore"):
-        return np.asarray(gas.V.value * (1.0 - (np.maximum(p, 1.0) / gas.p) ** (-1.0 / n)))
+        return np.asarray(gas.V.all.value * (1.0 - (np.maximum(p, 1.0) / gas.p) ** (-1.0 / n)))
 
 
 def _at_an_end(part: LogPart, x: FloatArray, gas: Curve | None) -> NDArray[np.bool_]:

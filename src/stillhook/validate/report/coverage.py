@@ -13,7 +13,7 @@ from stillhook.sea.motion.recorded import wave_periods
 from stillhook.validate.ahc.replay import SETTLE, usable
 from stillhook.validate.criteria.results import MEASURES, OF_SIGNAL, Measure
 from stillhook.validate.data_set.check import RESTS, tip_ranges
-from stillhook.validate.data_set.records.record import Record, Segment, filled
+from stillhook.validate.data_set.record import Record, Segment, filled
 from stillhook.validate.validation import Validation
 from stillhook.variables import WINDOW
 

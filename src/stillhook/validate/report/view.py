@@ -13,7 +13,7 @@ from stillhook.spec.crane import Crane
 from stillhook.units import number
 from stillhook.validate.criteria.criteria import DetectionLimits, detection_limits
 from stillhook.validate.criteria.results import MEASURES, CriterionResult, Measure, Outcome, Step, Verdict
-from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.data_set.record import Record, Segment
 from stillhook.validate.report.coverage import envelope_of, unjudged, unjudged_says
 from stillhook.validate.report.texts import (
     WORDS,

@@ -2,31 +2,19 @@
 extremes and limits."""
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from stillhook.base.variable import Row
-from stillhook.physics.hydraulics.cavitation import (
-    line_pressure,
-    vapour_drawn,
-    vapour_share,
-    void_energy,
-    void_volume,
-)
-from stillhook.physics.hydraulics.lines import (
-    Boost,
-    Flushing,
-    Relief,
-    boost_flows,
-    external_leakage,
-    flushing_flow,
-    internal_leakage,
-    relief_flow,
-)
+from stillhook.control.interface import Sensed
+from stillhook.physics.hydraulics import cavitation, lines
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage, torque_loss_dry
 from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
-from stillhook.physics.hydraulics.swash import STOPPING, MotorControl, Servo
-from stillhook.physics.scalar import fmax, fmin, scalar
-from stillhook.winches.interface import NOT_YET, Cause, Stiffness
+from stillhook.physics.hydraulics.swash import STOPPING, MotorControl, Servo, displacement, known_displacement
+from stillhook.physics.records import replace
+from stillhook.physics.scalar import fmin, scalar
+from stillhook.winches import shaft
+from stillhook.winches.circuits import rows
+from stillhook.winches.interface import Stiffness
+from stillhook.winches.records import folded
 
 
 class ActiveCircuit(NamedTuple):
@@ -41,9 +29,9 @@ class ActiveCircuit(NamedTuple):
     control: MotorControl
     i_C_h: float
     i_beta: float
-    boost: Boost
-    relief: Relief
-    flushing: Flushing
+    boost: lines.Boost
+    relief: lines.Relief
+    flushing: lines.Flushing
     n_full: float
     n_max: float
     P_back: float
@@ -78,20 +66,20 @@ def active_flows(alpha_p, D_m, omega_m, P_a, P_b, f_pump, A):
     Differs from print: p_b is a state of its own, held by boost and flushing instead of constant; neither line falls
     below the vapour pressure.
     """
-    p_a, p_b = line_pressure(P_a), line_pressure(P_b)
-    void_a, void_b = vapour_share(P_a, A.i_beta), vapour_share(P_b, A.i_beta)
+    p_a, p_b = cavitation.line_pressure(P_a), cavitation.line_pressure(P_b)
+    void_a, void_b = cavitation.vapour_share(P_a, A.i_beta), cavitation.vapour_share(P_b, A.i_beta)
     C_leak = f_pump * pump_leakage(alpha_p, A.pumps.leak) + motor_leakage(omega_m, A.motors)
     Q_p = f_pump * pump_flow(alpha_p, A.pumps)
     Q_m = D_m * omega_m
-    Q_int = internal_leakage(C_leak, p_a - p_b)
-    Q_int = Q_int + vapour_drawn(Q_p, void_b, void_a) - vapour_drawn(Q_m, void_a, void_b)
-    Q_ext_a = external_leakage(C_leak, p_a)
-    Q_ext_b = external_leakage(C_leak, p_b)
-    Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, A.boost)
-    Q_relief_a = relief_flow(p_a, A.relief)
-    Q_relief_b = relief_flow(p_b, A.relief)
-    Q_flush_a = flushing_flow(p_a, p_b, A.flushing)
-    Q_flush_b = flushing_flow(p_b, p_a, A.flushing)
+    Q_int = lines.internal_leakage(C_leak, p_a - p_b)
+    Q_int = Q_int + cavitation.vapour_drawn(Q_p, void_b, void_a) - cavitation.vapour_drawn(Q_m, void_a, void_b)
+    Q_ext_a = lines.external_leakage(C_leak, p_a)
+    Q_ext_b = lines.external_leakage(C_leak, p_b)
+    Q_boost_a, Q_boost_b = lines.boost_flows(p_a, p_b, A.boost)
+    Q_relief_a = lines.relief_flow(p_a, A.relief)
+    Q_relief_b = lines.relief_flow(p_b, A.relief)
+    Q_flush_a = lines.flushing_flow(p_a, p_b, A.flushing)
+    Q_flush_b = lines.flushing_flow(p_b, p_a, A.flushing)
     Q_ab = Q_p - Q_m - Q_int
     Q_a = Q_ab - Q_ext_a + Q_boost_a - Q_relief_a - Q_flush_a
     Q_b = -Q_ab - Q_ext_b + Q_boost_b - Q_relief_b - Q_flush_b
@@ -142,135 +130,49 @@ def out_of_boost(f, A):
     return 1.0 if f.Q_boost_a + f.Q_boost_b >= NEAR_LIMIT * A.boost.Q_max else 0.0
 
 
-AlphaP = Annotated[float, Row("1", "", "hoisting positive", "pump displacement over its maximum", "paper E eq. 8")]
-AlphaM = Annotated[float, Row("1", "", "", "motor displacement over its maximum", "paper E eq. 7")]
-PressureA = Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the hoisting side", "eq. 2.1")]
-PressureB = Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the lowering side", "eq. 2.1")]
-OmegaM = Annotated[float, Row("rad/s", "rotation", "hoisting positive", "motor shaft speed", "eq. 2.12")]
-VoidVolume = Annotated[
-    float, Row("m^3", "volume", "", "vapour in the lines: oil that is missing at the vapour pressure", symbol="V_v")
-]
-ReliefFlow = Annotated[
-    float,
-    Row("m^3/s", "flow", "out of the circuit", "flow through the relief valves of the active circuit", symbol="Q_r"),
-]
-FrictionTorque = Annotated[
-    float,
-    Row(
-        "N m",
-        "torque",
-        "against hoisting positive",
-        "friction torque of the complete winch at the motor shaft",
-        "eq. 2.5",
-    ),
-]
-PumpShare = Annotated[float, Row("1", "", "", "share of the active pumps that run", symbol="f_p")]
-HydraulicPower = Annotated[
-    float,
-    Row(
-        "W",
-        "power",
-        "to the pumps positive",
-        "hydraulic power of the power units: active and passive pumps; negative: taken back",
-    ),
-]
-
-ReliefLimit = Annotated[
-    float,
-    Cause("relief", "time with a relief valve of the active or passive circuit open", symbol="t_relief"),
-]
-OverspeedLimit = Annotated[
-    float,
-    Cause("overspeed", "time with the active or passive motors above their speed limit", symbol="t_over"),
-]
-CavitationLimit = Annotated[
-    float,
-    Cause("cavitation", "time with a hydraulic line at or below zero gauge", symbol="t_cav"),
-]
-PowerLimit = Annotated[
-    float,
-    Cause(
-        "power",
-        "time with the hydraulic power units at their limit, or with more power fed back than they take",
-        symbol="t_P",
-    ),
-]
-BoostLimit = Annotated[float, Cause("boost", "time with the boost pump at its limit", symbol="t_boost")]
-
-
-VoidMost = Annotated[float, Row("m^3", "volume", "", "most vapour in the lines together", symbol="max V_v")]
-
-
 class Extremes(NamedTuple):
     """Extremes of the active circuit over a run."""
 
-    p_a_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the hoisting side", symbol="max p_a")]
-    p_b_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the lowering side", symbol="max p_b")]
-    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
-    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
-    void_max: VoidMost
-    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
-    alpha_m_min: Annotated[float, Row("1", "", "", "smallest motor displacement used", symbol="min alpha_m")]
-    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
-    P_hpu_max: Annotated[
-        float,
-        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
-    ]
-    P_hpu_min: Annotated[
-        float,
-        Row(
-            "W",
-            "power",
-            "to the pumps positive",
-            "lowest hydraulic power of the power units; negative: most that was fed back",
-            symbol="min P_hpu",
-        ),
-    ]
+    p_a_max: rows.HighestPressureA
+    p_b_max: rows.HighestPressureB
+    p_max: rows.HighestPressure
+    p_min: rows.LowestPressure
+    void_max: rows.MostVoid
+    alpha_p_max: rows.LargestAlphaP
+    alpha_m_min: rows.LeastAlphaM
+    omega_m_max: rows.HighestSpeed
+    P_hpu_max: rows.HighestPower
+    P_hpu_min: rows.LowestPower
 
 
-BLANK = Extremes(
-    p_a_max=0.0,
-    p_b_max=0.0,
-    p_max=0.0,
-    p_min=NOT_YET,
-    void_max=0.0,
-    alpha_p_max=0.0,
-    alpha_m_min=NOT_YET,
-    omega_m_max=0.0,
-    P_hpu_max=-NOT_YET,
-    P_hpu_min=NOT_YET,
-)
-"""Extremes of nothing yet."""
+BLANK, fold_extremes = folded(Extremes)
+with_pressures = replace(Sensed, "alpha_m", "dp", "dp_load", "p_hp")
 
 
 @scalar
-def fold_extremes(a, y):
-    """Extremes with one more cycle; y Signals of a winch with an active circuit."""
-    return Extremes(
-        p_a_max=fmax(a.p_a_max, y.p_a),
-        p_b_max=fmax(a.p_b_max, y.p_b),
-        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
-        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
-        void_max=fmax(a.void_max, y.V_void),
-        alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
-        alpha_m_min=fmin(a.alpha_m_min, y.alpha_m),
-        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
-        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
-        P_hpu_min=fmin(a.P_hpu_min, y.P_hpu),
-    )
+def readings(x, y, q, m, tick, geo, T_passive, p_hp, p):
+    """What the PLC reads of a winch with an active circuit: the motors' known setting, and pressures.
+
+    x state of the winch, y and q state and point of the load path. T_passive torque of the passive motors now, without
+    losses [N m]; p_hp accumulator pressure [Pa].
+    """
+    A, r = p.active, shaft.sense(x, y, q, m, tick, geo, p)
+    alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
+    dp_load = (r.F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
+    return with_pressures(r, alpha_m, cavitation.line_pressure(x.p_a) - cavitation.line_pressure(x.p_b), dp_load, p_hp)
 
 
 @scalar
 def line_voids(x, i_C_h):
     """Vapour in lines A and B [m^3]; x any state with linear pressures p_a, p_b."""
-    return void_volume(x.p_a, i_C_h) + void_volume(x.p_b, i_C_h)
+    return cavitation.void_volume(x.p_a, i_C_h) + cavitation.void_volume(x.p_b, i_C_h)
 
 
 @scalar
 def line_energy(p_a, p_b, x, i_C_h):
     """Energy of the oil in lines A and B with their voids [J]; p_a, p_b pressures [Pa], x as in `line_voids`."""
     oil = 0.5 * (p_a * p_a + p_b * p_b) / i_C_h
-    return oil + void_energy(x.p_a, i_C_h) + void_energy(x.p_b, i_C_h)
+    return oil + cavitation.void_energy(x.p_a, i_C_h) + cavitation.void_energy(x.p_b, i_C_h)
 
 
 @scalar
@@ -294,8 +196,7 @@ def full_speed(crane: Any, alpha_m: float) -> float:
 
 def lag(crane: Any) -> float:
     """Time by which the pumps lag their command [s]: 2 zeta_p / omega_np."""
-    servo = crane.active.pump.servo
-    return float(2.0 * servo.zeta / servo.omega_n)
+    return float(crane.active.pump.servo.lag)
 
 
 def least_displacement(crane: Any) -> float:

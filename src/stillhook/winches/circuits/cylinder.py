@@ -10,30 +10,20 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.base.variable import Row
 from stillhook.physics.friction import Bristle
+from stillhook.physics.hydraulics import lines
 from stillhook.physics.hydraulics.accumulator import Accumulator
 from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn, vapour_share
 from stillhook.physics.hydraulics.cylinder import Chambers, Ends, RodFriction, rod_friction_dry
-from stillhook.physics.hydraulics.lines import (
-    Boost,
-    Flushing,
-    Relief,
-    boost_flows,
-    external_leakage,
-    flushing_flow,
-    internal_leakage,
-    relief_flow,
-)
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import wire_damping
-from stillhook.physics.scalar import fmax, fmin, scalar
+from stillhook.physics.scalar import scalar
 from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
-from stillhook.winches.circuits import tables
-from stillhook.winches.circuits.active import NEAR_LIMIT, VoidMost, servo_rate
-from stillhook.winches.interface import NOT_YET, Parts, PartSpeed, Stiffness, Stroke
+from stillhook.winches.circuits import packing, rows, tables
+from stillhook.winches.circuits.active import NEAR_LIMIT, ActiveFlows, servo_rate
+from stillhook.winches.interface import Parts, PartSpeed, Stiffness, Stroke
+from stillhook.winches.records import folded, highest, largest, lowest
 
-NO_LIMIT = 1.0e30
-"""Stands for a limit that a crane file does not name [SI]."""
 FILL_RATE, FILL_MOST = 15.0, 0.3
 """Rate at which the pumps bring the cylinder to the load behind the closed lock [1/s], and their largest command
 meanwhile [-]: as for closed circuits behind a holding brake. Assumed."""
@@ -46,13 +36,9 @@ AREA_SHARE = 0.25
 come through the boost valves, or go through the flushing valve: a closed circuit wants equal areas."""
 
 
-class CylinderPump(Spec):
-    """Pumps in closed circuit with the cylinder; each belongs to one hydraulic power unit."""
+class CylinderPump(tables.Pumps):
+    """Pumps in closed circuit with the cylinder."""
 
-    D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(
-        min_length=1, max_length=100, description="full displacement of each pump"
-    )
-    omega_p: u.Rotation = Field(gt=0, description="shaft speed")
     C_leak: u.Leakage = Field(ge=0, description="total leak of all pumps and of the piston")
     servo: tables.Servo
 
@@ -152,7 +138,7 @@ class CylinderTable(Spec):
     @property
     def Q(self) -> float:
         """Full flow of the pumps [m^3/s]."""
-        return sum(self.pump.D) * self.pump.omega_p
+        return self.pump.Q_max
 
     @property
     def v_w_max(self) -> float:
@@ -176,11 +162,11 @@ class CylinderDrive(NamedTuple):
     servo: Servo
     Q_p: float
     C_leak: float
-    boost: Boost
-    relief: Relief
-    flushing: Flushing
+    boost: lines.Boost
+    relief: lines.Relief
+    flushing: lines.Flushing
     accumulator: Accumulator
-    passive_relief: Relief
+    passive_relief: lines.Relief
     P_back: float
     v_rod: float
     v_winch: float
@@ -191,62 +177,26 @@ class CylinderDrive(NamedTuple):
     V_mid: float
 
 
-class CylinderFlows(NamedTuple):
-    """Flows [m^3/s]: Q_p pumps from B to A; Q_int leak A to B; Q_ext leak to the housings; Q_boost, Q_relief, Q_flush
-    of line a and b; Q_a, Q_b net into the lines, without what the piston sweeps."""
-
-    Q_p: float
-    Q_int: float
-    Q_ext_a: float
-    Q_ext_b: float
-    Q_boost_a: float
-    Q_boost_b: float
-    Q_relief_a: float
-    Q_relief_b: float
-    Q_flush_a: float
-    Q_flush_b: float
-    Q_a: float
-    Q_b: float
-
-
 class Extremes(NamedTuple):
     """Extremes of its signals over a run."""
 
-    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
-    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
-    void_max: VoidMost
-    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
-    x_rod_min: Annotated[float, Row("m", "length", "", "least travel of the rod", symbol="min x")]
-    x_rod_max: Annotated[float, Row("m", "length", "", "largest travel of the rod", symbol="max x")]
-    v_rod_max: Annotated[float, Row("m/s", "speed", "", "highest rod speed", symbol="max|v|")]
-    P_hpu_max: Annotated[
-        float,
-        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
-    ]
+    p_max: rows.HighestPressure
+    p_min: rows.LowestPressure
+    void_max: rows.MostVoid
+    alpha_p_max: rows.LargestAlphaP
+    x_rod_min: Annotated[float, Row("m", "length", "", "least travel of the rod", symbol="min x"), lowest("x_rod")]
+    x_rod_max: Annotated[float, Row("m", "length", "", "largest travel of the rod", symbol="max x"), highest("x_rod")]
+    v_rod_max: Annotated[float, Row("m/s", "speed", "", "highest rod speed", symbol="max|v|"), largest("v_rod")]
+    P_hpu_max: rows.HighestPower
 
 
-BLANK = Extremes(0.0, NOT_YET, 0.0, 0.0, NOT_YET, -NOT_YET, 0.0, -NOT_YET)
-
-
-@scalar
-def fold_extremes(a, y):
-    """Extremes with one more cycle; y Signals."""
-    return Extremes(
-        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
-        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
-        void_max=fmax(a.void_max, y.V_void),
-        alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
-        x_rod_min=fmin(a.x_rod_min, y.x_rod),
-        x_rod_max=fmax(a.x_rod_max, y.x_rod),
-        v_rod_max=fmax(a.v_rod_max, abs(y.v_rod)),
-        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
-    )
+BLANK, fold_extremes = folded(Extremes)
 
 
 @scalar
 def cylinder_flows(alpha_p, P_a, P_b, f_pump, C):
-    """All flows of the closed circuit. alpha_p pump setting [-]; P_a, P_b linear pressures [Pa]; f_pump share of the
-    pumps that run [-].
+    """All flows of the closed circuit, without what the piston sweeps. alpha_p pump setting [-]; P_a, P_b linear
+    pressures [Pa]; f_pump share of the pumps that run [-].
 
     Source: the lines of Moslatt 2020 E eq. 11, with a cylinder in place of the motors. Differs from the closed circuits
     of rotating winches: relief valves open into the other line, so that pumps may push a rod against its end.
@@ -254,14 +204,15 @@ def cylinder_flows(alpha_p, P_a, P_b, f_pump, C):
     Q_p = f_pump * C.Q_p * alpha_p
     p_a, p_b, i_beta = line_pressure(P_a), line_pressure(P_b), 1.0 / C.chambers.beta
     void_a, void_b = vapour_share(P_a, i_beta), vapour_share(P_b, i_beta)
-    Q_int = internal_leakage(C.C_leak, p_a - p_b) + vapour_drawn(Q_p, void_b, void_a)
-    Q_ext_a, Q_ext_b = external_leakage(C.C_leak, p_a), external_leakage(C.C_leak, p_b)
-    Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, C.boost)
-    Q_relief_a, Q_relief_b = relief_flow(p_a, C.relief), relief_flow(p_b, C.relief)
-    Q_flush_a, Q_flush_b = flushing_flow(p_a, p_b, C.flushing), flushing_flow(p_b, p_a, C.flushing)
+    Q_int = lines.internal_leakage(C.C_leak, p_a - p_b) + vapour_drawn(Q_p, void_b, void_a)
+    Q_ext_a, Q_ext_b = lines.external_leakage(C.C_leak, p_a), lines.external_leakage(C.C_leak, p_b)
+    Q_boost_a, Q_boost_b = lines.boost_flows(p_a, p_b, C.boost)
+    Q_relief_a, Q_relief_b = lines.relief_flow(p_a, C.relief), lines.relief_flow(p_b, C.relief)
+    Q_flush_a, Q_flush_b = lines.flushing_flow(p_a, p_b, C.flushing), lines.flushing_flow(p_b, p_a, C.flushing)
     Q_ab = Q_p - Q_int - Q_relief_a + Q_relief_b
-    return CylinderFlows(
+    return ActiveFlows(
         Q_p=Q_p,
+        Q_m=0.0,
         Q_int=Q_int,
         Q_ext_a=Q_ext_a,
         Q_ext_b=Q_ext_b,
@@ -282,10 +233,10 @@ def gas_pressure_set(t: CylinderTable, W: float) -> float:
     return min(max(t.falls * W / t.passive.A, t.passive.p_min), t.passive.accumulator.gas.p_0)
 
 
-def cylinder_drive(crane: Any, gas: Any, hoist: Any) -> CylinderDrive:
-    """The record of a crane's cylinder; gas the fitted gas law at the pressure that is set; hoist of the run."""
+def cylinder_drive(crane: Any, accumulator: Accumulator, hoist: Any) -> CylinderDrive:
+    """The record of a crane's cylinder; accumulator at the gas pressure that is set; hoist of the run."""
     t: CylinderTable = crane.cylinder
-    acc, f, s = t.passive.accumulator, t.friction, t.pump.servo
+    f = t.friction
     r_outer = 0.5 * crane.drum.d_max / crane.i_hD
     return CylinderDrive(
         n_f=float(t.falls),
@@ -300,32 +251,22 @@ def cylinder_drive(crane: Any, gas: Any, hoist: Any) -> CylinderDrive:
             regular=hoist.bristle.regular,
             i_omega_r=1.0 / f.v_reg,
         ),
-        servo=Servo(s.omega_n, s.zeta, -1.0, 1.0, NO_LIMIT if s.rate_max is None else s.rate_max),
+        servo=packing.servo_record(t.pump.servo),
         Q_p=t.Q,
         C_leak=t.pump.C_leak,
-        boost=Boost(t.boost.p, t.boost.conductance, NO_LIMIT if t.boost.Q_max is None else t.boost.Q_max),
-        relief=Relief(t.relief.p, t.relief.conductance),
-        flushing=Flushing(
-            t.boost.p + t.flushing.dp_open, t.flushing.conductance, 1.0 / max(t.flushing.dp_shuttle, 1.0)
-        ),
-        accumulator=Accumulator(
-            V_stroke=acc.V_stroke,
-            i_half=2.0 / acc.V_stroke,
-            i_C=t.passive.line.bulk_modulus / t.passive.line.V,
-            i_beta=1.0 / t.passive.line.bulk_modulus,
-            R=acc.R_piston,
-            C_leak=acc.C_leak,
-            gas=gas,
-        ),
-        passive_relief=Relief(t.passive.relief.p, t.passive.relief.conductance),
-        P_back=NO_LIMIT if crane.hpu is None else crane.hpu.P_back,
+        boost=packing.boost_record(t.boost),
+        relief=packing.relief_record(t.relief),
+        flushing=packing.flushing_record(t.flushing, t.boost),
+        accumulator=accumulator,
+        passive_relief=packing.relief_record(t.passive.relief),
+        P_back=packing.power_back(crane),
         v_rod=t.v_max,
         v_winch=t.winch.v_max,
         i_tau=1.0 / t.winch.tau,
         F_lock=t.falls * hoist.T_brake / r_outer,
         K_fill=FILL_RATE * (t.line.V + 0.5 * t.A_a * t.x_max) / t.line.bulk_modulus / t.Q,
         Q_make_up=t.passive.Q_make_up,
-        V_mid=0.5 * acc.V_stroke,
+        V_mid=0.5 * accumulator.V_stroke,
     )
 
 
@@ -392,8 +333,7 @@ def full_speed(crane: Any, alpha_m: float) -> float:
 
 def lag(crane: Any) -> float:
     """Time by which the pumps lag their command [s]."""
-    s = crane.cylinder.pump.servo
-    return float(2.0 * s.zeta / s.omega_n)
+    return float(crane.cylinder.pump.servo.lag)
 
 
 def pump_speed(crane: Any) -> float:

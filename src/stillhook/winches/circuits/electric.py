@@ -12,10 +12,10 @@ from stillhook.physics.electric.drive import SpeedLoop, current_loop_rate
 from stillhook.physics.electric.heating import Body
 from stillhook.physics.electric.machine import Machines
 from stillhook.physics.electric.supply import Grid, Store, energy
-from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.tables.table import Count, Spec
 from stillhook.units import show
-from stillhook.winches.interface import NOT_YET
+from stillhook.winches.circuits import rows
+from stillhook.winches.records import folded, highest, largest, lowest
 
 BAND = 0.1
 """Part of the store's usable energy over which its limits come in at either end [-]. Assumed."""
@@ -136,7 +136,7 @@ class Electric(Spec):
     store: Supercapacitors
 
 
-class Records(NamedTuple):
+class Drive(NamedTuple):
     """The drive as its equations read it; rate_i of the current loop [1/s], n_full motor speed at full command
     [rad/s], theta_0 and theta_store_0 temperatures of windings and store at the start [K]."""
 
@@ -152,11 +152,11 @@ class Records(NamedTuple):
     theta_store_0: float
 
 
-def records(e: Electric) -> Records:
+def records(e: Electric) -> Drive:
     """Records of an electric drive."""
     m, s, g = e.motor, e.store, e.supply
     E_low, E_high = energy(s.C, s.V_min), energy(s.C, s.V_max)
-    return Records(
+    return Drive(
         machines=Machines(
             count=float(m.count),
             K_t=m.K_t,
@@ -202,37 +202,41 @@ def records(e: Electric) -> Records:
 class Extremes(NamedTuple):
     """Extremes of its signals over a run."""
 
-    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
-    T_m_max: Annotated[float, Row("N m", "torque", "", "largest torque of all machines", symbol="max|T_m|")]
-    P_el_max: Annotated[float, Row("W", "power", "to the winch positive", "highest power from the grid")]
-    P_el_min: Annotated[float, Row("W", "power", "to the winch positive", "lowest power; negative: most fed back")]
-    E_store_min: Annotated[float, Row("J", "energy", "", "lowest energy of the store", symbol="min E_store")]
-    E_store_max: Annotated[float, Row("J", "energy", "", "highest energy of the store", symbol="max E_store")]
-    V_dc_min: Annotated[float, Row("V", "voltage", "", "lowest voltage of the DC link", symbol="min V_dc")]
-    V_dc_max: Annotated[float, Row("V", "voltage", "", "highest voltage of the DC link", symbol="max V_dc")]
-    I_store_max: Annotated[float, Row("A", "current", "", "largest current of the store", symbol="max|I_store|")]
-    theta_max: Annotated[float, Row("K", "temperature", "", "highest temperature of the windings", symbol="max theta")]
+    omega_m_max: rows.HighestSpeed
+    T_m_max: Annotated[
+        float, Row("N m", "torque", "", "largest torque of all machines", symbol="max|T_m|"), largest("T_m")
+    ]
+    P_el_max: Annotated[
+        float, Row("W", "power", "to the winch positive", "highest power from the grid"), highest("P_el")
+    ]
+    P_el_min: Annotated[
+        float, Row("W", "power", "to the winch positive", "lowest power; negative: most fed back"), lowest("P_el")
+    ]
+    E_store_min: Annotated[
+        float, Row("J", "energy", "", "lowest energy of the store", symbol="min E_store"), lowest("E_store")
+    ]
+    E_store_max: Annotated[
+        float, Row("J", "energy", "", "highest energy of the store", symbol="max E_store"), highest("E_store")
+    ]
+    V_dc_min: Annotated[
+        float, Row("V", "voltage", "", "lowest voltage of the DC link", symbol="min V_dc"), lowest("V_dc")
+    ]
+    V_dc_max: Annotated[
+        float, Row("V", "voltage", "", "highest voltage of the DC link", symbol="max V_dc"), highest("V_dc")
+    ]
+    I_store_max: Annotated[
+        float, Row("A", "current", "", "largest current of the store", symbol="max|I_store|"), largest("I_store")
+    ]
+    theta_max: Annotated[
+        float,
+        Row("K", "temperature", "", "highest temperature of the windings", symbol="max theta"),
+        highest("theta"),
+    ]
     theta_store_max: Annotated[
-        float, Row("K", "temperature", "", "highest temperature of the store", symbol="max theta_store")
+        float,
+        Row("K", "temperature", "", "highest temperature of the store", symbol="max theta_store"),
+        highest("theta_store"),
     ]
 
 
-BLANK = Extremes(0.0, 0.0, -NOT_YET, NOT_YET, NOT_YET, 0.0, NOT_YET, 0.0, 0.0, 0.0, 0.0)
-
-
-@scalar
-def fold_extremes(a, y):
-    """Extremes a with one more cycle of signals y."""
-    return Extremes(
-        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
-        T_m_max=fmax(a.T_m_max, abs(y.T_m)),
-        P_el_max=fmax(a.P_el_max, y.P_el),
-        P_el_min=fmin(a.P_el_min, y.P_el),
-        E_store_min=fmin(a.E_store_min, y.E_store),
-        E_store_max=fmax(a.E_store_max, y.E_store),
-        V_dc_min=fmin(a.V_dc_min, y.V_dc),
-        V_dc_max=fmax(a.V_dc_max, y.V_dc),
-        I_store_max=fmax(a.I_store_max, abs(y.I_store)),
-        theta_max=fmax(a.theta_max, y.theta),
-        theta_store_max=fmax(a.theta_store_max, y.theta_store),
-    )
+BLANK, fold_extremes = folded(Extremes)

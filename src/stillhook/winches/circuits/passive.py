@@ -4,13 +4,18 @@ import math
 from typing import Any, NamedTuple
 
 from stillhook.control.commands import PassiveSettings, displacement_for_weight
-from stillhook.physics.friction import system_friction_dry
-from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure
-from stillhook.physics.hydraulics.lines import Relief
-from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
-from stillhook.physics.hydraulics.pump import Pumps
+from stillhook.physics.hydraulics.accumulator import (
+    Accumulator,
+    accumulator_pressure,
+    accumulator_vapour,
+    port_pressure,
+)
+from stillhook.physics.hydraulics.cavitation import vapour_drawn
+from stillhook.physics.hydraulics.lines import Relief, external_leakage, internal_leakage, relief_flow
+from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque
+from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
 from stillhook.physics.hydraulics.swash import Servo
-from stillhook.physics.scalar import copysign, scalar
+from stillhook.physics.scalar import scalar
 from stillhook.units import show
 from stillhook.winches.circuits.active import dry_bound, moving_slope, servo_rate
 from stillhook.winches.interface import Carried, OtherMotors, Parts, Stiffness, Stroke
@@ -30,27 +35,39 @@ class PassiveCircuit(NamedTuple):
     n_max: float
 
 
-@scalar
-def dry_level(T_d, alpha_m, alpha_pm, dp_m, dp_pm, omega_m, p):
-    """Level of the dry friction of all motors and of the transmission at the motor shaft [N m]."""
-    a, b = p.active.motors, p.passive.motors
-    return (
-        a.count * torque_loss_dry(alpha_m * a.D_max, dp_m, a.fit)
-        + b.count * torque_loss_dry(alpha_pm * b.D_max, dp_pm, b.fit)
-        + p.hoist.n_motors * system_friction_dry(omega_m, T_d, p.hoist.friction)
-    )
+class PassiveFlows(NamedTuple):
+    """Flows [m^3/s]: Q_p pumps into the high side; Q_lp leak from it to the low side, with the oil that takes the place
+    of vapour that was drawn; Q_ext leak to the housings; Q_relief through the relief valve; Q_o net into the
+    accumulator. Pressures [Pa]: p_o of the accumulator's oil, p_hp at the motors, behind its piston."""
+
+    Q_p: float
+    Q_lp: float
+    Q_ext: float
+    Q_relief: float
+    Q_o: float
+    p_o: float
+    p_hp: float
 
 
 @scalar
-def moving_loss(omega_m, alpha_m, alpha_pm, p):
-    """Viscous and turbulent losses of all motors and of the transmission, against the motion [N m]."""
-    a, b = p.active.motors, p.passive.motors
-    magnitude = (
-        a.count * torque_loss_moving(omega_m, alpha_m * a.D_max, a.fit)
-        + b.count * torque_loss_moving(omega_m, alpha_pm * b.D_max, b.fit)
-        + p.hoist.n_motors * p.hoist.friction.Y_5 * abs(omega_m)
-    )
-    return copysign(magnitude, omega_m)
+def passive_flows(alpha_p, D_m, omega_m, V_o, f_pump, P):
+    """All flows of a circuit on an accumulator. alpha_p pump setting [-]; D_m displacement of all motors [m^3/rad];
+    omega_m [rad/s]; V_o oil in the accumulator [m^3]; f_pump share of the pumps that run [-]."""
+    p_o, p_lp = accumulator_pressure(V_o, P.accumulator), P.settings.p_lp
+    C_leak = f_pump * pump_leakage(alpha_p, P.pumps.leak) + motor_leakage(omega_m, P.motors)
+    Q_p = f_pump * pump_flow(alpha_p, P.pumps)
+    Q_lp = internal_leakage(C_leak, p_o - p_lp) + P.accumulator.C_leak * (p_o - p_lp)
+    Q_lp = Q_lp - vapour_drawn(D_m * omega_m, accumulator_vapour(V_o, P.accumulator), 0.0)
+    Q_ext = external_leakage(C_leak, p_o)
+    Q_relief = relief_flow(p_o, P.relief)
+    Q_o = Q_p - D_m * omega_m - Q_lp - Q_ext - Q_relief
+    return PassiveFlows(Q_p, Q_lp, Q_ext, Q_relief, Q_o, p_o, port_pressure(p_o, Q_o, P.accumulator))
+
+
+@scalar
+def at_an_end(V_o, accumulator):
+    """1 where the accumulator's piston is at an end, else 0; V_o oil in it [m^3]."""
+    return 1.0 if V_o <= 0.0 or V_o >= accumulator.V_stroke else 0.0
 
 
 def passive_stiffness(P: PassiveCircuit, J: float) -> Stiffness:
@@ -90,30 +107,36 @@ def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
     return [OtherMotors("passive", passive.motor, T / (passive.motor.D_total * dp), dp)]
 
 
-def stroke(crane: Any, F: float) -> Stroke:
-    r"""Motion of the tip that fills the accumulator's stroke at a tension: :math:`s = V (p_0 - p_{lp})/F`, work is
-    pressure times volume whatever gear and displacement are."""
-    acc = crane.passive.accumulator
-    s = acc.V_stroke * (acc.gas.p_0 - crane.passive.p_lp) / F
+def stroke_of(acc: Any, p_lp: float, F: float) -> Stroke:
+    r"""Motion of the tip that fills an accumulator's stroke at a tension: :math:`s = V (p_0 - p_{lp})/F`, work is
+    pressure times volume whatever gear and displacement are. acc its table."""
+    s = acc.V_stroke * (acc.gas.p_0 - p_lp) / F
     return Stroke(s, f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}")
 
 
-def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
-    """Passive motors too small for the load, an accumulator too small for the motion.
+def stroke_notes(acc: Any, p_lp: float, held: Any) -> list[str]:
+    """An accumulator too small for the motion. A circuit moves W s_tip_pp / dp of oil, whatever its gear and
+    displacement: work is pressure times volume."""
+    V = held.W * held.s_tip_pp / (acc.gas.p_0 - p_lp)
+    if V <= acc.V_stroke or held.gas_held:
+        return []
+    return [
+        f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more"
+        f" than the accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
+    ]
 
-    The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
-    """
-    passive, out = crane.passive, []
-    acc, alpha = passive.accumulator, other_motors(crane, held.W, held.d)[0].alpha
-    if alpha > 1.0:
+
+def stroke(crane: Any, F: float) -> Stroke:
+    """Motion of the tip that fills the accumulator's stroke at a tension F [N]."""
+    return stroke_of(crane.passive.accumulator, crane.passive.p_lp, F)
+
+
+def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
+    """Passive motors too small for the load, an accumulator too small for the motion."""
+    acc, out = crane.passive.accumulator, []
+    if (alpha := other_motors(crane, held.W, held.d)[0].alpha) > 1.0:
         p_0 = show(acc.gas.p_0, "pressure")
         out.append(
             f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit"
         )
-    V = held.W * held.s_tip_pp / (acc.gas.p_0 - passive.p_lp)
-    if V > acc.V_stroke and not held.gas_held:
-        out.append(
-            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more"
-            f" than the accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
-        )
-    return out
+    return out + stroke_notes(acc, crane.passive.p_lp, held)

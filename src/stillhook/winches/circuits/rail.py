@@ -8,23 +8,15 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.base.variable import Row
 from stillhook.control.commands import PassiveSettings
-from stillhook.physics.hydraulics.lines import Relief
-from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
 from stillhook.physics.hydraulics.pump import PumpLeak, Pumps
 from stillhook.physics.hydraulics.secondary import largest_speed_gain, setting_for_torque
-from stillhook.physics.hydraulics.swash import Servo
-from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.tables.table import Count, Number, Spec
 from stillhook.units import show
-from stillhook.winches.circuits import tables
-from stillhook.winches.circuits.active import FrictionTorque, HydraulicPower, OmegaM, PumpShare, VoidMost, VoidVolume
-from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.interface import NOT_YET, Parts, Stroke
+from stillhook.winches.circuits import packing, rows, tables
+from stillhook.winches.circuits.passive import PassiveCircuit, stroke_notes, stroke_of
+from stillhook.winches.interface import Parts, Stroke
+from stillhook.winches.records import folded, highest, largest, lowest
 
-DP_LEAST = 1.0e6
-"""Pressure below which the torque law stops dividing by it [Pa]: 10 bar, far below any charge."""
-NO_LIMIT = 1.0e30
-"""Stands for a limit that a crane file does not name [SI]: no winch gets there."""
 USES_MOST = 0.8
 """Setting that holds the load from which a note warns [-]: less than a fifth is then left for acceleration, friction
 and a falling rail. Assumed."""
@@ -42,20 +34,11 @@ class SecondaryUnits(tables.Motor):
         return self.count * self.D_max
 
 
-class RailPumps(Spec):
-    """Pumps that hold up the rail; each belongs to one hydraulic power unit."""
+class RailPumps(tables.Pumps):
+    """Pumps that hold up the rail."""
 
-    D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(
-        min_length=1, max_length=100, description="full displacement of each pump"
-    )
-    omega_p: u.Rotation = Field(gt=0, description="shaft speed")
     C_leak: u.Leakage = Field(ge=0, description="total leak of all pumps")
     servo: tables.Servo
-
-    @property
-    def Q_max(self) -> float:
-        """Flow of all pumps at full stroke [m^3/s]."""
-        return sum(self.D) * self.omega_p
 
 
 class SpeedDrive(Spec):
@@ -129,86 +112,45 @@ class Signals(NamedTuple):
     alpha_s: Annotated[
         float, Row("1", "", "hoisting positive", "setting of the secondary units over its maximum", "figure 1.12")
     ]
-    omega_m: OmegaM
+    omega_m: rows.OmegaM
     omega_ref: Annotated[float, Row("rad/s", "rotation", "hoisting positive", "set-point of the motor speed")]
     T_s: Annotated[float, Row("N m", "torque", "hoisting positive", "torque of all secondary units, without losses")]
-    T_f: FrictionTorque
+    T_f: rows.FrictionTorque
     p_r: Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the rail", "figure 1.12")]
-    V_void: VoidVolume
+    V_void: rows.VoidVolume
     V_acc: Annotated[float, Row("m^3", "volume", "from the oil end", "oil in the accumulator", "paper C")]
     alpha_rp: Annotated[float, Row("1", "", "into the rail", "setting of the rail's pumps over its maximum")]
-    f_pump: PumpShare
-    P_hpu: HydraulicPower
+    f_pump: rows.PumpShare
+    P_hpu: rows.HydraulicPower
 
 
 class Extremes(NamedTuple):
     """Extremes of its signals over a run."""
 
-    p_r_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the rail", symbol="max p_r")]
-    p_r_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of the rail", symbol="min p_r")]
-    void_max: VoidMost
-    V_acc_max: Annotated[float, Row("m^3", "volume", "from the oil end", "most oil in the accumulator")]
-    V_acc_min: Annotated[float, Row("m^3", "volume", "from the oil end", "least oil in the accumulator")]
+    p_r_max: Annotated[
+        float, Row("Pa", "pressure", "gauge", "highest pressure of the rail", symbol="max p_r"), highest("p_r")
+    ]
+    p_r_min: Annotated[
+        float, Row("Pa", "pressure", "gauge", "lowest pressure of the rail", symbol="min p_r"), lowest("p_r")
+    ]
+    void_max: rows.MostVoid
+    V_acc_max: Annotated[
+        float, Row("m^3", "volume", "from the oil end", "most oil in the accumulator"), highest("V_acc")
+    ]
+    V_acc_min: Annotated[
+        float, Row("m^3", "volume", "from the oil end", "least oil in the accumulator"), lowest("V_acc")
+    ]
     alpha_s_max: Annotated[
-        float, Row("1", "", "", "largest setting of the secondary units used", symbol="max|alpha_s|")
-    ]
-    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
-    P_hpu_max: Annotated[
         float,
-        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
+        Row("1", "", "", "largest setting of the secondary units used", symbol="max|alpha_s|"),
+        largest("alpha_s"),
     ]
-    P_hpu_min: Annotated[
-        float,
-        Row(
-            "W",
-            "power",
-            "to the pumps positive",
-            "lowest hydraulic power of the power units; negative: most that was fed back",
-            symbol="min P_hpu",
-        ),
-    ]
+    omega_m_max: rows.HighestSpeed
+    P_hpu_max: rows.HighestPower
+    P_hpu_min: rows.LowestPower
 
 
-BLANK = Extremes(
-    p_r_max=0.0,
-    p_r_min=NOT_YET,
-    void_max=0.0,
-    V_acc_max=-NOT_YET,
-    V_acc_min=NOT_YET,
-    alpha_s_max=0.0,
-    omega_m_max=0.0,
-    P_hpu_max=-NOT_YET,
-    P_hpu_min=NOT_YET,
-)
-
-
-@scalar
-def fold_extremes(a, y):
-    """Extremes a with one more cycle of signals y."""
-    return Extremes(
-        p_r_max=fmax(a.p_r_max, y.p_r),
-        p_r_min=fmin(a.p_r_min, y.p_r),
-        void_max=fmax(a.void_max, y.V_void),
-        V_acc_max=fmax(a.V_acc_max, y.V_acc),
-        V_acc_min=fmin(a.V_acc_min, y.V_acc),
-        alpha_s_max=fmax(a.alpha_s_max, abs(y.alpha_s)),
-        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
-        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
-        P_hpu_min=fmin(a.P_hpu_min, y.P_hpu),
-    )
-
-
-def servo_record(servo: tables.Servo) -> Servo:
-    """An over-centre displacement control between its stops."""
-    rate = NO_LIMIT if servo.rate_max is None else servo.rate_max
-    return Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=-1.0, hi=1.0, rate=rate)
-
-
-def motors_record(unit: SecondaryUnits) -> Motors:
-    """The units as the physics reads them."""
-    loss = unit.loss
-    fit = TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
-    return Motors(count=float(unit.count), D_max=unit.D_max, C_1=unit.C_1, C_2=unit.C_2, fit=fit)
+BLANK, fold_extremes = folded(Extremes)
 
 
 def rail_record(rail: Secondary, K_acc: float, gas_held: bool, parts: Parts) -> PassiveCircuit:
@@ -217,18 +159,18 @@ def rail_record(rail: Secondary, K_acc: float, gas_held: bool, parts: Parts) -> 
     unit, pump = rail.unit, rail.pump
     return PassiveCircuit(
         pumps=Pumps(D_max=sum(pump.D), omega_p=pump.omega_p, leak=PumpLeak(*[pump.C_leak] * len(PumpLeak._fields))),
-        pump_servo=servo_record(pump.servo),
-        motors=motors_record(unit),
-        motor_servo=servo_record(unit.servo),
+        pump_servo=packing.servo_record(pump.servo),
+        motors=packing.motors_record(unit, unit.C_1, unit.C_2),
+        motor_servo=packing.servo_record(unit.servo),
         accumulator=parts.accumulator(rail.accumulator, rail.line, gas_held, "secondary"),
-        relief=Relief(rail.relief.p, rail.relief.conductance),
+        relief=packing.relief_record(rail.relief),
         settings=PassiveSettings(
             D_m_max=unit.D_total,
             Q_p_max=pump.Q_max,
             p_lp=rail.p_lp,
             p_set=rail.accumulator.gas.p_0,
             K_acc=K_acc,
-            dp_least=DP_LEAST,
+            dp_least=packing.DP_LEAST,
         ),
         n_full=unit.n_max_full,
         n_max=unit.n_max_full,
@@ -253,12 +195,8 @@ def charge(crane: Any) -> float:
 
 
 def stroke(crane: Any, F: float) -> Stroke:
-    r"""Motion of the tip that fills the accumulator's stroke at a tension: :math:`s = V (p_0 - p_{lp})/F`, work is
-    pressure times volume whatever gear and setting are."""
-    rail = crane.secondary
-    acc = rail.accumulator
-    s = acc.V_stroke * (acc.gas.p_0 - rail.p_lp) / F
-    return Stroke(s, f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}")
+    """Motion of the tip that fills the accumulator's stroke at a tension F [N]."""
+    return stroke_of(crane.secondary.accumulator, crane.secondary.p_lp, F)
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
@@ -274,10 +212,4 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
             f"holding the load takes {alpha:.0%} of the secondary units at {p_0}: little is left to accelerate, and for"
             " friction"
         )
-    V = held.W * held.s_tip_pp / (acc.gas.p_0 - rail.p_lp)
-    if V > acc.V_stroke and not held.gas_held:
-        out.append(
-            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more"
-            f" than the accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
-        )
-    return out
+    return out + stroke_notes(acc, rail.p_lp, held)

@@ -46,6 +46,11 @@ class Servo(Spec):
         default=None, gt=0, description="highest rate, full stroke over time; default no limit"
     )
 
+    @property
+    def lag(self) -> float:
+        """Time by which it lags a ramp of its command [s]."""
+        return 2.0 * self.zeta / self.omega_n
+
 
 class TorqueLoss(Spec):
     """Torque loss of one motor shaft, model MJ4 (Moslatt 2020 eq. 2.12)."""
@@ -104,23 +109,33 @@ class MotorSet(Motor):
         return self.count * self.D_max
 
 
-class PumpSet(Spec):
-    """All pumps of one circuit; each belongs to one hydraulic power unit."""
+class Pumps(Spec):
+    """Pumps of one speed; each belongs to one hydraulic power unit."""
 
     D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(
         min_length=1, max_length=100, description="full displacement of each pump"
     )
     omega_p: u.Rotation = Field(gt=0, description="shaft speed")
-    leak: Text = Field(description="leak table in the library, scaled with D_total")
-    leak_scale: Number | None = Field(
-        default=None, gt=0, description="leak of these pumps over that of the table, as of wear; default 1"
-    )
-    servo: Servo
 
     @property
     def D_total(self) -> float:
         """Full displacement of all pumps together [m^3/rad]."""
         return sum(self.D)
+
+    @property
+    def Q_max(self) -> float:
+        """Flow of all pumps at full stroke [m^3/s]."""
+        return self.D_total * self.omega_p
+
+
+class PumpSet(Pumps):
+    """All pumps of one circuit."""
+
+    leak: Text = Field(description="leak table in the library, scaled with D_total")
+    leak_scale: Number | None = Field(
+        default=None, gt=0, description="leak of these pumps over that of the table, as of wear; default 1"
+    )
+    servo: Servo
 
 
 class Line(Spec):

@@ -14,27 +14,13 @@ from stillhook.physics.hydraulics import valves
 from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn, vapour_share
 from stillhook.physics.hydraulics.lines import Relief, capacitance, external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.load_sensing import LoadSensing, load_pressure, pump_setting_wanted
-from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit, motor_leakage
-from stillhook.physics.hydraulics.swash import STOPPING, Servo, displacement
-from stillhook.physics.hydraulics.valves import (
-    Edges,
-    check_drop,
-    counterbalance_opening,
-    flow_coefficient,
-    in_series,
-    make_up_flow,
-    orifice_flow,
-    share_of_drop,
-    spool_opening,
-)
-from stillhook.physics.scalar import clip, fmax, fmin, scalar
+from stillhook.physics.hydraulics.motor import Motors, motor_leakage
+from stillhook.physics.hydraulics.swash import Servo, displacement
+from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.tables.table import Count, Number, Spec, Text
-from stillhook.winches.circuits import tables
-from stillhook.winches.circuits.active import VoidMost
-from stillhook.winches.interface import NOT_YET
-
-NO_LIMIT = 1.0e30
-"""Stands for a limit that a crane file does not name [SI]."""
+from stillhook.winches.circuits import packing, rows, tables
+from stillhook.winches.circuits.active import servo_rate
+from stillhook.winches.records import folded, highest, largest
 
 
 class ValveMotors(tables.Motor):
@@ -71,24 +57,15 @@ class CounterbalanceValve(Spec):
     tau_pilot: u.Time = Field(gt=0, description="time constant of the pilot line with its damping orifice")
 
 
-class LoadSensingPumps(Spec):
-    """Pumps with a pressure control; each belongs to one hydraulic power unit."""
+class LoadSensingPumps(tables.Pumps):
+    """Pumps with a pressure control."""
 
-    D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(
-        min_length=1, max_length=100, description="full displacement of each pump"
-    )
-    omega_p: u.Rotation = Field(gt=0, description="shaft speed")
     C_leak: u.Leakage = Field(ge=0, description="leak of all pumps")
     tau: u.Time = Field(gt=0, description="time constant of the setting")
     dp_margin: u.Pressure = Field(gt=0, description="pressure kept above that of the load")
     dp_droop: u.Pressure = Field(gt=0, description="pressure by which it falls from no to full flow")
     p_standby: u.Pressure = Field(gt=0, description="lowest pressure; that of p_max makes a constant supply")
     p_max: u.Pressure = Field(gt=0, description="largest pressure that the control asks for")
-
-    @property
-    def D_total(self) -> float:
-        """Full displacement of all pumps together [m^3/rad]."""
-        return sum(self.D)
 
 
 class TankLine(Spec):
@@ -161,7 +138,7 @@ class ValveCircuit(NamedTuple):
     of all motors [m^3/rad]."""
 
     motors: Motors
-    edges: Edges
+    edges: valves.Edges
     spool: Servo
     cb: valves.Counterbalance
     pump: LoadSensing
@@ -178,21 +155,16 @@ class ValveCircuit(NamedTuple):
 
 
 class ValveFlows(NamedTuple):
-    """opening of the spool's edges, y of the counterbalance valve [-]; dp_v pressure drop over the inlet edge [Pa];
+    """y opening of the counterbalance valve [-]; dp_v pressure drop over the inlet edge [Pa];
     wanted setting of the pumps [-]; flows [m^3/s]: Q_p pumps, Q_PA ... Q_BT through the edges, Q_int leak A to B, Q_ext
     leak of each motor line and of the pumps, relief and make-up of each line, Q_a, Q_b, Q_s net into the lines;
     P_valve power lost at the spool and the make-up valves, P_cb at the counterbalance valve with its check, P_tank left
     in the oil that goes to the tank line [W]."""
 
-    opening: float
     y: float
     dp_v: float
     wanted: float
     Q_p: float
-    Q_PA: float
-    Q_AT: float
-    Q_PB: float
-    Q_BT: float
     Q_int: float
     Q_ext_a: float
     Q_ext_b: float
@@ -200,8 +172,6 @@ class ValveFlows(NamedTuple):
     Q_relief_a: float
     Q_relief_b: float
     Q_relief_s: float
-    Q_make_up_a: float
-    Q_make_up_b: float
     Q_a: float
     Q_b: float
     Q_s: float
@@ -213,51 +183,21 @@ class ValveFlows(NamedTuple):
 class Extremes(NamedTuple):
     """Extremes over a run."""
 
-    p_a_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the hoisting side", symbol="max p_a")]
-    p_b_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the lowering side", symbol="max p_b")]
-    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
-    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
-    void_max: VoidMost
-    p_s_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest supply pressure", symbol="max p_s")]
-    x_v_max: Annotated[float, Row("1", "", "", "largest spool position used", symbol="max|x_v|")]
-    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
-    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
-    P_hpu_max: Annotated[
-        float,
-        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
+    p_a_max: rows.HighestPressureA
+    p_b_max: rows.HighestPressureB
+    p_max: rows.HighestPressure
+    p_min: rows.LowestPressure
+    void_max: rows.MostVoid
+    p_s_max: Annotated[
+        float, Row("Pa", "pressure", "gauge", "highest supply pressure", symbol="max p_s"), highest("p_s")
     ]
+    x_v_max: Annotated[float, Row("1", "", "", "largest spool position used", symbol="max|x_v|"), largest("x_v")]
+    alpha_p_max: rows.LargestAlphaP
+    omega_m_max: rows.HighestSpeed
+    P_hpu_max: rows.HighestPower
 
 
-BLANK = Extremes(
-    p_a_max=0.0,
-    p_b_max=0.0,
-    p_max=0.0,
-    p_min=NOT_YET,
-    void_max=0.0,
-    p_s_max=0.0,
-    x_v_max=0.0,
-    alpha_p_max=0.0,
-    omega_m_max=0.0,
-    P_hpu_max=-NOT_YET,
-)
-"""Extremes of nothing yet."""
-
-
-@scalar
-def fold_extremes(a, y):
-    """Extremes a with one more cycle of signals y."""
-    return Extremes(
-        p_a_max=fmax(a.p_a_max, y.p_a),
-        p_b_max=fmax(a.p_b_max, y.p_b),
-        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
-        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
-        void_max=fmax(a.void_max, y.V_void),
-        p_s_max=fmax(a.p_s_max, y.p_s),
-        x_v_max=fmax(a.x_v_max, abs(y.x_v)),
-        alpha_p_max=fmax(a.alpha_p_max, y.alpha_p),
-        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
-        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
-    )
+BLANK, fold_extremes = folded(Extremes)
 
 
 @scalar
@@ -271,17 +211,17 @@ def valve_flows(x_v, alpha_p, omega_m, P_a, P_b, P_s, p_pilot, f_pump, A):
     """
     e, cb, p_T = A.edges, A.cb, A.tank.p_T
     p_a, p_b, p_s = line_pressure(P_a), line_pressure(P_b), line_pressure(P_s)
-    opening = spool_opening(displacement(x_v, A.spool), e)
+    opening = valves.spool_opening(displacement(x_v, A.spool), e)
     K_up, K_down = e.K_v * fmax(opening, 0.0), e.K_v * fmax(-opening, 0.0)
-    y = counterbalance_opening(p_a, p_pilot, cb)
+    y = valves.counterbalance_opening(p_a, p_pilot, cb)
     K_cb = cb.K_v * y
-    dp_up, dp_down = check_drop(p_s - p_a, cb.p_check), fmax(p_a - p_T, 0.0)
-    Q_PA = orifice_flow(in_series(K_up, cb.K_v), dp_up, e.dp_l)
-    Q_AT = orifice_flow(in_series(K_down, K_cb), dp_down, e.dp_l)
-    Q_PB = orifice_flow(K_down, p_s - p_b, e.dp_l)
-    Q_BT = orifice_flow(K_up, p_b - p_T, e.dp_l)
-    dp_PA = share_of_drop(K_up, cb.K_v) * dp_up
-    dp_AT = share_of_drop(K_down, K_cb) * dp_down
+    dp_up, dp_down = valves.check_drop(p_s - p_a, cb.p_check), fmax(p_a - p_T, 0.0)
+    Q_PA = valves.orifice_flow(valves.in_series(K_up, cb.K_v), dp_up, e.dp_l)
+    Q_AT = valves.orifice_flow(valves.in_series(K_down, K_cb), dp_down, e.dp_l)
+    Q_PB = valves.orifice_flow(K_down, p_s - p_b, e.dp_l)
+    Q_BT = valves.orifice_flow(K_up, p_b - p_T, e.dp_l)
+    dp_PA = valves.share_of_drop(K_up, cb.K_v) * dp_up
+    dp_AT = valves.share_of_drop(K_down, K_cb) * dp_down
     p_load = load_pressure(opening, p_s - dp_PA, p_b)
     wanted = pump_setting_wanted(p_s, p_load, f_pump, A.pump)
     C_m = motor_leakage(omega_m, A.motors)
@@ -294,20 +234,15 @@ def valve_flows(x_v, alpha_p, omega_m, P_a, P_b, P_s, p_pilot, f_pump, A):
     Q_relief_a = relief_flow(p_a, A.relief)
     Q_relief_b = relief_flow(p_b, A.relief)
     Q_relief_s = relief_flow(p_s, A.supply_relief)
-    Q_make_up_a, Q_make_up_b = make_up_flow(p_a, A.tank), make_up_flow(p_b, A.tank)
+    Q_make_up_a, Q_make_up_b = valves.make_up_flow(p_a, A.tank), valves.make_up_flow(p_b, A.tank)
     P_valve = dp_PA * Q_PA + dp_AT * Q_AT + (p_s - p_b) * Q_PB + (p_b - p_T) * Q_BT
     dp_v = dp_PA if x_v >= 0.0 else p_s - p_b
     P_make_up = (p_T - p_a) * Q_make_up_a + (p_T - p_b) * Q_make_up_b
     return ValveFlows(
-        opening=opening,
         y=y,
         dp_v=dp_v,
         wanted=wanted,
         Q_p=Q_p,
-        Q_PA=Q_PA,
-        Q_AT=Q_AT,
-        Q_PB=Q_PB,
-        Q_BT=Q_BT,
         Q_int=Q_int,
         Q_ext_a=Q_ext_a,
         Q_ext_b=Q_ext_b,
@@ -315,8 +250,6 @@ def valve_flows(x_v, alpha_p, omega_m, P_a, P_b, P_s, p_pilot, f_pump, A):
         Q_relief_a=Q_relief_a,
         Q_relief_b=Q_relief_b,
         Q_relief_s=Q_relief_s,
-        Q_make_up_a=Q_make_up_a,
-        Q_make_up_b=Q_make_up_b,
         Q_a=Q_PA - Q_AT - Q_m - Q_int - Q_ext_a - Q_relief_a + Q_make_up_a,
         Q_b=Q_PB - Q_BT + Q_m + Q_int - Q_ext_b - Q_relief_b + Q_make_up_b,
         Q_s=Q_p - Q_PA - Q_PB - Q_ext_s - Q_relief_s,
@@ -332,31 +265,19 @@ def full_flow_speed(crane: Any) -> float:
     return float(c.pump.D_total * c.pump.omega_p / c.motor.D_total)
 
 
-def motors_of(crane: Any) -> Motors:
-    """The motors of a crane as the physics reads them."""
-    m, loss = crane.open.motor, crane.open.motor.loss
-    return Motors(
-        count=float(m.count),
-        D_max=m.D_max,
-        C_1=m.C_1,
-        C_2=m.C_2,
-        fit=TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5),
-    )
-
-
 def valve_circuit(crane: Any, P_max: float) -> ValveCircuit:
     """The open circuit of a crane as the physics reads it; P_max largest power of the power units [W]."""
     c = crane.open
-    v, b, w, t, m, d, s = c.valve, c.counterbalance, c.pump, c.tank, c.motor, c.drive, c.valve.servo
+    v, b, w, t, m, d = c.valve, c.counterbalance, c.pump, c.tank, c.motor, c.drive
     return ValveCircuit(
-        motors=motors_of(crane),
-        edges=Edges(flow_coefficient(v.Q_N, v.dp_N), v.deadband, 1.0 / (1.0 - v.deadband), v.dp_laminar),
-        spool=Servo(s.omega_n, s.zeta, -1.0, 1.0, NO_LIMIT if s.rate_max is None else s.rate_max),
+        motors=packing.motors_record(m, m.C_1, m.C_2),
+        edges=valves.Edges(valves.flow_coefficient(v.Q_N, v.dp_N), v.deadband, 1.0 / (1.0 - v.deadband), v.dp_laminar),
+        spool=packing.servo_record(v.servo),
         cb=valves.Counterbalance(
             psi=b.ratio,
             p_crack=b.p_crack,
             i_dp_open=1.0 / b.dp_open,
-            K_v=flow_coefficient(b.Q_N, b.dp_N),
+            K_v=valves.flow_coefficient(b.Q_N, b.dp_N),
             p_check=b.p_check,
             i_tau=1.0 / b.tau_pilot,
         ),
@@ -372,8 +293,8 @@ def valve_circuit(crane: Any, P_max: float) -> ValveCircuit:
         ),
         tank=valves.Tank(t.p, t.dp_make_up, t.conductance),
         law=FlowLaw(d.deadband, d.jump, d.share, d.dp_nominal, d.dp_least, d.tau_dp),
-        relief=Relief(c.relief.p, c.relief.conductance),
-        supply_relief=Relief(c.supply_relief.p, c.supply_relief.conductance),
+        relief=packing.relief_record(c.relief),
+        supply_relief=packing.relief_record(c.supply_relief),
         i_C_h=1.0 / capacitance(c.line.V, c.line.bulk_modulus),
         i_C_s=1.0 / capacitance(c.supply.V, c.supply.bulk_modulus),
         i_beta=1.0 / c.line.bulk_modulus,
@@ -389,8 +310,7 @@ def valve_rates(A: ValveCircuit, J: float) -> dict[str, float]:
     C_leak = float(motor_leakage(A.n_max, A.motors))
     edge = e.K_v / math.sqrt(e.dp_l)
     spread = A.D_m * math.sqrt(2.0 * A.i_C_h / J)
-    opening = in_series(e.K_v, cb.K_v) * math.sqrt(A.relief.p) * cb.i_dp_open
-    servo = A.spool.omega_n * max(max(A.spool.zeta, 1.0) + max(A.spool.zeta**2 - 1.0, 0.0) ** 0.5, STOPPING)
+    opening = valves.in_series(e.K_v, cb.K_v) * math.sqrt(A.relief.p) * cb.i_dp_open
     return {
         "control edges against the oil": edge * (A.i_C_h + A.i_C_s),
         "relief valve against the line's oil": A.relief.G * A.i_C_h,
@@ -401,7 +321,7 @@ def valve_rates(A: ValveCircuit, J: float) -> dict[str, float]:
         "motors against the line's oil": spread,
         "pressure control of the pumps": pump.i_tau + math.sqrt(pump.Q_full * pump.i_droop * pump.i_tau * A.i_C_s),
         "pilot line of the counterbalance valve": cb.i_tau,
-        "spool": servo,
+        "spool": servo_rate(A.spool),
     }
 
 

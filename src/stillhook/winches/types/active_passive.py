@@ -6,72 +6,42 @@ from typing import Annotated, Any, NamedTuple
 from stillhook.base.variable import Row
 from stillhook.control.commands import displacement_for_weight, make_up, within_power
 from stillhook.control.plc import Plc, hold
-from stillhook.physics.friction import bristle_update, dry_torque
-from stillhook.physics.hydraulics.accumulator import (
-    accumulator_pressure,
-    accumulator_vapour,
-    accumulator_void,
-    port_pressure,
-)
-from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn
-from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
-from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque
-from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
+from stillhook.physics.friction import dry_torque
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
+from stillhook.physics.hydraulics.cavitation import line_pressure
+from stillhook.physics.hydraulics.motor import motor_torque, motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
-from stillhook.physics.records import replace
+from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import fmax, scalar
-from stillhook.winches import load_path
-from stillhook.winches.circuits import passive as passive_circuit
-from stillhook.winches.circuits.active import (
-    BLANK,
-    ActiveCircuit,
-    ActiveFlows,
-    AlphaM,
-    AlphaP,
-    BoostLimit,
-    CavitationLimit,
-    Extremes,
-    FrictionTorque,
-    HydraulicPower,
-    OmegaM,
-    OverspeedLimit,
-    PowerLimit,
-    PressureA,
-    PressureB,
-    PumpShare,
-    ReliefFlow,
-    ReliefLimit,
-    VoidVolume,
-    active_flows,
-    active_stiffness,
-    cavitates,
-    fold_extremes,
-    full_speed,
-    lag,
-    least_displacement,
-    line_energy,
-    line_voids,
-    out_of_boost,
-    out_of_power,
-    overspeed,
-    relieves,
+from stillhook.winches import load_path, shaft
+from stillhook.winches.circuits import active, rows
+from stillhook.winches.circuits.active import BLANK, Extremes, fold_extremes, full_speed, lag, least_displacement
+from stillhook.winches.circuits.passive import (
+    PassiveCircuit,
+    PassiveFlows,
+    at_an_end,
+    carried_by,
+    charge,
+    notes,
+    other_motors,
+    passive_flows,
+    passive_stiffness,
+    stroke,
 )
-from stillhook.winches.circuits.passive import PassiveCircuit, carried_by, dry_level, moving_loss, passive_stiffness
 from stillhook.winches.interface import Carried, Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
-from stillhook.winches.records import Geometry, Sensors, apply_override, closed_circuit_readings
+from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.records import Geometry, Sensors, apply_override
+from stillhook.winches.shaft import bristle_after, geometry, wire_speed
 
 NAME = "active-passive"
 TITLE = "active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight"
 PATH = load_path
 SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active", "passive")
-charge, other_motors = passive_circuit.charge, passive_circuit.other_motors
-stroke, notes = passive_circuit.stroke, passive_circuit.notes
 
 
 class Params(NamedTuple):
-    active: ActiveCircuit
+    active: active.ActiveCircuit
     passive: PassiveCircuit
     hoist: Hoist
     plc: Plc
@@ -113,7 +83,8 @@ class Circuit(NamedTuple):
     """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], vapour in all lines [m^3],
     torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
-    f: ActiveFlows
+    f: active.ActiveFlows
+    o: PassiveFlows
     p_a: float
     p_b: float
     V_void: float
@@ -123,13 +94,6 @@ class Circuit(NamedTuple):
     alpha_pm: float
     D_m: float
     D_pm: float
-    Q_pp: float
-    Q_lp: float
-    Q_lp_ext: float
-    Q_relief_p: float
-    Q_o: float
-    p_o: float
-    p_hp: float
     g: float
     held: float
     T_moving: float
@@ -138,16 +102,16 @@ class Circuit(NamedTuple):
 class Signals(NamedTuple):
     """Signals of its own."""
 
-    alpha_p: AlphaP
-    alpha_m: AlphaM
-    p_a: PressureA
-    p_b: PressureB
-    V_void: VoidVolume
-    omega_m: OmegaM
-    Q_relief: ReliefFlow
-    T_f: FrictionTorque
-    f_pump: PumpShare
-    P_hpu: HydraulicPower
+    alpha_p: rows.AlphaP
+    alpha_m: rows.AlphaM
+    p_a: rows.PressureA
+    p_b: rows.PressureB
+    V_void: rows.VoidVolume
+    omega_m: rows.OmegaM
+    Q_relief: rows.ReliefFlow
+    T_f: rows.FrictionTorque
+    f_pump: rows.PumpShare
+    P_hpu: rows.HydraulicPower
     p_hp: Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the passive circuit's high side", "paper F")]
     alpha_pp: Annotated[float, Row("1", "", "into the accumulator", "passive pump displacement over its maximum")]
     alpha_pm: Annotated[float, Row("1", "", "", "passive motor displacement over its maximum")]
@@ -157,12 +121,12 @@ class Signals(NamedTuple):
 class Limits(NamedTuple):
     """1 where a limit is passed at an instant, else 0."""
 
-    relief: ReliefLimit
-    overspeed: OverspeedLimit
+    relief: rows.ReliefLimit
+    overspeed: rows.OverspeedLimit
     stroke: Annotated[float, Cause("accumulator", "time with the accumulator piston at an end", symbol="t_stroke")]
-    cavitation: CavitationLimit
-    power: PowerLimit
-    boost: BoostLimit
+    cavitation: rows.CavitationLimit
+    power: rows.PowerLimit
+    boost: rows.BoostLimit
 
 
 class Powers(NamedTuple):
@@ -193,44 +157,29 @@ def circuit(x, q, u, geo, p):
 
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
-    f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
+    f = active.active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
 
     D_pm = P.motors.count * P.motors.D_max * alpha_pm
-    p_o = accumulator_pressure(x.V_o, P.accumulator)
-    C_leak = u.f_passive * pump_leakage(alpha_pp, P.pumps.leak) + motor_leakage(x.omega_m, P.motors)
-    Q_pp = u.f_passive * pump_flow(alpha_pp, P.pumps)
-    Q_lp = internal_leakage(C_leak, p_o - P.settings.p_lp) + P.accumulator.C_leak * (p_o - P.settings.p_lp)
-    Q_lp = Q_lp - vapour_drawn(D_pm * x.omega_m, accumulator_vapour(x.V_o, P.accumulator), 0.0)
-    Q_lp_ext = external_leakage(C_leak, p_o)
-    Q_relief_p = relief_flow(p_o, P.relief)
-    Q_o = Q_pp - D_pm * x.omega_m - Q_lp - Q_lp_ext - Q_relief_p
-    p_hp = port_pressure(p_o, Q_o, P.accumulator)
-    V_void = line_voids(x, A.i_C_h) + accumulator_void(x.V_o, P.accumulator)
+    o = passive_flows(alpha_pp, D_pm, x.omega_m, x.V_o, u.f_passive, P)
 
-    g = dry_level(q.F_w * 0.5 * geo.d, alpha_m, alpha_pm, p_a - p_b, p_hp - P.settings.p_lp, x.omega_m, p)
-    g = g + u.brake * p.hoist.T_brake
-    T_moving = moving_loss(x.omega_m, alpha_m, alpha_pm, p)
+    dry = motors_dry(alpha_m, p_a - p_b, A.motors) + motors_dry(alpha_pm, o.p_hp - P.settings.p_lp, P.motors)
+    moving = motors_moving(x.omega_m, alpha_m, A.motors) + motors_moving(x.omega_m, alpha_pm, P.motors)
+    g = shaft.dry_level(dry, x.omega_m, q.F_w * 0.5 * geo.d, p.hoist)
     return Circuit(
         f=f,
+        o=o,
         p_a=p_a,
         p_b=p_b,
-        V_void=V_void,
+        V_void=active.line_voids(x, A.i_C_h) + accumulator_void(x.V_o, P.accumulator),
         alpha_p=alpha_p,
         alpha_m=alpha_m,
         alpha_pp=alpha_pp,
         alpha_pm=alpha_pm,
         D_m=D_m,
         D_pm=D_pm,
-        Q_pp=Q_pp,
-        Q_lp=Q_lp,
-        Q_lp_ext=Q_lp_ext,
-        Q_relief_p=Q_relief_p,
-        Q_o=Q_o,
-        p_o=p_o,
-        p_hp=p_hp,
-        g=g,
+        g=g + u.brake * p.hoist.T_brake,
         held=u.brake,
-        T_moving=T_moving,
+        T_moving=shaft.moving_loss(moving, x.omega_m, p.hoist),
     )
 
 
@@ -240,7 +189,7 @@ def rates(c, x, q, u, geo, p):
     A, P = p.active, p.passive
     T = (
         motor_torque(c.D_m, c.p_a - c.p_b)
-        + motor_torque(c.D_pm, c.p_hp - P.settings.p_lp)
+        + motor_torque(c.D_pm, c.o.p_hp - P.settings.p_lp)
         - q.F_w * geo.r_eff
         - c.T_moving
         - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
@@ -256,50 +205,20 @@ def rates(c, x, q, u, geo, p):
         alpha_pm_dot=swash_acceleration(x.alpha_pm, x.alpha_pm_dot, u.u_pm, P.motor_servo),
         p_a=c.f.Q_a * A.i_C_h,
         p_b=c.f.Q_b * A.i_C_h,
-        V_o=c.Q_o,
+        V_o=c.o.Q_o,
         omega_m=T * geo.i_J,
         z=0.0,
     )
 
 
-@scalar
-def bristle_after(c, x, p, tau):
-    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
-    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
-
-
-@scalar
-def geometry(s_w, p):
-    """The drum during one PLC cycle, with s_w of wire out [m]."""
-    return drum_geometry(s_w, p.hoist)
-
-
-@scalar
-def wire_speed(x, geo):
-    """Wire speed that the winch gives, hoisting positive [m/s]."""
-    return x.omega_m * geo.r_eff
+still = zeros_but(State, "alpha_m", "p_a", "p_b", "V_o")
 
 
 @scalar
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the load hangs still on both circuits; s_w wire out [m]."""
-    A = p.active
-    V_o = 0.5 * p.passive.accumulator.V_stroke
-    return State(
-        alpha_p=0.0,
-        alpha_p_dot=0.0,
-        alpha_m=1.0,
-        alpha_m_dot=0.0,
-        alpha_pp=0.0,
-        alpha_pp_dot=0.0,
-        alpha_pm=0.0,
-        alpha_pm_dot=0.0,
-        p_a=A.boost.p,
-        p_b=A.boost.p,
-        V_o=V_o,
-        omega_m=0.0,
-        z=0.0,
-    )
+    boost = p.active.boost.p
+    return still(1.0, boost, boost, 0.5 * p.passive.accumulator.V_stroke)
 
 
 with_displacements = replace(State, "alpha_m", "alpha_pm")
@@ -317,7 +236,7 @@ def sense(x, y, q, m, tick, geo, p):
     P = p.passive
     p_hp = accumulator_pressure(x.V_o, P.accumulator)
     T_passive = motor_torque(P.settings.D_m_max * displacement(x.alpha_pm, P.motor_servo), p_hp - P.settings.p_lp)
-    return closed_circuit_readings(x, y, q, m, tick, geo, T_passive, p_hp, p)
+    return active.readings(x, y, q, m, tick, geo, T_passive, p_hp, p)
 
 
 @scalar
@@ -349,7 +268,7 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 @scalar
 def power_units(c, x, p):
     """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
-    return c.f.Q_p * (c.p_a - c.p_b) + c.Q_pp * (c.p_hp - p.passive.settings.p_lp)
+    return c.f.Q_p * (c.p_a - c.p_b) + c.o.Q_p * (c.o.p_hp - p.passive.settings.p_lp)
 
 
 @scalar
@@ -363,10 +282,10 @@ def signals(c, x, q, u, geo, p):
         V_void=c.V_void,
         omega_m=x.omega_m,
         Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
-        T_f=c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle),
+        T_f=shaft.friction(c, x, p),
         f_pump=u.f_pump,
         P_hpu=power_units(c, x, p),
-        p_hp=c.p_hp,
+        p_hp=c.o.p_hp,
         alpha_pp=c.alpha_pp,
         alpha_pm=c.alpha_pm,
         V_acc=x.V_o,
@@ -378,38 +297,37 @@ def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     P = p.passive
     f, dp = c.f, c.p_a - c.p_b
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
-    dp_p = c.p_hp - P.settings.p_lp
-    Q_low = c.D_pm * x.omega_m + c.Q_lp - c.Q_pp  # into the low side, whose pressure is held
+    dp_p = c.o.p_hp - P.settings.p_lp
+    Q_low = c.D_pm * x.omega_m + c.o.Q_lp - c.o.Q_p  # into the low side, whose pressure is held
     return Powers(
         pump=f.Q_p * dp,
         boost=c.p_a * f.Q_boost_a + c.p_b * f.Q_boost_b,
-        passive_pump=c.Q_pp * dp_p,
-        friction=T_f * x.omega_m,
-        leakage=f.Q_int * dp + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b + c.Q_lp * dp_p + c.Q_lp_ext * c.p_hp,
-        relief=f.Q_relief_a * c.p_a + f.Q_relief_b * c.p_b + c.Q_relief_p * c.p_hp,
+        passive_pump=c.o.Q_p * dp_p,
+        friction=shaft.friction(c, x, p) * x.omega_m,
+        leakage=f.Q_int * dp + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b + c.o.Q_lp * dp_p + c.o.Q_ext * c.o.p_hp,
+        relief=f.Q_relief_a * c.p_a + f.Q_relief_b * c.p_b + c.o.Q_relief * c.o.p_hp,
         flushing=f.Q_flush_a * c.p_a + f.Q_flush_b * c.p_b,
-        passive=c.Q_o * c.p_hp + P.settings.p_lp * Q_low,
+        passive=c.o.Q_o * c.o.p_hp + P.settings.p_lp * Q_low,
     )
 
 
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]; the accumulator's is counted as power."""
-    oil = line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
-    return 0.5 * x.omega_m * x.omega_m / geo.i_J + oil
+    return shaft.energy(x, geo) + active.line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
 
 
 @scalar
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`. All motors sit on one shaft and each set has its own speed limit."""
+    A, P = p.active, p.passive
     return Limits(
-        relief=fmax(relieves(c.f.Q_relief_a + c.f.Q_relief_b), relieves(c.Q_relief_p)),
-        overspeed=fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive)),
-        stroke=1.0 if x.V_o <= 0.0 or x.V_o >= p.passive.accumulator.V_stroke else 0.0,
-        cavitation=fmax(cavitates(c.p_a, c.p_b), cavitates(c.p_hp, c.p_hp)),
-        power=out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active),
-        boost=out_of_boost(c.f, p.active),
+        relief=fmax(active.relieves(c.f.Q_relief_a + c.f.Q_relief_b), active.relieves(c.o.Q_relief)),
+        overspeed=fmax(active.overspeed(c.alpha_m, x.omega_m, A), active.overspeed(c.alpha_pm, x.omega_m, P)),
+        stroke=at_an_end(x.V_o, P.accumulator),
+        cavitation=fmax(active.cavitates(c.p_a, c.p_b), active.cavitates(c.o.p_hp, c.o.p_hp)),
+        power=active.out_of_power(power_units(c, x, p), u.f_pump, p.plc, A),
+        boost=active.out_of_boost(c.f, A),
     )
 
 
@@ -435,8 +353,7 @@ def steady(
     p_o = accumulator_pressure(V, P.accumulator)
     alpha_pm = displacement_for_weight(F_w, geo.r_eff, p_o, P.settings)
     pp = make_up(p_o, alpha_pm, v_op / geo.r_eff, P.settings) if alpha_pp is None else alpha_pp
-    rest = State(*[0.0] * len(State._fields))
-    x = rest._replace(alpha_m=alpha_m, alpha_pp=pp, alpha_pm=alpha_pm, V_o=V, omega_m=omega_m)
+    x = still(alpha_m, 0.0, 0.0, V)._replace(alpha_pp=pp, alpha_pm=alpha_pm, omega_m=omega_m)
     return x, Command(u_p=0.0, u_m=alpha_m, u_pp=pp, u_pm=alpha_pm, f_pump=1.0, f_passive=1.0, brake=0.0)
 
 
@@ -481,6 +398,6 @@ def pump_flows(crane: Any) -> tuple[float, float]:
 def stiffness(p: Params) -> Stiffness:
     """Fast modes of the winch."""
     J = shaft_inertia_without_wire(p.hoist)
-    a, passive = active_stiffness(p.active, J), passive_stiffness(p.passive, J)
+    a, passive = active.active_stiffness(p.active, J), passive_stiffness(p.passive, J)
     rates = {**a.rates, **passive.rates}
     return Stiffness(rates, a.viscous + passive.viscous, a.dry + passive.dry, a.n_max)

@@ -15,52 +15,22 @@ from typing import Annotated, Any, NamedTuple
 from stillhook.base.variable import Row
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import MANUAL, ActuatorCommands, Plc, hold
-from stillhook.errors import SpecError
 from stillhook.physics.friction import bristle_update, dry_torque
+from stillhook.physics.hydraulics import cylinder as rod
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void, piston_loss, port_pressure
 from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
-from stillhook.physics.hydraulics.cylinder import (
-    carried_power,
-    chamber_a,
-    chamber_b,
-    cushion_force,
-    in_cushion,
-    oil_energy,
-    pressure_rate,
-    rod_force,
-    rod_friction_dry,
-    stop_energy,
-    stop_force,
-)
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
-from stillhook.physics.records import replace
+from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import clip, fmax, scalar
-from stillhook.physics.sensor import quantise
-from stillhook.winches import load_path
-from stillhook.winches.circuits.active import (
-    AlphaP,
-    BoostLimit,
-    CavitationLimit,
-    HydraulicPower,
-    PowerLimit,
-    PressureA,
-    PressureB,
-    PumpShare,
-    ReliefFlow,
-    ReliefLimit,
-    VoidVolume,
-    cavitates,
-    out_of_boost,
-    out_of_power,
-    relieves,
-)
+from stillhook.winches import load_path, shaft
+from stillhook.winches.circuits import rows
+from stillhook.winches.circuits.active import ActiveFlows, cavitates, out_of_boost, out_of_power, relieves
 from stillhook.winches.circuits.cylinder import (
     BLANK,
     FILL_MOST,
     MAKE_UP_RATE,
     CylinderDrive,
-    CylinderFlows,
     CylinderTable,
     Extremes,
     charge,
@@ -82,6 +52,7 @@ from stillhook.winches.circuits.cylinder import (
     sized,
     stroke,
 )
+from stillhook.winches.circuits.passive import at_an_end
 from stillhook.winches.interface import Cause, Parts, Stiffness
 from stillhook.winches.load_path import Hoist, drum_geometry
 from stillhook.winches.records import Geometry, Sensors, apply_override
@@ -132,7 +103,7 @@ class Circuit(NamedTuple):
     vapour in all of them [m^3], forces on the rod [N]. g level of dry friction, with that of the lock where it is held
     (above 0.5); F_brake tension that the drum's brake holds."""
 
-    f: CylinderFlows
+    f: ActiveFlows
     p_a: float
     p_b: float
     V_a: float
@@ -150,26 +121,21 @@ class Circuit(NamedTuple):
     F_brake: float
 
 
-RodPlace = Annotated[float, Row("m", "length", "out and hoisting positive", "travel of the rod from its retracted end")]
-RodSpeed = Annotated[float, Row("m/s", "speed", "out and hoisting positive", "speed of the rod")]
-RodFriction = Annotated[
-    float, Row("N", "force", "against hoisting positive", "friction of rod, guides and sheaves at the rod")
-]
-
-
 class Signals(NamedTuple):
     """Signals of its own."""
 
-    alpha_p: AlphaP
-    p_a: PressureA
-    p_b: PressureB
-    V_void: VoidVolume
-    x_rod: RodPlace
-    v_rod: RodSpeed
-    F_f: RodFriction
-    Q_relief: ReliefFlow
-    f_pump: PumpShare
-    P_hpu: HydraulicPower
+    alpha_p: rows.AlphaP
+    p_a: rows.PressureA
+    p_b: rows.PressureB
+    V_void: rows.VoidVolume
+    x_rod: Annotated[float, Row("m", "length", "out and hoisting positive", "travel of the rod from its retracted end")]
+    v_rod: Annotated[float, Row("m/s", "speed", "out and hoisting positive", "speed of the rod")]
+    F_f: Annotated[
+        float, Row("N", "force", "against hoisting positive", "friction of rod, guides and sheaves at the rod")
+    ]
+    Q_relief: rows.ReliefFlow
+    f_pump: rows.PumpShare
+    P_hpu: rows.HydraulicPower
     p_hp: Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the chamber on the accumulator")]
     V_acc: Annotated[float, Row("m^3", "volume", "from the oil end", "oil in the accumulator")]
     v_drum: Annotated[float, Row("m/s", "speed", "hoisting positive", "wire speed of the drum")]
@@ -181,11 +147,11 @@ class Limits(NamedTuple):
     stroke: Annotated[float, Cause("cylinder stroke", "time with the rod in the cushion of an end", symbol="t_end")]
     flow: Annotated[float, Cause("pump flow", "time with more asked of the pumps than their full flow")]
     rod_speed: Annotated[float, Cause("rod speed", "time with the rod above the speed of its seals")]
-    relief: ReliefLimit
-    cavitation: CavitationLimit
+    relief: rows.ReliefLimit
+    cavitation: rows.CavitationLimit
     accumulator: Annotated[float, Cause("accumulator", "time with the accumulator piston at an end")]
-    power: PowerLimit
-    boost: BoostLimit
+    power: rows.PowerLimit
+    boost: rows.BoostLimit
     slip: Annotated[float, Cause("brake", "time with more tension than the brake of the standing drum holds")]
     drum_speed: Annotated[float, Cause("winch speed", "time with more speed asked of the winch than it has")]
 
@@ -235,7 +201,7 @@ def circuit(x, q, u, geo, p):
     Q_leak, Q_relief_p = C.accumulator.C_leak * p_o, relief_flow(p_o, C.passive_relief)
     Q_o = u.Q_make_up - C.chambers.A_p * x.v_rod - Q_leak - Q_relief_p
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
-    V_a, V_b, beta = chamber_a(x.x_rod, C.chambers), chamber_b(x.x_rod, C.chambers), C.chambers.beta
+    V_a, V_b, beta = rod.chamber_a(x.x_rod, C.chambers), rod.chamber_b(x.x_rod, C.chambers), C.chambers.beta
     voids = void_volume(x.p_a, beta / V_a) + void_volume(x.p_b, beta / V_b)
     return Circuit(
         f=cylinder_flows(alpha_p, x.p_a, x.p_b, u.f_pump, C),
@@ -250,8 +216,8 @@ def circuit(x, q, u, geo, p):
         Q_o=Q_o,
         p_o=p_o,
         p_hp=port_pressure(p_o, Q_o, C.accumulator),
-        F_end=stop_force(x.x_rod, C.ends) + cushion_force(x.x_rod, x.v_rod, C.ends),
-        g=rod_friction_dry(x.v_rod, C.n_f * q.F_w, C.friction) + u.brake * C.F_lock,
+        F_end=rod.stop_force(x.x_rod, C.ends) + rod.cushion_force(x.x_rod, x.v_rod, C.ends),
+        g=rod.rod_friction_dry(x.v_rod, C.n_f * q.F_w, C.friction) + u.brake * C.F_lock,
         held=u.brake,
         F_brake=p.hoist.T_brake / (0.5 * geo.d * p.hoist.i_i),
     )
@@ -268,12 +234,12 @@ def friction(c, x, p):
 def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     C = p.cylinder
-    F = rod_force(c.p_a, c.p_b, c.p_hp, C.chambers) - C.n_f * q.F_w - friction(c, x, p) + c.F_end
+    F = rod.rod_force(c.p_a, c.p_b, c.p_hp, C.chambers) - C.n_f * q.F_w - friction(c, x, p) + c.F_end
     return State(
         alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, C.servo),
         alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, C.servo),
-        p_a=pressure_rate(c.f.Q_a, C.chambers.A_a * x.v_rod, c.V_a, c.p_a - x.p_a, C.chambers.beta),
-        p_b=pressure_rate(c.f.Q_b, -C.chambers.A_b * x.v_rod, c.V_b, c.p_b - x.p_b, C.chambers.beta),
+        p_a=rod.pressure_rate(c.f.Q_a, C.chambers.A_a * x.v_rod, c.V_a, c.p_a - x.p_a, C.chambers.beta),
+        p_b=rod.pressure_rate(c.f.Q_b, -C.chambers.A_b * x.v_rod, c.V_b, c.p_b - x.p_b, C.chambers.beta),
         V_o=c.Q_o,
         x_rod=x.v_rod,
         v_rod=F * C.i_m,
@@ -288,24 +254,14 @@ def bristle_after(c, x, p, tau):
     return bristle_update(x.v_rod, x.z, c.g, c.held, tau, p.cylinder.bristle)
 
 
+still = zeros_but(State, "p_a", "p_b", "V_o", "x_rod")
+
+
 @scalar
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the rod at mid stroke, the accumulator too; s_w wire out [m]."""
     C = p.cylinder
-    return State(
-        alpha_p=0.0,
-        alpha_p_dot=0.0,
-        p_a=C.boost.p,
-        p_b=C.boost.p,
-        V_o=C.V_mid,
-        x_rod=0.5 * C.chambers.x_max,
-        v_rod=0.0,
-        v_drum=0.0,
-        z=0.0,
-    )
-
-
-with_pressures = replace(State, "p_a", "p_b")
+    return still(C.boost.p, C.boost.p, C.V_mid, 0.5 * C.chambers.x_max)
 
 
 @scalar
@@ -314,8 +270,11 @@ def settle(x, q, u, tick, geo, p):
     where it carries too much."""
     C = p.cylinder
     A, boost = C.chambers, C.boost.p
-    F = C.n_f * q.F_w - rod_force(boost, boost, accumulator_pressure(x.V_o, C.accumulator), A)
-    return with_pressures(x, boost + fmax(F, 0.0) / A.A_a, boost + fmax(-F, 0.0) / A.A_b)
+    F = C.n_f * q.F_w - rod.rod_force(boost, boost, accumulator_pressure(x.V_o, C.accumulator), A)
+    return still(boost + fmax(F, 0.0) / A.A_a, boost + fmax(-F, 0.0) / A.A_b, x.V_o, x.x_rod)
+
+
+with_pressures = replace(Sensed, "v_op", "K_wire", "dp", "dp_load", "p_hp")
 
 
 @scalar
@@ -324,24 +283,10 @@ def sense(x, y, q, m, tick, geo, p):
     encoder, what the winch lags."""
     C = p.cylinder
     behind = clip(tick.v_op, -C.v_winch, C.v_winch) - x.v_drum
-    F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
-    p_o = accumulator_pressure(x.V_o, C.accumulator)
-    return Sensed(
-        s_tip=tick.s_m,
-        v_tip=tick.v_m,
-        a_tip=tick.a_m,
-        v_op=behind if tick.mode > MANUAL else 0.0,
-        s_op=tick.s_op,
-        mode=tick.mode,
-        f_pump=tick.f_known,
-        s_w=quantise(y.s_w + tick.n_s, p.sensors.q_s),
-        F=F,
-        alpha_m=1.0,
-        K_wire=1.0,
-        dp=line_pressure(x.p_a) - line_pressure(x.p_b),
-        dp_load=(C.n_f * F - C.chambers.A_p * p_o) / C.chambers.A_a,
-        p_hp=p_o,
-    )
+    p_o, r = accumulator_pressure(x.V_o, C.accumulator), shaft.sense(x, y, q, m, tick, geo, p)
+    v_op = behind if tick.mode > MANUAL else 0.0
+    dp_load = (C.n_f * r.F - C.chambers.A_p * p_o) / C.chambers.A_a
+    return with_pressures(r, v_op, 1.0, line_pressure(x.p_a) - line_pressure(x.p_b), dp_load, p_o)
 
 
 with_command = replace(ActuatorCommands, "u_p")
@@ -393,7 +338,7 @@ def powers(c, x, q, p):
     power."""
     f, C, v = c.f, p.cylinder, x.v_rod
     A, dp = C.chambers, c.p_a - c.p_b
-    carried = carried_power(c.p_a, A.A_a * v, A.beta) - carried_power(c.p_b, A.A_b * v, A.beta)
+    carried = rod.carried_power(c.p_a, A.A_a * v, A.beta) - rod.carried_power(c.p_b, A.A_b * v, A.beta)
     return Powers(
         pump=f.Q_p * dp,
         boost=c.p_a * f.Q_boost_a + c.p_b * f.Q_boost_b,
@@ -403,7 +348,7 @@ def powers(c, x, q, p):
         leakage=f.Q_int * dp + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b + c.Q_leak * c.p_hp,
         relief=(f.Q_relief_a - f.Q_relief_b) * dp + c.Q_relief_p * c.p_hp,
         flushing=f.Q_flush_a * c.p_a + f.Q_flush_b * c.p_b,
-        cushion=-cushion_force(x.x_rod, v, C.ends) * v,
+        cushion=-rod.cushion_force(x.x_rod, v, C.ends) * v,
         carried=-carried,
         accumulator=c.Q_o * c.p_o,
         piston=c.Q_o * (c.p_hp - c.p_o),
@@ -415,9 +360,9 @@ def stored_energy(c, x, geo, p):
     """Energy stored in the rod, its end stops and the two lines [J]; the accumulator's is counted as power."""
     C = p.cylinder
     A = C.chambers
-    oil = oil_energy(c.p_a, c.V_a, A.beta) + oil_energy(c.p_b, c.V_b, A.beta)
+    oil = rod.oil_energy(c.p_a, c.V_a, A.beta) + rod.oil_energy(c.p_b, c.V_b, A.beta)
     voids = void_energy(x.p_a, A.beta / c.V_a) + void_energy(x.p_b, A.beta / c.V_b)
-    return 0.5 * x.v_rod * x.v_rod / C.i_m + stop_energy(x.x_rod, C.ends) + oil + voids
+    return 0.5 * x.v_rod * x.v_rod / C.i_m + rod.stop_energy(x.x_rod, C.ends) + oil + voids
 
 
 @scalar
@@ -425,12 +370,12 @@ def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
     C = p.cylinder
     return Limits(
-        stroke=in_cushion(x.x_rod, C.ends),
+        stroke=rod.in_cushion(x.x_rod, C.ends),
         flow=1.0 if abs(u.u_raw) > 1.0 else 0.0,
         rod_speed=1.0 if abs(x.v_rod) > C.v_rod else 0.0,
         relief=relieves(c.f.Q_relief_a + c.f.Q_relief_b + c.Q_relief_p),
         cavitation=fmax(cavitates(c.p_a, c.p_b), cavitates(c.p_hp, c.p_hp)),
-        accumulator=1.0 if x.V_o <= 0.0 or x.V_o >= C.accumulator.V_stroke else 0.0,
+        accumulator=at_an_end(x.V_o, C.accumulator),
         power=out_of_power(c.f.Q_p * (c.p_a - c.p_b), u.f_pump, p.plc, C),
         boost=out_of_boost(c.f, C),
         slip=1.0 if u.v_drum == 0.0 and q.F_w > c.F_brake else 0.0,
@@ -440,14 +385,11 @@ def limits(c, x, q, u, p):
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
     """Records of a run: the gas is set to the load."""
-    t = crane.cylinder
-    acc = t.passive.accumulator
-    gas = acc.gas.model_copy(update={"p_0": gas_pressure_set(t, parts.hoist.load.W)})
-    try:
-        fitted = parts.gas(acc.model_copy(update={"gas": gas}))
-    except SpecError as problem:
-        raise SpecError(str(problem).replace("passive.accumulator", "cylinder.passive.accumulator")) from None
-    return Params(cylinder_drive(crane, fitted, parts.hoist), parts.hoist, parts.plc, parts.sensors)
+    t = crane.cylinder.passive
+    gas = t.accumulator.gas.model_copy(update={"p_0": gas_pressure_set(crane.cylinder, parts.hoist.load.W)})
+    table = t.accumulator.model_copy(update={"gas": gas})
+    accumulator = parts.accumulator(table, t.line, False, "cylinder.passive")
+    return Params(cylinder_drive(crane, accumulator, parts.hoist), parts.hoist, parts.plc, parts.sensors)
 
 
 def stiffness(p: Params) -> Stiffness:
@@ -459,7 +401,7 @@ def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) ->
     """Highest steady rod speed with tension F_w at the top [N], rod at mid stroke, and the limit's cause."""
     C, boost = p.cylinder, p.cylinder.boost.p
     v = C.Q_p / C.chambers.A_a
-    lost = float(rod_friction_dry(v, C.n_f * F_w, C.friction)) + C.friction.b * v
+    lost = float(rod.rod_friction_dry(v, C.n_f * F_w, C.friction)) + C.friction.b * v
     lost += C.chambers.A_p * float(piston_loss(C.chambers.A_p * v, C.accumulator))
     F = (
         C.n_f * F_w

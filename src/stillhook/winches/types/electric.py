@@ -4,51 +4,19 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
-from stillhook.control.interface import Sensed
 from stillhook.control.plc import Plc, hold
-from stillhook.physics.electric.drive import (
-    SpeedLoop,
-    current_loop_rate,
-    current_rate,
-    integral_rate,
-    smoothing_rate,
-    torque_demand,
-)
-from stillhook.physics.electric.heating import Body, heating_rate, time_to_limit
-from stillhook.physics.electric.machine import (
-    Machines,
-    copper_loss,
-    current,
-    inverter_loss,
-    iron_loss,
-    link_power,
-    torque,
-    torque_limit,
-)
-from stillhook.physics.electric.supply import (
-    Grid,
-    Store,
-    grid_power,
-    open_voltage,
-    resistor_demand,
-    resistor_heating_rate,
-    resistor_power,
-    resistor_rate,
-    store_current,
-    supply_limit,
-    take_limit,
-)
-from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
-from stillhook.physics.load_path.drum import K_wire
+from stillhook.physics.electric import drive as loops
+from stillhook.physics.electric import heating, machine, supply
+from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
-from stillhook.physics.sensor import quantise
 from stillhook.units import show
-from stillhook.winches import load_path
-from stillhook.winches.circuits.active import OmegaM
-from stillhook.winches.circuits.electric import BLANK, Electric, Extremes, fold_extremes, records
+from stillhook.winches import load_path, shaft
+from stillhook.winches.circuits import rows
+from stillhook.winches.circuits.electric import BLANK, Drive, Electric, Extremes, fold_extremes, records
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
+from stillhook.winches.shaft import bristle_after, friction, geometry, sense, wire_speed
 
 NAME = "electric"
 TITLE = "electric winch: machines with inverters on a DC link with a store"
@@ -66,19 +34,7 @@ TABLES = {"electric": Electric}
 
 
 class Params(NamedTuple):
-    """Parameters of a run; rate_i of the current loop [1/s], n_full motor speed at full command [rad/s], theta_0 and
-    theta_store_0 temperatures of windings and store at the start [K]."""
-
-    machines: Machines
-    rate_i: float
-    speed: SpeedLoop
-    store: Store
-    grid: Grid
-    winding: Body
-    heat_store: Body
-    n_full: float
-    theta_0: float
-    theta_store_0: float
+    drive: Drive
     hoist: Hoist
     plc: Plc
     sensors: Sensors
@@ -126,12 +82,13 @@ class Circuit(NamedTuple):
     V_dc: float
     g: float
     held: float
+    T_moving: float
 
 
 class Signals(NamedTuple):
     """Signals of its own."""
 
-    omega_m: OmegaM
+    omega_m: rows.OmegaM
     T_m: Annotated[float, Row("N m", "torque", "hoisting positive", "torque of all machines at the motor shaft")]
     i: Annotated[float, Row("A", "current", "hoisting positive", "torque-producing current of one machine")]
     P_el: Annotated[float, Row("W", "power", "to the winch positive", "power from the grid; negative: fed back")]
@@ -187,82 +144,58 @@ PER_MOTOR = ("electric.inverter",)
 
 
 @scalar
-def geometry(s_w, p):
-    """The drum during one PLC cycle, with s_w of wire out [m]."""
-    return drum_geometry(s_w, p.hoist)
-
-
-@scalar
-def wire_speed(x, geo):
-    """Wire speed that the winch gives, hoisting positive [m/s]."""
-    return x.omega_m * geo.r_eff
-
-
-@scalar
 def circuit(x, q, u, geo, p):
     """The whole winch at an instant, read along its diagram: speed loop, torque limit, current, DC link, friction. q
     point of the load path. Where the holding brake closes it takes the load over, and the drive lets go."""
-    h, M = p.hoist, p.machines
+    h, d, M = p.hoist, p.drive, p.drive.machines
     held = fmax(u.brake, x.trip)
-    give, take = supply_limit(x.E, x.heat, p.store, p.grid), take_limit(x.E, x.heat, p.store, p.grid)
-    T_demand = (1.0 - held) * torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, p.speed)
-    T_ref = clip(T_demand, -torque_limit(-x.omega_m, give, take, M), torque_limit(x.omega_m, give, take, M))
-    P_dc = link_power(x.i, x.omega_m, M)
-    P_resistor = resistor_power(P_dc, x.E, x.heat, p.store, p.grid)
-    P_el = grid_power(P_dc, P_resistor, x.E, p.store, p.grid)
+    give, take = supply.supply_limit(x.E, x.heat, d.store, d.grid), supply.take_limit(x.E, x.heat, d.store, d.grid)
+    T_demand = (1.0 - held) * loops.torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, d.speed)
+    T_most, T_least = machine.torque_limit(x.omega_m, give, take, M), -machine.torque_limit(-x.omega_m, give, take, M)
+    T_ref = clip(T_demand, T_least, T_most)
+    P_dc = machine.link_power(x.i, x.omega_m, M)
+    P_resistor = supply.resistor_power(P_dc, x.E, x.heat, d.store, d.grid)
+    P_el = supply.grid_power(P_dc, P_resistor, x.E, d.store, d.grid)
     P_store = P_el - P_dc - P_resistor
-    I_store = store_current(P_store, x.E, p.store)
-    g = h.n_motors * system_friction_dry(x.omega_m, q.F_w * 0.5 * geo.d, h.friction) + held * h.T_brake
+    I_store = supply.store_current(P_store, x.E, d.store)
     return Circuit(
         T_demand=T_demand,
         T_ref=T_ref,
-        T=torque(x.i, M),
+        T=machine.torque(x.i, M),
         P_dc=P_dc,
         P_el=P_el,
         P_resistor=P_resistor,
         P_store=P_store,
         I_store=I_store,
-        loss_store=p.store.R * I_store * I_store,
-        V_dc=open_voltage(x.E, p.store) + p.store.R * I_store,
-        g=g,
+        loss_store=d.store.R * I_store * I_store,
+        V_dc=supply.open_voltage(x.E, d.store) + d.store.R * I_store,
+        g=shaft.dry_level(0.0, x.omega_m, q.F_w * 0.5 * geo.d, h) + held * h.T_brake,
         held=held,
+        T_moving=shaft.moving_loss(0.0, x.omega_m, h),
     )
-
-
-@scalar
-def friction(c, x, p):
-    """Friction torque at the motor shaft, against hoisting positive [N m]."""
-    h = p.hoist
-    return h.n_motors * h.friction.Y_5 * x.omega_m + dry_torque(x.omega_m, x.z, c.g, c.held, h.bristle)
 
 
 @scalar
 def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
-    h, M = p.hoist, p.machines
+    h, M = p.hoist, p.drive.machines
     T = c.T - q.F_w * geo.r_eff - friction(c, x, p)
-    T_n = integral_rate(x.omega_ref, x.omega_m, c.T_demand, c.T_ref, p.speed)
+    T_n = loops.integral_rate(x.omega_ref, x.omega_m, c.T_demand, c.T_ref, p.drive.speed)
     trips = h.T_brake > 0.0 and (abs(x.omega_m) > TRIP * M.n_max or x.trip > TRIPPED)
-    heat = (copper_loss(x.i, M) + iron_loss(x.omega_m, M)) / M.count
+    heat = (machine.copper_loss(x.i, M) + machine.iron_loss(x.omega_m, M)) / M.count
     return State(
-        i=current_rate(x.i, current(c.T_ref, p.machines), p.rate_i),
+        i=loops.current_rate(x.i, machine.current(c.T_ref, p.drive.machines), p.drive.rate_i),
         omega_m=T * geo.i_J,
-        omega_ref=smoothing_rate(x.omega_ref, u.u_p * p.n_full, p.speed),
-        T_ff=smoothing_rate(x.T_ff, u.T_ff, p.speed),
-        T_n=(1.0 - c.held) * T_n - c.held * p.speed.i_T * x.T_n,
+        omega_ref=loops.smoothing_rate(x.omega_ref, u.u_p * p.drive.n_full, p.drive.speed),
+        T_ff=loops.smoothing_rate(x.T_ff, u.T_ff, p.drive.speed),
+        T_n=(1.0 - c.held) * T_n - c.held * p.drive.speed.i_T * x.T_n,
         E=c.P_store - c.loss_store,
-        theta=heating_rate(x.theta, heat, p.winding),
-        theta_store=heating_rate(x.theta_store, c.loss_store, p.heat_store),
-        heat=resistor_heating_rate(x.heat, c.P_resistor, p.grid),
+        theta=heating.heating_rate(x.theta, heat, p.drive.winding),
+        theta_store=heating.heating_rate(x.theta_store, c.loss_store, p.drive.heat_store),
+        heat=supply.resistor_heating_rate(x.heat, c.P_resistor, p.drive.grid),
         trip=CLOSING * (1.0 - x.trip) if trips else 0.0,
         z=0.0,
     )
-
-
-@scalar
-def bristle_after(c, x, p, tau):
-    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
-    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
 
 
 @scalar
@@ -274,9 +207,9 @@ def start(s_w, tick, p):
         omega_ref=0.0,
         T_ff=0.0,
         T_n=0.0,
-        E=p.store.E_set,
-        theta=p.theta_0,
-        theta_store=p.theta_store_0,
+        E=p.drive.store.E_set,
+        theta=p.drive.theta_0,
+        theta_store=p.drive.theta_store_0,
         heat=0.0,
         trip=0.0,
         z=0.0,
@@ -288,7 +221,7 @@ def settle(x, q, u, tick, geo, p):
     """The state at rest under the PLC's first commands: machines or brake hold the load."""
     T = q.F_w * geo.r_eff
     return State(
-        i=current((1.0 - u.brake) * T, p.machines),
+        i=machine.current((1.0 - u.brake) * T, p.drive.machines),
         omega_m=0.0,
         omega_ref=0.0,
         T_ff=u.T_ff,
@@ -299,27 +232,6 @@ def settle(x, q, u, tick, geo, p):
         heat=x.heat,
         trip=0.0,
         z=-u.brake * T / p.hoist.bristle.sigma_0,
-    )
-
-
-@scalar
-def sense(x, y, q, m, tick, geo, p):
-    """What the PLC reads: there are no pressures, and the machines have no displacement."""
-    return Sensed(
-        s_tip=tick.s_m,
-        v_tip=tick.v_m,
-        a_tip=tick.a_m,
-        v_op=tick.v_op,
-        s_op=tick.s_op,
-        mode=tick.mode,
-        f_pump=tick.f_known,
-        s_w=quantise(y.s_w + tick.n_s, p.sensors.q_s),
-        F=quantise(q.F_w + tick.n_F, p.sensors.q_F),
-        alpha_m=1.0,
-        K_wire=K_wire(geo.d, p.hoist.drum),
-        dp=0.0,
-        dp_load=0.0,
-        p_hp=0.0,
     )
 
 
@@ -362,19 +274,20 @@ SLIPS = 0.999
 @scalar
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
-    beyond, torque_held = abs(c.T_demand) > abs(c.T_ref), abs(c.T_ref) >= AT * p.machines.T_max
-    s, held_back = p.store, beyond and not torque_held
+    d = p.drive
+    beyond, torque_held = abs(c.T_demand) > abs(c.T_ref), abs(c.T_ref) >= AT * d.machines.T_max
+    s, held_back = d.store, beyond and not torque_held
     slips = c.held > 0.5 and p.hoist.bristle.sigma_0 * abs(x.z) >= SLIPS * c.g
     return Limits(
         torque=1.0 if beyond and torque_held else 0.0,
         drive_power=1.0 if held_back else 0.0,
-        temperature=1.0 if x.theta > p.winding.theta_max else 0.0,
-        speed=1.0 if abs(x.omega_m) > p.machines.n_max or x.trip > TRIPPED else 0.0,
+        temperature=1.0 if x.theta > d.winding.theta_max else 0.0,
+        speed=1.0 if abs(x.omega_m) > d.machines.n_max or x.trip > TRIPPED else 0.0,
         store_full=1.0 if held_back and c.T_ref * x.omega_m < 0.0 and (s.E_high - x.E) * s.i_band < 1.0 else 0.0,
         store_empty=1.0 if (x.E - s.E_low) * s.i_band < 1.0 else 0.0,
         store_current=1.0 if abs(c.I_store) > (1.0 - NEAR) * s.I_max else 0.0,
-        store_heat=1.0 if x.theta_store > p.heat_store.theta_max else 0.0,
-        resistor=1.0 if c.P_resistor < fmin(resistor_demand(c.P_dc, x.E, s, p.grid), p.grid.P_resistor) else 0.0,
+        store_heat=1.0 if x.theta_store > d.heat_store.theta_max else 0.0,
+        resistor=1.0 if c.P_resistor < fmin(supply.resistor_demand(c.P_dc, x.E, s, d.grid), d.grid.P_resistor) else 0.0,
         overvoltage=1.0 if c.V_dc > (1.0 + NEAR) * s.V_high else 0.0,
         undervoltage=1.0 if c.V_dc < (1.0 - NEAR) * s.V_low else 0.0,
         brake=1.0 if slips else 0.0,
@@ -384,14 +297,14 @@ def limits(c, x, q, u, p):
 @scalar
 def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
-    M = p.machines
+    M = p.drive.machines
     return Powers(
         grid=c.P_el,
         motor=c.T * x.omega_m,
         shaft=c.T * x.omega_m,
-        copper=copper_loss(x.i, M),
-        iron=iron_loss(x.omega_m, M),
-        inverter=inverter_loss(x.i, M),
+        copper=machine.copper_loss(x.i, M),
+        iron=machine.iron_loss(x.omega_m, M),
+        inverter=machine.inverter_loss(x.i, M),
         store=c.loss_store,
         resistor=c.P_resistor,
         friction=friction(c, x, p) * x.omega_m,
@@ -401,12 +314,12 @@ def powers(c, x, q, p):
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy of shaft and store [J]."""
-    return 0.5 * x.omega_m * x.omega_m / geo.i_J + x.E
+    return shaft.energy(x, geo) + x.E
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
     """Records of a run."""
-    return Params(*records(crane.electric), parts.hoist, parts.plc, parts.sensors)
+    return Params(records(crane.electric), parts.hoist, parts.plc, parts.sensors)
 
 
 def motors(crane: Any) -> tuple[Any, ...]:
@@ -421,24 +334,24 @@ def full_speed(crane: Any, alpha_m: float) -> float:
 
 def lag(crane: Any) -> float:
     """Time by which the drive lags its command [s]: smoothing and current loop; the acceleration is fed forward."""
-    return float(crane.electric.speed.tau_ref + 1.0 / current_loop_rate(crane.electric.inverter.omega_i))
+    return float(crane.electric.speed.tau_ref + 1.0 / loops.current_loop_rate(crane.electric.inverter.omega_i))
 
 
 def stiffness(p: Params) -> Stiffness:
     """Fast modes of the winch [1/s], from which the longest step follows."""
-    J = shaft_inertia_without_wire(p.hoist)
+    d, J = p.drive, shaft_inertia_without_wire(p.hoist)
     modes = {
-        "current control": p.rate_i,
-        "speed control": math.sqrt(p.speed.K * p.rate_i / J),  # with its current loop: s^2 + rate s + rate K / J
-        "integral part of the speed control": p.speed.i_T,
-        "smoothing of the set-points": p.speed.i_tau,
-        "limits of the store": (2.0 * p.store.P_max + p.grid.P_max + p.grid.P_back + p.grid.P_resistor)
-        * p.store.i_band,
-        "refilling of the store": p.store.i_tau,
-        "heat of the braking resistor": resistor_rate(p.grid),
+        "current control": d.rate_i,
+        "speed control": math.sqrt(d.speed.K * d.rate_i / J),  # with its current loop: s^2 + rate s + rate K / J
+        "integral part of the speed control": d.speed.i_T,
+        "smoothing of the set-points": d.speed.i_tau,
+        "limits of the store": (2.0 * d.store.P_max + d.grid.P_max + d.grid.P_back + d.grid.P_resistor)
+        * d.store.i_band,
+        "refilling of the store": d.store.i_tau,
+        "heat of the braking resistor": supply.resistor_rate(d.grid),
         "closing of the brake at a trip": CLOSING,
     }
-    return Stiffness(modes, viscous=0.0, dry=0.0, n_max=p.machines.n_max)
+    return Stiffness(modes, viscous=0.0, dry=0.0, n_max=d.machines.n_max)
 
 
 def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) -> tuple[float, str]:
@@ -450,25 +363,20 @@ def speed_limit(p: Params, geo: Geometry, F_w: float, lowering: bool = False) ->
     def cause(omega: float) -> str:
         dry = system_friction_dry(omega, F_w * 0.5 * geo.d, h.friction)
         T = F_w * geo.r_eff + sign * h.n_motors * (dry + h.friction.Y_5 * omega)
-        P = link_power(current(T, p.machines), sign * omega, p.machines)
-        if abs(T) > p.machines.T_max:
+        P = machine.link_power(machine.current(T, p.drive.machines), sign * omega, p.drive.machines)
+        if abs(T) > p.drive.machines.T_max:
             return "torque"
-        if P < -(p.grid.P_back + p.grid.P_rated):
+        if P < -(p.drive.grid.P_back + p.drive.grid.P_rated):
             return "store full"
-        return "power" if abs(T) * omega > p.machines.P_max or P > p.grid.P_max else ""
+        return "power" if abs(T) * omega > p.drive.machines.P_max or P > p.drive.grid.P_max else ""
 
-    if not cause(p.n_full):
-        return p.n_full, "full command"
-    low, high = 0.0, p.n_full
+    if not cause(p.drive.n_full):
+        return p.drive.n_full, "full command"
+    low, high = 0.0, p.drive.n_full
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if cause(middle) else (middle, high)
     return low, cause(high)
-
-
-def refusal(crane: Any, case: Any) -> str:
-    """Reason why it cannot run a case."""
-    return f'gas_held: "{crane.name}" has no accumulator. Leave it out.' if case.gas_held else ""
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
@@ -482,7 +390,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
             f"holding the load takes {show(T, 'torque')} at the motor shaft, more than the {show(M.T_max, 'torque')} of"
             " the machines: the load will sink"
         )
-    end = time_to_limit(drive.theta_0, copper_loss(current(T, M), M) / M.count, drive.winding)
+    end = heating.time_to_limit(drive.theta_0, machine.copper_loss(machine.current(T, M), M) / M.count, drive.winding)
     if end < math.inf:
         out.append(
             f"holding the load brings the windings to {show(drive.winding.theta_max, 'temperature')} after"

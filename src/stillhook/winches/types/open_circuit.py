@@ -6,36 +6,19 @@ from typing import Annotated, Any, NamedTuple
 from stillhook.base.variable import Row
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import Plc, hold, low_pass
-from stillhook.physics.friction import bristle_update, dry_torque, system_friction, system_friction_dry
+from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.load_sensing import power_limited_setting, pump_setting_rate
-from stillhook.physics.hydraulics.motor import (
-    motor_leakage,
-    motor_torque,
-    torque_loss,
-    torque_loss_dry,
-    torque_loss_moving,
-)
+from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, motors_dry, motors_moving, torque_loss
 from stillhook.physics.hydraulics.swash import swash_acceleration, swash_rate
 from stillhook.physics.hydraulics.valves import in_series, orifice_flow, pilot_pressure_rate, spool_for_opening
-from stillhook.physics.load_path.drum import K_wire
-from stillhook.physics.scalar import clip, copysign, fmax, scalar
-from stillhook.physics.sensor import quantise
+from stillhook.physics.records import replace, zeros_but
+from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.units import show
-from stillhook.winches import load_path
+from stillhook.winches import load_path, shaft
+from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.active import (
     NEAR_LIMIT,
-    CavitationLimit,
-    FrictionTorque,
-    HydraulicPower,
-    OmegaM,
-    OverspeedLimit,
-    PowerLimit,
-    PressureA,
-    PressureB,
-    ReliefFlow,
-    ReliefLimit,
-    VoidVolume,
     cavitates,
     dry_bound,
     line_energy,
@@ -51,15 +34,15 @@ from stillhook.winches.circuits.valve_controlled import (
     ValveFlows,
     fold_extremes,
     full_flow_speed,
-    motors_of,
     pilot_pressure,
     valve_circuit,
     valve_flows,
     valve_rates,
 )
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
+from stillhook.winches.shaft import bristle_after, friction, geometry, wire_speed
 
 NAME = "open-circuit"
 TITLE = "open-circuit winch: a proportional directional valve moves the drum, a counterbalance valve holds the load"
@@ -128,14 +111,14 @@ class Signals(NamedTuple):
     x_v: Annotated[float, Row("1", "", "hoisting positive", "spool position over its stroke")]
     y_cb: Annotated[float, Row("1", "", "", "opening of the counterbalance valve")]
     alpha_p: Annotated[float, Row("1", "", "hoisting positive", "pump displacement over its maximum", "paper E eq. 8")]
-    p_a: PressureA
-    p_b: PressureB
+    p_a: rows.PressureA
+    p_b: rows.PressureB
     p_s: Annotated[float, Row("Pa", "pressure", "gauge", "supply pressure of the directional valve")]
-    V_void: VoidVolume
-    omega_m: OmegaM
-    Q_relief: ReliefFlow
-    T_f: FrictionTorque
-    P_hpu: HydraulicPower
+    V_void: rows.VoidVolume
+    omega_m: rows.OmegaM
+    Q_relief: rows.ReliefFlow
+    T_f: rows.FrictionTorque
+    P_hpu: rows.HydraulicPower
 
 
 class Limits(NamedTuple):
@@ -143,10 +126,10 @@ class Limits(NamedTuple):
 
     valve: Annotated[float, Cause("valve", "time with the spool commanded to its stop")]
     flow: Annotated[float, Cause("flow", "time with the load-sensing pumps at full flow")]
-    power: PowerLimit
-    relief: ReliefLimit
-    overspeed: OverspeedLimit
-    cavitation: CavitationLimit
+    power: rows.PowerLimit
+    relief: rows.ReliefLimit
+    overspeed: rows.OverspeedLimit
+    cavitation: rows.CavitationLimit
     brake: Annotated[float, Cause("brake", "time with the holding brake slipping")]
 
 
@@ -166,27 +149,12 @@ SUPPLIED = ("pump",)
 
 
 @scalar
-def geometry(s_w, p):
-    """The drum during one PLC cycle, with s_w of wire out [m]."""
-    return drum_geometry(s_w, p.hoist)
-
-
-@scalar
-def wire_speed(x, geo):
-    """Wire speed that the winch gives, hoisting positive [m/s]."""
-    return x.omega_m * geo.r_eff
-
-
-@scalar
 def circuit(x, q, u, geo, p):
     """The whole winch at an instant: flows of the circuit, friction. q point of the load path."""
     A, h, M = p.A, p.hoist, p.A.motors
     p_a, p_b, p_s = line_pressure(x.p_a), line_pressure(x.p_b), line_pressure(x.p_s)
     f = valve_flows(x.x_v, x.alpha_p, x.omega_m, x.p_a, x.p_b, x.p_s, x.p_pilot, u.f_pump, A)
-    g = M.count * torque_loss_dry(M.D_max, p_a - p_b, M.fit) + h.n_motors * system_friction_dry(
-        x.omega_m, q.F_w * 0.5 * geo.d, h.friction
-    )
-    moving = M.count * torque_loss_moving(x.omega_m, M.D_max, M.fit) + h.n_motors * h.friction.Y_5 * abs(x.omega_m)
+    g = shaft.dry_level(motors_dry(1.0, p_a - p_b, M), x.omega_m, q.F_w * 0.5 * geo.d, h)
     return Circuit(
         f=f,
         p_a=p_a,
@@ -195,14 +163,8 @@ def circuit(x, q, u, geo, p):
         V_void=line_voids(x, A.i_C_h) + void_volume(x.p_s, A.i_C_s),
         g=g + u.brake * h.T_brake,
         held=u.brake,
-        T_moving=copysign(moving, x.omega_m),
+        T_moving=shaft.moving_loss(motors_moving(x.omega_m, 1.0, M), x.omega_m, h),
     )
-
-
-@scalar
-def friction(c, x, p):
-    """Friction torque at the motor shaft, against hoisting positive [N m]."""
-    return c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
 
 
 @scalar
@@ -223,51 +185,31 @@ def rates(c, x, q, u, geo, p):
     )
 
 
-@scalar
-def bristle_after(c, x, p, tau):
-    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
-    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+still = zeros_but(State, "p_a", "p_b", "p_s", "p_pilot")
 
 
 @scalar
 def start(s_w, tick, p):
     """State before the PLC's first cycle, with s_w of wire out [m]."""
     p_T = p.A.tank.p_T
-    return State(
-        x_v=0.0, x_v_dot=0.0, alpha_p=0.0, p_a=p_T, p_b=p_T, p_s=p.A.pump.p_standby, p_pilot=p_T, omega_m=0.0, z=0.0
-    )
+    return still(p_T, p_T, p.A.pump.p_standby, p_T)
 
 
 @scalar
 def settle(x, q, u, tick, geo, p):
     """State at rest under the PLC's first commands: line A holds the load, the pumps are at standby."""
-    p_a = x.p_b + q.F_w * geo.r_eff / p.A.D_m
-    return State(
-        x_v=0.0, x_v_dot=0.0, alpha_p=0.0, p_a=p_a, p_b=x.p_b, p_s=p.A.pump.p_standby, p_pilot=x.p_b, omega_m=0.0, z=0.0
-    )
+    return still(x.p_b + q.F_w * geo.r_eff / p.A.D_m, x.p_b, p.A.pump.p_standby, x.p_b)
+
+
+with_pressures = replace(Sensed, "f_pump", "dp", "dp_load")
 
 
 @scalar
 def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads: motors of fixed displacement; every pump counts, as the pumps follow the load by
     themselves."""
-    F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
-    return Sensed(
-        s_tip=tick.s_m,
-        v_tip=tick.v_m,
-        a_tip=tick.a_m,
-        v_op=tick.v_op,
-        s_op=tick.s_op,
-        mode=tick.mode,
-        f_pump=1.0,
-        s_w=quantise(y.s_w + tick.n_s, p.sensors.q_s),
-        F=F,
-        alpha_m=1.0,
-        K_wire=K_wire(geo.d, p.hoist.drum),
-        dp=line_pressure(x.p_a) - line_pressure(x.p_b),
-        dp_load=F * geo.r_eff / p.A.D_m,
-        p_hp=0.0,
-    )
+    r = shaft.sense(x, y, q, m, tick, geo, p)
+    return with_pressures(r, 1.0, line_pressure(x.p_a) - line_pressure(x.p_b), r.F * geo.r_eff / p.A.D_m)
 
 
 @scalar
@@ -360,7 +302,7 @@ def stored_energy(c, x, geo, p):
     """Energy stored in shaft, motor lines and supply [J]."""
     A = p.A
     supply = 0.5 * c.p_s * c.p_s / A.i_C_s + void_energy(x.p_s, A.i_C_s)
-    return 0.5 * x.omega_m * x.omega_m / geo.i_J + line_energy(c.p_a, c.p_b, x, A.i_C_h) + supply
+    return shaft.energy(x, geo) + line_energy(c.p_a, c.p_b, x, A.i_C_h) + supply
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
@@ -390,8 +332,7 @@ def full_speed(crane: Any, alpha_m: float) -> float:
 
 def lag(crane: Any) -> float:
     """Time by which the winch lags its command [s]: that of the spool."""
-    servo = crane.open.valve.servo
-    return float(2.0 * servo.zeta / servo.omega_n)
+    return float(crane.open.valve.servo.lag)
 
 
 def stiffness(p: Params) -> Stiffness:
@@ -399,11 +340,6 @@ def stiffness(p: Params) -> Stiffness:
     A, M = p.A, p.A.motors
     rates = valve_rates(A, shaft_inertia_without_wire(p.hoist))
     return Stiffness(rates, moving_slope(M, A.n_max), dry_bound(M, A.relief.p), A.n_max)
-
-
-def refusal(crane: Any, case: Any) -> str:
-    """Reason why it cannot run a case."""
-    return f'gas_held: "{crane.name}" has no accumulator. Leave it out.' if case.gas_held else ""
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
@@ -422,7 +358,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
             f" than the margin of {show(c.pump.dp_margin, 'pressure')} for the valve: it will hoist slowly, or not"
         )
     if held.manual and crane.brake is None:
-        leak = motor_leakage(0.0, motors_of(crane)) * dp / c.motor.D_total * r_eff
+        leak = c.motor.count * c.motor.C_1 * dp / c.motor.D_total * r_eff
         out.append(f"with the spool in its overlap the load sinks by {show(leak, 'speed', 2)}, as the motors leak")
     return out
 

@@ -1,53 +1,22 @@
 """Pure active winch: one closed circuit moves the drum and carries the weight (thesis sections 2.1 and 2.3)."""
 
-import math
 from typing import Any, NamedTuple
 
 from stillhook.control.plc import Plc, hold
-from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
+from stillhook.physics.friction import dry_torque
 from stillhook.physics.hydraulics.cavitation import line_pressure
-from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
+from stillhook.physics.hydraulics.motor import motor_torque, motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
-from stillhook.physics.scalar import copysign, scalar
+from stillhook.physics.records import zeros_but
+from stillhook.physics.scalar import scalar
 from stillhook.units import show
-from stillhook.winches import load_path
-from stillhook.winches.circuits.active import (
-    BLANK,
-    ActiveCircuit,
-    ActiveFlows,
-    AlphaM,
-    AlphaP,
-    BoostLimit,
-    CavitationLimit,
-    Extremes,
-    FrictionTorque,
-    HydraulicPower,
-    OmegaM,
-    OverspeedLimit,
-    PowerLimit,
-    PressureA,
-    PressureB,
-    PumpShare,
-    ReliefFlow,
-    ReliefLimit,
-    VoidVolume,
-    active_flows,
-    active_stiffness,
-    cavitates,
-    fold_extremes,
-    full_speed,
-    lag,
-    least_displacement,
-    line_energy,
-    line_voids,
-    out_of_boost,
-    out_of_power,
-    overspeed,
-    relieves,
-)
-from stillhook.winches.interface import Carried, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
-from stillhook.winches.records import Geometry, Sensors, apply_override, closed_circuit_readings
+from stillhook.winches import load_path, shaft
+from stillhook.winches.circuits import active, rows
+from stillhook.winches.circuits.active import BLANK, Extremes, fold_extremes, full_speed, lag, least_displacement
+from stillhook.winches.interface import Parts, Stiffness
+from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.records import Geometry, Sensors, apply_override
+from stillhook.winches.shaft import bristle_after, geometry, wire_speed
 
 NAME = "pure-active"
 TITLE = "pure active winch: one closed circuit moves the drum and carries the weight"
@@ -57,7 +26,7 @@ TABLES = ("active",)
 
 
 class Params(NamedTuple):
-    active: ActiveCircuit
+    active: active.ActiveCircuit
     hoist: Hoist
     plc: Plc
     sensors: Sensors
@@ -90,7 +59,7 @@ class Circuit(NamedTuple):
     """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], vapour in both lines [m^3],
     torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
-    f: ActiveFlows
+    f: active.ActiveFlows
     p_a: float
     p_b: float
     V_void: float
@@ -105,26 +74,26 @@ class Circuit(NamedTuple):
 class Signals(NamedTuple):
     """Signals of its own."""
 
-    alpha_p: AlphaP
-    alpha_m: AlphaM
-    p_a: PressureA
-    p_b: PressureB
-    V_void: VoidVolume
-    omega_m: OmegaM
-    Q_relief: ReliefFlow
-    T_f: FrictionTorque
-    f_pump: PumpShare
-    P_hpu: HydraulicPower
+    alpha_p: rows.AlphaP
+    alpha_m: rows.AlphaM
+    p_a: rows.PressureA
+    p_b: rows.PressureB
+    V_void: rows.VoidVolume
+    omega_m: rows.OmegaM
+    Q_relief: rows.ReliefFlow
+    T_f: rows.FrictionTorque
+    f_pump: rows.PumpShare
+    P_hpu: rows.HydraulicPower
 
 
 class Limits(NamedTuple):
     """1 where a limit is passed at an instant, else 0."""
 
-    relief: ReliefLimit
-    overspeed: OverspeedLimit
-    cavitation: CavitationLimit
-    power: PowerLimit
-    boost: BoostLimit
+    relief: rows.ReliefLimit
+    overspeed: rows.OverspeedLimit
+    cavitation: rows.CavitationLimit
+    power: rows.PowerLimit
+    boost: rows.BoostLimit
 
 
 class Powers(NamedTuple):
@@ -149,26 +118,19 @@ def circuit(x, q, u, geo, p):
     alpha_m = displacement(x.alpha_m, A.motor_servo)
     D_m = A.motors.count * A.motors.D_max * alpha_m
     p_a, p_b = line_pressure(x.p_a), line_pressure(x.p_b)
-    f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
-    D = alpha_m * A.motors.D_max
-    g = A.motors.count * torque_loss_dry(D, p_a - p_b, A.motors.fit) + h.n_motors * system_friction_dry(
-        x.omega_m, q.F_w * 0.5 * geo.d, h.friction
-    )
-    magnitude = A.motors.count * torque_loss_moving(x.omega_m, D, A.motors.fit) + h.n_motors * h.friction.Y_5 * abs(
-        x.omega_m
-    )
-    g = g + u.brake * h.T_brake
+    f = active.active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
+    g = shaft.dry_level(motors_dry(alpha_m, p_a - p_b, A.motors), x.omega_m, q.F_w * 0.5 * geo.d, h)
     return Circuit(
         f=f,
         p_a=p_a,
         p_b=p_b,
-        V_void=line_voids(x, A.i_C_h),
+        V_void=active.line_voids(x, A.i_C_h),
         alpha_p=alpha_p,
         alpha_m=alpha_m,
         D_m=D_m,
-        g=g,
+        g=g + u.brake * h.T_brake,
         held=u.brake,
-        T_moving=copysign(magnitude, x.omega_m),
+        T_moving=shaft.moving_loss(motors_moving(x.omega_m, alpha_m, A.motors), x.omega_m, h),
     )
 
 
@@ -194,31 +156,13 @@ def rates(c, x, q, u, geo, p):
     )
 
 
-@scalar
-def bristle_after(c, x, p, tau):
-    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
-    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
-
-
-@scalar
-def geometry(s_w, p):
-    """The drum during one PLC cycle, with s_w of wire out [m]."""
-    return drum_geometry(s_w, p.hoist)
-
-
-@scalar
-def wire_speed(x, geo):
-    """Wire speed that the winch gives, hoisting positive [m/s]."""
-    return x.omega_m * geo.r_eff
+still = zeros_but(State, "alpha_m", "p_a", "p_b")
 
 
 @scalar
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the load hangs still; s_w wire out [m]."""
-    A = p.active
-    return State(
-        alpha_p=0.0, alpha_p_dot=0.0, alpha_m=1.0, alpha_m_dot=0.0, p_a=A.boost.p, p_b=A.boost.p, omega_m=0.0, z=0.0
-    )
+    return still(1.0, p.active.boost.p, p.active.boost.p)
 
 
 @scalar
@@ -226,13 +170,13 @@ def settle(x, q, u, tick, geo, p):
     """The state at rest under the PLC's first commands: line A holds the load at the displacement that it wants."""
     A = p.active
     p_a = A.boost.p + q.F_w * geo.r_eff / (A.motors.count * A.motors.D_max * u.u_m)
-    return State(alpha_p=0.0, alpha_p_dot=0.0, alpha_m=u.u_m, alpha_m_dot=0.0, p_a=p_a, p_b=x.p_b, omega_m=0.0, z=0.0)
+    return still(u.u_m, p_a, x.p_b)
 
 
 @scalar
 def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads; y state and q point of the load path."""
-    return closed_circuit_readings(x, y, q, m, tick, geo, 0.0, 0.0, p)
+    return active.readings(x, y, q, m, tick, geo, 0.0, 0.0, p)
 
 
 @scalar
@@ -254,7 +198,7 @@ def signals(c, x, q, u, geo, p):
         V_void=c.V_void,
         omega_m=x.omega_m,
         Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
-        T_f=c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle),
+        T_f=shaft.friction(c, x, p),
         f_pump=u.f_pump,
         P_hpu=c.f.Q_p * (c.p_a - c.p_b),
     )
@@ -264,11 +208,10 @@ def signals(c, x, q, u, geo, p):
 def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     f, dp = c.f, c.p_a - c.p_b
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Powers(
         pump=f.Q_p * dp,
         boost=c.p_a * f.Q_boost_a + c.p_b * f.Q_boost_b,
-        friction=T_f * x.omega_m,
+        friction=shaft.friction(c, x, p) * x.omega_m,
         leakage=f.Q_int * dp + f.Q_ext_a * c.p_a + f.Q_ext_b * c.p_b,
         relief=f.Q_relief_a * c.p_a + f.Q_relief_b * c.p_b,
         flushing=f.Q_flush_a * c.p_a + f.Q_flush_b * c.p_b,
@@ -278,37 +221,25 @@ def powers(c, x, q, p):
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in shaft and the two lines [J]."""
-    oil = line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
-    return 0.5 * x.omega_m * x.omega_m / geo.i_J + oil
+    return shaft.energy(x, geo) + active.line_energy(c.p_a, c.p_b, x, p.active.i_C_h)
 
 
 @scalar
 def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
     return Limits(
-        relief=relieves(c.f.Q_relief_a + c.f.Q_relief_b),
-        overspeed=overspeed(c.alpha_m, x.omega_m, p.active),
-        cavitation=cavitates(c.p_a, c.p_b),
-        power=out_of_power(c.f.Q_p * (c.p_a - c.p_b), u.f_pump, p.plc, p.active),
-        boost=out_of_boost(c.f, p.active),
+        relief=active.relieves(c.f.Q_relief_a + c.f.Q_relief_b),
+        overspeed=active.overspeed(c.alpha_m, x.omega_m, p.active),
+        cavitation=active.cavitates(c.p_a, c.p_b),
+        power=active.out_of_power(c.f.Q_p * (c.p_a - c.p_b), u.f_pump, p.plc, p.active),
+        boost=active.out_of_boost(c.f, p.active),
     )
 
 
 def steady(p: Params, geo: Geometry, F_w: float, omega_m: float, v_op: float, alpha_m: float) -> tuple[State, Command]:
     """State and command of a steady speed, without the active circuit's pressures: omega_m motor speed [rad/s]; alpha_m
     displacement of the motors [-]."""
-    x = State(alpha_p=0.0, alpha_p_dot=0.0, alpha_m=alpha_m, alpha_m_dot=0.0, p_a=0.0, p_b=0.0, omega_m=omega_m, z=0.0)
-    return x, Command(0.0, alpha_m, 1.0, 0.0)
-
-
-def carried(p: Params, geo: Geometry, F_w: float) -> Carried:
-    """Nothing but the active motors holds the load."""
-    return Carried(0.0, 0.0, math.inf)
-
-
-def mean_pressure(x: State, p: Params) -> float:
-    """Mean accumulator pressure that the PLC has seen [Pa]: there is none."""
-    return 0.0
+    return still(alpha_m, 0.0, 0.0)._replace(omega_m=omega_m), Command(0.0, alpha_m, 1.0, 0.0)
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
@@ -333,12 +264,7 @@ def pump_flows(crane: Any) -> tuple[float, float]:
 
 def stiffness(p: Params) -> Stiffness:
     """Fast modes of the winch."""
-    return active_stiffness(p.active, shaft_inertia_without_wire(p.hoist))
-
-
-def refusal(crane: Any, case: Any) -> str:
-    """Reason why it cannot run a case."""
-    return f'gas_held: "{crane.name}" has no accumulator. Leave it out.' if case.gas_held else ""
+    return active.active_stiffness(p.active, shaft_inertia_without_wire(p.hoist))
 
 
 def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
@@ -346,7 +272,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
     r_eff, D = 0.5 * held.d / crane.i_hD, crane.active.motor.D_total * held.alpha
     dp = held.W * r_eff / D
     A, p_b = parts.active(crane), crane.active.boost.p
-    f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
+    f = active.active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
     leak = f.Q_int + f.Q_ext_a
     out = []
     relief = crane.active.relief.p - crane.active.boost.p

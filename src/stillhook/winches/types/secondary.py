@@ -6,17 +6,10 @@ from typing import Annotated, Any, NamedTuple
 from stillhook.control.commands import SMALL, make_up, within_power
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import MANUAL, Plc, hold
-from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
-from stillhook.physics.hydraulics.accumulator import (
-    accumulator_pressure,
-    accumulator_vapour,
-    accumulator_void,
-    port_pressure,
-)
-from stillhook.physics.hydraulics.cavitation import vapour_drawn
-from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
-from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
-from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
+from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage
+from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, motors_dry, motors_moving
+from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.physics.hydraulics.secondary import (
     friction_ahead,
     guarded_setting,
@@ -26,15 +19,21 @@ from stillhook.physics.hydraulics.secondary import (
     speed_torque,
 )
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
-from stillhook.physics.load_path.drum import K_wire
+from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import copysign, fmax, scalar
-from stillhook.physics.sensor import quantise
-from stillhook.winches import load_path
-from stillhook.winches.circuits.active import CavitationLimit, PowerLimit, cavitates, out_of_power, relieves
-from stillhook.winches.circuits.passive import PassiveCircuit, passive_stiffness
+from stillhook.winches import load_path, shaft
+from stillhook.winches.circuits import rows
+from stillhook.winches.circuits.active import cavitates, out_of_power, relieves
+from stillhook.winches.circuits.packing import power_back
+from stillhook.winches.circuits.passive import (
+    PassiveCircuit,
+    PassiveFlows,
+    at_an_end,
+    passive_flows,
+    passive_stiffness,
+)
 from stillhook.winches.circuits.rail import (
     BLANK,
-    NO_LIMIT,
     DriveSettings,
     Extremes,
     Secondary,
@@ -47,8 +46,9 @@ from stillhook.winches.circuits.rail import (
     stroke,
 )
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
+from stillhook.winches.shaft import bristle_after, friction, geometry, wire_speed
 
 NAME = "secondary"
 TITLE = "secondary controlled winch: over-centre units on a rail with accumulators turn the drum"
@@ -107,20 +107,13 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; settings [-], displacement [m^3/rad], flows [m^3/s], pressures
-    [Pa], torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above
-    0.5)."""
+    """Everything that the diagram shows at an instant; o flows of the rail; settings [-], displacement [m^3/rad],
+    torques at the motor shaft [N m]. g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
+    o: PassiveFlows
     alpha_s: float
     alpha_rp: float
     D_s: float
-    Q_rp: float
-    Q_lp: float
-    Q_lp_ext: float
-    Q_relief: float
-    Q_o: float
-    p_o: float
-    p_r: float
     T_P: float
     T_ref: float
     T_most: float
@@ -138,8 +131,8 @@ class Limits(NamedTuple):
     relief: Annotated[float, Cause("relief", "time with the rail's relief valve open", symbol="t_relief")]
     stroke: Annotated[float, Cause("accumulator", "time with the accumulator piston at an end", symbol="t_stroke")]
     overspeed: Annotated[float, Cause("overspeed", "time with the units above their speed limit", symbol="t_over")]
-    cavitation: CavitationLimit
-    power: PowerLimit
+    cavitation: rows.CavitationLimit
+    power: rows.PowerLimit
     brake: Annotated[float, Cause("brake", "time with the closed holding brake slipping", symbol="t_brake")]
 
 
@@ -160,31 +153,15 @@ SUPPLIED = ("pump", "boost")
 
 
 @scalar
-def geometry(s_w, p):
-    """The drum during one PLC cycle, with s_w of wire out [m]."""
-    return drum_geometry(s_w, p.hoist)
-
-
-@scalar
-def wire_speed(x, geo):
-    """Wire speed that the winch gives, hoisting positive [m/s]."""
-    return x.omega_m * geo.r_eff
-
-
-@scalar
 def dry_level(T_d, alpha_s, dp, omega_m, p):
     """Level of the dry friction of all units and of the transmission at the motor shaft [N m]; T_d drum torque."""
-    m, h = p.rail.motors, p.hoist
-    units = m.count * torque_loss_dry(abs(alpha_s) * m.D_max, dp, m.fit)
-    return units + h.n_motors * system_friction_dry(omega_m, T_d, h.friction)
+    return shaft.dry_level(motors_dry(abs(alpha_s), dp, p.rail.motors), omega_m, T_d, p.hoist)
 
 
 @scalar
 def moving_loss(omega_m, alpha_s, p):
     """Viscous and turbulent losses of all units and of the transmission, against the motion [N m]."""
-    m, h = p.rail.motors, p.hoist
-    units = m.count * torque_loss_moving(omega_m, abs(alpha_s) * m.D_max, m.fit)
-    return copysign(units + h.n_motors * h.friction.Y_5 * abs(omega_m), omega_m)
+    return shaft.moving_loss(motors_moving(omega_m, abs(alpha_s), p.rail.motors), omega_m, p.hoist)
 
 
 @scalar
@@ -192,37 +169,22 @@ def circuit(x, q, u, geo, p):
     """The whole winch at an instant, read along its diagram: rail, speed control, friction. q point of the load
     path."""
     R, d = p.rail, p.drive
-    p_lp = R.settings.p_lp
     alpha_s = displacement(x.alpha_s, R.motor_servo)
     alpha_rp = displacement(x.alpha_rp, R.pump_servo)
     D = R.settings.D_m_max
     D_s = D * alpha_s
-    p_o = accumulator_pressure(x.V_o, R.accumulator)
-    C_leak = u.f_pump * pump_leakage(alpha_rp, R.pumps.leak) + motor_leakage(x.omega_m, R.motors)
-    Q_rp = u.f_pump * pump_flow(alpha_rp, R.pumps)
-    Q_lp = internal_leakage(C_leak, p_o - p_lp) + R.accumulator.C_leak * (p_o - p_lp)
-    Q_lp = Q_lp - vapour_drawn(D_s * x.omega_m, accumulator_vapour(x.V_o, R.accumulator), 0.0)
-    Q_lp_ext = external_leakage(C_leak, p_o)
-    Q_relief = relief_flow(p_o, R.relief)
-    Q_o = Q_rp - D_s * x.omega_m - Q_lp - Q_lp_ext - Q_relief
-    p_r = port_pressure(p_o, Q_o, R.accumulator)
-
-    dp = fmax(p_r - p_lp, R.settings.dp_least)
+    o = passive_flows(alpha_rp, D_s, x.omega_m, x.V_o, u.f_pump, R)
+    over = o.p_hp - R.settings.p_lp
+    dp = fmax(over, R.settings.dp_least)
     T_P = speed_torque(u.omega_ref, x.omega_m, 1.0 / geo.i_J, d.K) * (1.0 - u.brake)
     T_ref = u.T_ahead + T_P + x.T_I
     u_s = guarded_setting(setting_for_torque(T_ref, D, dp), x.omega_m, d.n_full, R.n_full)
-    g = dry_level(q.F_w * 0.5 * geo.d, alpha_s, p_r - p_lp, x.omega_m, p) + u.brake * p.hoist.T_brake
+    g = dry_level(q.F_w * 0.5 * geo.d, alpha_s, over, x.omega_m, p) + u.brake * p.hoist.T_brake
     return Circuit(
+        o=o,
         alpha_s=alpha_s,
         alpha_rp=alpha_rp,
         D_s=D_s,
-        Q_rp=Q_rp,
-        Q_lp=Q_lp,
-        Q_lp_ext=Q_lp_ext,
-        Q_relief=Q_relief,
-        Q_o=Q_o,
-        p_o=p_o,
-        p_r=p_r,
         T_P=T_P,
         T_ref=T_ref,
         T_most=D * dp,
@@ -234,39 +196,29 @@ def circuit(x, q, u, geo, p):
 
 
 @scalar
-def friction(c, x, p):
-    """Friction torque at the motor shaft, against hoisting positive [N m]."""
-    return c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
-
-
-@scalar
 def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     R = p.rail
-    T = motor_torque(c.D_s, c.p_r - R.settings.p_lp) - q.F_w * geo.r_eff - friction(c, x, p)
+    T = motor_torque(c.D_s, c.o.p_hp - R.settings.p_lp) - q.F_w * geo.r_eff - friction(c, x, p)
     return State(
         alpha_s=swash_rate(x.alpha_s, x.alpha_s_dot, R.motor_servo),
         alpha_s_dot=swash_acceleration(x.alpha_s, x.alpha_s_dot, c.u_s, R.motor_servo),
         alpha_rp=swash_rate(x.alpha_rp, x.alpha_rp_dot, R.pump_servo),
         alpha_rp_dot=swash_acceleration(x.alpha_rp, x.alpha_rp_dot, u.u_rp, R.pump_servo),
-        V_o=c.Q_o,
+        V_o=c.o.Q_o,
         T_I=integral_rate(c.T_P, c.T_ref, c.T_most, x.T_I, p.drive.T_i, u.brake),
         omega_m=T * geo.i_J,
         z=0.0,
     )
 
 
-@scalar
-def bristle_after(c, x, p, tau):
-    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
-    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+still = zeros_but(State, "alpha_s", "V_o")
 
 
 @scalar
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the accumulator at mid stroke; s_w wire out [m]."""
-    V_o = 0.5 * p.rail.accumulator.V_stroke
-    return State(alpha_s=0.0, alpha_s_dot=0.0, alpha_rp=0.0, alpha_rp_dot=0.0, V_o=V_o, T_I=0.0, omega_m=0.0, z=0.0)
+    return still(0.0, 0.5 * p.rail.accumulator.V_stroke)
 
 
 @scalar
@@ -274,10 +226,10 @@ def settle(x, q, u, tick, geo, p):
     """The state at rest under the PLC's first commands: the units hold the load; x that of `start`."""
     R = p.rail
     dp = accumulator_pressure(x.V_o, R.accumulator) - R.settings.p_lp
-    alpha_s = displacement(setting_for_torque(q.F_w * geo.r_eff, R.settings.D_m_max, dp), R.motor_servo)
-    return State(
-        alpha_s=alpha_s, alpha_s_dot=0.0, alpha_rp=0.0, alpha_rp_dot=0.0, V_o=x.V_o, T_I=0.0, omega_m=0.0, z=0.0
-    )
+    return still(displacement(setting_for_torque(q.F_w * geo.r_eff, R.settings.D_m_max, dp), R.motor_servo), x.V_o)
+
+
+with_pressures = replace(Sensed, "f_pump", "dp", "dp_load", "p_hp")
 
 
 @scalar
@@ -285,25 +237,10 @@ def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads. dp pressure that would give the units' torque at full displacement, dp_load that for the load
     [Pa]: their difference says whether the units carry it, before the brake opens. Lost pumps do not slow the units,
     so f_pump is 1."""
-    R = p.rail
-    F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
+    R, r = p.rail, shaft.sense(x, y, q, m, tick, geo, p)
     p_o = accumulator_pressure(x.V_o, R.accumulator)
-    return Sensed(
-        s_tip=tick.s_m,
-        v_tip=tick.v_m,
-        a_tip=tick.a_m,
-        v_op=tick.v_op,
-        s_op=tick.s_op,
-        mode=tick.mode,
-        f_pump=1.0,
-        s_w=quantise(y.s_w + tick.n_s, p.sensors.q_s),
-        F=F,
-        alpha_m=1.0,
-        K_wire=K_wire(geo.d, p.hoist.drum),
-        dp=displacement(x.alpha_s, R.motor_servo) * (p_o - R.settings.p_lp),
-        dp_load=F * geo.r_eff / R.settings.D_m_max,
-        p_hp=p_o,
-    )
+    dp = displacement(x.alpha_s, R.motor_servo) * (p_o - R.settings.p_lp)
+    return with_pressures(r, 1.0, dp, r.F * geo.r_eff / R.settings.D_m_max, p_o)
 
 
 @scalar
@@ -338,7 +275,7 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 @scalar
 def power_units(c, p):
     """Hydraulic power that the power units give to the rail, negative: take back [W]."""
-    return c.Q_rp * (c.p_r - p.rail.settings.p_lp)
+    return c.o.Q_p * (c.o.p_hp - p.rail.settings.p_lp)
 
 
 @scalar
@@ -348,9 +285,9 @@ def signals(c, x, q, u, geo, p):
         alpha_s=c.alpha_s,
         omega_m=x.omega_m,
         omega_ref=u.omega_ref,
-        T_s=motor_torque(c.D_s, c.p_r - p.rail.settings.p_lp),
+        T_s=motor_torque(c.D_s, c.o.p_hp - p.rail.settings.p_lp),
         T_f=friction(c, x, p),
-        p_r=c.p_r,
+        p_r=c.o.p_hp,
         V_void=accumulator_void(x.V_o, p.rail.accumulator),
         V_acc=x.V_o,
         alpha_rp=c.alpha_rp,
@@ -365,11 +302,11 @@ def limits(c, x, q, u, p):
     standing; beyond it it slips."""
     return Limits(
         torque=1.0 if abs(c.T_ref) >= c.T_most else 0.0,
-        rail=1.0 if c.p_r < p.p_min else 0.0,
-        relief=relieves(c.Q_relief),
-        stroke=1.0 if x.V_o <= 0.0 or x.V_o >= p.rail.accumulator.V_stroke else 0.0,
+        rail=1.0 if c.o.p_hp < p.p_min else 0.0,
+        relief=relieves(c.o.Q_relief),
+        stroke=at_an_end(x.V_o, p.rail.accumulator),
         overspeed=1.0 if abs(x.omega_m) > p.rail.n_full else 0.0,
-        cavitation=cavitates(c.p_r, c.p_r),
+        cavitation=cavitates(c.o.p_hp, c.o.p_hp),
         power=out_of_power(power_units(c, p), u.f_pump, p.plc, p),
         brake=1.0 if u.brake >= 1.0 and abs(x.omega_m) > SMALL * p.drive.n_full else 0.0,
     )
@@ -379,32 +316,32 @@ def limits(c, x, q, u, p):
 def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     p_lp = p.rail.settings.p_lp
-    dp = c.p_r - p_lp
+    dp = c.o.p_hp - p_lp
     return Powers(
-        pump=c.Q_rp * dp,
-        boost=p_lp * (c.Q_lp_ext + c.Q_relief),
+        pump=c.o.Q_p * dp,
+        boost=p_lp * (c.o.Q_ext + c.o.Q_relief),
         friction=friction(c, x, p) * x.omega_m,
-        leakage=c.Q_lp * dp + c.Q_lp_ext * c.p_r,
-        relief=c.Q_relief * c.p_r,
-        piston=c.Q_o * (c.p_r - c.p_o),
-        gas=c.Q_o * (c.p_o - p_lp),
+        leakage=c.o.Q_lp * dp + c.o.Q_ext * c.o.p_hp,
+        relief=c.o.Q_relief * c.o.p_hp,
+        piston=c.o.Q_o * (c.o.p_hp - c.o.p_o),
+        gas=c.o.Q_o * (c.o.p_o - p_lp),
     )
 
 
 @scalar
 def stored_energy(c, x, geo, p):
     """Energy stored in the shaft [J]; the accumulator's is counted as power."""
-    return 0.5 * x.omega_m * x.omega_m / geo.i_J
+    return shaft.energy(x, geo)
 
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
     """Parameters of a run."""
-    rail, hpu = crane.secondary, crane.hpu
+    rail = crane.secondary
     return Params(
         rail=rail_record(rail, crane.control.K_acc, case.gas_held, parts),
         drive=drive_record(rail.drive),
         p_min=rail.p_min,
-        P_back=NO_LIMIT if hpu is None else hpu.P_back,
+        P_back=power_back(crane),
         hoist=parts.hoist,
         plc=parts.plc,
         sensors=parts.sensors,

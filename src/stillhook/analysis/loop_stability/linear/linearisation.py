@@ -32,7 +32,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
 from stillhook.control.plc import Memory
 from stillhook.control.registry import DEFAULT_MODE, code_of, mode_of_code
-from stillhook.engine.pack.winch import NO_LIMIT, controllers_of, plc_record
+from stillhook.engine.pack.winch import controllers_of, plc_record
 from stillhook.engine.scenario.followed_law import FollowedLaw
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
@@ -41,6 +41,7 @@ from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
+from stillhook.winches.circuits.packing import NO_LIMIT
 from stillhook.winches.records import Tick, Tip
 
 if TYPE_CHECKING:
@@ -254,7 +255,7 @@ class _Plc:
 
     def __init__(self, crane: Crane, point: OperatingPoint, mode: Mode) -> None:
         extra_controllers, settings = controllers_of(crane, (mode,))
-        self.point, self.tick = point, _tick(point, mode)
+        self.point, self.tick, self.winch = point, _tick(point, mode), crane.plant.type
         self.driver = driver(crane.plant.value, 1, extra_controllers=extra_controllers)
         self.laws = self.driver.laws.blank(settings)._replace(code=code_of(mode))
         self.carried = [i for i, path in enumerate(paths(type(self.laws))) if "_memory." in path]
@@ -265,7 +266,7 @@ class _Plc:
             mode=self.tick.mode,
             datum=0.0,
             F=self.point.F_w,
-            p_mean=self.point.plant.mean_pressure(self.point.state.winch, self.point.params),
+            p_mean=self.winch.mean_pressure(self.point.state.winch, self.point.params),
             u_p=0.0,
             u_m=alpha_m,
             b_p=0.0,

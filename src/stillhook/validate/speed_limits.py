@@ -23,10 +23,10 @@ from stillhook.statistics.blocks import interval
 from stillhook.units import number, show
 from stillhook.validate.ahc.replay import Replay, replay, run_twin
 from stillhook.validate.controller.inputs import PlcSegment, derivative, plc_segments
-from stillhook.validate.criteria.needs import has
-from stillhook.validate.criteria.results import Measure, Step, StepNumber
+from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import Measure, Step, StepNumber, has
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import FLAT, FULL, Record, Segment, ends_of, stretches_of
+from stillhook.validate.data_set.record import FLAT, FULL, Record, Segment, ends_of, stretches_of
 from stillhook.validate.dynamics.runs import motor_command
 
 NEAR_LIMIT = 0.85
@@ -67,7 +67,7 @@ class SaturatedPart:
     driven: Mapping[str, FloatArray]
     complete: Mapping[str, FloatArray] | None
     twin_saturated: BoolArray | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def name(self) -> str:
@@ -178,12 +178,14 @@ def _filled(record: Record) -> Record:
     return replace(record, signals={**x, **more}) if more else record
 
 
-def _complete(campaign: Campaign, s: PlcSegment, part: Segment) -> tuple[dict[str, FloatArray] | None, tuple[str, ...]]:
+def _complete(
+    campaign: Campaign, s: PlcSegment, part: Segment
+) -> tuple[dict[str, FloatArray] | None, tuple[Note, ...]]:
     """The complete twin with its PLC on the measured tip motion and joystick, and why it could not be run."""
     record = s.record
     if not record.has("s_tip") or (not part.mode.compensates and not record.has("v_op")):
         lack = "v_op" if record.has("s_tip") else "s_tip"
-        return None, (f"test {part.test}: {lack} was not logged, so the complete twin cannot be run on it",)
+        return None, (Note("no-complete-twin", test=part.test, signal=lack),)
     run = replay(campaign, record, part)
     if not part.mode.compensates:
         run = _by_joystick(run, s)
@@ -216,11 +218,6 @@ ROW = 2.0  # s of the pieces that the interval is drawn from: longer than anythi
 NOTABLE = 0.08  # speed error from which causes are reported
 NEAR = 0.95  # of the end: a command within 5 % of it misses it by a difference in feedback alone
 APART = 0.02  # of full displacement by which the motors must differ to be named
-TO_LOG = "log hoisting and lowering with the joystick beyond the winch's limit, with v_op, u_p, alpha_p and s_w"
-LACKS = {
-    "driven": "no span with saturated pumps can be repeated: log u_m or alpha_m, and some seconds before it",
-    "complete": "the complete twin could not be run on it: log s_tip and v_op",
-}
 WAYS = {1: "hoisting", -1: "lowering"}
 
 
@@ -279,24 +276,25 @@ def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Prog
         parts += saturated_parts(campaign, record)
         progress((i + 1) / len(records))
     plateaus = [p for part in parts for p in plateaus_of(part)]
-    times = times_of(parts)
-    causes = _causes(parts, plateaus, times)
-    crane, table = campaign.crane, _table(plateaus)
-    return Step(
-        StepNumber.LIMITS,
-        tuple(replace(m, note=worded(m.note, crane)) for m in _measures(plateaus, times, causes)),
-        tuple(worded(text, crane) for text in _statements(parts, plateaus, times, causes)),
-        (replace(table, title=worded(table.title, crane)),),
-        {"times": times, "plateaus": plateaus},
-        SpeedLimits(tuple(parts), tuple(plateaus), times),
+    times, words = times_of(parts), machines_of(campaign.crane)
+    causes = _causes(parts, plateaus, times, words)
+    ways = {p.way for p in plateaus} if times.log_all > 0.0 else WAYS
+    statements = (
+        *(Note("deviation", cause=cause) for cause in dict.fromkeys(x for notes in causes.values() for x in notes)),
+        *(Note("way-not-shown", way=name) for way, name in WAYS.items() if way not in ways),
+        *(note for p in parts for note in p.notes),
     )
+    estimates = SpeedLimits(tuple(parts), tuple(plateaus), times)
+    results = _measures(plateaus, times, causes, words)
+    data = {"times": times, "plateaus": plateaus}
+    return Step(StepNumber.LIMITS, results, statements, (_table(plateaus, words["machines"]),), data, estimates)
 
 
-def worded(text: str, crane: Crane) -> str:
-    """A text about pumps as it is of a winch whose command goes to a drive without a closed circuit."""
+def machines_of(crane: Crane) -> dict[str, str]:
+    """Machines that a command goes to: pumps, or the drives of a winch without a closed circuit."""
     if "active" in crane.circuits:
-        return text
-    return text.replace("pump command", "speed command").replace("pumps", "drives")
+        return {"machines": "pumps", "command": "pump"}
+    return {"machines": "drives", "command": "speed"}
 
 
 def plateaus_of(part: SaturatedPart) -> list[Plateau]:
@@ -328,22 +326,25 @@ def times_of(parts: Sequence[SaturatedPart]) -> Times:
     return Times(*sums.tolist())
 
 
-def _measures(plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, str]) -> tuple[Measure, ...]:
-    nowhere = f"the pumps are never saturated: {TO_LOG}"
-    out = [Measure.of("saturation_time", times.log_all, note=causes.get("ends", ""))]
-    if times.log_all == 0.0:
-        twin = f"; the twin's are for {times.twin:.1f} s" if times.twin > 0.0 else ""
-        out = [Measure.of("saturation_time", None, note=nowhere + twin)]
+Causes = Mapping[str, Sequence[Note]]
+
+
+def _measures(
+    plateaus: Sequence[Plateau], times: Times, causes: Causes, words: Mapping[str, str]
+) -> tuple[Measure, ...]:
+    nowhere = [Note("never-saturated", **words)] if times.log_all == 0.0 else []
+    twin = [Note("twin-saturated", seconds=times.twin)] if nowhere and times.twin > 0.0 else []
+    notes = [*nowhere, *twin] or causes.get("ends", ())
+    out = [Measure.of("saturation_time", None if nowhere else times.log_all, *notes)]
     for name, run in (("limit_speed_error", "driven"), ("limit_speed_error_whole", "complete")):
         result = [m for way in WAYS if (m := _speed(name, run, way, plateaus, causes))]
-        out += result or [Measure.of(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
+        out += result or [Measure.of(name, None, *(nowhere or [Note(f"lacks-{run}", **words)]))]
     overlap, each = times.overlap, f"log {times.log:.1f} s, twin {times.twin:.1f} s"
-    none = f"neither the log's nor the twin's pumps are saturated where both are known: {TO_LOG}"
-    note = causes.get("overlap") or (none if overlap is None else "")
-    return (*out, Measure.of("saturation_overlap", overlap, data=each, note=note))
+    notes = causes.get("overlap") or ([Note("neither-saturated", **words)] if overlap is None else [])
+    return (*out, Measure.of("saturation_overlap", overlap, *notes, data=each))
 
 
-def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], causes: Mapping[str, str]) -> Measure | None:
+def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], causes: Causes) -> Measure | None:
     """The speed error of one direction over all its plateaus, each weighing as long as it lasts."""
     same = [p for p in _known(plateaus, run) if p.way == way]
     if not same:
@@ -352,8 +353,8 @@ def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], causes: M
     result = interval(lambda x: float(x[:, 1].sum() / x[:, 0].sum() - 1.0), [rows])
     plural, seconds = "s" if len(same) > 1 else "", sum(p.duration for p in same)
     data = f"{len(same)} plateau{plural}, {seconds:.1f} s, {show(_mean(same), 'speed')}"
-    note = causes.get(run, "") if abs(result.value) > NOTABLE else ""
-    return Measure.of(name, result, test=WAYS[way], data=data, note=note)
+    notes = causes.get(run, ()) if abs(result.value) > NOTABLE else ()
+    return Measure.of(name, result, *notes, test=WAYS[way], data=data)
 
 
 def _rows(p: Plateau, run: str) -> FloatArray:
@@ -384,31 +385,30 @@ def _error(plateaus: Sequence[Plateau], run: str) -> float:
     return float(w @ simulated / (w @ measured) - 1.0)
 
 
-def _causes(parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: Times) -> dict[str, str]:
-    """What is off, a line each: "ends" (the log stops below full command), "driven", "complete", "overlap"."""
-    out: dict[str, str] = {}
+def _causes(
+    parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: Times, words: Mapping[str, str]
+) -> dict[str, list[Note]]:
+    """What is off: "ends" (the log stops below full command), "driven", "complete", "overlap"."""
+    out: dict[str, list[Note]] = {}
     for p in parts:
-        for name, text in (("u_p", "the PLC holds the pump command"), ("alpha_p", "the pumps' setting stops")):
+        for name in ("u_p", "alpha_p"):
             if p.ends.get(name, FULL) < FULL and "ends" not in out:
-                out["ends"] = (
-                    f"test {p.name}: {text} at {100.0 * (p.ends[name] + FLAT):.3g} % in the log, at 100 % in the twin"
-                )
+                out["ends"] = [Note(f"ends-{name}", test=p.name, end=p.ends[name] + FLAT, **words)]
     driven, complete = _error(plateaus, "driven"), _error(plateaus, "complete")
     if abs(driven) > NOTABLE:
-        stop = out.get("ends", "") if any(p.ends.get("alpha_p", FULL) < FULL for p in parts) else ""
-        out["driven"] = stop or _motors(plateaus) or _faster(driven)
+        stop = out.get("ends", []) if any(p.ends.get("alpha_p", FULL) < FULL for p in parts) else []
+        out["driven"] = stop or _motors(plateaus) or [Note("faster", error=driven, **words)]
     if abs(complete) > NOTABLE:
-        out["complete"] = (
-            out.get("ends") or out.get("driven") or f"{_faster(complete)}; or its PLC requests another motion (step 2)"
-        )
+        other = [Note("faster", error=complete, **words), Note("other-motion")]
+        out["complete"] = out.get("ends") or out.get("driven") or other
     if times.log_alone + times.twin_alone > 0.1 * times.either:
-        who = ("log", "twin") if times.log_alone > times.twin_alone else ("twin", "log")
+        one, other_ = ("log", "twin") if times.log_alone > times.twin_alone else ("twin", "log")
         alone = max(times.log_alone, times.twin_alone)
-        out["overlap"] = f"the {who[0]}'s pumps are saturated for {alone:.1f} s where the {who[1]}'s are not"
+        out["overlap"] = [Note("one-alone", one=one, other=other_, alone=alone, **words)]
     return out
 
 
-def _motors(plateaus: Sequence[Plateau]) -> str:
+def _motors(plateaus: Sequence[Plateau]) -> list[Note]:
     """Whether the motors have another displacement at the plateaus than the twin's."""
     for p in plateaus:
         log = p.part.signals.get("alpha_m")
@@ -416,40 +416,15 @@ def _motors(plateaus: Sequence[Plateau]) -> str:
             continue
         a, b = float(log[p.first : p.last].mean()), float(p.part.driven["alpha_m"][p.first : p.last].mean())
         if abs(a - b) > APART:
-            return (
-                f"test {p.test}, from {p.start:.0f} s on: on the same command the motors are at {a:.3f} of their"
-                f" displacement in the log, at {b:.3f} in the twin"
-            )
-    return ""
+            return [Note("motors-displaced", test=p.test, start=p.start, log=a, twin=b)]
+    return []
 
 
-def _faster(error: float) -> str:
-    faster, more, less = ("faster", "more", "less") if error > 0.0 else ("slower", "less", "more")
-    return (
-        f"the twin is {100.0 * abs(error):.2g} % {faster}: its pumps give {more} or turn {faster}, its motors take"
-        f" {less}, or it leaks {less}"
-    )
-
-
-def _statements(
-    parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, str]
-) -> tuple[str, ...]:
-    ways = {p.way for p in plateaus} if times.log_all > 0.0 else WAYS
-    return (
-        *(f"Deviation: {text}." for text in dict.fromkeys(causes.values())),
-        *(f"The limit when {name} is not shown." for way, name in WAYS.items() if way not in ways),
-        *(f"{note[0].upper()}{note[1:]}." for p in parts for note in p.notes),
-    )
-
-
-def _tenths(share: float) -> str:
-    return f"{round(100.0 * share, 1) + 0.0:+.1f}"
-
-
-def _table(plateaus: Sequence[Plateau]) -> Table:
+def _table(plateaus: Sequence[Plateau], machines: str) -> Table:
     rows = []
     for p in plateaus:
-        errors = (_tenths(x / p.v_w - 1.0) if np.isfinite(x) else "-" for x in (p.driven, p.complete))
+        shares = [round(100.0 * (x / p.v_w - 1.0), 1) + 0.0 for x in (p.driven, p.complete)]
+        errors = (f"{x:+.1f}" if np.isfinite(x) else "-" for x in shares)
         rows.append((p.test, f"{p.start:.1f}", f"{p.duration:.1f}", WAYS[p.way], number(60.0 * p.v_w, 4), *errors))
     header = ("test", "from\n[s]", "for\n[s]", "", "wire speed\n[m/min]", "driven\ntwin [%]", "complete\ntwin [%]")
-    return Table(header, tuple(rows), "Wire speed with saturated pumps, and deviation of the twin")
+    return Table(header, tuple(rows), f"Wire speed with saturated {machines}, and deviation of the twin")

@@ -21,8 +21,9 @@ from stillhook.logs.types import Log, OtherClock
 from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
 from stillhook.spec.crane import Crane
 from stillhook.statistics.time_lag import SPAN, changes, lag, shifted
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.data_set.campaign import CraneTest
-from stillhook.validate.data_set.records.record import ClockError, Segment, SegmentLag
+from stillhook.validate.data_set.record import ClockError, Segment, SegmentLag
 
 REACH = 1.0
 """Largest lag considered after the first alignment [s]."""
@@ -61,12 +62,12 @@ class View:
 
 def refined(
     t: FloatArray, step: float, signals: Mapping[str, FloatArray], log: Log, crane: Crane, name: str
-) -> tuple[dict[str, FloatArray], tuple[ClockError, ...], list[str]]:
+) -> tuple[dict[str, FloatArray], tuple[ClockError, ...], list[Note]]:
     """Signals with those of other clocks shifted to agree with the main clock; the corrections; statements."""
-    out, errors, statements = dict(signals), [], list[str]()
+    out, errors, statements = dict(signals), [], list[Note]()
     for clock in log.clocks:
         estimate, view, moved = None, None, out
-        place = f'Test "{name}": the clock of {", ".join(clock.signals)}'
+        of = {"test": name, "signals": clock.signals}
         for _ in range(ROUNDS):
             view = _view(clock, moved, out, crane)
             estimate = lag(t, view.x, view.y, REACH) if view is not None else None
@@ -78,20 +79,15 @@ def refined(
                 break
         if view is None or estimate is None:
             errors.append(ClockError(clock.signals, "", clock.offset, clock.drift, clock.scatter, np.inf))
-            statements.append(
-                f"{place} is {_ppm(clock.drift)} and could only be brought near that of the log, to some hundredths of"
-                " a second. Log the error of the PLC (e_c_measured) for more."
-            )
+            statements.append(Note("clock-roughly", drift=_ppm(clock.drift), **of))
             continue
         out = moved
         drift = (1.0 + clock.drift) * (1.0 - estimate.drift) - 1.0
         u = float(np.hypot(estimate.u, view.u))
         offset = clock.offset - float(estimate.at(np.zeros(1))[0])
         errors.append(ClockError(clock.signals, view.description, offset, float(drift), u, estimate.u_drift))
-        statements.append(
-            f"{place} is {_ppm(drift)} (+- {2e6 * estimate.u_drift:.1g} ppm, 95 %); it is aligned with the PLC by"
-            f" {view.description}, to +- {2e3 * u:.2g} ms."
-        )
+        ends = {"u_drift": 2e6 * estimate.u_drift, "u": 2e3 * u}
+        statements.append(Note("clock-aligned", drift=_ppm(drift), by=view.description, **ends, **of))
     return out, tuple(errors), statements
 
 
@@ -161,7 +157,7 @@ def following(
     parts: Sequence[Segment],
     step: float,
     signals: Mapping[str, FloatArray],
-) -> list[str]:
+) -> list[Note]:
     """Statements from the lags: whether the logged tip is the one that the PLC compensates.
 
     Errors: ValidateError where wire and tip, or the PLC's error, are not in one unit.
@@ -169,24 +165,15 @@ def following(
     statements = []
     for estimate in lags:
         if not 1.0 / MOST_GAIN < estimate.gain < MOST_GAIN:
-            raise ValidateError(
-                f'test "{test.name}": {estimate.late} moves {estimate.gain:.3g} times as far as s_tip while the winch'
-                f" compensates. Check the units of s_tip, {' and '.join(estimate.late.split(' + '))}."
-            )
+            names = estimate.late.split(" + ")
+            raise ValidateError(Note("wire-unit", test=test.name, late=estimate.late, gain=estimate.gain, names=names))
     for estimate in (x for x in lags if x.late != "s_w"):
         size = _size(parts[estimate.segment], step, signals)
         if abs(size - 1.0) > ALIKE:
-            raise ValidateError(
-                f'test "{test.name}": e_c_measured is {size:.3g} times tip height less wire out. Check the'
-                " units of e_c_measured, s_tip and s_w, and the PLC's definition of its error."
-            )
+            raise ValidateError(Note("error-unit", test=test.name, size=size))
         if abs(estimate.seconds) > max(SAME, 3.0 * estimate.u):
-            late = f"{1e3 * abs(estimate.seconds):.3g} ms {'later' if estimate.seconds > 0.0 else 'earlier'}"
-            statements.append(
-                f'Test "{test.name}": the tip that the PLC compensates (its error and wire out) comes {late} than the'
-                f" logged one (+- {2e3 * estimate.u:.2g} ms): map the signal that the PLC uses, or include this in the"
-                " delay."
-            )
+            lag = {"ms": abs(1e3 * estimate.seconds), "lag": estimate.seconds, "u": 2e3 * estimate.u}
+            statements.append(Note("other-tip", test=test.name, **lag))
     return statements
 
 

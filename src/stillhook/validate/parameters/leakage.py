@@ -16,25 +16,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.library.leakage import form_of, pump_leak, stated_leak
+from stillhook.library.leakage import form_of, point_text, pump_leak, stated_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Fit
 from stillhook.statistics.estimate import Estimate, t_factor
-from stillhook.validate.parameters.leakage.fits import (
+from stillhook.validate.criteria.notes import Note
+from stillhook.validate.parameters.leak_laws import (
     LINEAR,
     NUISANCE,
     PARTS,
+    SLIP_PRESSURE,
+    LeakRows,
+    Span,
+    WorkingPoint,
     distance_of_form,
     fitted_law,
     leak_size,
     nuisance_columns,
+    outside_of,
     probability,
     probability_of_tension,
     tension,
     widest_law,
 )
-from stillhook.validate.parameters.leakage.rows import SLIP_PRESSURE, LeakRows, Span, WorkingPoint, outside_of
 from stillhook.winches.circuits.tables import LeakForm, LeakPoint
 
 FEWEST_FOR_FORM = 8
@@ -318,9 +323,21 @@ def _bend(rows: LeakRows, best: Candidate) -> float:
     return float(np.sqrt(np.mean((law - file_flow) ** 2)) / abs(float(np.mean(law))))
 
 
-IN_WORDS = {
-    LeakForm.CONSTANT: "is constant",
-    LeakForm.STROKE: "rises with the pumps' stroke",
-    LeakForm.SPEED: "rises with the motors' speed",
-    LeakForm.STROKE_SPEED: "rises with stroke and speed",
-}
+def form_refuted(leak: LeakChoice) -> list[Note]:
+    """Why the crane file's form is refuted."""
+    other = leak.chosen.form is leak.file_form
+    form = Note("form-in-other-parts" if other else "form-refuted", log=leak.chosen.form, file=leak.file_form)
+    others = [form for form in leak.remaining_forms if form is not leak.chosen.form]
+    apart = [Note("form-open", forms=others)] if others else []
+    return [form, *apart, Note("form-error", bend=leak.bend, value=leak.in_file_form.value)]
+
+
+def file_point(leak: LeakChoice) -> Note:
+    """How far the crane file's point is from the data."""
+    at, span, point = leak.file_at, leak.span, point_text(leak.file_at)
+    outside = []
+    for name in ("p", "alpha_p", "n_m"):
+        x, (low, high) = getattr(at, name), getattr(span, name)
+        if far := abs(outside_of(x, (low, high))):
+            outside.append(Note(f"outside-{name}", far=far, low=low, high=high))
+    return Note("point-outside", at=point, by=outside) if outside else Note("point-inside", at=point)

@@ -14,7 +14,7 @@ from stillhook.errors import ValidateError
 from stillhook.logs.campaign import wire_text
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
-from stillhook.units import show
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.data_set.campaign import CraneTest
 
 BLOCK = 1.0
@@ -94,41 +94,28 @@ def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], 
     else:
         out, h_tip = test.hook.wire_out(), float(test.hook.h_tip or 0.0)
     load = test.payload + wire_carried(crane, out, h_tip)
-    text = f"payload {show(test.payload, 'mass', 3)} and {wire_text(crane, out, h_tip)}"
+    of = {"test": test.name, "payload": test.payload, "wire": wire_text(crane, out, h_tip), "load": load}
     if load > crane.SWL:
-        most = f'"{crane.name}" is rated for {show(crane.SWL, "mass")}'
-        raise ValidateError(
-            f'test "{test.name}": {text} give {show(load, "mass", 3)}; {most}. Check payload, depth and wire out.'
-        )
-    return replace(test, load=load), f'Test "{test.name}": the load is {show(load, "mass", 3)}: {text}.'
+        raise ValidateError(Note("payload-over-swl", crane=crane.name, SWL=crane.SWL, **of))
+    return replace(test, load=load), Note("payload-and-wire", **of)
 
 
 def load_of(part: LoadSegment, all_of: list[LoadSegment], test: CraneTest, crane: Crane) -> tuple[float, str]:
     """Payload of a segment [kg] and a statement, "" where it is as stated. Errors: ValidateError where unknown."""
     buoyancy = test.water.rho * test.water.volume if test.water is not None else 0.0
     shown = (part.F / G + buoyancy) - crane.hook_mass
+    of = {"test": test.name, "F": part.F}
     if test.load is not None:
         weight = (test.load + crane.hook_mass - buoyancy) * G
         if len(all_of) == 1 or part is min(all_of, key=lambda s: abs(s.F - weight)):
-            if np.isfinite(part.F) and abs(part.F - weight) > APART * weight:
-                return test.load, (
-                    f'Test "{test.name}": the load cell shows {show(part.F, "force")} where the stated load and the'
-                    f" hook weigh {show(weight, 'force')}: the stated load is used."
-                )
-            return test.load, ""
+            apart = np.isfinite(part.F) and abs(part.F - weight) > APART * weight
+            return test.load, Note("cell-apart", weight=weight, **of) if apart else ""
     if not np.isfinite(part.F):
-        raise ValidateError(
-            f'test "{test.name}": load: missing, and no load cell F_w in the log. State the load on the hook.'
-        )
-    origin = "differs from the stated one in a part, where it is" if test.load is not None else "is not stated; it is"
+        raise ValidateError(Note("load-missing", test=test.name))
     if part.F < LEAST_HOOK * crane.hook_mass * G or shown > crane.SWL * (1.0 + STEP):
-        raise ValidateError(
-            f'test "{test.name}": the load cell shows {show(part.F, "force")}, where "{crane.name}" holds a hook of '
-            f"{show(crane.hook_mass, 'mass')} and up to {show(crane.SWL, 'mass')}. Check the unit of F_w, or state the"
-            " load."
-        )
+        raise ValidateError(Note("cell-implausible", crane=crane.name, hook=crane.hook_mass, SWL=crane.SWL, **of))
     load = max(0.0, shown)
-    return load, f'Test "{test.name}": the load {origin} {show(load, "mass")} from the load cell less the hook.'
+    return load, Note("load-by-cell" if test.load is None else "other-load-by-cell", test=test.name, load=load)
 
 
 def _median(x: FloatArray) -> float:

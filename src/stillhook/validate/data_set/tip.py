@@ -17,9 +17,9 @@ from stillhook.errors import ValidateError
 from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.sea.motion.recorded import FEWEST_POINTS, Recorded
 from stillhook.spec.crane import Crane
-from stillhook.units import show
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.data_set.campaign import CraneTest, Kind
-from stillhook.validate.data_set.records.record import filled
+from stillhook.validate.data_set.record import filled
 
 KNOTS = 0.4
 """Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost. Two samples where they are
@@ -59,9 +59,7 @@ def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str
     count = int(t[-1] / max(KNOTS, 2.0 * step))
     grid = np.linspace(0.0, t[-1], count + 1)
     if count < 2 * FEWEST_POINTS or step > SLOWEST + 1e-9:
-        raise ValidateError(
-            f"{place}: {len(t)} samples over {t[-1]:.3g} s are too few for a tip motion. Log longer or faster."
-        )
+        raise ValidateError(Note("tip-too-short", place=place, n=len(t), seconds=t[-1]))
     # The knots of the curve through the points of the grid (not-a-knot ends), so that `Recorded` is this very curve.
     knots = np.concatenate((np.full(6, 0.0), grid[3:-3], np.full(6, t[-1])))
     shift = float(np.nanmean(s))
@@ -112,10 +110,7 @@ def _solved(N: Any, y: FloatArray, place: str) -> FloatArray:
     try:
         out: FloatArray = solveh_banded(band, y, lower=True)
     except LinAlgError:
-        raise ValidateError(
-            f"{place}: s_tip has gaps longer than {KNOTS:g} s. State start and end of the test so that they are"
-            " outside."
-        ) from None
+        raise ValidateError(Note("tip-gaps", place=place, longest=KNOTS)) from None
     return out
 
 
@@ -131,57 +126,41 @@ APART = 5.0
 
 def completed(
     signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane
-) -> tuple[dict[str, FloatArray], frozenset[str], list[str]]:
+) -> tuple[dict[str, FloatArray], frozenset[str], list[Note]]:
     """The signals with wire out and tip where they can be derived, the names of the derived ones, and statements about
     them.
 
     Errors: ValidateError where a test of heave compensation lacks the tip or the wire, another one every signal of the
     winch's motion, or the wire out is outside the drum's range.
     """
-    out, derived, statements = dict(signals), set(), list[str]()
+    out, derived, statements = dict(signals), set(), list[Note]()
     if "s_w" in out:
         _check_range(out["s_w"], test, crane)
         first = out["s_w"][np.isfinite(out["s_w"])][:1]
         if test.s_w is not None and len(first) and abs(first[0] - test.s_w) > APART:
-            logged, stated = (show(float(x), "length") for x in (first[0], test.s_w))
-            statements.append(
-                f'Test "{test.name}": the log begins with {logged} of wire out, but the campaign file states {stated}:'
-                " the log is used."
-            )
+            statements.append(Note("other-start", test=test.name, log=float(first[0]), stated=test.s_w))
     elif (made := _integrated(out, step, test, crane)) is not None:
         out["s_w"], source = made
         derived.add("s_w")
-        statements.append(f'Test "{test.name}": wire out is not logged; it is derived from the stated start {source}.')
+        statements.append(Note(f"wire-by-{source}", test=test.name, start=test.s_w))
     if "s_tip" not in out and {"e_c_measured", "s_w"} <= out.keys() and "s_w" not in derived and test.kind is Kind.AHC:
         out["s_tip"] = out["e_c_measured"] + out["s_w"]
         derived.add("s_tip")
-        statements.append(
-            f'Test "{test.name}": tip height is not logged; it is derived from the error of the PLC and wire out, but'
-            " for a constant."
-        )
-    _needed(out, test)
+        statements.append(Note("tip-derived", test=test.name))
+    _check_needed(out, test)
     return out, frozenset(derived), statements
 
 
-def _needed(signals: Mapping[str, FloatArray], test: CraneTest) -> None:
-    place = f'test "{test.name}": '
-    if test.kind is Kind.AHC and "s_tip" not in signals:
-        raise ValidateError(
-            f"{place}no s_tip in {test.log.name}. Map the tip's height (or e_c_measured together with s_w): step 5"
-            " replays it."
-        )
-    if test.kind is Kind.AHC and "s_w" not in signals:
-        raise ValidateError(
-            f"{place}no s_w in {test.log.name}. Map wire out, or a speed (v_w, omega_m) and state s_w at the start."
-        )
+def _check_needed(signals: Mapping[str, FloatArray], test: CraneTest) -> None:
+    of, needed = {"test": test.name, "log": test.log.name}, ("s_tip", "s_w") if test.kind is Kind.AHC else ()
+    for name in needed:
+        if name not in signals:
+            raise ValidateError(Note(f"map-{name}", **of))
     if not {"s_w", "v_w", "omega_m"} & signals.keys():
-        raise ValidateError(
-            f"{place}no signal in {test.log.name} shows the motion of the winch. Map s_w, v_w or omega_m."
-        )
-    for name in ("s_tip", "s_w") if test.kind is Kind.AHC else ():
+        raise ValidateError(Note("map-motion", **of))
+    for name in needed:
         if not np.isfinite(signals[name]).any():
-            none = f"{place}{name} in {test.log.name} has no usable value"
-            raise ValidateError(f"{none}: it is constant or missing throughout. Map another column.")
+            raise ValidateError(Note("no-values", signal=name, **of))
 
 
 def _check_range(s_w: FloatArray, test: CraneTest, crane: Crane) -> None:
@@ -190,22 +169,18 @@ def _check_range(s_w: FloatArray, test: CraneTest, crane: Crane) -> None:
         return
     low, high = float(np.nanmin(s_w)), float(np.nanmax(s_w))
     if low < -BEYOND or high > L + BEYOND:
-        raise ValidateError(
-            f'test "{test.name}": wire out goes from {show(low, "length")} to {show(high, "length")} in'
-            f' {test.log.name}, where "{crane.name}" has 0 m to {show(L, "length")}. Check unit, sign and offset of'
-            " s_w."
-        )
+        of = {"test": test.name, "log": test.log.name, "crane": crane.name, "L": L}
+        raise ValidateError(Note("wire-beyond-drum", low=low, high=high, **of))
 
 
 def _integrated(
     signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane
 ) -> tuple[FloatArray, str] | None:
-    """Wire out from its start and a speed [m], and both in words."""
+    """Wire out from its start and a speed [m], and which."""
     if test.s_w is None:
         return None
-    start = show(test.s_w, "length")
     if "v_w" in signals:
-        return test.s_w - _sum(signals["v_w"], step), f"{start} and the wire's speed"
+        return test.s_w - _sum(signals["v_w"], step), "v_w"
     if "omega_m" not in signals:
         return None
     drum, s_w = drum_record(crane), np.full(len(signals["omega_m"]), test.s_w)
@@ -216,7 +191,7 @@ def _integrated(
         wire_on_drum = np.nan_to_num(drum.L_full - s_w)
         r_eff = radii[np.clip(np.searchsorted(ends, wire_on_drum - 1e-6), 0, len(layers) - 1)]
         s_w = test.s_w - _sum(signals["omega_m"] * r_eff / crane.i_hD, step)
-    return s_w, f"{start} and the motors' speed on the layer in use"
+    return s_w, "omega_m"
 
 
 def _sum(speed: FloatArray, step: float) -> FloatArray:

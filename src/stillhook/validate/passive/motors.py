@@ -1,11 +1,10 @@
-"""Number of working passive motors by the torque at the shaft: load torque less that of the active motors.
+"""What the passive motors and pumps do by the logs: number of working motors by the torque at the shaft, their setting
+and that of the make-up pumps against the PLC's laws, and the oil that they move.
 
 D_m alpha_m dp + g D_pm alpha_pm (p_hp - p_lp) = F_w lambda + J domega/dt + T_f, with the friction's scale, what goes
 with the wire's place and what the inertia lacks fitted next to g. A wrong load cell has the same effect in one
 equation, because the PLC sets the motors by it. The stated load is the second reference. Source: Moslatt 2020 eqs 2.3
 and 2.15.
-
-Curves of the passive circuit along a part of a log: oil displaced by the motors, and their torque.
 """
 
 from __future__ import annotations
@@ -27,10 +26,21 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.time_lag import low_pass
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.data_set.records.record import filled
+from stillhook.validate.data_set.record import filled
 from stillhook.validate.parameters.hoisting import EVERY, MOVING, missing, twin_friction
-from stillhook.validate.parameters.segments import LogPart, bridged, by_test, means, rates, stacked
-from stillhook.validate.parameters.settings import known_setting
+from stillhook.validate.parameters.segments import (
+    ByTest,
+    Columns,
+    LogPart,
+    bridged,
+    by_test,
+    fits,
+    means,
+    rates,
+    stacked,
+)
+from stillhook.validate.parameters.settings import EVERY as SPACING
+from stillhook.validate.parameters.settings import followed, known_setting
 
 DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""
@@ -109,8 +119,7 @@ def shares(parts: Sequence[LogPart]) -> tuple[Share, ...]:
     has the signals."""
     usable = [p for p in parts if not missing(p)]
     usable = [p for p in usable if p.kind is Kind.AHC] or usable
-    out = [s for test, same in by_test(usable).items() if (s := _share(test, same)) is not None]
-    return tuple(out)
+    return tuple(s for test, same in by_test(usable).items() if (s := _share(test, same)) is not None)
 
 
 def overall(tests: Sequence[Share]) -> tuple[Estimate, float]:
@@ -167,3 +176,87 @@ def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     every = max(1, round(EVERY / part.step))
     moves = np.abs(omega) > MOVING
     return np.where(moves, T, np.nan), T_p, model, s_w - np.nanmean(s_w), rate, load, part.blocks(part.t[::every])
+
+
+SETTLING = 3.0
+"""Time constants of a filter of the PLC after which its unknown start has faded."""
+LEAST_ORDER = 0.02
+"""Smallest scatter of the make-up command from which its gain is shown [-]."""
+
+
+@dataclass(frozen=True)
+class MakeUp:
+    """gain: measured setting of the passive pumps over the response to the law's command, less 1; offset
+    between them, as the pressure [Pa] by which set pressure and transmitter disagree."""
+
+    gain: Estimate
+    offset: float
+
+
+def displacement_by_weight(part: LogPart) -> FloatArray | None:
+    """Setting that the law and the servo give the passive motors, (n,) [-], NaN while the filter settles and where it
+    is held in [0, 1]; None where load cell or pressure have holes."""
+    F, p = (bridged(part[name], part.step) for name in ("F_w", "p_hp"))
+    if not (np.isfinite(F).all() and np.isfinite(p).all() and np.isfinite(part.r_eff).all()):
+        return None
+    settings, tau = part.params.passive.settings, part.params.plc.tau_F
+    dp = np.maximum(p - settings.p_lp, settings.dp_least)
+    law = filtered(F, tau, part.step) * part.r_eff / (settings.D_m_max * dp)
+    setting = followed(np.clip(law, 0.0, 1.0), part.params.passive.motor_servo, part.step)
+    free = (law > 0.0) & (law < 1.0) & (part.t > SETTLING * (tau + 1.0 / passive_of(part.crane).motor.servo.omega_n))
+    return np.where(free, setting, np.nan)
+
+
+def setting(parts: Sequence[LogPart]) -> ByTest | None:
+    """Measured setting of the passive motors over that of the law, less 1, of every test that carries a load (below
+    `LEAST_LOAD` the zero of the load cell decides); None without the signals."""
+    usable = [p for p in parts if p.has("alpha_pm", "F_w", "p_hp") and p.weight > LEAST_LOAD * p.crane.SWL * G]
+    found = fits(usable, lambda p: _of_law(displacement_by_weight(p), p, "alpha_pm"))
+    return ByTest.of({f.test: f.fit.estimate(0, -1.0) for f in found})
+
+
+def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
+    """Setting that the make-up law and the servo give the passive pumps, (n,) [-], NaN while the slow mean settles and
+    where the command is at an end; None where signals have holes. standing: the PLC's pressure is that of the standing
+    piston, as in the twin (p_hp less what flow costs by the file), else p_hp as it is, which a transmitter at the
+    motors gives."""
+    if (part.kind is not Kind.AHC and not part.has("v_op")) or part.omega_m is None:
+        return None
+    p, u_m = (bridged(part[name], part.step) for name in ("p_hp", "alpha_pm"))
+    if standing:
+        p = p - passive_of(part.crane).accumulator.R_piston * flow(part)
+    v_op = bridged(part["v_op"], part.step) if part.has("v_op") else np.zeros(part.n)
+    if not all(np.isfinite(x).all() for x in (p, u_m, v_op, part.r_eff)):
+        return None
+    s, tau = part.params.passive.settings, part.params.plc.tau_p
+    u = s.K_acc * (s.p_set - filtered(p, tau, part.step)) + s.D_m_max * u_m * v_op / part.r_eff / s.Q_p_max
+    free = (np.abs(u) < 0.9) & (part.t > SETTLING * tau)
+    return np.where(free, followed(np.clip(u, -1.0, 1.0), part.params.passive.pump_servo, part.step), np.nan)
+
+
+def make_up(parts: Sequence[LogPart]) -> MakeUp | None:
+    """Gain and offset of the passive pumps' setting over the make-up law; None where it was not logged or the command
+    hardly moves. Of the two places that the PLC's pressure may be from, the one that explains the setting better."""
+    fits = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
+    _, moves, result = min(fits, key=lambda x: x[0], default=(0.0, 0.0, None))
+    return result if moves > LEAST_ORDER else None
+
+
+def _made_up(parts: Sequence[LogPart], standing: bool) -> tuple[float, float, MakeUp] | None:
+    """What is left of the setting (rms), scatter of the law's [-], gain and offset."""
+    usable = [p for p in parts if p.has("alpha_pp", "alpha_pm", "p_hp")]
+    rows = [row for p in usable if (row := _of_law(make_up_command(p, standing), p, "alpha_pp")) is not None]
+    if not rows:
+        return None
+    law, alpha, block = stacked(rows)
+    fitted = fit((law, np.ones_like(law)), alpha, block)
+    if fitted is None:
+        return None
+    make_up = MakeUp(fitted.estimate(0, -1.0), float(fitted.b[1]) / usable[-1].params.passive.settings.K_acc)
+    return fitted.sd, float(np.nanstd(law)), make_up
+
+
+def _of_law(law: FloatArray | None, part: LogPart, name: str) -> Columns | None:
+    """A law, the measured setting and the blocks of time every SPACING seconds; None without the law."""
+    every = max(1, round(SPACING / part.step))
+    return None if law is None else (law[::every], part[name][::every], part.blocks(part.t[::every]))

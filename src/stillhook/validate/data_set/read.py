@@ -26,10 +26,11 @@ from stillhook.logs.log import read_log
 from stillhook.logs.types import Log
 from stillhook.spec.scenario import Mode
 from stillhook.units import number
+from stillhook.validate.criteria.notes import Note
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind, standard_modes
-from stillhook.validate.data_set.records.clocks import following, refined, wire_lags
-from stillhook.validate.data_set.records.loads import load_of, load_segments, standing, with_wire
-from stillhook.validate.data_set.records.record import (
+from stillhook.validate.data_set.clocks import following, refined, wire_lags
+from stillhook.validate.data_set.loads import load_of, load_segments, standing, with_wire
+from stillhook.validate.data_set.record import (
     LEAST,
     Record,
     Segment,
@@ -39,7 +40,7 @@ from stillhook.validate.data_set.records.record import (
     split,
     stretches_of,
 )
-from stillhook.validate.data_set.records.tip import completed
+from stillhook.validate.data_set.tip import completed
 from stillhook.variables import PHYSICAL
 
 BRIDGED = 0.2
@@ -86,20 +87,13 @@ def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
     at = log.t if log.at is None else log.at
     use = np.flatnonzero((at >= test.start) & (at <= test.end))
     if len(use) < 2:
-        bounds = " and ".join(
-            f"{key} = {number(x)} s" for key, x in (("start", test.start), ("end", test.end)) if np.isfinite(x)
-        )
-        raise ValidateError(
-            f'test "{test.name}": {bounds}: {log.source} goes from 0 s to {log.duration:.4g} s and has no samples in'
-            " that range."
-        )
+        bounds = [f"{k} = {number(x)} s" for k, x in (("start", test.start), ("end", test.end)) if np.isfinite(x)]
+        raise ValidateError(Note("no-samples", test=test.name, bounds=bounds, log=log.source, seconds=log.duration))
     t, spacing = at[use], 1.0 / log.rate
     step = t_cycle * max(1, round(spacing / t_cycle))
     if (t[-1] - t[0]) / step > LONGEST:
-        raise ValidateError(
-            f'test "{test.name}": {log.source} holds {len(use)} samples in {t[-1] - t[0]:.4g} s, and a test may take '
-            f"{LONGEST * step:.4g} s. Check the time stamps, or take a part with start and end."
-        )
+        of = {"log": log.source, "n": len(use), "seconds": t[-1] - t[0], "most": LONGEST * step}
+        raise ValidateError(Note("too-long", test=test.name, **of))
     longest = max(BRIDGED, HOLE * max(spacing, log.every))
     grid = t[0] + step * np.arange(int(np.floor((t[-1] - t[0]) / step + 1e-6)) + 1)
     signals, doubtful, spikes = {}, {}, {}
@@ -241,9 +235,7 @@ def _segments(
     mode = _mode(test, signals, n)
     cut = seams(grid.t, signals)
     for i, jump in cut:
-        statements.append(
-            f'Test "{test.name}", {grid.zero + grid.t[i]:.6g} s: {jump}; the parts before and after are used as two.'
-        )
+        statements.append(Note("seam", test=test.name, t=grid.zero + grid.t[i], jump=jump))
     levels = load_segments(signals.get("F_w"), n, grid.step, campaign.crane)
     good = _complete_samples(test, signals, n) & np.isfinite(mode) & standing(levels, n)
     if test.kind is Kind.AHC:
@@ -273,11 +265,7 @@ def _mode(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> FloatAr
         _check_mode(test, signals["mode"])
         return signals["mode"]
     if test.mode is None and test.kind is Kind.AHC:
-        raise ValidateError(
-            f'test "{test.name}": mode: missing. State the mode of the PLC in the campaign file, or map a signal mode;'
-            " one of "
-            f"{', '.join(m for m in Mode if m.compensates)}."
-        )
+        raise ValidateError(Note("mode-missing", test=test.name, modes=[m for m in Mode if m.compensates]))
     return np.full(n, float(list(Mode).index(test.mode or MANUAL_MODE)))
 
 
@@ -285,10 +273,7 @@ def _check_mode(test: CraneTest, mode: FloatArray) -> None:
     """Errors: ValidateError where the log never is in the mode that the campaign file states."""
     logged = [list(Mode)[int(k)] for k in np.unique(mode[np.isfinite(mode)])]
     if test.mode is not None and test.mode not in logged:
-        raise ValidateError(
-            f'test "{test.name}": mode = "{test.mode}" is stated, but the log contains {" and ".join(logged)}. State'
-            ' what the numbers of the log mean in the campaign file: [modes], such as "1" = "ssc", or leave mode out.'
-        )
+        raise ValidateError(Note("mode-not-logged", test=test.name, mode=test.mode, logged=logged))
 
 
 def _complete_samples(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> BoolArray:
@@ -299,47 +284,38 @@ def _complete_samples(test: CraneTest, signals: Mapping[str, FloatArray], n: int
     return np.logical_or.reduce([np.isfinite(signals[name]) for name in moves]) if moves else np.zeros(n, np.bool_)
 
 
-def _used(test: CraneTest, grid: Grid, mode: FloatArray, segments: list[Segment]) -> list[str]:
+def _used(test: CraneTest, grid: Grid, mode: FloatArray, segments: list[Segment]) -> list[Note]:
     """Used part of a test, where it is not all of it."""
-    duration = float(grid.t[-1] - grid.t[0])
+    duration, ahc = float(grid.t[-1] - grid.t[0]), test.kind is Kind.AHC
     used = sum(s.duration for s in segments)
     if not segments:
-        manual = test.kind is Kind.AHC and not (mode > 0.0).any()
-        reason = " The winch was in manual mode throughout." if manual else ""
-        requirement = f"no uninterrupted part of at least {LEAST[test.kind]:.0f} s has one mode and one load"
-        return [f'Test "{test.name}": {requirement}: none of it is used.{reason}']
+        manual = ahc and not (mode > 0.0).any()
+        return [Note("none-used-manual" if manual else "none-used", test=test.name, least=LEAST[test.kind])]
     if duration - used < 1.0:
         return []
-    parts = f"in {len(segments)} parts" if len(segments) > 1 else f"from {grid.zero + segments[0].start:.6g} s on"
-    uncompensated = float(np.sum(mode == 0.0)) * grid.step if test.kind is Kind.AHC else 0.0
-    reason = f"; in {uncompensated:.4g} s the winch did not compensate" if uncompensated > 0.0 else ""
-    return [f'Test "{test.name}": {used:.4g} s of {duration:.4g} s are used, {parts}{reason}.']
+    of = {"n": len(segments), "start": grid.zero + segments[0].start}
+    parts = Note("in-parts" if len(segments) > 1 else "from-on", **of)
+    uncompensated = float(np.sum(mode == 0.0)) * grid.step if ahc else 0.0
+    out = [Note("used", test=test.name, used=used, duration=duration, parts=parts)]
+    return [*out, Note("not-compensated", test=test.name, seconds=uncompensated)] if uncompensated > 0.0 else out
 
 
-def _operator(test: CraneTest, signals: Mapping[str, FloatArray], segments: list[Segment], step: float) -> list[str]:
+def _operator(test: CraneTest, signals: Mapping[str, FloatArray], segments: list[Segment], step: float) -> list[Note]:
     """Moves of the joystick while the winch compensates."""
     if test.kind is not Kind.AHC or "v_op" not in signals:
         return []
     moved = [np.abs(signals["v_op"][s.first : s.last]) > 0.0 for s in segments]
-    number = sum(len(stretches_of(m)) for m in moved)
-    if not number:
-        return []
-    seconds = sum(float(m.sum()) for m in moved) * step
-    return [
-        f'Test "{test.name}": the operator moves the wire {number} times while the winch compensates, {seconds:.4g} s'
-        " in all."
-    ]
+    n, seconds = sum(len(stretches_of(m)) for m in moved), sum(float(m.sum()) for m in moved) * step
+    return [Note("operator-moves", test=test.name, n=n, seconds=seconds)] if n else []
 
 
-def _quality(test: CraneTest, log: Log, grid: Grid) -> list[str]:
+def _quality(test: CraneTest, log: Log, grid: Grid) -> list[Note]:
     """Quality of the samples of the used part."""
     end = grid.zero + float(grid.t[-1])
     findings = [f for f in log.findings if f.kind not in QUIET and f.end >= grid.zero and f.start <= end]
     spikes = [f"{counted(n, 'sample')} of {name}" for name, n in grid.spikes.items()]
-    statements = []
-    if spikes:
-        statements.append(f'Test "{test.name}": {", ".join(spikes)} left out as spikes far from their neighbours.')
-    statements += [f'Test "{test.name}", {log.source}: {f.text} ({f.action}).' for f in findings[:MOST_FINDINGS]]
-    if len(findings) > MOST_FINDINGS:
-        statements.append(f'Test "{test.name}", {log.source}: {len(findings) - MOST_FINDINGS} more findings.')
-    return statements
+    statements = [Note("spikes", test=test.name, samples=spikes)] if spikes else []
+    of = {"test": test.name, "log": log.source}
+    statements += [Note("finding", text=f.text, action=f.action, **of) for f in findings[:MOST_FINDINGS]]
+    more = len(findings) - MOST_FINDINGS
+    return [*statements, Note("more-findings", n=more, **of)] if more > 0 else statements

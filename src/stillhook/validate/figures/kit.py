@@ -1,8 +1,9 @@
-"""Kit of the figures of a validation: panels, curves of crane and twin, clouds of samples, one legend."""
+"""Kit of the figures of a validation: panels, curves of crane and twin over time, clouds of samples, one legend."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,40 @@ def panels(
     """A figure with its axes (rows, columns), always two-dimensional; size [inch]. The title says where the data are
     synthetic."""
     return kit.panels(rows, columns, size, f"SYNTHETIC. {title}" if campaign.synthetic else title, **more)
+
+
+@dataclass(frozen=True)
+class Curves:
+    """A panel over time: t (n,) [s]; measured (n,), None where it was not logged; simulated: label, colour and series
+    (n,) of each run of the twin; shaded: spans of time."""
+
+    t: FloatArray
+    measured: FloatArray | None
+    simulated: Sequence[tuple[str, str, FloatArray]] = ()
+    shaded: Sequence[tuple[float, float]] = ()
+
+
+def over_time(
+    campaign: Campaign,
+    title: str,
+    columns: Sequence[tuple[str, Sequence[Curves]]],
+    names: Sequence[str],
+    size: tuple[float, float],
+    *,
+    time: str = "time [s]",
+) -> Figure:
+    """Measured and simulated curves: columns with a title each, and a panel for each name [unit]."""
+    figure, axes = panels(campaign, title, len(names), len(columns), size, sharex="col")
+    for column, (heading, curves) in zip(axes.T, columns, strict=True):
+        for ax, c in zip(column, curves, strict=True):
+            crane(ax, c.t, c.measured)
+            for label, colour, y in c.simulated:
+                twin(ax, c.t, y, label, colour)
+            for a, b in c.shaded:
+                ax.axvspan(a, b, color=SHADE, lw=0.0, zorder=0)
+        column[0].set_title(heading, fontsize="small")
+        column[-1].set(xlabel=time, xlim=(curves[0].t[0], curves[0].t[-1]))
+    return finish(figure, axes, names, 4)
 
 
 def finish(figure: Figure, axes: Any, names: Sequence[str], columns: int) -> Figure:

@@ -1,0 +1,135 @@
+"""The water at the payload of every lane, and the levels of submergence that its numbers are taken between."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from stillhook.kernels.drivers.winch import Driver
+from stillhook.kernels.lanes import access, offset, size
+from stillhook.physics.load_path.payload import (
+    LEVELS,
+    Heights,
+    Payload,
+    Water,
+    WettedLevel,
+    heights,
+    submergence,
+    wetted,
+)
+from stillhook.physics.scalar import scalar
+from stillhook.winches.elements.lift import Hanging, Lift
+from stillhook.winches.elements.payload import Body, cubic, level_of, place
+
+HALF = (LEVELS - 1) // 2
+"""First stride of the search for a level."""
+
+
+@dataclass(frozen=True)
+class WaterAt:
+    """look_up(A, T): the levels about the submergence of every payload; take_water(A, B, N, T, lo, hi, H_w, levels):
+    the water at the start of a cycle."""
+
+    look_up: Any
+    take_water: Any
+
+
+def water_at_payload(d: Driver) -> WaterAt:
+    """See `WaterAt`; as plain Python."""
+    LANES = ONE_BY_ONE = d.lanes  # the compiler is told that a loop over LANES runs side by side; not over the other
+    Q, ROW = 0, 5 * LANES
+    load, get_lift = access(d.Lane, LANES).load, access(Lift, LANES).load
+    put_water, put_levels = access(Water, LANES).store, access(Heights, LANES).store
+    BODY = offset(d.Lane, "hang", LANES) + offset(Hanging, "body", LANES)
+    WATER, LEVEL, LO, HI, H_WET = (BODY + offset(Body, f, LANES) for f in ("water", "level", "lo", "hi", "h"))
+    LIFT = offset(d.Lane, "lift", LANES)
+    REACH = LIFT + offset(Lift, "load", LANES) + offset(Payload, "reach", LANES)
+    COLUMNS = size(WettedLevel)
+
+    @scalar
+    def water_between(lo, hi, l, j, H_w, last):
+        """Speed and acceleration of level j between two samples of the water; H_w weights over time, last number of the
+        last level."""
+        i = (2 + min(max(j, 0), last)) * LANES + l
+        a = i + (last + 1) * LANES
+        w = H_w[0] * lo[i] + H_w[1] * lo[a] + H_w[2] * hi[i] + H_w[3] * hi[a]
+        return w, H_w[4] * lo[i] + H_w[5] * lo[a] + H_w[6] * hi[i] + H_w[7] * hi[a]
+
+    @scalar
+    def water_at(y, last_moving, lo, hi, l, H_w, last):
+        """Speed and acceleration of the water at level y, between two samples: cubic in time and over the levels of
+        depth."""
+        j, f = place(y, last_moving)
+        w_0, a_0 = water_between(lo, hi, l, j - 1, H_w, last)
+        w_1, a_1 = water_between(lo, hi, l, j, H_w, last)
+        w_2, a_2 = water_between(lo, hi, l, j + 1, H_w, last)
+        w_3, a_3 = water_between(lo, hi, l, j + 2, H_w, last)
+        moves = 1.0 if y <= last_moving else 0.0
+        return moves * cubic(w_0, w_1, w_2, w_3, f), moves * cubic(a_0, a_1, a_2, a_3, f)
+
+    @scalar
+    def take_water(A, B, N, T, lo, hi, H_w, levels):
+        """The water at every load at the start of a cycle, from the samples before and after, over its part that is wet
+        now."""
+        pay = B[(N + 1) * ROW :]
+        for l in range(LANES):
+            eta, eta_dot, eta_1, eta_dot_1 = lo[l], lo[LANES + l], hi[l], hi[LANES + l]
+            surface = H_w[0] * eta + H_w[1] * eta_dot + H_w[2] * eta_1 + H_w[3] * eta_dot_1
+            A[WATER + l] = surface
+            A[WATER + LANES + l] = H_w[4] * eta + H_w[5] * eta_dot + H_w[6] * eta_1 + H_w[7] * eta_dot_1
+            lift = get_lift(A, LIFT + l)
+            A[H_WET + l] = submergence(lift.z_ref + pay[Q + l], surface, lift.load.reach)
+        look_up(A, T)
+        for l in range(LANES):
+            b = load(A, l)
+            field, last = b.lift.field, levels - 1
+            z = heights(b.lift.z_ref + pay[Q + l], wetted(b.hang.body.h, b.hang.body.lo, b.hang.body.hi))
+            y = Heights(
+                level_of(z.m_1, b.hang.body.level.m_1, field),
+                level_of(z.m_2, b.hang.body.level.m_2, field),
+                level_of(z.d_1, b.hang.body.level.d_1, field),
+                level_of(z.d_2, b.hang.body.level.d_2, field),
+            )
+            _, a_1 = water_at(y.m_1, field.last, lo, hi, l, H_w, last)
+            _, a_2 = water_at(y.m_2, field.last, lo, hi, l, H_w, last)
+            w_1, b_1 = water_at(y.d_1, field.last, lo, hi, l, H_w, last)
+            w_2, b_2 = water_at(y.d_2, field.last, lo, hi, l, H_w, last)
+            put_water(
+                A,
+                WATER + l,
+                Water(
+                    eta=b.hang.body.water.eta,
+                    eta_dot=b.hang.body.water.eta_dot,
+                    a_1=a_1,
+                    a_2=a_2,
+                    w_1=w_1,
+                    w_2=w_2,
+                    b_1=b_1,
+                    b_2=b_2,
+                ),
+            )
+            put_levels(A, LEVEL + l, y)
+
+    @scalar
+    def look_up(A, T):
+        """The levels above and below every lane's submergence A[H_WET], from the table T; where the last ones still
+        are, nothing is done.
+
+        Their depth h is the first column, rising. Lanes are taken one by one, for few move on at once.
+        """
+        moved = 0
+        for l in range(ONE_BY_ONE):
+            moved += 0 if A[H_WET + l] >= A[LO + l] and (A[H_WET + l] < A[HI + l] or A[HI + l] >= A[REACH + l]) else 1
+        if moved == 0:
+            return
+        for l in range(ONE_BY_ONE):
+            h, j, stride = A[H_WET + l], 0, HALF
+            if h >= A[LO + l] and (h < A[HI + l] or A[HI + l] >= A[REACH + l]):
+                continue
+            while stride > 0:
+                j += stride if T[(j + stride) * COLUMNS * LANES + l] <= h else 0
+                stride //= 2
+            row = T[j * COLUMNS * LANES :]
+            for c in range(COLUMNS):
+                A[LO + c * LANES + l] = row[c * LANES + l]
+                A[HI + c * LANES + l] = row[(COLUMNS + c) * LANES + l]
+
+    return WaterAt(look_up, take_water)

@@ -1,0 +1,137 @@
+"""Runs with sensors, in a process that knows the one of the how-to page and one that multiplies: `test_sensors.py` starts
+`python -m pytest tests/contract/sensor_runs.py` with both."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.export.twin.host import OK, Host
+from tests.export.twin.test_core import TIP, case_of, hosted, rows, series
+
+import stillhook
+from stillhook.control.sensors.interface import QUANTITIES
+from stillhook.export.twin import export
+from stillhook.library import changed, cranes
+
+SLIP = 0.02
+QUICK = ("nov-100t-pure-active",)
+
+
+def with_sensors(crane: str = "nov-100t-pure-active", **tables: object) -> stillhook.Crane:
+    return changed(stillhook.load_crane(crane), {"sensors": tables})
+
+
+def wheel(**settings: object) -> stillhook.Crane:
+    return with_sensors(measuring_wheel=settings or {"slip": SLIP, "tau": "30 ms"})
+
+
+LOWERED = {"profile": [("2 s", "0 m/min"), ("3 s", "-20 m/min"), ("18 s", "-20 m/min"), ("19 s", "0 m/min")]}
+CASE = stillhook.Scenario(
+    load="50 t", s_w="100 m", tip="sine 1 m 10 s", mode="ssc", duration="30 s", warm_up="5 s", operator=LOWERED
+)
+
+
+@pytest.mark.parametrize("name", [c if c in QUICK else pytest.param(c, marks=pytest.mark.thorough) for c in cranes()])
+def test_sensors_that_read_what_is_true_leave_every_bit_as_it_was(name: str) -> None:
+    """All quantities of the PLC through a sensor each, by a factor of 1."""
+    crane = stillhook.load_crane(name)
+    case = CASE.with_mode(crane.plant.type.default_mode).model_copy(update={"load": min(50e3, 0.3 * crane.SWL)})
+    plain, read = (stillhook.simulate(c, case, series=True) for c in (crane, with_sensors(name, factor={"k": 1.0})))
+    assert len(QUANTITIES) == 8
+    for signal in plain.data_vars:
+        if plain[signal].dtype.kind == "f":
+            assert np.array_equal(plain[signal].values, read[signal].values, equal_nan=True), signal
+
+
+def test_a_load_cell_that_reads_more_makes_the_motors_keep_more_displacement() -> None:
+    """Under a fast tip semi-secondary control takes the motors down to what the load needs: 1.5 times the load, as it
+    reads, is more."""
+    fast = stillhook.Scenario(
+        load="80 t", s_w="100 m", tip="sine 3.5 m 10 s", mode="ssc", duration="60 s", warm_up="30 s"
+    )
+    least = [
+        float(stillhook.simulate(crane, fast).alpha_m_min) for crane in (with_sensors(), with_sensors(cell={"k": 1.5}))
+    ]
+    assert least[1] > 1.2 * least[0]
+
+
+def test_a_session_and_many_lanes_read_as_a_run_does() -> None:
+    crane = wheel()
+    run = series(crane, CASE)
+    session = stillhook.Session(crane, CASE)
+    session.step(cycles=1000)
+    kept = session.save()
+    session.step(cycles=1000)
+    after = session.get("s_w"), session.get("e_c_measured")
+    session.restore(kept)
+    session.step(cycles=1000)
+    assert after == (session.get("s_w"), session.get("e_c_measured"))
+    assert after[0] == float(run.s_w.sel(time=20.0, method="nearest"))
+    many = stillhook.simulate(crane, [CASE] * 17, step="5 ms")
+    single = stillhook.simulate(crane, CASE, step="5 ms")
+    assert set(many.e_c_mean.values.tolist()) == {float(single.e_c_mean)}
+
+
+def test_what_the_wheel_slips_is_what_the_winch_is_off() -> None:
+    """Only the way since it was set counts."""
+    run = series(wheel(slip=SLIP, count="0.001 mm"), CASE)
+    read = run.s_w + run.e_c - run.e_c_measured
+    assert np.allclose(read, 100.0 + (1.0 + SLIP) * (run.s_w - 100.0), atol=2e-6)
+
+
+def test_a_winch_on_a_host_s_wire_reads_by_its_sensors() -> None:
+    session = stillhook.Session(wheel(slip=SLIP, count="0.001 mm"), CASE, coupling="wire")
+    start = session.get("s_w")
+    session.step(cycles=1800)
+    travel = session.get("s_w") - start
+    assert travel > 1.0
+    assert session.get("e_c") - session.get("e_c_measured") == pytest.approx(SLIP * travel, abs=1e-5)
+
+
+def test_an_export_reads_by_the_sensors_of_its_crane(tmp_path: Path) -> None:
+    crane = wheel()
+    case = case_of(crane)
+    made, run = export(crane, case), series(crane, case)
+    assert {"measuring-wheel.slip", "measuring-wheel.tau", "measuring-wheel.count"} <= {p.name for p in made.ports}
+    names = ("s_w", "e_c", "e_c_measured", "u_p")
+    host, signals = hosted(made, tmp_path, rows(crane, case), names)
+    for signal, values in zip(names, signals, strict=True):
+        assert np.abs(values - run[signal].values).max() < 1e-9, signal
+    assert host.get("measuring-wheel.slip") == SLIP
+
+
+def test_a_plant_alone_gives_what_its_sensors_read(tmp_path: Path) -> None:
+    crane = wheel(slip=SLIP, count="0.001 mm")
+    made = export(crane, case_of(crane), contents="plant")
+    host = Host(made, tmp_path)
+    host.set(**dict.fromkeys(TIP, 0.0), u_p=-0.3)
+    assert host.start() == OK
+    start = host.get("s_w")
+    for k in range(500):
+        assert host.step(k * made.t_cycle, made.t_cycle) == OK
+    travel = host.get("s_w") - start
+    assert travel > 0.3
+    assert host.get("sensed_s_w") - host.get("s_w") == pytest.approx(SLIP * travel, abs=1e-5)
+
+
+def test_a_lowering_comes_to_the_depth_that_its_wheel_reads() -> None:
+    """The supervisor stops where the wire out that it reads is that of the phase."""
+    lift = stillhook.Lowering(
+        payload=stillhook.read_payload("template-120t"),
+        h_tip="36 m",
+        depth="300 m",
+        start_depth="100 m",
+        programme=[{"mode": "ahc", "speed": "30 m/min", "depth": "120 m"}, {"mode": "ahc", "time": "20 s"}],
+        duration="90 s",
+    )
+    plain, slipping = (
+        stillhook.simulate(
+            with_sensors("nov-250t", measuring_wheel={"slip": s, "count": "0.001 mm"}), lift, series=True
+        )
+        for s in (0.0, SLIP)
+    )
+    travel = float(plain.s_w[-1] - plain.s_w[0])
+    assert travel > 15.0
+    assert float(plain.s_w[-1] - slipping.s_w[-1]) / travel == pytest.approx(SLIP / (1.0 + SLIP), rel=0.1)
