@@ -312,7 +312,7 @@ def test_a_landing_takes_the_same_time_under_every_winch(plan):
 def test_a_passage_that_is_planned_to_take_longer_counts_more_often(plan):
     splash = of_kind(plan, PhaseKind.SPLASH)
     assert course_of(plan, splash, Winch()).times == 1.0
-    slow = splash.model_copy(update={"duration": 10.0 * splash.duration})
+    slow = splash.model_copy(update={"planned": 10.0 * splash.duration})
     assert course_of(plan, slow, Winch()).times == pytest.approx(10.0)
 
 
