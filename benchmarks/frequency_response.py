@@ -30,7 +30,8 @@ def year(
     from stillhook.response.frequency_domain import frequency_response
     from stillhook.response.suspended_load import suspended_load
     from stillhook.response.winch.identify import identify_residual
-    from stillhook.spec.lift.lowering import Lowering, Stage
+    from stillhook.spec.lift.lowering import Lowering
+    from stillhook.spec.lift.phase import Phase
 
     marks = {"imports": perf_counter() - START}
     last = perf_counter()
@@ -42,9 +43,14 @@ def year(
 
     series, rao = read_spectra(spectra), read_vessel(vessel)
     done("reading")
-    crane, programme = load_crane(CRANE), (Stage(mode="ahc", time="60 s"),)
+    crane, programme = load_crane(CRANE), (Phase(mode="ahc", time="60 s"),)
     lift = Lowering(
-        payload=read_payload(payload), h_tip="25 m", depth="3000 m", z_0="5 m", programme=programme, duration="60 s"
+        payload=read_payload(payload),
+        h_tip="25 m",
+        depth="3000 m",
+        start_depth="-5 m",
+        programme=programme,
+        duration="60 s",
     )
     load = suspended_load(crane, lift, -depth)
     done("crane and lift")

@@ -44,7 +44,7 @@ def long(hours: int) -> float:
         payload=read_payload("template-120t"),
         h_tip="36 m",
         depth="1500 m",
-        z_0="-1000 m",
+        start_depth="1000 m",
         programme=[{"mode": "ahc", "time": f"{duration} s"}],
         duration=f"{duration} s",
         wire={"nodes": 8},

@@ -24,7 +24,8 @@ from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.file import load_plan
 from stillhook.plan.tiers.time_domain.lowering import nodes_of, sampling_of, step_of
-from stillhook.spec.lift.lowering import DeepWire, InSea, Stage
+from stillhook.spec.lift.lowering import DeepWire, InSea
+from stillhook.spec.lift.phase import Phase
 
 PLAN, PHASE = "template-to-1500m", "deep"
 SEEDS = 10
@@ -35,7 +36,7 @@ GOAL = 60.0
 
 def table(plan: LiftPlan, seeds: int = SEEDS) -> list[InSea]:
     """Every lift of the table."""
-    programme = (Stage(mode="ahc", time=f"{HALF_AN_HOUR + 60.0!r} s"),)
+    programme = (Phase(mode="ahc", time=f"{HALF_AN_HOUR + 60.0!r} s"),)
     hanging = plan.hanging(plan.phase(PHASE).start or 0.0)
     wire = DeepWire(nodes=nodes_of(plan, plan.phase(PHASE)))
     lift = hanging.model_copy(update={"programme": programme, "duration": HALF_AN_HOUR, "wire": wire})

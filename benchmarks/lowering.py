@@ -15,8 +15,9 @@ from stillhook.engine.simulate import run_cases, simulate, whole
 from stillhook.kernels.lanes import VL
 from stillhook.sea.motion.motion import Sine
 from stillhook.sea.vessel.realisation import WaveField
-from stillhook.spec.lift.lowering import DeepWire, Lowering, Stage
+from stillhook.spec.lift.lowering import DeepWire, Lowering
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 
 ROUNDS = 3
 HOUR = 3600.0
@@ -48,8 +49,8 @@ def hour_at_depth(i: int) -> Lowering:
         tip=Sine(amplitude=f"{0.6 + 0.02 * i} m", period=f"{8 + 0.2 * i} s"),
         h_tip="25 m",
         depth="3100 m",
-        z_0="-3000 m",
-        programme=(Stage(mode="ahc", time=f"{HOUR - 60} s"),),
+        start_depth="3000 m",
+        programme=(Phase(mode="ahc", time=f"{HOUR - 60} s"),),
         duration=f"{HOUR} s",
         wire=DeepWire(nodes=20),
     )
@@ -57,14 +58,14 @@ def hour_at_depth(i: int) -> Lowering:
 
 def through_the_splash_zone(i: int) -> Lowering:
     """Ten minutes from air to 50 m through waves, in splash mode and compensated."""
-    stages = (Stage(mode="splash", lower="6 m/min", depth="15 m"), Stage(mode="ahc", lower="12 m/min", depth="50 m"))
+    stages = (Phase(mode="splash", speed="6 m/min", depth="15 m"), Phase(mode="ahc", speed="12 m/min", depth="50 m"))
     return Lowering(
         payload=template(),
         tip=Sine(amplitude=f"{0.6 + 0.02 * i} m", period=f"{8 + 0.2 * i} s"),
         waves=water(600.0),
         h_tip="25 m",
         depth="300 m",
-        z_0="2 m",
+        start_depth="-2 m",
         programme=stages,
         duration="600 s",
         wire=DeepWire(nodes=20),

@@ -31,7 +31,8 @@ from stillhook.response.winch.linear_form import Residual
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
-from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import Phase
 
 SLOW_PAGE = True
 CRANE, VESSEL = load_crane("deep-250t"), read_vessel(vessel_file("construction-vessel-130m"))
@@ -88,7 +89,7 @@ def compared(case: Case) -> Pair:
         here, there = tip.amplitudes[waves.harmonic], waves.elevation(X, Y)
         parts.append((np.abs(here) ** 2 / 2.0, np.abs(there) ** 2 / 2.0, here * np.conj(there) / 2.0))
         field = None if case.z > 0.0 else wave_field(waves, X, Y)
-        stage = Stage(mode=case.mode, time=f"{LENGTH} s")
+        stage = Phase(mode=case.mode, time=f"{LENGTH} s")
         lifts.append(
             Lowering(
                 payload=read_payload(case.payload),
@@ -96,7 +97,7 @@ def compared(case: Case) -> Pair:
                 waves=field,
                 h_tip="30 m",
                 depth="3000 m",
-                z_0=f"{case.z} m",
+                start_depth=f"{-case.z} m",
                 programme=(stage,),
                 duration=f"{LENGTH} s",
             )

@@ -24,8 +24,9 @@ from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.realisation import Amplitudes
-from stillhook.spec.lift.lowering import InSea, Lowering, Rigging, Stage
+from stillhook.spec.lift.lowering import InSea, Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 from stillhook.winches.joints.types.gas_spring import Compensator
 
 SLOW_PAGE = True
@@ -37,7 +38,7 @@ PERIODS = (3.0, 5.0, 8.0, 10.0, 14.0)
 STEPS = (1, 2, 4)
 """Steps of a PLC cycle of 10 ms."""
 SEEDS = 16
-HOLD = (Stage(mode="manual", time="9000 s"),)
+HOLD = (Phase(mode="manual", time="9000 s"),)
 BRAKE = Residual.constant(1.0, "winch on its brake")
 
 
@@ -55,7 +56,13 @@ def box(mass: str = "100 t") -> Payload:
 
 
 def lift(tip: Motion, link: Compensator | None, **changes: object) -> Lowering:
-    given: dict[str, Any] = {"payload": box(), "z_0": "8 m", "depth": "600 m", "programme": HOLD, "duration": "300 s"}
+    given: dict[str, Any] = {
+        "payload": box(),
+        "start_depth": "-8 m",
+        "depth": "600 m",
+        "programme": HOLD,
+        "duration": "300 s",
+    }
     given |= {"ramp": "60 s", "rigging": Rigging(zeta=0.0)} | changes
     return Lowering(tip=tip, h_tip="40 m", compensator=link, **given)
 
@@ -136,7 +143,7 @@ def depths() -> list[tuple[float, float, float]]:
     """Depth of the cylinder's lower end [m], gas force by the twin and by statics [N]."""
     link, out = unit(rod_area="0.01 m^2", p_0="80 bar"), []
     for z in (-30.0, -200.0, -400.0):
-        r = run(lift(Still(), link, z_0=f"{z} m", duration="10 s"))
+        r = run(lift(Still(), link, start_depth=f"{-z} m", duration="10 s"))
         d = -(column(r, "z_load")[-1] + 15.0 + column(r, "s_c")[-1])
         W = (MASS - RHO * 10.0) * G
         out.append((d, float(column(r, "p_c")[-1]) * link.area, W - RHO * G * 0.01 * d))
@@ -166,9 +173,9 @@ def steps() -> list[Step]:
 def audit() -> list[tuple[str, float, float]]:
     """What a landing lost in rod and wire [J], and the energy not found again, over what passed [-]."""
     landing = (
-        Stage(mode="splash", lower="15 m/min", depth="12 m"),
-        Stage(mode="ahc", lower="30 m/min", depth="56 m"),
-        Stage(mode="landing", lower="6 m/min", hold="250 kN", time="15 s"),
+        Phase(mode="splash", speed="15 m/min", depth="12 m"),
+        Phase(mode="ahc", speed="30 m/min", depth="56 m"),
+        Phase(mode="landing", speed="6 m/min", tension="250 kN", time="15 s"),
     )
     out = []
     kinds = {
@@ -178,7 +185,7 @@ def audit() -> list[tuple[str, float, float]]:
     }
     for name, link in kinds.items():
         tip = Sine(amplitude="1 m", period="8 s")
-        case = lift(tip, link, z_0="2 m", depth="60 m", programme=landing, ramp="10 s", duration="360 s")
+        case = lift(tip, link, start_depth="-2 m", depth="60 m", programme=landing, ramp="10 s", duration="360 s")
         r = run(case, every=0)
         out.append((name, r.hang.works.damping, abs(r.energy_unaccounted)))
     return out
@@ -210,7 +217,7 @@ def linear() -> list[tuple[str, float, float, float, float]]:
     }
     out = []
     for name, link in cases.items():
-        case = lift(tip, link, z_0="-120 m", duration="1200 s", ramp="20 s", rigging=Rigging())
+        case = lift(tip, link, start_depth="120 m", duration="1200 s", ramp="20 s", rigging=Rigging())
         load = suspended_load(CRANE, case, -120.0)
         s, way = compensated_sigmas(forcing, load, BRAKE)
         assert way is not None
@@ -233,14 +240,14 @@ class Surface(NamedTuple):
 def surface() -> dict[tuple[float, str], Surface]:
     out = {}
     rao = read_vessel(vessel_file("construction-vessel-130m"))
-    down = (Stage(mode="manual", time="30 s"), Stage(mode="manual", lower="15 m/min", depth="20 m"))
+    down = (Phase(mode="manual", time="30 s"), Phase(mode="manual", speed="15 m/min", depth="20 m"))
     library = read_compensator("phc-60t")
     links = {"slings": None, "phc-60t": library, "no seals": library.model_copy(update={"friction": 0.0})}
     for Tp in (7.0, 10.0):
         sea = parse_sea(f"jonswap Hs=2 m Tp={Tp} s", heading="180 deg")
         for name, link in links.items():
             calm = Lowering(
-                payload=read_payload("manifold-60t"), h_tip="36 m", depth="300 m", z_0="5 m", programme=down,
+                payload=read_payload("manifold-60t"), h_tip="36 m", depth="300 m", start_depth="-5 m", programme=down,
                 duration="160 s", compensator=link,
             )  # fmt: skip
             cases = [

@@ -20,8 +20,9 @@ from stillhook.physics.load_path.payload import Water
 from stillhook.physics.scalar import G
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.lift import shapes as formula
-from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 
 RHO = 1025.0
 PLATES = ((1.25, 0.642), (1.5, 0.690), (2.5, 0.801), (4.0, 0.872), (6.25, 0.917), (8.0, 0.934))
@@ -129,8 +130,8 @@ class Statics(NamedTuple):
 def lowered(name: str) -> Statics:
     """A crane at rest lowers the payload through still water at SPEED."""
     load = read_payload(name)
-    stage = Stage(name="down", mode="manual", lower=f"{SPEED} m/s", depth="24 m")
-    case = Lowering(payload=load, h_tip="40 m", depth="500 m", z_0="3 m", duration="60 s", programme=(stage,))
+    stage = Phase(name="down", mode="manual", speed=f"{SPEED} m/s", depth="24 m")
+    case = Lowering(payload=load, h_tip="40 m", depth="500 m", start_depth="-3 m", duration="60 s", programme=(stage,))
     run = simulate(load_crane("nov-250t"), case, every="10 ms")
     z, v, F = (run[k].values for k in ("z_load", "v_load", "F_sling"))
     record, rows = pack_payload(load, RHO, 500.0)

@@ -18,14 +18,15 @@ from stillhook.physics.scalar import G
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
-from stillhook.spec.lift.lowering import Lowering, StageMode, WinchSettings
+from stillhook.spec.lift.lowering import Lowering, WinchSettings
+from stillhook.spec.lift.phase import WinchMode
 
 SLOW_PAGE = True
 LIFT, THROUGH = "template-through-the-surface", 1
 """The library's lift, and the number of its stage that goes through the surface."""
 SEEDS = range(1, 17)
 COMPARED = ("template-230t", "manifold-60t", "suction-anchor-85t", "mud-mat-25t", "ventilated-box-30t")
-MODES = (StageMode.MANUAL, StageMode.AHC, StageMode.SPLASH)
+MODES = (WinchMode.MANUAL, WinchMode.AHC, WinchMode.SPLASH)
 SEAS = {"Hs 0.8 m, Tp 7 s": "jonswap Hs=0.8 m Tp=7 s gamma=2", "Hs 2 m, Tp 8 s": "jonswap Hs=2 m Tp=8 s gamma=2"}
 """The sea of the library's lift, and a rougher one."""
 GAINS = ("1 m/s", "2 m/s", "3 m/s", "5 m/s")
@@ -37,7 +38,7 @@ SWINGS = 2.0
 weight."""
 SOFT = "2 m/s"
 """Default gain of splash mode."""
-Way = tuple[str, StageMode, str]
+Way = tuple[str, WinchMode, str]
 FloatArray = NDArray[np.float64]
 
 
@@ -70,9 +71,9 @@ def in_sea(wave: str, seeds: Iterable[int]) -> list[LiftFile]:
     return out
 
 
-def case(file: LiftFile, payload: str, mode: StageMode, v_soft: str) -> Lowering:
+def case(file: LiftFile, payload: str, mode: WinchMode, v_soft: str) -> Lowering:
     programme = tuple(
-        s.model_copy(update={"mode": mode}) if s.mode is StageMode.SPLASH else s for s in file.lift.programme
+        s.model_copy(update={"mode": mode}) if s.mode is WinchMode.SPLASH else s for s in file.lift.programme
     )
     changes = {"payload": read_payload(payload), "programme": programme, "winch": WinchSettings(v_soft=v_soft)}
     return file.lift.model_copy(update=changes)
@@ -89,11 +90,11 @@ def passing(crane: str, files: list[LiftFile], ways: Iterable[Way]) -> dict[Way,
 def calm(files: list[LiftFile], crane: str) -> list[str]:
     """How many of the library's payloads pass calmly at each gain."""
     names = [n for n in payloads() if read_payload(n).mass <= HEAVIEST.get(crane, np.inf)]
-    modes = [(StageMode.MANUAL, SOFT), *((StageMode.SPLASH, v) for v in GAINS)]
+    modes = [(WinchMode.MANUAL, SOFT), *((WinchMode.SPLASH, v) for v in GAINS)]
     found = passing(crane, files, ((n, *mode) for n in names for mode in modes))
     told = []
     for v in GAINS:
-        swinging = [n for n in names if not _calm(found[n, StageMode.MANUAL, SOFT], found[n, StageMode.SPLASH, v])]
+        swinging = [n for n in names if not _calm(found[n, WinchMode.MANUAL, SOFT], found[n, WinchMode.SPLASH, v])]
         told.append(f"all {len(names)} calm" if not swinging else f"{', '.join(swinging)} swings")
     return told
 
@@ -102,12 +103,12 @@ def _calm(manual: Passage, splash: Passage) -> bool:
     return bool(splash.most.max() < manual.W + SWINGS * max(manual.dynamic.max(), 0.0) + 0.1 * manual.W)
 
 
-def passages(files: list[LiftFile]) -> dict[tuple[str, StageMode], Passage]:
+def passages(files: list[LiftFile]) -> dict[tuple[str, WinchMode], Passage]:
     found = passing(CRANES[0], files, ((name, mode, SOFT) for name in COMPARED for mode in MODES))
     return {(name, mode): passage for (name, mode, _), passage in found.items()}
 
 
-def tension_table(found: Mapping[tuple[str, StageMode], Passage]) -> Rows:
+def tension_table(found: Mapping[tuple[str, WinchMode], Passage]) -> Rows:
     rows = []
     for name in COMPARED:
         ways = [found[name, mode].dynamic / 1e3 for mode in MODES]
@@ -116,10 +117,10 @@ def tension_table(found: Mapping[tuple[str, StageMode], Passage]) -> Rows:
     return rows
 
 
-def taken(found: Mapping[tuple[str, StageMode], Passage], mode: StageMode) -> str:
+def taken(found: Mapping[tuple[str, WinchMode], Passage], mode: WinchMode) -> str:
     """What a mode takes off the mean over seeds of the highest tension above the weight in air, least and most of the
     payloads on which manual mode leaves more than a twentieth of the weight."""
-    manual = {name: found[name, StageMode.MANUAL] for name in COMPARED}
+    manual = {name: found[name, WinchMode.MANUAL] for name in COMPARED}
     less = [
         1.0 - found[n, mode].dynamic.mean() / p.dynamic.mean()
         for n, p in manual.items()
@@ -129,14 +130,14 @@ def taken(found: Mapping[tuple[str, StageMode], Passage], mode: StageMode) -> st
     return f"{least} to {most} less than manual"
 
 
-def compute() -> tuple[Blocks, Mapping[tuple[str, StageMode], Passage]]:
+def compute() -> tuple[Blocks, Mapping[tuple[str, WinchMode], Passage]]:
     files = {name: in_sea(wave, SEEDS) for name, wave in SEAS.items()}
     (mild, few), (rough, _) = ((passages(f), f[:4]) for f in files.values())
     claims = {}
     for name, found in zip(SEAS, (mild, rough), strict=True):
         what = f"highest sling tension above the weight in air, {name}"
-        claims[f"splash mode: {what}"] = ("lower, without numbers", taken(found, StageMode.SPLASH), "so here as well")
-        claims[f"AHC: {what}"] = ("not told", taken(found, StageMode.AHC), "ours")
+        claims[f"splash mode: {what}"] = ("lower, without numbers", taken(found, WinchMode.SPLASH), "so here as well")
+        claims[f"AHC: {what}"] = ("not told", taken(found, WinchMode.AHC), "ours")
     gains = [(crane, *calm(few, crane)) for crane in CRANES]
     blocks = {
         "claims": claims,
@@ -147,7 +148,7 @@ def compute() -> tuple[Blocks, Mapping[tuple[str, StageMode], Passage]]:
     return blocks, mild
 
 
-def draw(found: Mapping[tuple[str, StageMode], Passage]) -> None:
+def draw(found: Mapping[tuple[str, WinchMode], Passage]) -> None:
     figure = picture(9.0, 4.0)
     ax = figure.subplots()
     for i, name in enumerate(COMPARED):

@@ -85,7 +85,7 @@ def test_more_oil_than_the_accumulator_takes_is_said_of_a_map(tmp_path, capsys):
 
 LIFT = """
 crane = "nov-100t-pure-active"
-start = "10 m"
+start_depth = "-10 m"
 duration = "40 s"
 [payload]
 name = "box"
@@ -101,14 +101,14 @@ motion = "sine 0.3 m 9 s"
 depth = "100 m"
 [wire]
 nodes = 3
-[[stage]]
+[[phase]]
 mode = "ahc"
 time = "10 s"
 """
 LOWERED = """
-[[stage]]
+[[phase]]
 mode = "manual"
-lower = "6 m/min"
+speed = "6 m/min"
 time = "10 s"
 """
 

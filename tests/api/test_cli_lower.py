@@ -52,11 +52,11 @@ def test_a_payload_goes_through_the_surface_and_lands_in_one_run(capsys, lift_to
     found = json.loads(capsys.readouterr().out)
     assert found["status"] == "ok", found["notes"]
     assert code == 0
-    assert [s["name"] for s in found["stages"]] == ["through", "down", "land", "after"]
-    assert [s["mode"] for s in found["stages"]] == ["splash", "ahc", "landing", ""]
+    assert [s["name"] for s in found["phases"]] == ["through", "down", "land", "after"]
+    assert [s["mode"] for s in found["phases"]] == ["splash", "ahc", "landing", ""]
     assert found["t_landed"] is not None
     assert found["z_load_end"] == pytest.approx(-25.0, abs=0.5)
-    named = {key for key in (*found, *found["stages"][0]) if key not in BY_NAME} - {"name"}
+    named = {key for key in (*found, *found["phases"][0]) if key not in BY_NAME} - {"name"}
     assert not named
 
 
@@ -120,28 +120,28 @@ def test_a_run_that_ends_before_its_programme_answers_with_1(capsys, lift_toml):
     assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
     out = capsys.readouterr().out
     assert "status: unfinished" in out
-    assert 'the run of 20 s ends in stage "through"' in out
+    assert 'the run of 20 s ends in phase "through"' in out
 
 
 @pytest.mark.slow
-def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names_the_stage(capsys, lift_toml):
+def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names_the_phase(capsys, lift_toml):
     text = lift_toml.read_text().replace('depth = "20 m"', 'time = "40 s"').replace('time = "20 s"', 'time = "10 s"')
     lift_toml.write_text(text)
     assert run(["lower", str(lift_toml)]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert "touchdown" in out
     assert re.search(
-        r'stage "down" does not land, and the load touches the seabed in it after [\d.]+ s at [\d.]+ m/min', out
+        r'phase "down" does not land, and the load touches the seabed in it after [\d.]+ s at [\d.]+ m/min', out
     )
     assert re.search(r"touched down after [\d.]+ s at [\d.]+ m/min", out)
 
 
-def test_a_stage_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):
+def test_a_phase_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):
     lift_toml.write_text(LID.replace('depth = "10 m"', 'depth = "10 m"\ntimeout = "5 s"'))
     assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
     out = capsys.readouterr().out
     assert "status: stuck" in out
-    assert 'stage "through" did not end within its timeout of 5 s' in out
+    assert 'phase "through" did not end within its timeout of 5 s' in out
 
 
 def test_a_load_above_the_swl_is_refused_before_the_run(capsys, lift_toml):
@@ -166,8 +166,8 @@ def test_what_cannot_be_done_is_said_in_one_line(capsys, lift_toml, arguments, s
 
 
 def test_a_lift_that_this_crane_cannot_be_asked_names_the_file_and_its_fields(capsys, lift_toml):
-    lift_toml.write_text(LID.replace('start = "2 m"', 'start = "18 m"'))
-    assert "lid.toml: start = 18 m: the hook would be above the crane tip" in refusal(capsys, str(lift_toml))
+    lift_toml.write_text(LID.replace('start_depth = "-2 m"', 'start_depth = "-18 m"'))
+    assert "lid.toml: start_depth = -18 m: the hook would be above the crane tip" in refusal(capsys, str(lift_toml))
 
 
 def test_a_folder_that_cannot_be_written_to_is_told_before_the_run(capsys, lift_toml):

@@ -14,7 +14,6 @@ PACKAGE = Path(stillhook.__file__).parent
 LIBRARY = PACKAGE / "library" / "data"
 MAPPING = '[signals]\np_a = { column = "PT101", unit = "bar" }\n'
 FILES = {
-    FileKind.PLAN: LIBRARY / "plans" / "template-to-1500m.toml",
     FileKind.LIFT: LIBRARY / "lifts" / "anchor-to-3000m.toml",
     FileKind.CASE: LIBRARY / "demo" / "2-swell.toml",
     FileKind.CRANE: LIBRARY / "cranes" / "nov-250t.toml",
@@ -37,7 +36,6 @@ TEXTS = {
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
 }
 READERS = {
-    FileKind.PLAN: ("plan",),
     FileKind.LIFT: ("lower",),
     FileKind.CASE: ("run",),
     FileKind.CRANE: ("crane",),
@@ -65,14 +63,13 @@ def test_every_kind_of_file_is_known_by_its_tables(files):
     assert {kind: kind_of_toml(toml_text(path)) for kind, path in files.items()} == {kind: kind for kind in files}
 
 
-@pytest.mark.parametrize("folder", ["cranes", "payloads", "compensators", "lifts", "plans", "friction", "motors"])
+@pytest.mark.parametrize("folder", ["cranes", "payloads", "compensators", "lifts", "friction", "motors"])
 def test_every_file_of_the_library_is_known_as_what_it_is(folder):
     of = {
         "cranes": FileKind.CRANE,
         "payloads": FileKind.PAYLOAD,
         "compensators": FileKind.COMPENSATOR,
         "lifts": FileKind.LIFT,
-        "plans": FileKind.PLAN,
         "friction": FileKind.FRICTION,
         "motors": FileKind.MOTOR,
     }
@@ -90,31 +87,16 @@ def test_a_command_names_the_file_that_it_was_handed_and_who_reads_it(wanted, fi
 
 
 @pytest.mark.slow
-def test_plan_and_lower_and_response_read_the_others_file_with_a_line_that_says_which_it_is(files, capsys):
-    lift, plan = files[FileKind.LIFT], files[FileKind.PLAN]
-    assert (
-        "anchor-to-3000m.toml is a lift file, not a lift plan: stillhook lower and stillhook response read it."
-        in refusal(capsys, "plan", lift)
-    )
-    for command in ("lower", "response"):
-        assert "template-to-1500m.toml is a lift plan, not a lift file: stillhook plan reads it." in refusal(
-            capsys, command, plan
-        )
-
-
-@pytest.mark.slow
 def test_names_of_the_library_are_told_apart_too(capsys):
-    assert "The library has it as a lift plan: stillhook plan reads it." in refusal(
-        capsys, "lower", "template-to-1500m"
-    )
-    assert "The library has it as a lift file: stillhook lower" in refusal(capsys, "plan", "anchor-to-3000m")
     assert "The library has it as a payload file" in refusal(capsys, "crane", "manifold-60t")
 
 
 def test_a_file_named_within_another_is_told_by_its_kind(files, tmp_path, capsys):
     plan = tmp_path / "mine.toml"
     plan.write_text(
-        toml_text(files[FileKind.PLAN]).replace('payload = "template-120t"', f'payload = "{files[FileKind.LIFT]}"')
+        toml_text(LIBRARY / "lifts" / "template-to-1500m.toml").replace(
+            'payload = "template-120t"', f'payload = "{files[FileKind.LIFT]}"'
+        )
     )
     assert "anchor-to-3000m.toml is a lift file, not a payload file" in refusal(capsys, "plan", plan, "--check")
 
@@ -139,7 +121,7 @@ def test_vessel_files_and_toml_files_are_told_apart(files, capsys):
 def test_a_toml_file_in_place_of_data_is_told_too(command, wanted, files, capsys):
     said = refusal(capsys, *command, files[FileKind.LIFT])
     assert (
-        f"anchor-to-3000m.toml is a lift file, not {wanted}: stillhook lower and stillhook response read it. Give {wanted} here."
+        f"anchor-to-3000m.toml is a lift file, not {wanted}: stillhook lower, response, plan and payload read it. Give {wanted} here."
         in said
     )
 

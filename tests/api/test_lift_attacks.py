@@ -190,9 +190,9 @@ def test_one_heading_counts_for_waves_that_have_none_and_all_is_all(capsys):
 def test_a_lift_in_measured_waves_is_told_how_many_records_there_are(tmp_path, capsys):
     file(tmp_path / "buoy.txt", NDBC)
     lift = (
-        'crane = "nov-250t"\nvessel = "supply-vessel-82m"\npayload = "mud-mat-25t"\nstart = "3 m"\n'
+        'crane = "nov-250t"\nvessel = "supply-vessel-82m"\npayload = "mud-mat-25t"\nstart_depth = "-3 m"\n'
         '[sea]\nwave = "buoy.txt"\nheading = "180 deg"\n[tip]\nat = "x=-15 m, y=-14 m, z=36 m"\n[water]\ndepth = "320 m"\n'
-        '[[stage]]\nmode = "ahc"\ntime = "60 s"\n'
+        '[[phase]]\nmode = "ahc"\ntime = "60 s"\n'
     )
     line = refusal(capsys, "lower", file(tmp_path / "l.toml", lift))
     assert "sea.record: missing, and buoy.txt holds 2." in line

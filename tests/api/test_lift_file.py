@@ -14,7 +14,7 @@ GOOD = """
 crane = "nov-250t"
 vessel = "supply-vessel-82m"
 payload = "manifold-60t"
-start = "3 m"
+start_depth = "-3 m"
 [sea]
 wave = "jonswap Hs=1 m Tp=7 s"
 heading = "180 deg"
@@ -22,9 +22,9 @@ heading = "180 deg"
 at = "x=-10 m, y=-14 m, z=25 m"
 [water]
 depth = "200 m"
-[[stage]]
+[[phase]]
 mode = "splash"
-lower = "12 m/min"
+speed = "12 m/min"
 depth = "20 m"
 """
 
@@ -116,9 +116,9 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
             'vessel = "boat": neither a file next to the lift file nor one of',
         ),
         ('vessel = "supply-vessel-82m"\n', "", "vessel: missing"),
-        ('start = "3 m"\n', "", "start: missing"),
-        ('start = "3 m"', "start = 3", "start"),
-        ('start = "3 m"', 'start = "3 m"\nspeed = "4 m/s"', "speed: unknown field"),
+        ('start_depth = "-3 m"\n', "", "start_depth: missing"),
+        ('start_depth = "-3 m"', "start_depth = -3", "start_depth"),
+        ('start_depth = "-3 m"', 'start_depth = "-3 m"\nspeed = "4 m/s"', "speed: unknown field"),
         ("Hs=1 m", "Hs=1 t", "Hs"),
         ("Hs=1 m", "Hs=0 m", "Hs"),
         ('heading = "180 deg"\n', "", "heading"),
@@ -144,16 +144,16 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
         ('depth = "20 m"', "landed = true\ndepth = '20 m'", "depth and landed ends it"),
         (
             'depth = "20 m"',
-            'tension = "200 kN"',
-            "duration: missing, and only the run can determine when stage 1 ends by tension",
+            'end_tension = "200 kN"',
+            "duration: missing, and only the run can determine when phase 1 ends by end_tension",
         ),
         (
             '[tip]\nat = "x=-10 m, y=-14 m, z=25 m"',
             '[tip]\nheight = "20 m"\nmotion = "sine 1 m 9 s"',
             "vessel: given together with tip.motion",
         ),
-        ("[[stage]]", "[stage]", "stage: write a list of tables, [[stage]]"),
-        ("[[stage]]", "[[stag]]", "stag: unknown field"),
+        ("[[phase]]", "[phase]", "phase: write a list of tables, [[phase]]"),
+        ("[[phase]]", "[[phas]]", "phas: unknown field"),
         ("[water]", "[water", "not valid TOML"),
         ('depth = "200 m"', 'depth = "1e9 m"', 'water.depth = "1e9 m": it must be less than or equal to 12000 m'),
         ('depth = "200 m"', 'depth = "0 m"', 'water.depth = "0 m": it must be greater than 0'),
@@ -162,9 +162,13 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
             'depth = "200 m"\nrho = "1 kg/m^3"',
             'water.rho = "1 kg/m^3": it must be greater than or equal to 900 kg/m^3',
         ),
-        ('lower = "12 m/min"', 'lower = "1000 m/s"', "stage 1: lower = "),
+        ('speed = "12 m/min"', 'speed = "1000 m/s"', "phase 1: speed = "),
         ("z=25 m", "z=-25 m", "tip: its height -25 m is not above the water"),
-        ('start = "3 m"', 'start = "3 m"\nduration = "20 s"', "duration = 20 s: too short for waves at random"),
+        (
+            'start_depth = "-3 m"',
+            'start_depth = "-3 m"\nduration = "20 s"',
+            "duration = 20 s: too short for waves at random",
+        ),
         ('wave = "jonswap Hs=1 m Tp=7 s"', 'wave = "46042w1996.txt"', "no such file next to the lift file"),
         ('heading = "180 deg"', 'heading = "180 deg"\nrecord = "3"', "belongs to a file of measured waves"),
     ],
@@ -193,7 +197,7 @@ def test_a_seed_belongs_to_waves(tmp_path):
 
 
 def test_an_empty_file_is_told_what_a_lift_file_has(tmp_path):
-    with pytest.raises(StillhookError, match=r"lift.toml: empty. A lift file names crane, payload, start"):
+    with pytest.raises(StillhookError, match=r"lift.toml: empty. A lift file names crane, payload, start_depth"):
         load_lift(written(tmp_path, " \n"))
 
 

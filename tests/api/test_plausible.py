@@ -264,7 +264,7 @@ class TestCommands:
 def test_a_plan_remarks_on_its_implausible_crane(tmp_path):
     from importlib.resources import files
 
-    text = (files("stillhook.library") / "data" / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
+    text = (files("stillhook.library") / "data" / "lifts" / "template-to-1500m.toml").read_text(encoding="utf-8")
     crane = next(line.split('"')[1] for line in text.splitlines() if line.startswith("crane"))
     (tmp_path / "soft.toml").write_text(
         f'base = "{crane}"\nname = "soft"\n[control]\nt_cycle = "0.5 s"\n', encoding="utf-8"

@@ -9,8 +9,9 @@ from stillhook.engine.lowering.summary import LoweringRun
 from stillhook.engine.simulate import run_cases, simulate, whole
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
-from stillhook.spec.lift.lowering import Lowering, Rigging, Stage
+from stillhook.spec.lift.lowering import Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 
 AUDIT = 1e-3
 """Asked of the issue: energy found again within 0.1 %; measured 2e-5."""
@@ -19,7 +20,7 @@ ROUNDING = 1e-11
 SNAP = 0.05
 """Drag while the wire stretches and the winch giving way, both left out of the closed form."""
 
-HOLDING = (Stage(mode="manual", time="9000 s"),)
+HOLDING = (Phase(mode="manual", time="9000 s"),)
 
 
 def box(mass: str = "100 t", V: float = 10.0, A33: float = 40.0, A_p: float = 20.0) -> Payload:
@@ -32,9 +33,9 @@ def box(mass: str = "100 t", V: float = 10.0, A33: float = 40.0, A_p: float = 20
 
 def lift(
     tip: Motion,
-    programme: tuple[Stage, ...],
+    programme: tuple[Phase, ...],
     *,
-    z_0: str = "2 m",
+    start_depth: str = "-2 m",
     depth: str = "60 m",
     duration: str = "330 s",
     load: Payload | None = None,
@@ -44,7 +45,7 @@ def lift(
         tip=tip,
         h_tip="20 m",
         depth=depth,
-        z_0=z_0,
+        start_depth=start_depth,
         programme=programme,
         duration=duration,
         rigging=Rigging(zeta=0.0),
@@ -52,11 +53,11 @@ def lift(
 
 
 LANDING = (
-    Stage(mode="splash", lower="15 m/min", depth="12 m"),
-    Stage(mode="ahc", lower="30 m/min", depth="56 m"),
-    Stage(mode="landing", lower="6 m/min", hold="200 kN", time="15 s"),
+    Phase(mode="splash", speed="15 m/min", depth="12 m"),
+    Phase(mode="ahc", speed="30 m/min", depth="56 m"),
+    Phase(mode="landing", speed="6 m/min", tension="200 kN", time="15 s"),
 )
-DEEP = (Stage(mode="ahc", lower="40 m/min", wire="1000 m"),)
+DEEP = (Phase(mode="ahc", speed="40 m/min", wire="1000 m"),)
 
 
 def through_the_wire(r: LoweringRun) -> tuple[float, float]:
@@ -73,7 +74,7 @@ def through_the_wire(r: LoweringRun) -> tuple[float, float]:
     "case",
     [
         lift(Sine(amplitude="1 m", period="8 s"), LANDING),
-        lift(Sine(amplitude="1 m", period="8 s"), DEEP, z_0="-100 m", depth="2000 m", load=box("80 t")),
+        lift(Sine(amplitude="1 m", period="8 s"), DEEP, start_depth="100 m", depth="2000 m", load=box("80 t")),
     ],
 )
 def test_every_joule_of_a_lowering_is_found_again(name: str, case: Lowering) -> None:
@@ -89,7 +90,7 @@ def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
     """Relaying the elements as wire is paid out adds the kinetic energy of the new wire, and takes the strain it did not have: both small."""
     r = run_cases(
         load_crane("nov-250t"),
-        [lift(Still(), DEEP, z_0="-100 m", depth="2000 m", duration="1200 s")],
+        [lift(Still(), DEEP, start_depth="100 m", depth="2000 m", duration="1200 s")],
         step=2,
         lanes=1,
         every=0,
@@ -105,7 +106,7 @@ def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
 def test_buoyancy_carries_what_the_displaced_water_weighs() -> None:
     """rho g V times the way of the covered box, half of that over its height."""
     run = simulate(
-        load_crane("nov-250t"), lift(Still(), (Stage(mode="manual", lower="15 m/min", depth="30 m"),), duration="200 s")
+        load_crane("nov-250t"), lift(Still(), (Phase(mode="manual", speed="15 m/min", depth="30 m"),), duration="200 s")
     )
     way = -float(run.z_load_end) - 5.0 + 2.5
     assert float(run.work_buoyancy) == pytest.approx(-1025.0 * G * 10.0 * way, rel=1e-4)
@@ -113,7 +114,8 @@ def test_buoyancy_carries_what_the_displaced_water_weighs() -> None:
 
 def test_still_water_takes_energy_and_gives_none() -> None:
     run = simulate(
-        load_crane("nov-250t"), lift(Sine(amplitude="1.5 m", period="7 s"), HOLDING, z_0="0 m", duration="120 s")
+        load_crane("nov-250t"),
+        lift(Sine(amplitude="1.5 m", period="7 s"), HOLDING, start_depth="0 m", duration="120 s"),
     )
     assert float(run.work_drag) < 0.0
     assert float(run.work_slam) < 0.0
@@ -135,7 +137,7 @@ def test_snap_is_that_of_a_fall_at_terminal_speed() -> None:
     crane = crane.model_copy(
         update={"inertia": crane.inertia.model_copy(update={"J_gear": 1.0e6})}
     )  # a winch that does not move
-    case = lift(tip, HOLDING, z_0="-20 m", duration="30 s", load=load).model_copy(update={"ramp": 0.0})
+    case = lift(tip, HOLDING, start_depth="20 m", duration="30 s", load=load).model_copy(update={"ramp": 0.0})
     run = simulate(crane, case, every="10 ms", step="1 ms")
     W = (mass - 1025.0 * V) * G
     assert float(run.sling_slack_time) > 1.0

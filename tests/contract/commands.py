@@ -32,7 +32,7 @@ LIFT = """
 crane = "CRANE"
 controller = "MODE"
 vessel = "construction-vessel-130m"
-start = "2 m"
+start_depth = "-2 m"
 duration = "60 s"
 [payload]
 name = "lid"
@@ -50,11 +50,11 @@ at = "x=-15 m, y=-24 m, z=36 m"
 depth = "25 m"
 [wire]
 nodes = 3
-[[stage]]
+[[phase]]
 mode = "splash"
-lower = "30 m/min"
+speed = "30 m/min"
 depth = "8 m"
-[[stage]]
+[[phase]]
 mode = "ahc"
 time = "20 s"
 """
@@ -66,6 +66,7 @@ PLAN = """
 crane = "CRANE"
 vessel = "construction-vessel-130m"
 payload = "manifold-60t"
+start_depth = "80 m"
 alternatives = ["none", "cap-80", "MODE"]
 [tip]
 at = "x=-15 m, y=-24 m, z=36 m"
@@ -80,8 +81,7 @@ T_POP = "4 h"
 [[phase]]
 name = "deep"
 kind = "deep"
-start = "-80 m"
-duration = "2 min"
+time = "2 min"
 """
 FRICTION = """
 title = "Friction with evidence"

@@ -117,13 +117,13 @@ def test_a_plant_alone_gives_what_its_sensors_read(tmp_path: Path) -> None:
 
 
 def test_a_lowering_comes_to_the_depth_that_its_wheel_reads() -> None:
-    """The supervisor stops where the wire out that it reads is that of the stage."""
+    """The supervisor stops where the wire out that it reads is that of the phase."""
     lift = stillhook.Lowering(
         payload=stillhook.read_payload("template-120t"),
         h_tip="36 m",
         depth="300 m",
-        z_0="-100 m",
-        programme=[{"mode": "ahc", "lower": "30 m/min", "depth": "120 m"}, {"mode": "ahc", "time": "20 s"}],
+        start_depth="100 m",
+        programme=[{"mode": "ahc", "speed": "30 m/min", "depth": "120 m"}, {"mode": "ahc", "time": "20 s"}],
         duration="90 s",
     )
     plain, slipping = (

@@ -15,7 +15,8 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.file import load_plan
 from stillhook.sea.motion.text import parse_motion
-from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import Phase
 
 
 def scenario(load: str, s_w: str):
@@ -83,8 +84,8 @@ def test_scenario_and_lowering_judge_alike(tonnes, over):
         payload=box(f"{tonnes} t"),
         h_tip="20 m",
         depth="3000 m",
-        z_0=f"{-down} m",
-        programme=(Stage(mode="manual", lower="1 m/min", depth=f"{down + 1.0} m"),),
+        start_depth=f"{down} m",
+        programme=(Phase(mode="manual", speed="1 m/min", depth=f"{down + 1.0} m"),),
         duration="10 s",
     )
     scenario_words = words(simulate(crane, scenario(f"{tonnes} t", f"{down + 15.0} m")))
@@ -107,9 +108,9 @@ def test_a_lowering_tells_peaks_from_what_hangs_at_rest(motion, word):
             payload=box(f"{tonnes} t"),
             h_tip="20 m",
             depth="3000 m",
-            z_0=f"{-down} m",
+            start_depth=f"{down} m",
             tip=parse_motion(motion),
-            programme=(Stage(mode="manual", lower="1 m/min", depth=f"{down + 0.2} m"),),
+            programme=(Phase(mode="manual", speed="1 m/min", depth=f"{down + 0.2} m"),),
             duration="40 s",
         )
 

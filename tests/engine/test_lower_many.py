@@ -18,7 +18,7 @@ from stillhook.sea.motion.irregular import COARSE
 from stillhook.sea.motion.motion import Sine
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.spec.lift.lowering import Stage
+from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import Sensors
 
 CRANE = load_crane("nov-250t")
@@ -85,7 +85,7 @@ def test_a_run_that_ends_with_its_programme_has_the_bits_of_its_stages(truth):
 
 @pytest.mark.slow
 def test_a_run_whose_programme_does_not_end_goes_on_for_its_duration():
-    unfinished = in_sea(deep_lift(programme=(Stage(mode="ahc", time="40 s"),)))
+    unfinished = in_sea(deep_lift(programme=(Phase(mode="ahc", time="40 s"),)))
     ended, whole = (simulate(CRANE, [unfinished], end=end) for end in ("programme", "duration"))
     assert ended.drop_attrs().equals(whole.drop_attrs())
     assert ended.status[0] == "unfinished"

@@ -17,8 +17,9 @@ from stillhook.sea.motion.motion import Motion, Profile, Sine
 from stillhook.sea.motion.recorded import trailing_spans
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings
+from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 
 pytestmark = pytest.mark.slow
 
@@ -43,7 +44,7 @@ def box(mass: str = "100 t", V: float = 0.0, A33: float = 0.0, A_p: float = 0.0,
 
 
 def still_winch(
-    z_0: str, tip: Motion, *, nodes: int = 20, load: Payload | None = None, duration: str = "100 s"
+    start_depth: str, tip: Motion, *, nodes: int = 20, load: Payload | None = None, duration: str = "100 s"
 ) -> Lowering:
     """A load on a winch that stands, with everything linear."""
     return Lowering(
@@ -53,8 +54,8 @@ def still_winch(
         tip=tip,
         h_tip="20 m",
         depth="4000 m",
-        z_0=z_0,
-        programme=(Stage(mode="manual", time="9000 s"),),
+        start_depth=start_depth,
+        programme=(Phase(mode="manual", time="9000 s"),),
         duration=duration,
         ramp="0 s",
     )
@@ -98,9 +99,9 @@ def harmonic(t: np.ndarray, y: np.ndarray, omega: float) -> complex:
     return complex(a, -b)
 
 
-@pytest.mark.parametrize("z_0", ["-100 m", "-1500 m", "-3000 m"])
-def test_load_rings_at_the_first_period_of_the_exact_rod(z_0: str) -> None:
-    case = still_winch(z_0, Profile.from_si([0.0, 0.5, 1.0], [0.0, 0.05, 0.0]), duration="200 s")
+@pytest.mark.parametrize("start_depth", ["100 m", "1500 m", "3000 m"])
+def test_load_rings_at_the_first_period_of_the_exact_rod(start_depth: str) -> None:
+    case = still_winch(start_depth, Profile.from_si([0.0, 0.5, 1.0], [0.0, 0.05, 0.0]), duration="200 s")
     run = simulate(stiff(), case, every="10 ms", step="2 ms")
     t = run.time.values > 5.0
     q = run.s_load.values[t] - run.s_load.values[t].mean()
@@ -111,10 +112,10 @@ def test_load_rings_at_the_first_period_of_the_exact_rod(z_0: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("z_0", "T"), [("-5 m", 6.0), ("-1500 m", 3.0), ("-1500 m", 8.0), ("-3000 m", 3.0), ("-3000 m", 8.0)]
+    ("start_depth", "T"), [("5 m", 6.0), ("1500 m", 3.0), ("1500 m", 8.0), ("3000 m", 3.0), ("3000 m", 8.0)]
 )
-def test_load_and_tension_follow_the_wires_top_as_the_exact_rod_says(z_0: str, T: float) -> None:
-    case = still_winch(z_0, Sine(amplitude="2 cm", period=f"{T} s"), load=box(A33=50.0), duration="300 s")
+def test_load_and_tension_follow_the_wires_top_as_the_exact_rod_says(start_depth: str, T: float) -> None:
+    case = still_winch(start_depth, Sine(amplitude="2 cm", period=f"{T} s"), load=box(A33=50.0), duration="300 s")
     run = simulate(deep(0.05), case, every="50 ms")
     late = run.time.values > 220.0
     t, omega = run.time.values[late], 2.0 * math.pi / T
@@ -127,7 +128,7 @@ def test_load_and_tension_follow_the_wires_top_as_the_exact_rod_says(z_0: str, T
 @pytest.mark.parametrize("nodes", [1, 7, 20])
 def test_wire_hangs_stretched_by_load_and_own_weight(nodes: int) -> None:
     """L (W + w L / 2) / EA, with the part in air weighing more, and the wire over the boom as a spring."""
-    case = still_winch("-2000 m", Sine(amplitude="0 m", period="9 s"), nodes=nodes, duration="1 s")
+    case = still_winch("2000 m", Sine(amplitude="0 m", period="9 s"), nodes=nodes, duration="1 s")
     p = Ready.of(deep(), case).packed
     r, L, W = p.lift.rope, p.winch.s_w, p.lift.load.W + p.lift.hook.W
     wet, dry = L - r.h_tip, r.h_tip
@@ -141,7 +142,7 @@ def test_wire_hangs_stretched_by_load_and_own_weight(nodes: int) -> None:
 
 def test_lift_at_rest_stays_at_rest() -> None:
     run = simulate(
-        deep(), still_winch("-3000 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0), duration="60 s")
+        deep(), still_winch("3000 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0), duration="60 s")
     )
     assert float(np.ptp(run.z_load.values)) < 1e-4
     assert float(run.z_load[0]) == -3000.0
@@ -167,13 +168,13 @@ def regular_wave(a: float, T: float, duration: float) -> WaveField:
 
 def test_water_at_the_load_is_that_of_the_wave_at_its_depth() -> None:
     waves = regular_wave(1.0, 8.0, 60.0)
-    programme = (Stage(mode="manual", lower="12 m/min", wire="60 m"),)
+    programme = (Phase(mode="manual", speed="12 m/min", wire="60 m"),)
     case = Lowering(
         payload=box(V=10.0, A33=40.0, A_p=10.0),
         waves=waves,
         h_tip="20 m",
         depth="200 m",
-        z_0="3 m",
+        start_depth="-3 m",
         programme=programme,
         duration="60 s",
         ramp="0 s",
@@ -194,7 +195,7 @@ def test_waves_pull_at_a_deep_load_with_the_force_of_froude_krylov_and_added_mas
     """(rho V + A33) a of the water over its height, which the exact rod carries up to the slings."""
     V, A33, T = 20.0, 60.0, 12.0
     omega = 2.0 * math.pi / T
-    case = still_winch("-30 m", Sine(amplitude="0 m", period="9 s"), load=box(V=V, A33=A33), duration="120 s")
+    case = still_winch("30 m", Sine(amplitude="0 m", period="9 s"), load=box(V=V, A33=A33), duration="120 s")
     case = case.model_copy(update={"waves": regular_wave(0.5, T, 120.0)})
     run = simulate(stiff(0.02), case, every="50 ms", step="2 ms")
     late = run.time.values > 60.0
@@ -210,9 +211,9 @@ def test_waves_pull_at_a_deep_load_with_the_force_of_froude_krylov_and_added_mas
 def whole_lift(i: int = 0, duration: str = "330 s") -> Lowering:
     """Air, splash zone, compensated, landed."""
     programme = (
-        Stage(mode="splash", lower="15 m/min", depth="12 m"),
-        Stage(mode="ahc", lower="30 m/min", depth="56 m"),
-        Stage(mode="landing", lower="6 m/min", hold="200 kN", time="15 s"),
+        Phase(mode="splash", speed="15 m/min", depth="12 m"),
+        Phase(mode="ahc", speed="30 m/min", depth="56 m"),
+        Phase(mode="landing", speed="6 m/min", tension="200 kN", time="15 s"),
     )
     return Lowering(
         payload=box(V=10.0, A33=40.0 + i, A_p=20.0),
@@ -220,7 +221,7 @@ def whole_lift(i: int = 0, duration: str = "330 s") -> Lowering:
         waves=regular_wave(0.5 + 0.05 * i, 8.0, 400.0),
         h_tip="20 m",
         depth="60 m",
-        z_0="2 m",
+        start_depth="-2 m",
         programme=programme,
         duration=duration,
         wire=DeepWire(nodes=6),
@@ -251,13 +252,13 @@ DROP = Profile.from_si([0.0, 2.0, 6.0, 8.0, 300.0], [0.0, -4.0, -4.0, 0.0, 0.0])
 """A tip that falls away from under a light load, faster than that sinks."""
 
 
-def light(programme: tuple[Stage, ...], **changes: object) -> Lowering:
+def light(programme: tuple[Phase, ...], **changes: object) -> Lowering:
     return Lowering(
         payload=box("15 t", V=1.0, A33=20.0, A_p=20.0),
         tip=changes.pop("tip", DROP),
         h_tip="40 m",
         depth="60 m",
-        z_0="-20 m",
+        start_depth="20 m",
         programme=programme,
         duration="220 s",
         ramp="0 s",
@@ -266,13 +267,13 @@ def light(programme: tuple[Stage, ...], **changes: object) -> Lowering:
     )
 
 
-LAND = Stage(name="land", mode="landing", lower="9 m/min", hold="40 kN", time="5 s")
+LAND = Phase(name="land", mode="landing", speed="9 m/min", tension="40 kN", time="5 s")
 
 
 def test_slings_that_fell_slack_on_the_way_are_reported_though_the_load_lands() -> None:
     """Slack in the water is the danger, slack on the seabed is the aim: each has its own time, in the stage where it was."""
-    hang = Stage(name="hang", mode="manual", time="20 s")
-    down = Stage(name="down", mode="ahc", lower="20 m/min", depth="45 m")
+    hang = Phase(name="hang", mode="manual", time="20 s")
+    down = Phase(name="down", mode="ahc", speed="20 m/min", depth="45 m")
     run = simulate(load_crane("nov-250t"), light((hang, down, LAND)))
     assert "sling" in str(run.status.values)
     assert float(run.t_landed) > 20.0
@@ -280,14 +281,14 @@ def test_slings_that_fell_slack_on_the_way_are_reported_though_the_load_lands() 
     assert slack["hang"] > 1.0
     assert (slack["down"], slack["land"]) == (0.0, 0.0)
     assert float(run.sling_slack_time) == pytest.approx(slack["hang"])
-    assert f'stage "hang": slings slack for {slack["hang"]:.2f} s while the load hangs free' in str(run.notes.values)
+    assert f'phase "hang": slings slack for {slack["hang"]:.2f} s while the load hangs free' in str(run.notes.values)
 
 
 def test_slings_that_fall_slack_on_the_seabed_are_no_fault() -> None:
-    pays_on = Stage(name="down", mode="ahc", lower="20 m/min", landed=True)
+    pays_on = Phase(name="down", mode="ahc", speed="20 m/min", landed=True)
     run = simulate(
         load_crane("nov-250t"),
-        light((pays_on, Stage(mode="manual", lower="6 m/min", time="30 s")), tip=Sine(amplitude="0 m", period="9 s")),
+        light((pays_on, Phase(mode="manual", speed="6 m/min", time="30 s")), tip=Sine(amplitude="0 m", period="9 s")),
     )
     assert float(run.sling_slack_landed_time) > 20.0
     assert float(run.sling_slack_time) == 0.0
@@ -297,13 +298,13 @@ def test_slings_that_fall_slack_on_the_seabed_are_no_fault() -> None:
 
 def test_a_touch_in_a_stage_that_does_not_land_is_a_status_with_stage_time_and_speed() -> None:
     too_far = (
-        Stage(name="down", mode="ahc", lower="20 m/min", time="180 s"),
-        Stage(name="stand", mode="ahc", time="20 s"),
+        Phase(name="down", mode="ahc", speed="20 m/min", time="180 s"),
+        Phase(name="stand", mode="ahc", time="20 s"),
     )
     run = simulate(load_crane("nov-250t"), light(too_far, tip=Sine(amplitude="0 m", period="9 s")))
     assert "touchdown" in str(run.status.values).split(", ")
     note = str(run.notes.values)
-    assert 'stage "down" does not land, and the load touches the seabed in it after 12' in note
+    assert 'phase "down" does not land, and the load touches the seabed in it after 12' in note
     assert "at 20" in note or "at 19" in note
     assert "landed = true" in note
     assert np.isnan(run.stage_t_landed.values[1:]).all()  # what lies on the seabed does not touch it anew
@@ -311,22 +312,22 @@ def test_a_touch_in_a_stage_that_does_not_land_is_a_status_with_stage_time_and_s
 
 def test_a_load_that_was_lifted_clear_and_touches_again_is_reported_again() -> None:
     up_and_down = (
-        Stage(name="land", mode="ahc", lower="20 m/min", landed=True),
-        Stage(name="lift", mode="ahc", lower="-12 m/min", time="60 s"),
-        Stage(name="slip", mode="ahc", lower="20 m/min", time="40 s"),
+        Phase(name="land", mode="ahc", speed="20 m/min", landed=True),
+        Phase(name="lift", mode="ahc", speed="-12 m/min", time="60 s"),
+        Phase(name="slip", mode="ahc", speed="20 m/min", time="40 s"),
     )
     run = simulate(
         load_crane("nov-250t"), light(up_and_down, tip=Sine(amplitude="0 m", period="9 s"), winch={"ramp": "0.1 m/s^2"})
     )
-    assert 'stage "slip" does not land' in str(run.notes.values)
+    assert 'phase "slip" does not land' in str(run.notes.values)
     assert float(run.stage_t_landed[2]) > float(run.stage_t_landed[0]) + 60.0
 
 
 def test_the_speed_of_a_touch_is_that_at_the_seabed_whatever_the_step() -> None:
     """Within a step the load comes on by 2.5 mm: time and speed are those of the crossing."""
-    programme = (Stage(mode="ahc", lower="30 m/min", time="40 s"),)
+    programme = (Phase(mode="ahc", speed="30 m/min", time="40 s"),)
     case = still_winch(
-        "-190 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=40.0, A_p=20.0), duration="30 s"
+        "190 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=40.0, A_p=20.0), duration="30 s"
     )
     case = case.model_copy(update={"programme": programme, "depth": 200.0})
     runs = [simulate(load_crane("nov-250t"), case, step=step, every="10 ms") for step in ("5 ms", "1 ms")]
@@ -346,9 +347,9 @@ STANDS = 0.05
 @pytest.mark.parametrize("mode", ["manual", "ahc"])
 def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
     """36 m/min with a ramp of 0.07 m/s^2: a ramp that begins at the depth would end 2.6 m below it."""
-    down = (Stage(mode=mode, lower="36 m/min", depth="200 m"), Stage(mode=mode, time="40 s"))
+    down = (Phase(mode=mode, speed="36 m/min", depth="200 m"), Phase(mode=mode, time="40 s"))
     case = still_winch(
-        "-100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s"
+        "100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s"
     )
     case = case.model_copy(update={"programme": down, "winch": WinchSettings(ramp="0.07 m/s^2")})
     run = simulate(deep(0.02), case)
@@ -363,9 +364,9 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
 def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str) -> None:
     """Pumps and motors leak 2 to 19 % of these speeds; the encoder makes up for it."""
     case = still_winch(
-        "-100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s"
+        "100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s"
     )
-    case = case.model_copy(update={"programme": (Stage(mode="manual", lower=speed, time="150 s"),)})
+    case = case.model_copy(update={"programme": (Phase(mode="manual", speed=speed, time="150 s"),)})
     run = simulate(load_crane(name), case)
     s_w, t = run.s_w.values, run.time.values
     late = t > 60.0
@@ -375,7 +376,7 @@ def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str
 def test_a_template_in_waves_carries_what_its_parts_do_in_their_own_water() -> None:
     """Forces of a run against a quadrature over the heights of the parts at the places and speeds that the run went through."""
     load, T, a = read_payload("template-230t"), 7.0, 1.25
-    case = still_winch("-12.5 m", Sine(amplitude="0 m", period="9 s"), load=load, duration="60 s")
+    case = still_winch("12.5 m", Sine(amplitude="0 m", period="9 s"), load=load, duration="60 s")
     case = case.model_copy(update={"waves": regular_wave(a, T, 60.0), "h_tip": 60.0})
     run = simulate(deep(0.02), case, every="100 ms")
     omega = 2.0 * math.pi / T
@@ -417,17 +418,15 @@ def test_motion_of_the_load_in_a_stage_is_what_its_series_shows() -> None:
 
 def test_wire_damps_alike_wherever_the_run_began() -> None:
     """Material damping is a ratio of the swing on the wire that is out, not of that on the wire of the start."""
-    down = (Stage(mode="ahc", lower="60 m/min", wire="500 m"),)
-    begun_above = still_winch("-10 m", Sine(amplitude="0 m", period="9 s"), load=box(A33=50.0), duration="520 s")
+    down = (Phase(mode="ahc", speed="60 m/min", wire="500 m"),)
+    begun_above = still_winch("10 m", Sine(amplitude="0 m", period="9 s"), load=box(A33=50.0), duration="520 s")
     r = run_cases(deep(0.02), [begun_above.model_copy(update={"programme": down})], step=2, lanes=1, keep=whole)[0]
-    begun_there = Ready.of(
-        deep(0.02), still_winch(f"{20.0 - 15.0 - r.state.path.s_w} m", begun_above.tip, load=box(A33=50.0))
-    )
+    begun_there = Ready.of(deep(0.02), still_winch(f"{r.state.path.s_w - 5.0} m", begun_above.tip, load=box(A33=50.0)))
     here, there = r.hang.wire.element, begun_there.packed.hang.wire.element
     assert here.c / here.k == pytest.approx(there.c / there.k, rel=1e-3)
     omega = (
         2.0
         * math.pi
-        / natural_periods(*exact(deep(0.02), begun_above.model_copy(update={"z_0": 5.0 - r.state.path.s_w})))[0]
+        / natural_periods(*exact(deep(0.02), begun_above.model_copy(update={"start_depth": r.state.path.s_w - 5.0})))[0]
     )
     assert 0.5 * here.c / here.k * omega == pytest.approx(0.02, rel=0.02)  # by the rule of a third of the wire's mass

@@ -13,8 +13,9 @@ from stillhook.errors import LiftError, SimulationError, SpecError
 from stillhook.sea.motion.motion import Profile, Sine
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import DeepWire, Lowering, Stage
+from stillhook.spec.lift.lowering import DeepWire, Lowering
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import Sensors
 
 
@@ -28,8 +29,8 @@ def lift(mass: str = "100 t", V: float = 10.0, **more: object) -> Lowering:
     fields = {
         "h_tip": "20 m",
         "depth": "2000 m",
-        "z_0": "-50 m",
-        "programme": (Stage(mode="ahc", time="20 s"),),
+        "start_depth": "50 m",
+        "programme": (Phase(mode="ahc", time="20 s"),),
         "duration": "40 s",
     }
     return Lowering(payload=Payload(name="box", mass=mass, height="5 m", C_D=2.0, levels=levels), **(fields | more))
@@ -46,14 +47,14 @@ def water(n: int = 402, dt: float = 0.1, levels: int = 4) -> WaveField:
     [
         (lift("400 t"), 'Payload 400 t exceeds the SWL 250 t of "nov-250t"'),
         (lift("5 t"), "it floats"),
-        (lift(z_0="-2000 m"), "the payload would lie on the seabed"),
-        (lift(z_0="20 m"), "the hook would be above the crane tip"),
-        (lift(z_0="-2900 m", depth="3000 m"), 'and "nov-250t" can pay out'),
+        (lift(start_depth="2000 m"), "the payload would lie on the seabed"),
+        (lift(start_depth="-20 m"), "the hook would be above the crane tip"),
+        (lift(start_depth="2900 m", depth="3000 m"), 'and "nov-250t" can pay out'),
         (lift(waves=water(100)), "longer than the waves, 9.9 s"),
         (lift(waves=water(dt=2.0)), "samples every 2 s"),
         (lift(waves=water(levels=1)), "fewer than 2 levels"),
         (lift(controller="manual"), "does not compensate"),
-        (lift(programme=()), "no stages"),
+        (lift(programme=()), "no phases"),
     ],
 )
 def test_a_lift_that_cannot_be_is_refused_in_one_line(case: Lowering, said: str) -> None:
@@ -98,9 +99,13 @@ def test_a_lift_without_numbers_spoils_no_other() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mass", ["100 kg", "1 t", "250 t"])
-@pytest.mark.parametrize("z_0", ["0 m", "-1900 m"])
-def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: str, z_0: str) -> None:
-    run = simulate(crane(), lift(mass, V=0.0001, z_0=z_0, tip=Sine(amplitude="1 m", period="8 s")), on_failure="mark")
+@pytest.mark.parametrize("start_depth", ["0 m", "1900 m"])
+def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: str, start_depth: str) -> None:
+    run = simulate(
+        crane(),
+        lift(mass, V=0.0001, start_depth=start_depth, tip=Sine(amplitude="1 m", period="8 s")),
+        on_failure="mark",
+    )
     assert str(run.status.values) in ("ok", "overload", "peak load")
     assert abs(float(run.energy_unaccounted)) < 1e-3
     assert float(run.eta_c) > 0.9
@@ -109,7 +114,7 @@ def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: st
 @pytest.mark.slow
 @pytest.mark.parametrize("nodes", [1, 100])
 def test_any_number_of_nodes_runs(nodes: int) -> None:
-    run = simulate(crane(), lift(wire=DeepWire(nodes=nodes), z_0="-1900 m"))
+    run = simulate(crane(), lift(wire=DeepWire(nodes=nodes), start_depth="1900 m"))
     assert str(run.status.values) == "ok"
 
 
@@ -126,7 +131,7 @@ def test_slings_never_push_and_a_slack_lift_is_told() -> None:
     tip = Profile.from_si([0.0, 2.0, 6.0, 8.0], [0.0, -4.0, -4.0, 0.0])
     run = simulate(
         crane(),
-        lift("15 t", z_0="-20 m", tip=tip, ramp="0 s", programme=(Stage(mode="manual", time="20 s"),)),
+        lift("15 t", start_depth="20 m", tip=tip, ramp="0 s", programme=(Phase(mode="manual", time="20 s"),)),
         every="10 ms",
     )
     assert "sling" in str(run.status.values)
@@ -135,45 +140,42 @@ def test_slings_never_push_and_a_slack_lift_is_told() -> None:
     assert float(run.snap) > 0.0
 
 
-def test_a_stage_that_never_ends_is_told() -> None:
-    run = simulate(crane(), lift(programme=(Stage(mode="manual", lower="6 m/min", depth="1900 m", timeout="10 s"),)))
+def test_a_phase_that_never_ends_is_reported() -> None:
+    run = simulate(crane(), lift(programme=(Phase(mode="manual", speed="6 m/min", depth="1900 m", timeout="10 s"),)))
     assert "stuck" in str(run.status.values)
     assert "did not end within its timeout of 10 s" in str(run.notes.values)
 
 
 @pytest.mark.parametrize(
-    ("stages", "said"),
+    ("phases", "said"),
     [
         (
-            [{"mode": "splash", "lower": "-12 m/min", "depth": "80 m"}],
-            'stage "1 splash": lower = -12 m/min hoists, and depth = 80 m is',
+            [{"mode": "splash", "speed": "-12 m/min", "depth": "80 m"}],
+            'phase "1 splash": speed = -12 m/min hoists, and it ends at 80 m',
         ),
         (
-            [{"mode": "ahc", "lower": "12 m/min", "depth": "30 m"}],
-            "is 34.9 m of wire out, with 54.87 m out at its beginning",
+            [{"mode": "ahc", "speed": "12 m/min", "depth": "50 m"}],
+            "is 54.87 m of wire out, with 54.87 m out at its beginning",
         ),
         (
-            [
-                {"mode": "ahc", "lower": "12 m/min", "depth": "90 m"},
-                {"mode": "ahc", "lower": "12 m/min", "depth": "60 m"},
-            ],
-            'stage "2 ahc": lower = 12 m/min pays wire out',
+            [{"mode": "ahc", "speed": "12 m/min", "wire": "30 m"}],
+            "speed = 12 m/min pays wire out, and wire = 30 m",
         ),
         (
-            [{"mode": "landing", "lower": "6 m/min", "hold": "950 kN", "time": "9 s"}],
+            [{"mode": "landing", "speed": "6 m/min", "tension": "950 kN", "time": "9 s"}],
             "would lift the load again: payload and hook weigh 909.6 kN",
         ),
     ],
 )
-def test_stages_that_end_before_they_begin_or_lift_what_they_landed_are_refused(
-    stages: list[dict[str, str]], said: str
+def test_phases_that_end_before_they_begin_or_lift_what_they_landed_are_refused(
+    phases: list[dict[str, str]], said: str
 ) -> None:
     with pytest.raises(LiftError, match=said):
-        simulate(crane(), lift(programme=tuple(Stage(**s) for s in stages)))
+        simulate(crane(), lift(programme=tuple(Phase(**s) for s in phases)))
 
 
 def test_wire_counts_as_load_at_the_crane_tip() -> None:
-    deep = (Stage(mode="ahc", lower="60 m/min", depth="1900 m"),)
+    deep = (Phase(mode="ahc", speed="60 m/min", depth="1900 m"),)
     with pytest.raises(LiftError, match=r"payload, hook and wire pull 2\d+ kN at the crane tip"):
         simulate(crane(), lift("230 t", programme=deep))
     LoweringType().ready([crane()], [lift("180 t", programme=deep)], 2)

@@ -19,7 +19,8 @@ from stillhook.kernels.statistics.oscillation import (
 )
 from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion, Profile
-from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import Phase
 
 DT = 0.01
 PERIOD = 0.02
@@ -200,9 +201,9 @@ def test_a_lowering_says_in_which_stage_it_oscillates():
         tip=even("2 m/min"),
         h_tip="40 m",
         depth="500 m",
-        z_0="20 m",
+        start_depth="-20 m",
         controller=crane.plant.type.default_mode,
-        programme=(Stage(mode="manual", time="20 s"), Stage(mode="ahc", time="60 s")),
+        programme=(Phase(mode="manual", time="20 s"), Phase(mode="ahc", time="60 s")),
         duration="85 s",
         ramp="0 s",
     )

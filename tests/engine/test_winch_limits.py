@@ -7,8 +7,9 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.library import changed
-from stillhook.spec.lift.lowering import Lowering, Rigging, Stage
+from stillhook.spec.lift.lowering import Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import Operator, Still
 
 DECREMENT = 0.15
@@ -66,8 +67,8 @@ def test_simulate_and_lower_damp_the_same_load_on_the_same_wire_alike():
         tip=tip,
         h_tip="215 m",
         depth="100 m",
-        z_0="0 m",
-        programme=(Stage(mode="manual", time="9000 s"),),
+        start_depth="0 m",
+        programme=(Phase(mode="manual", time="9000 s"),),
         duration="60 s",
         ramp="0 s",
     )

@@ -56,7 +56,7 @@ CASES_TOML = {
 LID = """
 name = "lid to the seabed"
 crane = "nov-250t"
-start = "2 m"
+start_depth = "-2 m"
 ramp = "2 s"
 duration = "180 s"
 [payload]
@@ -73,21 +73,21 @@ motion = "sine 0.3 m 9 s"
 depth = "25 m"
 [wire]
 nodes = 5
-[[stage]]
+[[phase]]
 name = "through"
 mode = "splash"
-lower = "30 m/min"
+speed = "30 m/min"
 depth = "10 m"
-[[stage]]
+[[phase]]
 name = "down"
 mode = "ahc"
-lower = "30 m/min"
+speed = "30 m/min"
 depth = "20 m"
-[[stage]]
+[[phase]]
 name = "land"
 mode = "landing"
-lower = "12 m/min"
-hold = "100 kN"
+speed = "12 m/min"
+tension = "100 kN"
 time = "20 s"
 """
 PLAN = """
@@ -95,6 +95,7 @@ name = "Manifold to 300 m"
 crane = "nov-250t"
 vessel = "construction-vessel-130m"
 payload = "manifold-60t"
+start_depth = "-5 m"
 alternatives = ["none", "cap-80", "ssc", "strong-ssc"]
 
 [tip]
@@ -114,26 +115,25 @@ T_POP = "4 h"
 [[phase]]
 name = "splash"
 kind = "splash-zone"
-start = "5 m"
+depth = "280 m"
 
 [[phase]]
 name = "deep"
 kind = "deep"
-start = "-280 m"
-duration = "5 min"
+time = "5 min"
 
 [[phase]]
 name = "landing"
 kind = "landing"
-end = "-300 m"
+depth = "300 m"
 speed = "12 m/min"
 """
 TWIN_PLAN = (
     PLAN.replace('["none", "cap-80", "ssc", "strong-ssc"]', '["none", "ssc"]')
     .replace('["6 s", "9 s"]', '["9 s"]')
     .replace("5 min", "2 min")
-    .replace("-280 m", "-297 m")
-    .replace('[[phase]]\nname = "splash"\nkind = "splash-zone"\nstart = "5 m"\n\n', "")
+    .replace("-5 m", "297 m")
+    .replace('[[phase]]\nname = "splash"\nkind = "splash-zone"\ndepth = "280 m"\n\n', "")
 )
 STAIRCASE_MAPPING = """
 [signals]

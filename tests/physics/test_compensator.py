@@ -20,8 +20,9 @@ from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.physics.load_path.compensator import gas_force, gas_slope, gas_work, place_of
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
-from stillhook.spec.lift.lowering import Lowering, Rigging, Stage, WinchSettings
+from stillhook.spec.lift.lowering import Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import Mode
 from stillhook.winches.joints.types.gas_spring import Compensator, notes
 
@@ -41,7 +42,7 @@ ROUNDING = 1e-11
 STEP = 5e-3
 """How far a time of an end stop may move with half the step [s]: it is that of the step."""
 
-HOLD = (Stage(mode="manual", time="9000 s"),)
+HOLD = (Phase(mode="manual", time="9000 s"),)
 UNIT = {
     "stroke": "4 m",
     "area": "0.09 m^2",
@@ -70,7 +71,7 @@ def box(mass: str = "100 t", V: float = 10.0) -> Payload:
 def lift(tip: Motion, link: Compensator | None, **changes: object) -> Lowering:
     given = {
         "payload": box(),
-        "z_0": "8 m",
+        "start_depth": "-8 m",
         "depth": "600 m",
         "programme": HOLD,
         "duration": "300 s",
@@ -156,7 +157,7 @@ def test_frequency_falls_with_amplitude_as_perturbation_says(step: float) -> Non
 def test_the_sea_presses_the_rod_in(depth: float) -> None:
     """p A = W - rho g A_rod d at rest, d the depth of the cylinder's lower end: the unit hangs there, and stays."""
     link = unit(rod_area="0.01 m^2", p_0="80 bar")
-    r = run(lift(Still(), link, z_0=f"{-depth - 15.0} m", duration="20 s"))
+    r = run(lift(Still(), link, start_depth=f"{depth + 15.0} m", duration="20 s"))
     s = column(r, "s_c")
     d = -(column(r, "z_load")[0] + 5.0 + 10.0 + s[0])
     W = (MASS - 1025.0 * 10.0) * G
@@ -168,9 +169,9 @@ def test_the_sea_presses_the_rod_in(depth: float) -> None:
 def test_stroke_shifts_as_it_is_lowered() -> None:
     """Over 100 m of depth the rod goes in by what the gas gives for rho g A_rod 100 m."""
     link = unit(rod_area="0.01 m^2", p_0="80 bar")
-    down = (Stage(mode="manual", lower="30 m/min", depth="150 m"), Stage(mode="manual", time="9000 s"))
+    down = (Phase(mode="manual", speed="30 m/min", depth="150 m"), Phase(mode="manual", time="9000 s"))
     slowly = WinchSettings(ramp="0.01 m/s^2")  # so that nothing swings
-    r = run(lift(Still(), link, z_0="-50 m", programme=down, duration="400 s", winch=slowly))
+    r = run(lift(Still(), link, start_depth="50 m", programme=down, duration="400 s", winch=slowly))
     p, d = column(r, "p_c") * link.area, -column(r, "z_load") - column(r, "s_c")
     assert d[-1] - d[0] > 95.0
     assert np.mean(p[-2000:]) - p[0] == pytest.approx(-1025.0 * G * 0.01 * (d[-1] - d[0]), rel=0.02)
@@ -233,11 +234,11 @@ def test_an_end_stop_is_the_sling_and_no_force_is_negative() -> None:
 @pytest.mark.parametrize("link", [unit(friction="20 kN", orifice="50 kN s^2/m^2", rod_area="0.01 m^2"), unit(n=1.0)])
 def test_every_joule_of_a_lowering_with_a_compensator_is_found_again(link: Compensator) -> None:
     landing = (
-        Stage(mode="splash", lower="15 m/min", depth="12 m"),
-        Stage(mode="ahc", lower="30 m/min", depth="56 m"),
-        Stage(mode="landing", lower="6 m/min", hold="250 kN", time="15 s"),
+        Phase(mode="splash", speed="15 m/min", depth="12 m"),
+        Phase(mode="ahc", speed="30 m/min", depth="56 m"),
+        Phase(mode="landing", speed="6 m/min", tension="250 kN", time="15 s"),
     )
-    case = lift(Sine(amplitude="1 m", period="8 s"), link, z_0="2 m", depth="60 m", programme=landing, ramp="10 s",
+    case = lift(Sine(amplitude="1 m", period="8 s"), link, start_depth="-2 m", depth="60 m", programme=landing, ramp="10 s",
                 duration="360 s")  # fmt: skip
     r = run(case, every=0)
     W = r.hang.works

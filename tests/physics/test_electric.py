@@ -21,8 +21,9 @@ from stillhook.physics.electric.heating import Body, time_to_limit
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import Operator
 from stillhook.winches.types import electric
 
@@ -320,11 +321,11 @@ def test_a_lowering_into_the_water_loses_no_energy_unseen():
         tip=Sine(amplitude="1 m", period="8 s"),
         h_tip="20 m",
         depth="60 m",
-        z_0="2 m",
+        start_depth="-2 m",
         controller="position",
         programme=(
-            Stage(mode="splash", lower="15 m/min", depth="12 m"),
-            Stage(mode="ahc", lower="30 m/min", depth="40 m"),
+            Phase(mode="splash", speed="15 m/min", depth="12 m"),
+            Phase(mode="ahc", speed="30 m/min", depth="40 m"),
         ),
         duration="200 s",
     )

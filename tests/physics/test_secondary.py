@@ -18,7 +18,8 @@ from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.library.catalogue import read_payload
 from stillhook.physics.scalar import G
-from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import Operator, PowerLoss
 from stillhook.winches.records import Tick
 from stillhook.winches.types import secondary
@@ -358,16 +359,16 @@ def test_half_the_step_makes_a_quarter_of_the_error():
 @pytest.mark.thorough
 def test_a_payload_is_lowered_set_down_and_left_without_losing_a_joule():
     stages = (
-        Stage(mode="manual", lower="30 m/min", depth="20 m"),
-        Stage(mode="landing", lower="6 m/min", hold="150 kN", landed=True),
-        Stage(mode="manual", lower="6 m/min", time="10 s"),
+        Phase(mode="manual", speed="30 m/min", depth="20 m"),
+        Phase(mode="landing", speed="6 m/min", tension="150 kN", landed=True),
+        Phase(mode="manual", speed="6 m/min", time="10 s"),
     )
     tip = Sine(amplitude="0.3 m", period="10 s")
     case = Lowering(
         payload=read_payload("suction-anchor-85t"),
         h_tip="40 m",
         depth="40 m",
-        z_0="3 m",
+        start_depth="-3 m",
         duration="400 s",
         programme=stages,
         controller="position",

@@ -6,12 +6,13 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.file import load_plan
 
 
-def manifold(*alternatives: str) -> str:
-    """What its file begins with: crane, vessel, payload, alternatives, crane tip and water."""
+def manifold(*alternatives: str, start_depth: str = "-5 m") -> str:
+    """What its file begins with: crane, vessel, payload, start, alternatives, crane tip and water."""
     return f"""\
 crane = "nov-250t"
 vessel = "construction-vessel-130m"
 payload = "manifold-60t"
+start_depth = "{start_depth}"
 alternatives = [{", ".join(f'"{name}"' for name in alternatives)}]
 
 [tip]

@@ -30,7 +30,6 @@ file = "SYNTHETIC-norwegian-sea"
 [[phase]]
 name = "splash"
 kind = "splash-zone"
-start = "5 m"
 """
 )
 pytestmark = pytest.mark.slow

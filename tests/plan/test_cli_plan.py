@@ -24,12 +24,11 @@ T_POP = "4 h"
 [[phase]]
 name = "splash"
 kind = "splash-zone"
-start = "5 m"
+depth = "25 m"
 
 [[phase]]
 name = "deep"
 kind = "deep"
-start = "-25 m"
 """
 )
 

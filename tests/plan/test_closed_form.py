@@ -10,7 +10,6 @@ from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.engine.simulate import simulate
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Seas
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_of
@@ -18,6 +17,7 @@ from stillhook.plan.table import inside
 from stillhook.plan.tiers.closed_form import closed_form, remarks, valid, way
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 
@@ -44,7 +44,9 @@ def of_kind(plan, kind):
 
 def with_seabed(plan):
     """The phase of lifting off the seabed, which the example does not have."""
-    return Phase(name="up", kind="seabed-lift-off", start="-1500 m", end="-1499 m", speed="12 m/min", duration="60 s")
+    return Phase(
+        name="up", kind="seabed-lift-off", start_depth="1500 m", depth="1499 m", speed="12 m/min", planned="60 s"
+    )
 
 
 def test_a_calm_asks_what_hangs_there_at_rest(plan):
@@ -151,7 +153,7 @@ def test_a_payload_that_the_seabed_holds_asks_for_more_than_its_weight(plan):
 
 def test_the_winch_is_as_fast_as_full_pumps_turn_it_at_the_load_and_layer(plan):
     deep, crane = of_kind(plan, PhaseKind.DEEP), plan.crane
-    still = at_rest(plan, deep, deep.end)
+    still = at_rest(plan, deep, deep.z_end)
     for alternative, mode in ((Alternative.NS, Mode.NS), (Alternative.SSC, Mode.SSC)):
         top = CAPACITIES["v_top"].find(plan, deep, alternative)
         assert "stopped by pump flow" in top.basis

@@ -11,7 +11,6 @@ from tests.plan.manifold import loaded, manifold
 from stillhook.errors import PlanError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.limits import limited, limits_in
 from stillhook.plan.tiers.closed_form import closed_form, remarks
@@ -19,6 +18,7 @@ from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, machine_of, winch_of
 from stillhook.plan.tiers.time_domain.measures import measures
+from stillhook.spec.lift.phase import PhaseKind
 
 NONE, PHC = Alternative.NONE, Alternative.PHC
 ENDS = "compensator-ends"
@@ -37,14 +37,13 @@ T_POP = "8 h"
 [[phase]]
 name = "through the surface"
 kind = "splash-zone"
-start = "5 m"
-end = "-25 m"
+depth = "25 m"
 
 [[phase]]
 name = "down"
 kind = "lowering"
 mode = "manual"
-end = "-280 m"
+depth = "280 m"
 
 [[phase]]
 name = "landing"
@@ -100,10 +99,10 @@ def test_the_unit_hangs_in_its_alternative_alone(plan: LiftPlan) -> None:
 
 
 def test_a_unit_that_does_not_fit_under_the_tip_is_refused(tmp_path: Path) -> None:
-    high = SEAS.replace('start = "5 m"', 'start = "14 m"')
     with pytest.raises(PlanError, match="they cannot hang under the crane tip"):
-        loaded(tmp_path, manifold("none", "phc") + high)
-    loaded(tmp_path, manifold("none", "ssc") + high.replace('[compensator]\nunit = "phc-60t"\n', ""))
+        loaded(tmp_path, manifold("none", "phc", start_depth="-14 m") + SEAS)
+    without = SEAS.replace('[compensator]\nunit = "phc-60t"\n', "")
+    loaded(tmp_path, manifold("none", "ssc", start_depth="-14 m") + without)
 
 
 def test_closed_form_counts_its_weight_and_says_that_it_does_not_know_it(plan: LiftPlan) -> None:

@@ -172,7 +172,7 @@ def test_an_alternative_that_no_certificate_covers_needs_the_cap():
 
 
 def test_a_plan_of_controllers_alone_gets_the_cap(tmp_path):
-    text = (files("stillhook.library") / "data" / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
+    text = (files("stillhook.library") / "data" / "lifts" / "template-to-1500m.toml").read_text(encoding="utf-8")
     file = tmp_path / "lift.toml"
     first, rest = text.split("alternatives = ", 1)
     file.write_text(f'{first}alternatives = ["none", "ssc"]\n{rest.split("]", 1)[1]}', encoding="utf-8")

@@ -11,11 +11,11 @@ from stillhook.errors import StillhookError
 from stillhook.kernels.build import results_hash
 from stillhook.plan.answer.metadata import _crane as facts_of_crane
 from stillhook.plan.definition.capacities import at_rest
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
 from stillhook.plan.table import inside
 from stillhook.spec.crane import content
+from stillhook.spec.lift.phase import PhaseKind
 from stillhook.spec.validity import UNSIGNED, Certified
 
 SEAS = Seas(np.array([0.5, 1.5, 2.5, 4.0]), np.full(4, 9.0), np.full(4, math.pi))
@@ -117,7 +117,7 @@ def test_a_certificate_that_the_plan_assumes_is_credited_in_its_envelope_and_sai
 
 def test_a_crane_with_a_certificate_of_its_own_is_given_no_other(example, tmp_path, monkeypatch):
     file = tmp_path / "lift.toml"
-    text = (files("stillhook.library") / "data" / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
+    text = (files("stillhook.library") / "data" / "lifts" / "template-to-1500m.toml").read_text(encoding="utf-8")
     file.write_text(text.replace('load = ["80 t", "180 t"]', 'load = ["180 t", "80 t"]'), encoding="utf-8")
     with pytest.raises(StillhookError, match=r"synthetic_certificate.*load: from 180000 to 80000"):
         load_plan(file)

@@ -10,7 +10,6 @@ from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
 from stillhook.plan.answer.reference_cell import depth_profile, efficiency, sensitivity
 from stillhook.plan.definition.capacities import calm
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_of
@@ -22,7 +21,7 @@ from stillhook.response.frequency_domain import sigmas
 from stillhook.sea.spectra.measured import SeaStates
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.spec.lift.lowering import Stage
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.extremes import MPM, P90, largest, largest_of_parts, share_beyond, speed_at_crossing
 
 NONE, CAP, SSC = Alternative.NONE, Alternative.CAP, Alternative.SSC
@@ -118,7 +117,7 @@ def test_in_a_calm_a_phase_asks_what_hangs_at_rest(plan):
 def test_a_payload_that_sinks_hangs_lighter_by_its_drag_and_one_that_rises_heavier(plan):
     still = Seas(np.zeros(1), np.full(1, 8.0), np.full(1, math.pi))
     down = plan.phase("upper water")
-    up = down.model_copy(update={"start": down.end, "end": down.start})
+    up = down.model_copy(update={"start_depth": down.depth, "depth": down.start_depth})
     sling = [frequency(replace(plan, phases=(p,)), (NONE,), still)[0].values["sling_ratio"][0] for p in (down, up)]
     assert sling[0] < 1.0
     assert sling[1] == pytest.approx(2.0 - sling[0], rel=1e-3)
@@ -143,7 +142,7 @@ def test_on_the_brake_significant_values_agree_with_runs_in_time_in_a_mild_cell(
         nothing + 0j,
     )
     hangs = plan.hanging(s.z, plan.tip_of(phase).z)
-    stand = {"programme": (Stage(mode="manual", time=f"{length} s"),), "duration": length}
+    stand = {"programme": (Phase(mode="manual", time=f"{length} s"),), "duration": length}
     run = simulate(plan.crane, [hangs.model_copy(update={"tip": tip, **stand}) for tip in tips], series=True).sel(
         time=slice(settled, None)
     )

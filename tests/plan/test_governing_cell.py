@@ -32,6 +32,7 @@ PLAN = """\
 crane = "nov-250t"
 vessel = "construction-vessel-130m"
 payload = "manifold-60t"
+start_depth = "-4 m"
 alternatives = ["none", "cap-80", "ssc", "strong-ssc"]
 [tip]
 at = "x=-15 m, y=-24 m, z=36 m"
@@ -47,7 +48,6 @@ T_POP = "4 h"
 [[phase]]
 name = "lift-off"
 kind = "lift-off"
-start = "4 m"
 [[phase]]
 name = "splash zone"
 kind = "splash-zone"

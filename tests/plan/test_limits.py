@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Level, Limited, Rule, Seas, Sense, Tier
 from stillhook.plan.limits import first_crossing, limits_of, utilisation
+from stillhook.spec.lift.phase import PhaseKind
 
 EXACT = 1e-9  # rounding of a root
 H = np.array([0.5, 1.0, 1.5, 2.5, 4.0])

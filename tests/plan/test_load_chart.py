@@ -18,7 +18,6 @@ from stillhook.errors import StillhookError
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, calm
 from stillhook.plan.definition.load_chart import CraneChart, read_load_chart
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Level, Limited, Rule, Seas, Sense, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_in, limits_of, utilisation
@@ -30,6 +29,7 @@ from stillhook.response import Waves
 from stillhook.sea.spectra.measured import SeaStates
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.tip import TipPoint
+from stillhook.spec.lift.phase import PhaseKind
 from stillhook.weather.alpha import load_alpha_table
 
 HEAD = "radius [m],Hs [m],SWL [t],DAF [1],side_lead [deg],off_lead [deg]\n"
@@ -42,7 +42,7 @@ ROWS = """\
 20,3,90,1.5,3,6
 """
 PLAN = (
-    manifold("none")
+    manifold("none", start_depth="-7 m")
     + """\
 [environment]
 Hs = "0.5 m to 4 m by 0.5 m"
@@ -56,7 +56,6 @@ pedestal = "x=-15 m, y=-9 m"
 [[phase]]
 name = "over the side"
 kind = "in-air"
-start = "7 m"
 
 [[phase]]
 name = "splash"
@@ -199,7 +198,7 @@ class TestPlan:
                 tmp_path,
                 ('[tip]\nat = "x=-15 m, y=-24 m, z=36 m"', boom),
                 ('pedestal = "x=-15 m, y=-9 m"\n', ""),
-                ('start = "7 m"', 'start = "7 m"\nlimits = { rigging-daf-air = "1.4" }'),
+                ('kind = "in-air"', 'kind = "in-air"\nlimits = { rigging-daf-air = "1.4" }'),
             )
         )
         near = load_plan(written(tmp_path))
@@ -237,7 +236,7 @@ class TestPlan:
             (
                 (
                     ('pedestal = "x=-15 m, y=-9 m"', 'radius = "15 m"'),
-                    ('start = "7 m"', 'start = "7 m"\ntip = "x=-15 m, y=-20 m, z=36 m"'),
+                    ('kind = "in-air"', 'kind = "in-air"\ntip = "x=-15 m, y=-20 m, z=36 m"'),
                 ),
                 ROWS,
                 ["over the side", "tip of its own", "load_chart.pedestal"],

@@ -6,9 +6,9 @@ import pytest
 
 from stillhook.errors import PlanError, StillhookError, UnitError
 from stillhook.plan.definition.capacities import CAPACITIES
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import QUANTITIES, Level, Sense
 from stillhook.plan.definition.rules_file import load_rules, rule_sets, rules_of
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.variables import BY_NAME
 
 BASE = 'base = "offshore-lift"\nversion = "2"\n'

@@ -13,11 +13,11 @@ import pytest
 from stillhook.cli import run
 from stillhook.engine.pack.programme import wire_strength
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.file import load_plan
 from stillhook.plan.report.checked import checked, checked_plan
 from stillhook.plan.tiers.situations import EVERY, resonance_depth, situations
 from stillhook.report.terminal import print_document
+from stillhook.spec.lift.phase import PhaseKind
 
 ROD = 0.02
 """LIFT.md's spring with a third of the wire's mass leaves out slings and hook, and is itself within a per cent of the rod."""
@@ -40,8 +40,8 @@ def test_a_phase_is_looked_at_from_end_to_end_without_long_gaps() -> None:
     for phase in plan().phases:
         heights = [s.z for s in situations(plan(), phase)]
         if heights:
-            assert (heights[0], heights[-1]) == (phase.start, phase.end)
-            assert all(0.0 < a - b <= EVERY for a, b in pairwise(heights)) or phase.end > phase.start
+            assert (heights[0], heights[-1]) == (phase.z_start, phase.z_end)
+            assert all(0.0 < a - b <= EVERY for a, b in pairwise(heights)) or phase.z_end > phase.z_start
 
 
 def test_nothing_is_linear_where_the_surface_cuts_the_payload() -> None:

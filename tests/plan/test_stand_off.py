@@ -11,13 +11,12 @@ import pytest
 
 from stillhook.errors import StillhookError
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, winch_of
-from stillhook.spec.lift.lowering import StageMode
+from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
 
 pytestmark = pytest.mark.slow
 
@@ -25,6 +24,7 @@ PLAN = """\
 crane = "nov-250t"
 vessel = "construction-vessel-130m"
 payload = "manifold-60t"
+start_depth = "280 m"
 alternatives = ["none", "cap-80", "ssc"]
 [tip]
 at = "x=-15 m, y=-24 m, z=36 m"
@@ -39,7 +39,6 @@ T_POP = "4 h"
 [[phase]]
 name = "deep"
 kind = "deep"
-start = "-280 m"
 [[phase]]
 name = "landing"
 kind = "landing"
@@ -61,9 +60,9 @@ def phases_of(plan: LiftPlan, kind: PhaseKind) -> list[Phase]:
 def test_a_landing_stands_off_before_it_unless_it_says_no(tmp_path):
     plan = planned(tmp_path)
     deep, stands, lands = plan.phases
-    assert (stands.name, stands.kind, stands.winch) == ("landing, held", PhaseKind.STAND_OFF, StageMode.AHC)
-    assert (stands.start, stands.end, stands.duration, stands.speed) == (-297.0, -297.0, 300.0, None)
-    assert (lands.start, lands.end, lands.stand_off, lands.winch) == (-280.0, -300.0, 3.0, StageMode.LANDING)
+    assert (stands.name, stands.kind, stands.mode) == ("landing, held", PhaseKind.STAND_OFF, WinchMode.AHC)
+    assert (stands.z_start, stands.z_end, stands.duration, stands.speed) == (-297.0, -297.0, 300.0, None)
+    assert (lands.z_start, lands.z_end, lands.stand_off, lands.mode) == (-280.0, -300.0, 3.0, WinchMode.LANDING)
     assert not any("hold" in note for note in plan.notes)
     without = planned(tmp_path, 'hold = "off"\n')
     assert [phase.kind for phase in without.phases] == [deep.kind, PhaseKind.LANDING]
@@ -74,17 +73,17 @@ def test_a_landing_stands_off_before_it_unless_it_says_no(tmp_path):
 def test_a_plan_says_how_high_and_how_long(tmp_path):
     plan = planned(tmp_path, 'hold = "12 min"\nstand_off = "5 m"\nmode = "manual"\n')
     (stands,) = phases_of(plan, PhaseKind.STAND_OFF)
-    assert (stands.start, stands.duration, stands.winch) == (-295.0, 720.0, StageMode.MANUAL)
-    low = planned(tmp_path, 'start = "-298 m"\n', '[[phase]]\nname = "down"\nkind = "lowering"\n')
-    assert phases_of(low, PhaseKind.STAND_OFF)[0].start == -298.0  # no higher than where the landing begins
+    assert (stands.z_start, stands.duration, stands.mode) == (-295.0, 720.0, WinchMode.MANUAL)
+    low = planned(tmp_path, before='[[phase]]\nname = "down"\nkind = "lowering"\ndepth = "298 m"\n')
+    assert phases_of(low, PhaseKind.STAND_OFF)[0].z_start == -298.0  # no higher than where the landing begins
 
 
 def test_a_stand_off_of_the_file_takes_the_place_of_the_default(tmp_path):
-    own = '[[phase]]\nname = "down"\nkind = "lowering"\nend = "-296 m"\n'
-    own += '[[phase]]\nname = "look"\nkind = "stand-off"\nduration = "20 min"\nlimits = { load-motion = "0.9 m" }\n'
+    own = '[[phase]]\nname = "down"\nkind = "lowering"\ndepth = "296 m"\n'
+    own += '[[phase]]\nname = "look"\nkind = "stand-off"\ntime = "20 min"\nlimits = { load-motion = "0.9 m" }\n'
     plan = planned(tmp_path, before=own)
     (stands,) = phases_of(plan, PhaseKind.STAND_OFF)
-    assert (stands.name, stands.start, stands.duration) == ("look", -296.0, 1200.0)
+    assert (stands.name, stands.z_start, stands.duration) == ("look", -296.0, 1200.0)
     assert phases_of(plan, PhaseKind.LANDING)[0].stand_off == 4.0  # from there, though its own height would be 3 m
 
 
@@ -103,12 +102,12 @@ def test_the_landing_is_run_from_its_stand_off_on(tmp_path):
     lands = phases_of(plan, PhaseKind.LANDING)[0]
     course = course_of(plan, lands, winch_of(lands, Alternative.SSC))
     still, last = course.programme[0], course.programme[-1]
-    assert (still.lower, still.mode) == (0.0, StageMode.AHC)
+    assert (still.speed, still.mode) == (0.0, WinchMode.AHC)
     assert still.time is not None
     assert still.time >= 40.0
     assert course.z_0 == -297.0
     assert course.counted == pytest.approx(3.0 / 0.1)
-    assert last.lower == 0.1
+    assert last.speed == 0.1
     assert (course.times, course.counts) == (20.0 / 3.0, 1)
     whole = course_of(plan, replaced(lands, stand_off=None), winch_of(lands, Alternative.SSC))
     assert whole.counted > course.counted

@@ -162,8 +162,8 @@ def test_a_landing_moves_with_the_seabed(plan):
     assert [each.varied for each in found] == ["", "payload", "payload", "depth", "depth", "delay"]
     for each in found:
         for phase, planned in zip(each.plan.phases, over_seabed(plan), strict=True):
-            assert phase.end + each.plan.depth == pytest.approx(planned.end + plan.depth)
-            assert phase.start + each.plan.depth == pytest.approx(planned.start + plan.depth)
+            assert phase.z_end + each.plan.depth == pytest.approx(planned.z_end + plan.depth)
+            assert phase.z_start + each.plan.depth == pytest.approx(planned.z_start + plan.depth)
     assert plan.depth < found[-2].plan.depth < 2.0 * plan.depth  # where the drum's wire ends
 
 
@@ -245,7 +245,7 @@ def test_a_wire_beyond_the_swl_is_left_out(plan):
 
 def test_in_shallow_water_a_landing_that_would_begin_in_the_waves_is_left_out(plan):
     landing = landing_of(plan)
-    shallow = landing.model_copy(update={"start": -40.0, "end": -60.0})
+    shallow = landing.model_copy(update={"start_depth": 40.0, "depth": 60.0})
     found, left_out = variants_of(replace(plan, depth=60.0, phases=(shallow,)), COLUMNS)
     assert all(each.plan.depth >= 60.0 for each in found)
     assert any("before the payload is covered" in line for line in left_out)

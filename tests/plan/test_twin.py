@@ -10,7 +10,6 @@ import pytest
 from stillhook.engine.simulate import simulate
 from stillhook.library import load_crane
 from stillhook.plan.definition.failures import Failures
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited
@@ -33,7 +32,7 @@ from stillhook.plan.tiers.time_domain.placing import Search, prediction_factors,
 from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.plan.tiers.time_domain.tier import _demand as demand_of
 from stillhook.plan.tiers.time_domain.tier import chance, refine
-from stillhook.spec.lift.lowering import StageMode
+from stillhook.spec.lift.phase import PhaseKind, WinchMode
 from stillhook.spec.scenario import Mode
 
 BETA = math.radians(165.0)
@@ -49,7 +48,7 @@ def plan():
 @pytest.fixture(scope="module")
 def holding(tmp_path_factory):
     """The example with the payload held in the splash zone, as the rules ask for it."""
-    text = (files("stillhook.library") / "data" / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
+    text = (files("stillhook.library") / "data" / "lifts" / "template-to-1500m.toml").read_text(encoding="utf-8")
     file = tmp_path_factory.mktemp("plan") / "holding.toml"
     file.write_text(text.replace('hold = "off"', "#"), encoding="utf-8")
     return load_plan(file)
@@ -94,8 +93,8 @@ def test_in_a_compensated_phase_none_stands_and_the_cap_leaves_a_fifth(plan):
     assert winch_of(deep, Alternative.CAP).left == pytest.approx(0.2)
     assert len({winch_of(deep, a) for a in ALTERNATIVES}) == len(ALTERNATIVES)
     modes = {a: calm_of(plan, deep, winch_of(deep, a))[1].programme[1].mode for a in ALTERNATIVES}
-    assert modes[Alternative.NONE] is modes[Alternative.CAP] is StageMode.MANUAL
-    assert modes[Alternative.SSC] is StageMode.AHC
+    assert modes[Alternative.NONE] is modes[Alternative.CAP] is WinchMode.MANUAL
+    assert modes[Alternative.SSC] is WinchMode.AHC
 
 
 def test_strong_ssc_is_ssc_on_a_crane_of_other_settings(plan):
@@ -107,13 +106,13 @@ def test_strong_ssc_is_ssc_on_a_crane_of_other_settings(plan):
 
 def test_a_piece_of_a_long_way_lies_on_the_way_and_about_its_worst_place(plan):
     phase = next(p for p in plan.phases if p.kind is PhaseKind.LOWERING and p.compensated)
-    for z in (phase.start, 0.5 * (phase.start + phase.end), phase.end):
+    for z in (phase.z_start, 0.5 * (phase.z_start + phase.z_end), phase.z_end):
         course = course_of(plan, phase, Winch(controller=Alternative.SSC), z, 600.0)
         *settle, counted = course.programme
         assert course.counts == len(settle)
-        top = course.z_0 - sum(stage.lower * stage.time for stage in settle)
-        bottom = top - counted.lower * course.counted
-        assert phase.start >= course.z_0 >= top > bottom >= phase.end - 1e-6
+        top = course.z_0 - sum(stage.speed * stage.time for stage in settle)
+        bottom = top - counted.speed * course.counted
+        assert phase.z_start >= course.z_0 >= top > bottom >= phase.z_end - 1e-6
         assert top + 1e-6 >= z >= bottom - 1e-6
         assert course.swings == pytest.approx(600.0 / BLOCK)
         assert course.times == pytest.approx(phase.duration / BLOCK)
@@ -124,7 +123,7 @@ def test_a_held_payload_stands_at_its_worst_submergence_as_often_as_blocks_go_in
     cells, covered = Cells(holding, Execution()), -holding.payload.reach(holding.rho)
     for Tp in (5.0, 14.0):
         course = cells.course(held, Winch(), SeaState(0.0, Tp, BETA))
-        assert all(stage.lower == 0.0 for stage in course.programme)
+        assert all(stage.speed == 0.0 for stage in course.programme)
         assert covered <= course.z_0 <= 0.0  # neither dry nor deep: where the surface cuts it
         assert course.times == course.swings == pytest.approx(1800.0 / BLOCK)
 
@@ -156,11 +155,11 @@ def test_a_plan_steps_as_its_plc_does_where_crane_and_soil_allow_it(plan):
 
 def test_a_payload_comes_up_where_its_phase_goes_up(plan):
     down = of_kind(plan, PhaseKind.SPLASH)
-    up = down.model_copy(update={"start": down.end, "end": down.start})
+    up = down.model_copy(update={"start_depth": down.depth, "depth": down.start_depth})
     course = course_of(plan, up, Winch())
-    assert course.z_0 == down.end
-    assert course.programme[1].lower == -down.speed
-    assert course.z_top == down.start
+    assert course.z_0 == down.z_end
+    assert course.programme[1].speed == -down.speed
+    assert course.z_top == down.z_start
 
 
 def test_waves_are_left_out_where_they_do_not_reach_and_in_the_air(plan):
@@ -175,7 +174,7 @@ def test_waves_are_left_out_where_they_do_not_reach_and_in_the_air(plan):
 
 
 def test_long_waves_reach_deeper_than_short_ones(plan):
-    phase = of_kind(plan, PhaseKind.DEEP).model_copy(update={"start": -120.0, "end": -120.0})
+    phase = of_kind(plan, PhaseKind.DEEP).model_copy(update={"start_depth": 120.0, "depth": 120.0})
     course, calm = calm_of(plan, phase, Winch())
     reach = {T: in_sea(plan, phase, Winch(), course, calm, SeaState(1.0, T, BETA), 1).water for T in (5.0, 14.0)}
     assert reach == {5.0: False, 14.0: True}
@@ -313,7 +312,7 @@ def test_a_landing_takes_the_same_time_under_every_winch(plan):
 def test_a_passage_that_is_planned_to_take_longer_counts_more_often(plan):
     splash = of_kind(plan, PhaseKind.SPLASH)
     assert course_of(plan, splash, Winch()).times == 1.0
-    slow = splash.model_copy(update={"duration": 10.0 * splash.duration})
+    slow = splash.model_copy(update={"planned": 10.0 * splash.duration})
     assert course_of(plan, slow, Winch()).times == pytest.approx(10.0)
 
 
@@ -457,11 +456,11 @@ def test_the_worst_height_of_a_long_way_is_where_its_load_resonates(plan):
     phase = plan.phases[0].model_copy(
         update={
             "kind": PhaseKind.LOWERING,
-            "mode": StageMode.AHC,
-            "start": -25.0,
-            "end": -1475.0,
+            "mode": WinchMode.AHC,
+            "start_depth": 25.0,
+            "depth": 1475.0,
             "speed": 0.5,
-            "duration": 2900.0,
+            "planned": 2900.0,
         }
     )
     environment = plan.environment.model_copy(update={"Tp": (4.0, 12.0), "headings": (BETA,), "spread": None})

@@ -8,7 +8,6 @@ import pytest
 import xarray
 
 from stillhook.engine.lowering.summary import PEAKS, run_numbers_of, stage_numbers_of
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits
@@ -17,6 +16,7 @@ from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
 from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.tier import refine
+from stillhook.spec.lift.phase import PhaseKind
 from stillhook.winches.registry import WINCH_TYPES
 
 BETA = math.radians(165.0)

@@ -37,7 +37,7 @@ from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.series import Weather
 
 PLAN = (
-    manifold("none", "cap-80")
+    manifold("none", "cap-80", start_depth="-7 m")
     + """\
 [environment]
 Hs = "0.5 m to 4 m by 0.5 m"
@@ -57,7 +57,6 @@ T_POP = "4 h"
 [[phase]]
 name = "over the side"
 kind = "in-air"
-start = "7 m"
 
 [[phase]]
 name = "splash"

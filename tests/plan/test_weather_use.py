@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import StillhookError
-from stillhook.library.toml.tree import shelf
-from stillhook.plan.file import copy_plan, load_plan
+from stillhook.plan.file import copy_plan, load_plan, plans
 from stillhook.plan.weather.records import weather_used
 
 OWN = 'file = "site.csv"\nsense = "going-to"\ntime = "when"\ndate_order = "dmy"\ncolumns = { Hs = "height (cm)", come_from = "heading of waves" }\n'
@@ -57,7 +56,7 @@ def test_what_cannot_be_meant_is_refused_as_the_plan_is_read(plan, old, new, say
 
 @pytest.mark.slow
 def test_every_example_plan_finds_its_weather():
-    for name in shelf("plans"):
+    for name in plans():
         use = load_plan(name).weather
         assert use is None or len(weather_used(use)) > 0
 

@@ -20,7 +20,7 @@ from stillhook.sea.spectra.directions import Directional, relative
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
-from stillhook.spec.lift.lowering import Stage
+from stillhook.spec.lift.phase import Phase, moves
 from stillhook.variables import BY_NAME
 
 LIFT = """
@@ -28,7 +28,7 @@ name = "frame to 800 m"
 crane = "deep-250t"
 vessel = "supply-vessel-82m"
 payload = "manifold-60t"
-start = "3 m"
+start_depth = "-3 m"
 [sea]
 wave = "jonswap Hs=1.5 m Tp=8 s gamma=2"
 heading = "165 deg"
@@ -36,13 +36,13 @@ heading = "165 deg"
 at = "x=-20 m, y=-18 m, z=25 m"
 [water]
 depth = "800 m"
-[[stage]]
+[[phase]]
 mode = "splash"
-lower = "12 m/min"
+speed = "12 m/min"
 depth = "30 m"
-[[stage]]
+[[phase]]
 mode = "ahc"
-lower = "30 m/min"
+speed = "30 m/min"
 depth = "700 m"
 """
 BANDS = "  .050   .060   .070   .080   .090   .100   .110   .120   .130   .140"
@@ -353,17 +353,18 @@ class TestSaturation:
 
 
 class TestDepth:
-    def at(self, *stages):
-        return compensated_depth(SimpleNamespace(z_0=5.0, depth=300.0, programme=tuple(Stage(**s) for s in stages)))
+    def at(self, *phases):
+        programme = tuple(Phase(**each) for each in phases)
+        return compensated_depth(SimpleNamespace(depth=300.0, programme=programme, moves=moves(programme, -5.0, 300.0)))
 
     def test_the_deepest_place_at_which_a_stage_compensates(self):
-        down, stop = {"mode": "ahc", "lower": "30 m/min", "depth": "250 m"}, {"mode": "ahc", "time": "60 s"}
+        down, stop = {"mode": "ahc", "speed": "30 m/min", "depth": "250 m"}, {"mode": "ahc", "time": "60 s"}
         assert self.at(down, stop) == 250.0
-        assert self.at({"mode": "manual", "lower": "6 m/min", "time": "600 s"}, stop) == pytest.approx(55.0)
+        assert self.at({"mode": "manual", "speed": "6 m/min", "time": "600 s"}, stop) == pytest.approx(55.0)
 
     def test_else_twenty_metres_above_the_seabed(self):
-        assert self.at({"mode": "splash", "lower": "6 m/min", "depth": "50 m"}) == 280.0
-        assert self.at({"mode": "ahc", "lower": "6 m/min", "landed": True}) == 280.0
+        assert self.at({"mode": "splash", "speed": "6 m/min", "depth": "50 m"}) == 280.0
+        assert self.at({"mode": "ahc", "speed": "6 m/min", "landed": True}) == 280.0
 
 
 @pytest.mark.thorough

@@ -17,7 +17,8 @@ from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.tip import tip_response
-from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import Phase
 
 X, Y = -20.0, 18.0  # m
 BRAKED = Residual.constant(1.0)
@@ -36,9 +37,14 @@ def sea(H_s=1.0, T_p=8.0, beta=math.pi, spread=None):
 
 
 def lift(payload="manifold-60t", depth="3000 m"):
-    programme = (Stage(mode="ahc", time="60 s"),)
+    programme = (Phase(mode="ahc", time="60 s"),)
     return Lowering(
-        payload=read_payload(payload), h_tip="30 m", depth=depth, z_0="5 m", programme=programme, duration="60 s"
+        payload=read_payload(payload),
+        h_tip="30 m",
+        depth=depth,
+        start_depth="-5 m",
+        programme=programme,
+        duration="60 s",
     )
 
 

@@ -17,7 +17,8 @@ from stillhook.response.winch.linear_form import Residual
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
-from stillhook.spec.lift.lowering import Lowering, Stage
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import Phase
 
 pytestmark = pytest.mark.slow
 
@@ -52,7 +53,7 @@ def both(crane, vessel, payload, z, H_s, T_p, mode, beta=150.0):
             cross.append(here * np.conj(there) / 2.0),
         )
         field = None if z > 0.0 else wave_field(w, X, Y)
-        stage = Stage(mode=mode, time=f"{LENGTH} s")
+        stage = Phase(mode=mode, time=f"{LENGTH} s")
         cases.append(
             Lowering(
                 payload=read_payload(payload),
@@ -60,7 +61,7 @@ def both(crane, vessel, payload, z, H_s, T_p, mode, beta=150.0):
                 waves=field,
                 h_tip="30 m",
                 depth="3000 m",
-                z_0=f"{z} m",
+                start_depth=f"{-z} m",
                 programme=(stage,),
                 duration=f"{LENGTH} s",
             )

@@ -16,8 +16,9 @@ from stillhook.response.suspended_load import linear_joint, natural_periods, sus
 from stillhook.response.winch.linear_form import Residual
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Sine, Still
-from stillhook.spec.lift.lowering import Lowering, Rigging, Stage
+from stillhook.spec.lift.lowering import Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
 from stillhook.winches.joints.types.gas_spring import Compensator
 
 SMALL = 3e-3
@@ -46,7 +47,7 @@ def box() -> Payload:
 
 def lift(tip: Motion, link: Compensator | None, duration: str = "300 s") -> Lowering:
     return Lowering(
-        payload=box(), tip=tip, h_tip="40 m", depth="600 m", z_0=f"{Z} m", programme=(Stage(mode="manual", time="9000 s"),),
+        payload=box(), tip=tip, h_tip="40 m", depth="600 m", start_depth=f"{-Z} m", programme=(Phase(mode="manual", time="9000 s"),),
         duration=duration, ramp="20 s", rigging=Rigging(), compensator=link,
     )  # fmt: skip
 

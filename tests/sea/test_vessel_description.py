@@ -34,12 +34,12 @@ def test_the_command_line_reads_a_description(plank: Path, capsys: pytest.Captur
 
 @pytest.mark.slow
 def test_lift_files_and_plans_name_a_description(plank: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for shelf, name in (("lifts", "anchor-to-3000m"), ("plans", "template-to-1500m")):
-        text = (LIBRARY / shelf / f"{name}.toml").read_text(encoding="utf-8")
+    for kind, name in (("lift", "anchor-to-3000m"), ("plan", "template-to-1500m")):
+        text = (LIBRARY / "lifts" / f"{name}.toml").read_text(encoding="utf-8")
         line = next(line for line in text.splitlines() if line.startswith("vessel ="))
-        written(plank.parent / f"{shelf}.toml", text.replace(line, 'vessel = "mine.toml"'))
-    assert load_lift(plank.parent / "lifts.toml").vessel.name == "plank"
-    assert load_plan(plank.parent / "plans.toml").vessel.name == "plank"
+        written(plank.parent / f"{kind}.toml", text.replace(line, 'vessel = "mine.toml"'))
+    assert load_lift(plank.parent / "lift.toml").vessel.name == "plank"
+    assert load_plan(plank.parent / "plan.toml").vessel.name == "plank"
 
 
 def test_a_description_that_is_wrong_ends_in_one_line(plank: Path) -> None:

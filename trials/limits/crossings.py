@@ -22,7 +22,6 @@ from scipy.special import log_ndtr, ndtri
 from stillhook.library import load_crane
 from stillhook.library.catalogue import read_payload
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited, limits_in
@@ -33,6 +32,7 @@ from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.placing import Search
 from stillhook.plan.tiers.time_domain.search import Work
+from stillhook.spec.lift.phase import PhaseKind
 from trials import store
 
 STORE = Path(__file__).with_name("crossings.json")
@@ -76,7 +76,9 @@ def lift_plan(
     down = lift.depth - plan.depth
     limits = {"load-motion": lift.motion, "control-error": lift.error}
     phases = tuple(
-        phase.model_copy(update={"start": phase.start - down, "end": phase.end - down, "limits": limits})
+        phase.model_copy(
+            update={"start_depth": phase.start_depth + down, "depth": phase.depth + down, "limits": limits}
+        )
         for phase in plan.phases
         if phase.kind in OVER_SEABED
     )

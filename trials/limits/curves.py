@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 
 from stillhook.engine.simulate import simulate
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, run_numbers
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns, curve_of, limits_of_curve
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, measures
+from stillhook.spec.lift.phase import PhaseKind
 from stillhook.statistics.extremes import MPM, P90, gumbel
 from trials import store
 from trials.limits import days, searched

@@ -195,26 +195,28 @@ def _phases(rng: Random, depth: float) -> Iterator[Phase]:
     speed = f'speed = "{rng.uniform(10.0, 30.0):.0f} m/min"'
     hold = ['hold = "off"'] if rng.random() < 0.5 else [f'hold = "{rng.uniform(2.0, 8.0):.0f} min"']
     if kind == 0:
-        yield _phase("splash zone", "splash-zone", 'start = "4 m"', speed, *hold)
+        yield _phase("splash zone", "splash-zone", 'start_depth = "-4 m"', speed, *hold)
         return
     if kind == 1:
-        bottom = max(-0.8 * depth, 30.0 - depth)
-        yield _phase("way down", "lowering", 'mode = "ahc"', 'start = "-25 m"', f'end = "{bottom:.0f} m"', speed)
-        yield _phase("deep", "deep", f'duration = "{rng.uniform(5.0, 20.0):.0f} min"')
+        bottom = min(0.8 * depth, depth - 30.0)
+        yield _phase("way down", "lowering", 'mode = "ahc"', 'start_depth = "25 m"', f'depth = "{bottom:.0f} m"', speed)
+        yield _phase("deep", "deep", f'time = "{rng.uniform(5.0, 20.0):.0f} min"')
         return
     own = _limits(rng)
     if kind == 2:
         of_start = {key: limit for key, limit in own.items() if key == "control-error"}
-        yield _phase("off the seabed", "seabed-lift-off", f'start = "{-depth:g} m"', 'mode = "ahc"', limits=of_start)
+        yield _phase(
+            "off the seabed", "seabed-lift-off", f'start_depth = "{depth:g} m"', 'mode = "ahc"', limits=of_start
+        )
         return
     landing = list(hold) if hold == ['hold = "off"'] else [*hold, f'stand_off = "{rng.uniform(2.0, 5.0):.1f} m"']
     if kind == 3:
-        yield _phase("over the side", "in-air", 'start = "5 m"', 'duration = "5 min"')
+        yield _phase("over the side", "in-air", 'start_depth = "-5 m"', 'time = "5 min"')
         yield _phase("splash zone", "splash-zone", 'hold = "off"', speed)
         yield _phase("way down", "lowering", 'mode = "manual"', speed)
         yield _phase("landing", "landing", *landing, limits=own)
         return
-    yield _phase("landing", "landing", f'start = "{20.0 - depth:g} m"', *landing, limits=own)
+    yield _phase("landing", "landing", f'start_depth = "{depth - 20.0:g} m"', *landing, limits=own)
 
 
 def _phase(name: str, kind: str, *lines: str, limits: Mapping[str, tuple[float, str]] | None = None) -> Phase:
@@ -230,9 +232,14 @@ def _limits(rng: Random) -> dict[str, tuple[float, str]]:
 
 
 def _file(top: Sequence[Sequence[str]], tables: Sequence[Sequence[str]]) -> str:
-    """A TOML file: the lines of its top before those of its tables."""
+    """A TOML file: the lines of its top, and the start of its phases, before those of its tables."""
     first = [line for part in top if not part[0].startswith("[") for line in part if line]
-    rest = [part for part in (*top, *tables) if part[0].startswith("[")]
+    first += [line for part in tables for line in part if line.startswith("start_depth")]
+    rest = [
+        [line for line in part if not line.startswith("start_depth")]
+        for part in (*top, *tables)
+        if part[0].startswith("[")
+    ]
     return "\n\n".join("\n".join(part) for part in (first, *rest)) + "\n"
 
 
@@ -242,24 +249,24 @@ def _lift(rng: Random, machine: Crane, mass: float, where: Sequence[Sequence[str
     closed = "active" in machine.circuits and "ssc" in machine.plant.type.modes
     law = str(rng.choice(["ns", "hs", "ssc"])) if closed else "position"
     Hs, Tp = rng.uniform(0.5, 3.0), rng.uniform(5.0, 13.0)
-    top = [*where[0], f'controller = "{law}"', 'start = "3 m"']
+    top = [*where[0], f'controller = "{law}"', 'start_depth = "-3 m"']
     sea = ["[sea]", f'wave = "jonswap Hs={Hs:.2f} m Tp={Tp:.1f} s gamma={rng.uniform(1.0, 4.0):.1f}"']
     sea += [f'heading = "{rng.integers(0, 360)} deg"', f"seed = {int(rng.integers(1000))}"]
     sea += ["spread = 4"] * bool(rng.random() < 0.4)
     stages = [_stage("hang", str(rng.choice(["manual", "splash"])), 'time = "20 s"')]
-    through = f'lower = "{rng.uniform(10.0, 20.0):.0f} m/min"'
+    through = f'speed = "{rng.uniform(10.0, 20.0):.0f} m/min"'
     stages.append(_stage("surface", str(rng.choice(["manual", "splash"])), through, 'depth = "20 m"'))
     end = min(depth - 12.0, LOWERED)
-    stages.append(_stage("down", "ahc", 'lower = "24 m/min"', f'depth = "{end:.0f} m"'))
+    stages.append(_stage("down", "ahc", 'speed = "24 m/min"', f'depth = "{end:.0f} m"'))
     stages.append(_stage("wait", "ahc", 'time = "60 s"'))
     if depth <= LOWERED + 12.0:
-        hold = f'hold = "{(0.3 * mass + machine.hook_mass) * 9.81 / 1e3:.0f} kN"'
-        stages.append(_stage("landing", "landing", 'lower = "6 m/min"', hold, 'time = "30 s"'))
+        hold = f'tension = "{(0.3 * mass + machine.hook_mass) * 9.81 / 1e3:.0f} kN"'
+        stages.append(_stage("landing", "landing", 'speed = "6 m/min"', hold, 'time = "30 s"'))
     return _file([top], [*where[1:], sea, *stages])
 
 
 def _stage(name: str, mode: str, *lines: str) -> list[str]:
-    return ["[[stage]]", f'name = "{name}"', f'mode = "{mode}"', *lines]
+    return ["[[phase]]", f'name = "{name}"', f'mode = "{mode}"', *lines]
 
 
 def _case(rng: Random, machine: Crane, mass: float, depth: float) -> tuple[str, str, tuple[Place, ...]]:

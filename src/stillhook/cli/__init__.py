@@ -13,6 +13,8 @@ import functools
 import io
 import os
 import sys
+import warnings
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
@@ -129,7 +131,10 @@ def run(arguments: list[str]) -> int:
         arguments, notes = modern(arguments)
         for note in notes:
             print(f"note: {note}.", file=sys.stderr)
-        code = _command()(arguments, standalone_mode=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", FutureWarning)  # old forms of files
+            warnings.showwarning = functools.partial(_note, warnings.showwarning)
+            code = _command()(arguments, standalone_mode=False)
         if sys.stdout is not None:  # closed by the caller
             sys.stdout.flush()
     except StillhookError as e:
@@ -164,6 +169,14 @@ def run(arguments: list[str]) -> int:
     if code == INTERRUPTED:
         return _stopped()
     return code if isinstance(code, int) else 0
+
+
+def _note(usual: Callable[..., None], message: Warning | str, category: type[Warning], *place: Any) -> None:
+    """A warning about an old form as a note on standard error, any other as usual."""
+    if issubclass(category, FutureWarning):
+        print(f"note: {message}", file=sys.stderr)
+    else:
+        usual(message, category, *place)
 
 
 def _refuse(line: str, code: int = REFUSED) -> int:

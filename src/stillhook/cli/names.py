@@ -115,6 +115,7 @@ class Renamed(NamedTuple):
 
 OLD_COMMANDS: Mapping[tuple[str, ...], Renamed] = {
     ("cranes",): Renamed(("list", "cranes")),
+    ("list", "plans"): Renamed(("list", "lifts")),
     ("vessel", "list"): Renamed(("list", "vessels")),
     ("payload", "list"): Renamed(("list", "payloads")),
     ("friction", "sets"): Renamed(("list", "frictions")),

@@ -85,8 +85,8 @@ def write_lift(run: Run, folder: Path, *, remarks: Sequence[str] = ()) -> tuple[
 
 def _programme(lift: Lowering) -> tuple[dict[str, Any], str]:
     """What the file says of the way of the payload: keys of its top, and its list of tables."""
-    tables = ["\n".join(["[[stage]]", *_record(stage)]) for stage in lift.programme]
-    return {"start": exact(lift.z_0, "length")}, "\n" + "\n\n".join(tables) + "\n"
+    tables = ["\n".join(["[[phase]]", *_record(phase)]) for phase in lift.programme]
+    return {"start_depth": exact(lift.start_depth, "length")}, "\n" + "\n\n".join(tables) + "\n"
 
 
 def _sea(case: InSea) -> list[str]:
@@ -113,7 +113,7 @@ def _values(record: BaseModel) -> Iterator[tuple[str, Any]]:
     """Fields of a record as a file has them, without what is not there."""
     for name, field in type(record).model_fields.items():
         value = getattr(record, name)
-        if value is not None and value is not False and value != "":
+        if value is not None and value is not False and value not in ("", {}):
             yield name, str(value) if isinstance(value, str) else file_value(value, quantity_of(field))
 
 

@@ -1,5 +1,4 @@
-"""Plan files: one TOML that names crane, vessel, crane tip, payload, water, phases, seas, rules and weather of a
-lift.
+"""Lift files as a plan reads them: phases with kinds, and beside them seas, rules and weather of the lift.
 
 A plan of the library as files to edit: the plan, and next to it the payload that it names.
 """
@@ -8,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
 from dataclasses import replace
 from importlib.resources import as_file, files
 from os.path import isfile
@@ -21,15 +19,17 @@ from stillhook import units as u
 from stillhook._version import __version__
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
-from stillhook.errors import PlanError, ScenarioError, WeatherError
-from stillhook.formats.lift_file import PlaceTables, compensator_of, depth_notes, payload_of, still_place
+from stillhook.errors import LiftError, PlanError, WeatherError
+from stillhook.formats.lift.place import depth_notes, still_place
+from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
+from stillhook.formats.lift_file import lifts
 from stillhook.formats.weather import description
 from stillhook.kernels.build import results_hash
 from stillhook.library import load_crane
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
-from stillhook.library.toml.kinds import FileKind, other_kind
-from stillhook.library.toml.tree import shelf, toml_text
+from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
+from stillhook.library.toml.tree import toml_text
 from stillhook.plan.definition.lift_plan import (
     Environment,
     LiftPlan,
@@ -40,7 +40,7 @@ from stillhook.plan.definition.lift_plan import (
     check_wire,
 )
 from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, crane_chart
-from stillhook.plan.definition.phases import OFF, Holds, Phase, PhaseKind, Water, joined, with_holds
+from stillhook.plan.definition.phases import Holds, with_holds
 from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.weather.records import check_headings
@@ -48,14 +48,16 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
+from stillhook.spec.lift.joining import Water, joined
+from stillhook.spec.lift.phase import OFF, Phase, PhaseKind
 from stillhook.spec.validity import Certified, Envelope
 from stillhook.tables.plausible import implausible_values
-from stillhook.tables.table import Part, Spec, Text, with_place
+from stillhook.tables.table import Part, Spec, Text
 from stillhook.units import number, quote
 from stillhook.weather.limit_text import mapped
 from stillhook.winches.joints.interface import JointUnit
 
-SHELF = "plans"
+SHELF = "lifts"
 EXAMPLE_CHART = "SYNTHETIC-load-chart.csv"
 RULES = "offshore-lift"
 LONGEST_NAME = 80
@@ -76,7 +78,7 @@ class WeatherTable(description.WeatherTable):
     ship: Any = Field(default=None, description="direction of the bow, clockwise from north")
 
 
-class PlanFile(PlaceTables):
+class PlanFile(LiftTables):
     """A plan file."""
 
     rules: Text = Field(default=RULES, description="set of rules: library name or file")
@@ -90,9 +92,6 @@ class PlanFile(PlaceTables):
     synthetic_certificate: Part[Envelope] | None = Field(
         default=None, description="conditions for which the twin is credited as if it had been validated"
     )
-    phase: tuple[Mapping[str, Any], ...] = Field(
-        min_length=1, description="at least one [[phase]] table with name, kind, start, end"
-    )
 
     @field_validator("alternatives")
     @classmethod
@@ -105,16 +104,18 @@ class PlanFile(PlaceTables):
 
 
 def plans() -> tuple[str, ...]:
-    """Names of the library's example plans."""
-    return shelf(SHELF)
+    """Names of the library's lifts that can be planned."""
+    return tuple(name for name in lifts() if "[environment]" in toml_text(LIBRARY / SHELF / f"{name}.toml"))
 
 
 def load_plan(name_or_path: str | Path) -> LiftPlan:
-    """Read a plan file::
+    """Read a lift file with the seas to analyse::
 
         crane = "nov-250t"                   # or the path of a crane file, seen from this file
         vessel = "construction-vessel-130m"  # or the path of a vessel file
         payload = "template-120t"            # or the path of a payload file, or a table [payload]
+
+        start_depth = "-5 m"                 # underside of the payload below still water; negative above
 
         [tip]
         at = "x=-15 m, y=-24 m, z=36 m"      # or a table [boom]
@@ -130,8 +131,7 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
         [[phase]]
         name = "splash zone"
         kind = "splash-zone"
-        start = "5 m"                        # underside of the payload above still water; negative below
-        end = "-25 m"
+        depth = "25 m"                       # where it ends
 
     A library name ("template-to-1500m") may stand in place of a path. Every other table has defaults, listed in
     docs/how-to/describe-a-lift-plan.md. Errors: StillhookError, one line that names file, field, what came and what is
@@ -143,30 +143,31 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     ('Template of 120 t to 1,500 m', ['lift-off', 'over the side', 'splash zone'])
     """
     name = str(name_or_path)
-    if name in plans():
+    if name in lifts():
         with as_file(files("stillhook.library") / "data" / SHELF / f"{name}.toml") as file:
-            return replace(read_toml(file, FileKind.PLAN, PlanError, _plan), source=name)
-    have = f"{', '.join(plans())}"
+            return replace(read_toml(file, FileKind.LIFT, PlanError, _plan), source=name)
     if not name.endswith(".toml") and not Path(name_or_path).exists():
-        other = other_kind(name, FileKind.PLAN)
-        raise PlanError(
-            f"No plan {quote(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.{other}"
-        )
+        raise PlanError(unknown_name("plan", name, plans(), FileKind.LIFT))
     if not toml_text(Path(name_or_path)).strip():
         needs = "crane, vessel, payload, [water], [environment] and phases"
-        raise PlanError(f"{Path(name_or_path).name}: empty. A plan file names {needs}; copy {have}.")
-    return read_toml(name_or_path, FileKind.PLAN, PlanError, _plan)
+        raise PlanError(f"{Path(name_or_path).name}: empty. A plan names {needs}; copy {', '.join(plans())}.")
+    return read_toml(name_or_path, FileKind.LIFT, PlanError, _plan)
 
 
 def _plan(table: TomlTable) -> LiftPlan:
-    file = table.read(PlanFile)
+    table, file = read_lift(table, PlanFile)
     depth, rho = file.water.depth, file.water.rho
     payload = payload_of(file, table)
     check_sinks(payload, rho)
     rules = load_rules(table.relative_toml(file.rules))
-    rows = tuple(_phase(row, table.at("phase", i), rules) for i, row in enumerate(file.phase))
+    for i, phase in enumerate(file.phase):
+        _check_phase(phase, table.at("phase", i), rules)
     holds = Holds(*(rules.settings[name] for name in ("hold", "stop", "stand_off")))
-    phases = with_holds(joined(rows, Water(depth, payload.reach(rho))), holds, depth, rules.of(PhaseKind.STAND_OFF))
+    try:
+        rows = joined(file.phase, file.start_depth, Water(depth, payload.reach(rho)))
+    except LiftError as problem:
+        raise PlanError(str(problem)) from None
+    phases = with_holds(rows, holds, depth, rules.of(PhaseKind.STAND_OFF))
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, notes = _operation(file.operation, table.at("operation"), phases)
@@ -203,7 +204,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     notes = (
         *notes,
         *_ideal(file, phases),
-        *_not_held(rows),
+        *_not_held(file.phase),
         *depth_notes(vessel, max(file.environment.Tp), depth),
         *_doubts(plan),
         *(() if plan.load_chart is None else plan.load_chart.notes(phases)),
@@ -286,20 +287,10 @@ def _height(at: TipPoint) -> float:
     return at.z
 
 
-def _phase(row: Mapping[str, Any], table: TomlTable, rules: RuleSet) -> Phase:
-    """A table [[phase]]; its kind is its name unless it has one."""
-    limits = row.get("limits", {})
-    if not isinstance(limits, Mapping):
-        raise table.wrong(
-            'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.', "limits"
-        )
-    check_limit_texts(limits, table.at("limits"), rules)
-    try:
-        phase = Phase(**{"name": row.get("kind", ""), **row})
-    except ScenarioError as e:
-        raise PlanError(with_place(str(e), table.place())) from None
+def _check_phase(phase: Phase, table: TomlTable, rules: RuleSet) -> None:
+    """Refuse limits that no rule has, and names that no table can show."""
+    check_limit_texts(phase.limits, table.at("limits"), rules)
     _label(phase.name, table)
-    return phase
 
 
 def _label(name: str, table: TomlTable) -> str:
@@ -311,7 +302,7 @@ def _label(name: str, table: TomlTable) -> str:
 
 def _operation(operation: OperationTable, table: TomlTable, phases: tuple[Phase, ...]) -> tuple[float, tuple[str, ...]]:
     """T_POP [s], and what was assumed."""
-    phases_take = sum(phase.planned for phase in phases)
+    phases_take = sum(phase.counted for phase in phases)
     hours = f"{number(phases_take / 3600.0, 3)} h"
     if operation.T_POP is None:
         return phases_take, (f"operation.T_POP is not given: the sum of the phases stands for it, {hours}",)

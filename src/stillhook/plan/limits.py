@@ -12,9 +12,9 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue, calm
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import QUANTITIES, Alternative, Demand, Limited, Rule, Sense, Tier
 from stillhook.plan.definition.rules_file import rules_of
+from stillhook.spec.lift.phase import Phase
 
 
 @dataclass(frozen=True, eq=False)

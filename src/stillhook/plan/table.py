@@ -16,12 +16,12 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import at_rest, places
 from stillhook.plan.definition.headings import SAME, counted
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.limits import Limits
 from stillhook.plan.result import grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
+from stillhook.spec.lift.phase import Phase
 from stillhook.spec.validity import CAP, Conditions
 
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)

@@ -14,7 +14,7 @@ from stillhook.base.atomic import atomic_folder
 from stillhook.control.supervisor import wire_weight
 from stillhook.engine.certificate import twin_line
 from stillhook.engine.pack.programme import link_buoyancy, settings
-from stillhook.formats.lift_file import LiftFile, describe_stage
+from stillhook.formats.lift_file import LiftFile, describe_phase
 from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G
 from stillhook.report import kit
@@ -40,23 +40,22 @@ ANIMATION = "lowering.gif"
 
 
 def lowering_answer(run: xarray.Dataset, file: LiftFile) -> dict[str, Any]:
-    """Numbers of one lowering by their names in `stillhook.variables`, SI; those of each stage that was begun in a
+    """Numbers of one lowering by their names in `stillhook.variables`, SI; those of each phase that was begun in a
     list."""
     single = {str(name): run[name].item() for name in run.data_vars if run[name].dims == ()}
     notes = single.pop("notes")
     names = [str(name) for name in run.data_vars if run[name].dims == ("stage",)]
-    stages: list[dict[str, Any]] = []
+    phases: list[dict[str, Any]] = []
+    driven = zip(file.lift.programme, file.lift.moves, strict=True)
+    words = [(phase.mode.value, describe_phase(phase, move.v)) for phase, move in driven]
     for i, label in enumerate(run["stage"].values):
         row = {name.removeprefix("stage_"): float(run[name][i]) for name in names}
         if not math.isnan(row["t_begin"]):
-            stage = file.lift.programme[i] if i < len(file.lift.programme) else None
-            text = "joystick at rest, the last law goes on" if stage is None else describe_stage(stage)
-            stages.append(
-                {"name": str(label), "mode": "" if stage is None else stage.mode.value, "described": text, **row}
-            )
+            mode, text = words[i] if i < len(words) else ("", "joystick at rest, the last controller setting is kept")
+            phases.append({"name": str(label), "mode": mode, "described": text, **row})
     head = {"lift": file.lift.name, "crane": file.crane.name, "payload": file.lift.payload.name, "place": file.place}
     status = {"twin": twin_line(file.crane), "status": single.pop("status")}
-    return {**head, **status, **single, "notes": [*file.notes, *(notes.split("; ") if notes else [])], "stages": stages}
+    return {**head, **status, **single, "notes": [*file.notes, *(notes.split("; ") if notes else [])], "phases": phases}
 
 
 def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> FloatArray:

@@ -35,7 +35,8 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
-from stillhook.spec.lift.lowering import Lowering, StageMode
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import Mode, mode_of
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import parse, show
@@ -136,19 +137,11 @@ class LiftResponse:
 
 
 def compensated_depth(lift: Lowering) -> float:
-    """Deepest depth of the underside at which a stage compensates (AHC) [m], by the programme as planned; where no
-    stage defines one, that of the seabed less 20 m."""
-    z, deepest = lift.z_0, -math.inf
-    for stage in lift.programme:
-        before = z
-        if stage.time is not None:
-            z -= stage.lower * stage.time
-        elif stage.depth is not None or stage.landed:
-            z = -lift.depth if stage.landed or stage.depth is None else -stage.depth
-        else:
-            z = math.nan
-        if stage.mode is StageMode.AHC:
-            deepest = max([deepest, *(-x for x in (before, z) if not math.isnan(x))])
+    """Deepest depth of the underside at which a phase compensates (AHC) [m], by the programme as planned; where no
+    phase defines one, that of the seabed less 20 m."""
+    moves = zip(lift.programme, lift.moves, strict=True)
+    ends = [x for phase, move in moves if phase.mode is WinchMode.AHC for x in (move.start, move.end)]
+    deepest = max((x for x in ends if not math.isnan(x)), default=-math.inf)
     return deepest if math.isfinite(deepest) and deepest < lift.depth else lift.depth - ABOVE_SEABED
 
 

@@ -1,4 +1,4 @@
-"""`stillhook convert`: runs and logs in formats of other programs."""
+"""`stillhook convert`: runs and logs in formats of other programs, and old lift files in the words of today."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(metavar="RUN", help="NetCDF of a run (--out, save_run), or a log.")],
+    source: Annotated[
+        Path, typer.Argument(metavar="RUN", help="NetCDF of a run (--out, save_run), a log, or an old lift file.")
+    ],
     target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write; its ending says the format.")],
     signals: Annotated[str | None, typer.Option(help="Signals by name, in this order (default: all).")] = None,
     case: Annotated[str | None, typer.Option(help="A case by name, or by number from 0 (default: all).")] = None,
@@ -28,22 +30,34 @@ def convert(
     mapping: Annotated[Path | None, typer.Option(help="Mapping of a log's columns (TOML).")] = None,
     json: Json = False,
 ) -> None:
-    """Write a run or a log as CSV, Parquet, MAT, MDF 4, or as a time series that OrcaFlex and SIMA read.
+    """Write a run or a log as CSV, Parquet, MAT, MDF 4, or as a time series that OrcaFlex and SIMA read; or a lift file
+    of version 0.10 in the words of today.
 
     A run with series gives its series, any other its numbers with a row for each case. Numbers are SI; OrcaFlex and
-    SIMA get kN and t.
+    SIMA get kN and t. A lift file keeps its comments, and every change is printed.
 
     Example: stillhook convert results/runs.nc runs.mf4
 
     Example: stillhook convert results/runs.nc tip.txt --format orcaflex --case SSC --signals s_tip,F_w
+
+    Example: stillhook convert old.toml new.toml
     """
     from stillhook.formats.out.table import chosen
     from stillhook.formats.out.write import format_of, write_table
     from stillhook.report.terminal import print_json
 
-    kind = format_of(target, form)
     if target.resolve() == source.resolve():
         raise ConvertError(f"{target}: is the source itself. Give another name.")
+    if source.suffix.lower() == ".toml":
+        options = {"--signals": signals, "--case": case, "--every": every, "--format": form, "--mapping": mapping}
+        refuse(options, "belongs to a run or a log, and this is a lift file. Leave it out.")
+        changes = _lift_file(source, target)
+        if json:
+            print_json({"file": str(target), "format": "lift file", "changes": changes})
+        else:
+            print("\n".join((*changes, f"written: {target}")))
+        return
+    kind = format_of(target, form)
     names = [s.strip() for s in signals.split(",") if s.strip()] if signals is not None else []
     if source.suffix.lower() == ".nc":
         refuse({"--mapping": mapping}, "belongs to a log, and this is a run. Leave it out.")
@@ -57,6 +71,29 @@ def convert(
         print_json({"file": str(target), "format": kind, "rows": rows, "columns": columns})
     else:
         print(f"written: {target} ({kind}, {rows} rows, {len(columns)} columns)")
+
+
+def _lift_file(source: Path, target: Path) -> tuple[str, ...]:
+    """Write an old lift file in the words of today; what was changed, a line each."""
+    from stillhook.base.atomic import atomic_file
+    from stillhook.formats.lift.forms import converted
+    from stillhook.library.toml.kinds import FileKind
+    from stillhook.library.toml.tree import parsed, toml_text
+
+    text = toml_text(source)
+    parsed(text, source.name, FileKind.LIFT)
+    if target.suffix.lower() != ".toml":
+        raise ConvertError(f"{target}: a lift file is written as one. Give a name that ends in .toml.")
+    if target.exists():
+        raise ConvertError(f"{target}: is there already, and may be yours. Give another name.")
+    try:
+        new, changes = converted(text)
+    except StillhookError as problem:
+        raise ConvertError(f"{source.name}: {problem}") from None
+    with atomic_file(target) as part:
+        part.write_text(new, encoding="utf-8")
+    moved = target.resolve().parent != source.resolve().parent
+    return (*changes, *(("files that it names are seen from its new folder",) if moved else ()))
 
 
 def _run(source: Path) -> Content:

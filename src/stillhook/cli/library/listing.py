@@ -94,16 +94,19 @@ def _winches() -> list[dict[str, Any]]:
 
 def _lifts() -> list[dict[str, Any]]:
     from stillhook.formats.lift_file import lifts, load_lift
+    from stillhook.plan.file import plans
 
     read = [(name, load_lift(name, moving=False)) for name in lifts()]
-    return [{"lift": name, "title": file.lift.name, "crane": file.crane.name} for name, file in read]
-
-
-def _plans() -> list[dict[str, Any]]:
-    from stillhook.plan.file import load_plan, plans
-
-    read = [(name, load_plan(name)) for name in plans()]
-    return [{"plan": name, "title": plan.name, "crane": plan.crane.name} for name, plan in read]
+    usual, more = "lower, response, payload", plans()
+    return [
+        {
+            "lift": name,
+            "title": file.lift.name,
+            "crane": file.crane.name,
+            "for": f"{usual}, plan" if name in more else usual,
+        }
+        for name, file in read
+    ]
 
 
 KINDS = {
@@ -119,8 +122,7 @@ KINDS = {
     ),
     "controllers": Kind({"controller": "controller", "title": "what it is", "drives": "for"}, _controllers),
     "winches": Kind({"winch": "winch type", "title": "what it is"}, _winches),
-    "lifts": Kind({"lift": "lift", "title": "what it is", "crane": "crane"}, _lifts),
-    "plans": Kind({"plan": "plan", "title": "what it is", "crane": "crane"}, _plans),
+    "lifts": Kind({"lift": "lift", "title": "what it is", "crane": "crane", "for": "for stillhook"}, _lifts),
 }
 UNITS = {"SWL": "mass", "mass": "mass", "height": "length", "travel": "length"}
 """Kind of quantity of the columns that have one."""
@@ -129,7 +131,7 @@ UNITS = {"SWL": "mass", "mass": "mass", "height": "length", "travel": "length"}
 def list_kind(
     what: Annotated[str, typer.Argument(metavar="WHAT", help=f"One of {', '.join(KINDS)}.")], json: Json = False
 ) -> None:
-    """List what the library has by name: cranes, vessels, payloads, compensators, frictions, lifts, plans; and the
+    """List what the library has by name: cranes, vessels, payloads, compensators, frictions, lifts; and the
     controllers and winch types that may be named.
 
     Example: stillhook list cranes

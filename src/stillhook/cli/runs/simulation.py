@@ -278,7 +278,7 @@ def lower(
     """Lower a payload by a winch programme: splash zone, lowering in heave compensation, landing, all in one run.
 
     Exit code 1 where a limit was passed, the load was too heavy, slings went slack before touch-down, the load touched
-    the seabed in a stage that does not land, or the programme got stuck or was not finished.
+    the seabed in a phase that does not land, or the programme got stuck or was not finished.
 
     Example: stillhook lower anchor-to-3000m --out anchor
 
@@ -312,7 +312,7 @@ def lower(
                 progress=progress,
             )
     except StillhookError as e:
-        raise type(e)(f"{Path(lift).name}: {str(e).replace('z_0 ', 'start ')}") from None
+        raise type(e)(f"{Path(lift).name}: {e}") from None
     answer = lowering_answer(run, file)
     written = write_lowering(out, run, file, answer, animation=animation) if out is not None else ()
     if json:
@@ -332,11 +332,11 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")
     rows = [
         [row["name"], row["described"], *(cell(name, row[name]) for name in LOWERING_COLUMNS)]
-        for row in answer["stages"]
+        for row in answer["phases"]
     ]
     of_command = () if file.crane.circuits else (OF_DRIVE["saturation_time"],)
     heads = (*LOWERING_HEADERS[: -1 if of_command else None], *of_command)
-    print_table(["stage", "description", *heads], rows, left=2)
+    print_table(["phase", "description", *heads], rows, left=2)
     print(f"status: {answer['status']}")
     allowed = (file.crane.SWL + file.crane.hook_mass) * G
     print(
@@ -350,11 +350,11 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
         slack = answer["sling_slack_landed_time"]
         after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
         print(f"touched down after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}{after}")
-    compensated = [row for row in answer["stages"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
+    compensated = [row for row in answer["phases"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
     if compensated:
         least = min(compensated, key=lambda row: row["eta_load"])
         print(
-            f"least compensation, stage {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
+            f"least compensation, phase {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
             " the load"
         )
     print_twin(file.crane)

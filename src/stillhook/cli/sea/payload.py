@@ -15,14 +15,14 @@ from stillhook.units import parse, quote
 RHO = "1025 kg/m^3"
 LIGHT, DENSE = 900.0, 1300.0  # kg/m^3: fresh water to brine, and some room
 OUT_FILES = ("payload.png", "payload.json")
-PAYLOAD_HELP = "Name of the library, or path of a payload file (TOML)."
+PAYLOAD_HELP = "Payload of the library or its file (TOML), or a lift and its file."
 COLUMNS = ("h", "V", "A33", "dA33", "B")
 EVERY = 16  # of the levels, on the printed table
 
 
 def payload(
     name: Annotated[str, typer.Argument(help=PAYLOAD_HELP, metavar="PAYLOAD|FILE")],
-    rho: Annotated[str, typer.Option(help="Density of the water.")] = RHO,
+    rho: Annotated[str | None, typer.Option(help=f"Density of the water (default {RHO}, or that of the lift).")] = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -31,17 +31,18 @@ def payload(
 
     Example: stillhook payload suction-anchor-85t
     """
+    from stillhook.formats.lift_file import is_lift, payload_in
     from stillhook.library.catalogue import read_payload
     from stillhook.report.payload_sheet import payload_figure, payload_numbers
     from stillhook.tables.plausible import implausible_values
 
-    density = parse(rho, "density", "--rho")
+    load, of_lift = payload_in(name) if is_lift(name) else (read_payload(name), None)
+    density = of_lift if rho is None and of_lift is not None else parse(rho or RHO, "density", "--rho")
     if not LIGHT <= density <= DENSE:
         raise LiftError(
             f"--rho = {quote(rho)}: is not the density of sea water, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit."
         )
     check_out(out, OUT_FILES)
-    load = read_payload(name)
     answer = payload_numbers(load, density) | {"notes": list(implausible_values(load))}
     if json:
         print_json(answer)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 DEPTH_HELP = (
     'Depth of the payload\'s underside below still water, "1500 m" (negative: in the air). Default: the deepest'
-    " place at which a stage compensates (AHC), else 20 m above the seabed."
+    " place at which a phase compensates (AHC), else 20 m above the seabed."
 )
 WAVE_HELP = (
     'Waves in place of the lift\'s sea: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble, sums with " +'

@@ -32,7 +32,8 @@ from stillhook.kernels.build import Setup
 from stillhook.kernels.control_laws import extra_controllers
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import InSea, Lowering, stage_names
+from stillhook.spec.lift.lowering import InSea, Lowering
+from stillhook.spec.lift.phase import phase_names
 from stillhook.spec.lift.stored import lowerings_text
 from stillhook.spec.settings import sensor_settings
 from stillhook.variables import attributes
@@ -168,7 +169,7 @@ class LoweringType(CaseType):
             for k, name in enumerate(of):
                 add(name, np.ascontiguousarray(table[:, :, k]), dim, prefix=f"{prefix}_")
         add("peak_interval", np.array([peak_interval(lift.duration) for lift in lifts]))
-        names = {stage_names(lift.programme) for lift in lifts}
+        names = {phase_names(lift.programme) for lift in lifts}
         coords: dict[str, Any] = {} if single else {"case": [lift.name or str(i) for i, lift in enumerate(lifts)]}
         coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(stages.shape[1])]
         title = f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}"

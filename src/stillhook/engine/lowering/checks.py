@@ -14,7 +14,8 @@ from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering, Stage, StageMode
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import Phase, WinchMode
 from stillhook.spec.scenario import LONGEST
 from stillhook.units import show
 
@@ -58,54 +59,57 @@ def check_sea(case: Lowering) -> None:
 
 def _check_places(crane: Crane, case: Lowering) -> None:
     """The load hangs between crane tip and seabed at the start, on wire that there is."""
-    z_0, top = show(case.z_0, "length"), case.h_tip - hook_height(case, case.z_0)
-    if case.z_0 <= -case.depth:
+    start, top = show(case.start_depth, "length"), case.h_tip - hook_height(case, case.z_0)
+    if case.start_depth >= case.depth:
         raise LiftError(
-            f"z_0 = {z_0}: the payload would lie on the seabed, {show(case.depth, 'length')} down. Start above it."
+            f"start_depth = {start}: the payload would lie on the seabed, {show(case.depth, 'length')} down. Start"
+            " above it."
         )
     s_w, usable = hanging(crane, case, case.z_0).s_w, float(wire_usable(drum_record(crane)))
     if s_w < 0.0:
         raise LiftError(
-            f"z_0 = {z_0}: the hook would be above the crane tip, which is {show(case.h_tip, 'length')} above the"
-            f" water. Rigging and payload leave room up to z_0 = {show(top, 'length')}."
+            f"start_depth = {start}: the hook would be above the crane tip, which is {show(case.h_tip, 'length')} above"
+            f" the water. Rigging and payload leave room up to {show(-top, 'length')}."
         )
     if s_w > usable:
         raise LiftError(
-            f'z_0 = {z_0} takes {show(s_w, "length")} of wire, and "{crane.name}" can pay out {show(usable, "length")} '
+            f'start_depth = {start} takes {show(s_w, "length")} of wire, and "{crane.name}" can pay out'
+            f" {show(usable, 'length')} "
             f"({LAST_TURNS:.0f} turns kept). Start higher or choose another crane."
         )
 
 
 def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
-    """Refuse stages that would be over before they begin, landings that would lift off again, and more static tension
-    at the crane tip than the crane carries. Errors: LiftError naming the stage."""
+    """Refuse phases that would be over before they begin, landings that would lift off again, and more static tension
+    at the crane tip than the crane carries. Errors: LiftError naming the phase."""
     wire: float | None = packed.winch.s_w
-    for stage, row, name in zip(case.programme, packed.programme.rows, packed.programme.names, strict=True):
-        where, target = f'stage "{name}"', float(row[Row._fields.index("value")])
-        if stage.mode is StageMode.LANDING:
-            _check_hold(crane, case, stage, where)
-        if stage.end in ("depth", "wire"):
-            if wire is not None and (target - wire) * stage.lower <= 0.0:
-                stated = show(getattr(stage, stage.end), "length")
+    rows = zip(case.programme, case.moves, packed.programme.rows, packed.programme.names, strict=True)
+    for phase, move, row, name in rows:
+        where, target = f'phase "{name}"', float(row[Row._fields.index("value")])
+        if phase.mode is WinchMode.LANDING:
+            _check_tension(crane, case, phase, where)
+        if (end := phase.ends[0]) in ("depth", "wire"):
+            if wire is not None and (target - wire) * move.v <= 0.0:
+                stated = show(getattr(phase, end), "length")
                 raise LiftError(
-                    f"{where}: lower = {show(stage.lower, 'speed')}"
-                    f" {'pays wire out' if stage.lower > 0.0 else 'hoists'}, and {stage.end} = {stated} is"
+                    f"{where}: speed = {show(move.v, 'speed')}"
+                    f" {'pays wire out' if move.v > 0.0 else 'hoists'}, and {end} = {stated} is"
                     f" {show(target, 'length')} of wire out, with {show(wire, 'length')} out at its beginning. Turn the"
-                    f" sign of lower, or change {stage.end}."
+                    f" sign of speed, or change {end}."
                 )
             wire = target
             _check_tip(crane, case, wire, where)
-        elif stage.lower != 0.0 or stage.mode is StageMode.TENSION:
+        elif move.v != 0.0 or phase.mode is WinchMode.TENSION:
             wire = None
 
 
-def _check_hold(crane: Crane, case: Lowering, stage: Stage, where: str) -> None:
+def _check_tension(crane: Crane, case: Lowering, phase: Phase, where: str) -> None:
     """A load is landed only if the wire carries less than its weight."""
     hangs = payload_weight(case, -math.inf) + (crane.hook_mass + case.link_mass) * G
-    if stage.hold is not None and stage.hold >= hangs:
+    if phase.tension is not None and phase.tension >= hangs:
         raise LiftError(
-            f"{where}: hold = {show(stage.hold, 'force')} would lift the load again: payload and hook weigh"
-            f" {show(hangs, 'force')} in water. Hold less."
+            f"{where}: tension = {show(phase.tension, 'force')} would lift the load again: payload and hook weigh"
+            f" {show(hangs, 'force')} in water. Give less."
         )
 
 

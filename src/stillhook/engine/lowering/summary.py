@@ -29,7 +29,8 @@ from stillhook.engine.scenario.summary import OF_OSCILLATION, limits_passed, osc
 from stillhook.engine.store import Summary
 from stillhook.kernels.statistics.oscillation import joined
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import InSea, Lowering, StageMode
+from stillhook.spec.lift.lowering import InSea, Lowering
+from stillhook.spec.lift.phase import WinchMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
 from stillhook.winches.elements.lift import Hanging
@@ -310,7 +311,7 @@ def resting(run: LoweringRun) -> float:
 def unplanned_touches(run: LoweringRun) -> list[tuple[int, LiftStats]]:
     """Stages that do not land, or the time after the programme (numbered as one more stage), in which the load first
     touches the seabed."""
-    lands = [s.landed or s.mode is StageMode.LANDING for s in run.case.programme]
+    lands = [s.landed or s.mode is WinchMode.LANDING for s in run.case.programme]
     return [(i, s.lift) for i, s in run.stages if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
 
 
@@ -410,27 +411,27 @@ def notes(run: LoweringRun) -> list[str]:
         if s.lift.slack > 0.0:
             snap = f", and snap at {show(s.lift.snap, 'force')}" if s.lift.snap > 0.0 else ""
             notes_of_run.append(
-                f'stage "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}'
+                f'phase "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}'
             )
     for i, s in run.stages:
         if s.link is not None:
-            notes_of_run.extend(f'stage "{names[i]}": {line}' for line in unit_of_joint(case).notes(s.link))
+            notes_of_run.extend(f'phase "{names[i]}": {line}' for line in unit_of_joint(case).notes(s.link))
     for i, touch in unplanned_touches(run):
         notes_of_run.append(
-            f'stage "{names[i]}" does not land, and the load touches the seabed in it after'
-            f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the stage before it higher, or"
+            f'phase "{names[i]}" does not land, and the load touches the seabed in it after'
+            f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the phase before it higher, or"
             ' land with mode = "landing" or landed = true'
         )
     i = min(int(run.hang.course.sup.stage), len(case.programme) - 1)
     name = names[i]
     if run.hang.course.sup.stuck > 0.0:
         notes_of_run.append(
-            f'stage "{name}" did not end within its timeout of {run.packed.programme.rows[i][5]:g} s: the programme'
+            f'phase "{name}" did not end within its timeout of {run.packed.programme.rows[i][5]:g} s: the programme'
             " stands"
         )
     elif run.hang.course.sup.done == 0.0:
         notes_of_run.append(
-            f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme'
+            f'the run of {case.duration:g} s ends in phase "{name}": run longer for the whole programme'
         )
     return notes_of_run
 
@@ -451,7 +452,7 @@ def _held_by(crane: Crane) -> Callable[[Lowering], HeldLoad]:
 def _held_still(crane: Crane, case: Lowering) -> HeldLoad:
     start, modes = hanging(crane, case, case.z_0), {s.mode for s in case.programme}
     plain, d = stand_in(crane, case, start.s_w), layer_diameter_at(crane, start.s_w)
-    manual, compensates = StageMode.MANUAL in modes, StageMode.AHC in modes
+    manual, compensates = WinchMode.MANUAL in modes, WinchMode.AHC in modes
     alpha = alpha_wanted(crane, plain, crane.drum.d_max / d, 0.0, None if compensates else MANUAL_MODE)
     return HeldLoad(
         W=start.F_tip,

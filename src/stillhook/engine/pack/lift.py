@@ -30,7 +30,8 @@ from stillhook.physics.load_path.rope import Element, Rope, Sling, element, elem
 from stillhook.physics.scalar import G
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering, StageMode
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import RHO_SEA, Operator, Scenario
 from stillhook.winches.elements.lift import Course, Hanging, Lift
 from stillhook.winches.elements.payload import Body, Field, level_of
@@ -192,8 +193,8 @@ def _winch(crane: Crane, case: Lowering, s_w: float, F_top: float) -> Packed:
     wire = Wire(EA=FIXED * EA, L_0=FIXED * crane.wire.L_0, mu=0.0, zeta=0.0)
     hoist = h._replace(wire=wire, load=Load(W=F_top, m=0.0, i_m=0.0, b=0.0))
     first = case.programme[0]
-    mode = MANUAL if first.mode in (StageMode.MANUAL, StageMode.SPLASH) else code_of(case.controller)
-    on = 1.0 if crane.brake is not None and first.mode is StageMode.MANUAL and first.lower == 0.0 else 0.0
+    mode = MANUAL if first.mode in (WinchMode.MANUAL, WinchMode.SPLASH) else code_of(case.controller)
+    on = 1.0 if crane.brake is not None and first.mode is WinchMode.MANUAL and not first.speed else 0.0
     memory = packed.memory._replace(F=F_top, mode=mode, brake=on)
     return packed._replace(params=packed.params._replace(hoist=hoist), memory=memory)
 

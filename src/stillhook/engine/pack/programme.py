@@ -15,31 +15,36 @@ from stillhook.errors import LiftError
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering, Stage, StageMode, stage_names
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase, WinchMode, phase_names
 from stillhook.units import show
 
-STAGE_CODE = {
-    StageMode.MANUAL: modes.STAGE_MANUAL,
-    StageMode.AHC: modes.STAGE_AHC,
-    StageMode.TENSION: modes.STAGE_TENSION,
-    StageMode.SPLASH: modes.STAGE_SPLASH,
-    StageMode.LANDING: modes.STAGE_LANDING,
+MODE_CODE = {
+    WinchMode.MANUAL: modes.STAGE_MANUAL,
+    WinchMode.AHC: modes.STAGE_AHC,
+    WinchMode.TENSION: modes.STAGE_TENSION,
+    WinchMode.SPLASH: modes.STAGE_SPLASH,
+    WinchMode.LANDING: modes.STAGE_LANDING,
 }
 END_CODE = {
     "time": modes.UNTIL_TIME,
     "depth": modes.UNTIL_DEPTH,
     "wire": modes.UNTIL_WIRE,
     "landed": modes.UNTIL_LANDED,
-    "tension": modes.UNTIL_TENSION,
+    "end_tension": modes.UNTIL_TENSION,
 }
-COMPENSATED = (StageMode.AHC, StageMode.TENSION, StageMode.LANDING)
+COMPENSATED = (WinchMode.AHC, WinchMode.TENSION, WinchMode.LANDING)
 """Modes in which the controller compensates the tip's motion, and which a winch in another one enters as the tip
 turns."""
 HOOK_SHARE = 0.5
 """Part of the empty hook's weight below which the wire counts as slack, for the entry into compensation."""
 
 PATIENCE = 3600.0
-"""How much longer than it should take a stage may last [s]."""
+"""How much longer than it should take a phase may last [s]."""
+TENSION_KEPT = 0.5
+"""Tension that a landing keeps after touch-down, in addition to the hook's weight, as part of the payload's weight in
+water (assumed)."""
 
 
 class Hanging(NamedTuple):
@@ -54,7 +59,7 @@ class Hanging(NamedTuple):
 
 
 class Programme(NamedTuple):
-    """rows (n, fields of control.lift_modes.Stage); settings; names of the stages."""
+    """rows (n, fields of control.lift_modes.Stage); settings; names of the phases."""
 
     rows: FloatArray
     settings: LiftSettings
@@ -90,10 +95,19 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
 
 def payload_weight(lift: Lowering, z: float) -> float:
     """Weight of the payload less its buoyancy with the underside at z above still water [N]."""
-    load = lift.payload
-    h = min(max(-z, 0.0), load.reach(lift.rho))
-    V = float(load.at(np.array([h]), lift.rho).V[0])
-    return (load.mass - lift.rho * V) * G
+    return weight_in_water(lift.payload, lift.rho, z)
+
+
+def weight_in_water(load: Payload, rho: float, z: float) -> float:
+    """Weight of a payload less its buoyancy in water of density rho, underside at z above still water [N]."""
+    h = min(max(-z, 0.0), load.reach(rho))
+    V = float(load.at(np.array([h]), rho).V[0])
+    return (load.mass - rho * V) * G
+
+
+def tension_kept(crane: Crane, load: Payload, rho: float) -> float:
+    """Tension that a landing keeps at the hook where its phase does not say [N]."""
+    return TENSION_KEPT * weight_in_water(load, rho, -math.inf) + crane.hook_mass * G
 
 
 def link_buoyancy(lift: Lowering, z: float) -> float:
@@ -120,26 +134,26 @@ def static_stroke(lift: Lowering, z: float) -> float:
 
 
 def pack_programme(crane: Crane, lift: Lowering) -> Programme:
-    """Rows of stages and the settings of the winch modes.
+    """Rows of phases and the settings of the winch modes.
 
-    Errors: LiftError for a programme that is not possible with this crane or in this water: no stages, depths below the
+    Errors: LiftError for a programme that is not possible with this crane or in this water: no phases, depths below the
     seabed or above the tip, more wire than the drum gives, tensions above the SWL, a controller that does not
     compensate.
     """
     if not lift.programme:
         raise LiftError(
-            'programme: no stages. Give at least one, such as { mode = "ahc", lower = "12 m/min", depth = "50 m" }.'
+            'programme: no phases. Give at least one, such as { mode = "ahc", speed = "12 m/min", depth = "50 m" }.'
         )
     if not lift.controller.compensates:
         raise LiftError(
-            'controller = "manual": it does not compensate. Give the controller of the compensated stages, such as'
+            'controller = "manual": it does not compensate. Give the controller of the compensated phases, such as'
             ' "ssc".'
         )
-    names = stage_names(lift.programme)
-    following = [*lift.programme[1:], None]
+    names, speeds = phase_names(lift.programme), [move.v for move in lift.moves]
+    following = [*zip(lift.programme[1:], speeds[1:], strict=True), None]
     rows = [
-        _row(crane, lift, stage, f'stage "{name}"', after)
-        for name, stage, after in zip(names, lift.programme, following, strict=True)
+        _row(crane, lift, (phase, v), f'phase "{name}"', after)
+        for name, phase, v, after in zip(names, lift.programme, speeds, following, strict=True)
     ]
     return Programme(np.array(rows, dtype=np.float64), settings(crane, lift), names)
 
@@ -174,33 +188,39 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
     )
 
 
-def speed_at_end(stage: Stage, after: Stage | None) -> float:
-    """Joystick speed, lowering positive, with which a stage comes to its depth or wire [m/s]; after: the stage that
+Driven = tuple[Phase, float]
+"""A phase and its wire speed, lowering positive [m/s]."""
+
+
+def speed_at_end(driven: Driven, after: Driven | None) -> float:
+    """Joystick speed, lowering positive, with which a phase comes to its depth or wire [m/s]; after: the phase that
     follows.
 
     A winch that goes on the same way without waiting passes at the slower of the two speeds. Otherwise it stops there:
-    before a stage that stands, turns back, holds a tension or waits for the tip, and at the end of the programme.
+    before a phase that stands, turns back, holds a tension or waits for the tip, and at the end of the programme.
     """
-    if after is None or after.mode is StageMode.TENSION or stage.lower * after.lower <= 0.0:
+    phase, v = driven
+    if after is None or after[0].mode is WinchMode.TENSION or v * after[1] <= 0.0:
         return 0.0
-    waits = after.mode in COMPENSATED and stage.mode not in COMPENSATED
-    return 0.0 if waits else math.copysign(min(abs(stage.lower), abs(after.lower)), stage.lower)
+    waits = after[0].mode in COMPENSATED and phase.mode not in COMPENSATED
+    return 0.0 if waits else math.copysign(min(abs(v), abs(after[1])), v)
 
 
-def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, after: Stage | None) -> modes.Stage:
-    for name in ("hold", "tension"):
-        F = getattr(stage, name)
+def _row(crane: Crane, lift: Lowering, driven: Driven, where: str, after: Driven | None) -> modes.Stage:
+    phase, v = driven
+    for name in ("tension", "end_tension"):
+        F = getattr(phase, name)
         if F is not None and F > crane.SWL * G:
             raise LiftError(
                 f"{where}: {name} = {show(F, 'force')}: above the {show(crane.SWL * G, 'force')} of the SWL of"
                 f' "{crane.name}". Give less.'
             )
-    if (stage.mode is StageMode.LANDING or stage.landed) and payload_weight(lift, -math.inf) <= 0.0:
+    if (phase.mode is WinchMode.LANDING or phase.landed) and payload_weight(lift, -math.inf) <= 0.0:
         raise LiftError(f"{where}: the payload floats, and cannot land. Check its mass and volume.")
-    end = stage.end
-    value = {"time": stage.time, "wire": stage.wire, "tension": stage.tension, "landed": 0.0}.get(end)
+    end = phase.ends[0]
+    value = {"time": phase.time, "wire": phase.wire, "end_tension": phase.end_tension, "landed": 0.0}.get(end)
     if end == "depth":
-        value = _wire_for(crane, lift, stage, where)
+        value = _wire_for(crane, lift, phase, where)
     assert value is not None
     usable = float(wire_usable(drum_record(crane)))
     if end in ("wire", "depth") and not 0.0 <= value <= usable:
@@ -209,29 +229,29 @@ def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, after: Stage | 
             f" {show(usable, 'length')} ({LAST_TURNS:.0f} turns kept). Lower less, or choose another crane."
         )
     return modes.Stage(
-        mode=STAGE_CODE[stage.mode],
-        v=-stage.lower,
-        F_set=stage.hold or 0.0,
+        mode=MODE_CODE[phase.mode],
+        v=-v,
+        F_set=phase.tension or 0.0,
         until=END_CODE[end],
         value=value,
-        timeout=timeout(lift, stage),
+        timeout=timeout(lift, phase),
         last=1.0 if after is None else 0.0,
-        v_end=-speed_at_end(stage, after),
+        v_end=-speed_at_end(driven, after),
     )
 
 
-def timeout(lift: Lowering, stage: Stage) -> float:
-    """Time after which a stage leaves the programme stuck [s]: its own, or an hour longer than the whole way from tip
+def timeout(lift: Lowering, phase: Phase) -> float:
+    """Time after which a phase leaves the programme stuck [s]: its own, or an hour longer than the whole way from tip
     to seabed takes."""
-    if stage.timeout is not None:
-        return stage.timeout
-    way = (lift.depth + lift.h_tip) / abs(stage.lower) if stage.lower != 0.0 else 0.0
-    return PATIENCE + (way if stage.time is None else stage.time)
+    if phase.timeout is not None:
+        return phase.timeout
+    way = (lift.depth + lift.h_tip) / abs(phase.speed) if phase.speed else 0.0
+    return PATIENCE + (way if phase.time is None else phase.time)
 
 
-def _wire_for(crane: Crane, lift: Lowering, stage: Stage, where: str) -> float:
-    """Wire out with which the payload hangs at the stage's depth [m]."""
-    depth = stage.depth
+def _wire_for(crane: Crane, lift: Lowering, phase: Phase, where: str) -> float:
+    """Wire out with which the payload hangs at the phase's depth [m]."""
+    depth = phase.depth
     assert depth is not None
     if depth > lift.depth:
         raise LiftError(

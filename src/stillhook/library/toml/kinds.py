@@ -22,7 +22,6 @@ LIBRARY = Path(__file__).resolve().parents[1] / "data"
 class FileKind(Enum):
     """Kinds of TOML files; what they are called, and what reads them, is in `kinds.toml`."""
 
-    PLAN = auto()
     LIFT = auto()
     CASE = auto()
     CRANE = auto()
@@ -129,4 +128,4 @@ def kind_of_text(text: str) -> str:
     start = text[:1000]
     if not ("omega [rad/s]" in start or "TRANSFER FUNCTION" in start.upper() or "VesselTypes:" in text[:100_000]):
         return ""
-    return "is a vessel file, not TOML: stillhook vessel reads it, and the lift files and plans that name it as vessel"
+    return "is a vessel file, not TOML: stillhook vessel reads it, and the lift files that name it as vessel"

@@ -43,7 +43,7 @@ MOST = 128
 class GoverningRun:
     """The worst of the runs about a limit. Hs of its sea [m]; number of the run in that sea, n of runs that it is the
     worst of; made: whether they were made now, for the store had none; rule with its limit there; value of the rule's
-    quantity in the run [SI]; counts: number of the stage that counts."""
+    quantity in the run [SI]; counts: number of the phase that counts."""
 
     ask: Wanted
     of: Governing

@@ -14,10 +14,10 @@ import numpy as np
 from stillhook.errors import PlanError
 from stillhook.plan.answer.saved import PLAN_FILES, load_plan_result
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.result import CREDITS, PlanResult, ran
 from stillhook.plan.tiers.time_domain.lowering import KINDS
+from stillhook.spec.lift.phase import Phase
 from stillhook.units import parse, quote, show
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.failures import Cause, cause
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import PhaseKind, described
+from stillhook.plan.definition.phases import described
 from stillhook.plan.definition.rules import Alternative, Rule, Tier
 from stillhook.plan.limits import by_height, limited
 from stillhook.plan.result import Remark, grouped
@@ -35,6 +35,7 @@ from stillhook.plan.tiers.time_domain.tier import TwinTier
 from stillhook.plan.weather.value import Forecast, WeatherValue
 from stillhook.report.payload_sheet import payload_rows
 from stillhook.spec.crane import Crane, content
+from stillhook.spec.lift.phase import PhaseKind
 from stillhook.spec.validity import CAP, UNSIGNED
 from stillhook.units import show
 from stillhook.weather.alpha import AlphaTable

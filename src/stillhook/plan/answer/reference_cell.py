@@ -15,7 +15,6 @@ from stillhook.base.progress import Parts, Progress
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.sweep import LATE
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import IN_AIR, Phase
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limits_in
 from stillhook.plan.result import CREDITS, labelled
@@ -26,6 +25,8 @@ from stillhook.plan.tiers.winch_residual import Way, ways
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import sigmas
 from stillhook.response.suspended_load import SuspendedLoad, natural_periods, suspended_load
+from stillhook.spec.lift.joining import IN_AIR
+from stillhook.spec.lift.phase import Phase
 from stillhook.units import show
 
 if TYPE_CHECKING:
@@ -248,7 +249,7 @@ def _water_phase(plan: LiftPlan) -> Phase:
     """The phase whose crane tip counts under water: the longest that compensates, else the deepest one."""
     wet = [p for p in plan.phases if p.kind not in IN_AIR]
     follows = [p for p in wet if p.compensated]
-    return max(follows or wet or list(plan.phases), key=lambda p: p.planned)
+    return max(follows or wet or list(plan.phases), key=lambda p: p.counted)
 
 
 def _winch(plan: LiftPlan, alternatives: Sequence[Alternative], progress: Progress | None) -> Mapping[Alternative, Way]:
@@ -294,7 +295,7 @@ def reference_of(plan: LiftPlan, of: Answered) -> Reference:
     order = between[np.argsort(row[between], kind="stable")] if len(between) else np.arange(len(row))
     period = int(order[len(order) // 2])
     height = float(row[period]) if len(between) else max(env.Hs)
-    ends = {p.name: [z for z in (p.start, p.end) if z is not None] for p in plan.phases if p.compensated}
+    ends = {p.name: [z for z in (p.z_start, p.z_end) if z is not None] for p in plan.phases if p.compensated}
     lowest = {name: min(heights, default=0.0) for name, heights in ends.items()}
     phase = min(lowest, key=lambda name: lowest[name], default=None)
     z = math.nan if phase is None else lowest[phase]

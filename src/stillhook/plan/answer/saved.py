@@ -109,4 +109,14 @@ def _facts(path: Path) -> dict[str, Any]:
         raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
     if odd := odd_fact(facts):
         raise PlanError(f"{path}: not the facts of a plan: {odd}. Run the plan again.")
+    facts["phases"] = [_in_depths(row) for row in facts.get("phases", [])]
     return facts
+
+
+def _in_depths(row: Any) -> Any:
+    """A phase with depths; one of version 0.10 has heights."""
+    if not isinstance(row, dict) or "start" not in row:
+        return row
+    heights = {"start_depth": row["start"], "depth": row.get("end")}
+    others = {key: value for key, value in row.items() if key not in ("start", "end")}
+    return others | {key: None if z is None else 0.0 - z for key, z in heights.items()}

@@ -27,7 +27,6 @@ from stillhook.physics.load_path.drum import wire_usable
 from stillhook.plan.answer.apart import APART, TOLERATED
 from stillhook.plan.definition.capacities import at_rest, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, check_sinks, check_wire
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.result import NEW, labelled
@@ -40,6 +39,7 @@ from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search
 from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.spec.lift.assembly import Assembly
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.share_crossing import share_crossing
 from stillhook.units import show
 
@@ -147,12 +147,12 @@ def _varied(
     depth: float | None = None,
     delay: float | None = None,
 ) -> Variant:
-    """A plan of the phases over the seabed alone, whose heights move with it."""
+    """A plan of the phases over the seabed alone, whose depths move with it."""
     payload = plan.payload if mass is None else _of_mass(plan.payload, mass)
     down = 0.0 if depth is None else depth - plan.depth
 
     def moved(phase: Phase) -> Phase:
-        ends = {name: z - down for name in ("start", "end") if (z := getattr(phase, name)) is not None}
+        ends = {name: x + down for name in ("start_depth", "depth") if (x := getattr(phase, name)) is not None}
         return phase.model_copy(update=ends)
 
     phases = tuple(moved(phase) for phase in over_seabed(plan))
@@ -181,7 +181,7 @@ def _deepest(plan: LiftPlan, phase: Phase) -> float:
 
 def _impossible(plan: LiftPlan) -> str:
     """Why a landing cannot be run, in words; empty where it can."""
-    if any(phase.start is not None and phase.start > -plan.payload.reach(plan.rho) for phase in plan.phases):
+    if any(phase.z_start is not None and phase.z_start > -plan.payload.reach(plan.rho) for phase in plan.phases):
         return "the landing would begin before the payload is covered"
     try:
         check_sinks(plan.payload, plan.rho)

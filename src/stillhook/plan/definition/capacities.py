@@ -16,9 +16,9 @@ from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.load_chart import ChartPoint, in_heights
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import QUANTITIES, Alternative
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.spec.lift.simplified import taken_up
 from stillhook.units import show
 
@@ -49,7 +49,7 @@ class Capacity(NamedTuple):
 def places(phase: Phase) -> tuple[float, ...]:
     """Heights of the underside that a phase is looked at for its statics [m]: start, end, and the surface where it goes
     through it."""
-    ends = [z for z in (phase.start, phase.end) if z is not None] or [0.0]
+    ends = [z for z in (phase.z_start, phase.z_end) if z is not None] or [0.0]
     crossing = [0.0] if min(ends) < 0.0 < max(ends) else []
     return tuple(dict.fromkeys([*ends, *crossing]))
 

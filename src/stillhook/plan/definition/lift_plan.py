@@ -23,7 +23,6 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.lowering.checks import check_lift
 from stillhook.errors import LiftError, PlanError, SeaError, UnitError
 from stillhook.plan.definition.load_chart import CraneChart
-from stillhook.plan.definition.phases import CLOSE, Phase, called
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet, Seas
 from stillhook.sea.spectra.parametric import Jonswap, Torsethaugen, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
@@ -31,8 +30,10 @@ from stillhook.sea.vessel.boom import Boom
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, StageMode, WinchSettings
+from stillhook.spec.lift.joining import CLOSE
+from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase, WinchMode, called
 from stillhook.spec.scenario import Number, Record, Sensors
 from stillhook.tables.table import Spec
 from stillhook.units import KINDS, parse, quote, show
@@ -280,8 +281,8 @@ class LiftPlan:
     def hanging(self, z: float, h_tip: float | None = None) -> Lowering:
         """The payload hanging still with its underside at z [m]: for what looks at weights and stiffness, not a run;
         h_tip [m] of the plan unless given."""
-        stand = (Stage(mode=StageMode.MANUAL, time="60 s"),)
-        lengths = {"h_tip": self.h_tip if h_tip is None else h_tip, "depth": self.depth, "z_0": z}
+        stand = (Phase(mode=WinchMode.MANUAL, time="60 s"),)
+        lengths = {"h_tip": self.h_tip if h_tip is None else h_tip, "depth": self.depth, "start_depth": 0.0 - z}
         fields: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
         fields |= {
             "name": self.name,
@@ -347,21 +348,21 @@ def check_tips(plan: LiftPlan, boom: Boom | None) -> None:
         except (SeaError, UnitError) as e:
             raise PlanError(f"{called(phase)}: {e}") from None
         assert at.z is not None
-        highest = max(z for z in (phase.start, phase.end) if z is not None)
+        highest = max(z for z in (phase.z_start, phase.z_end) if z is not None)
         free = at.z - room - highest
         if free <= 0.0:
             raise PlanError(
-                f"{called(phase)}: underside at {show(highest, 'length')}, payload and rigging {show(room, 'length')}"
-                f" high: they cannot hang under the crane tip at {show(at.z, 'length')}. Raise the tip, or lower the"
-                " heights."
+                f"{called(phase)}: underside {show(highest, 'length')} above the water, payload and rigging"
+                f" {show(room, 'length')} high: they cannot hang under the crane tip at {show(at.z, 'length')}. Raise"
+                " the tip, or give more depth."
             )
 
 
 def check_wire(plan: LiftPlan) -> None:
     """The crane may carry the payload, and has wire for the deepest phase."""
-    deepest = min(plan.phases, key=lambda phase: min(phase.start or 0.0, phase.end or 0.0))
-    z = max(min(deepest.start or 0.0, deepest.end or 0.0), -plan.depth + CLOSE)
+    deepest = min(plan.phases, key=lambda phase: min(phase.z_start or 0.0, phase.z_end or 0.0))
+    z = max(min(deepest.z_start or 0.0, deepest.z_end or 0.0), -plan.depth + CLOSE)
     try:
         check_lift(plan.crane, plan.hanging(z))
     except LiftError as e:
-        raise PlanError(f"{called(deepest)}: {str(e).replace('z_0 = ', 'underside at ')}") from None
+        raise PlanError(f"{called(deepest)}: {str(e).replace('start_depth = ', 'underside at ')}") from None

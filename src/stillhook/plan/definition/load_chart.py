@@ -24,10 +24,11 @@ from stillhook import units as u
 from stillhook.errors import PlanError
 from stillhook.formats.table.columns import ColumnSpec
 from stillhook.formats.table.read import Columns, read_columns
-from stillhook.plan.definition.phases import IN_AIR, Phase
 from stillhook.sea.vessel.boom import Boom
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.joining import IN_AIR
+from stillhook.spec.lift.phase import Phase
 from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import show
 

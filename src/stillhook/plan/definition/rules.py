@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from stillhook.analysis.controllers import STRONG
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import USUAL, Mode
-from stillhook.plan.definition.phases import PhaseKind
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.phase import PhaseKind
 from stillhook.units import show
 from stillhook.variables import BY_NAME
 
@@ -150,7 +150,7 @@ class RuleSet:
         top = {"name": self.name, "version": self.version, "source": self.source, "changes": list(self.changes)}
         return {**top, "settings": dict(self.settings), "rules": rows, "digest": self.digest}
 
-    def of(self, kind: PhaseKind) -> Mapping[str, Rule]:
+    def of(self, kind: PhaseKind | None) -> Mapping[str, Rule]:
         """Rules that belong to a kind of phase, by key."""
         return {rule.key: rule for rule in self.rules if kind in rule.phases}
 

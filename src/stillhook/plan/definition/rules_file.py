@@ -29,8 +29,8 @@ from stillhook.library.toml.file import (
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed
 from stillhook.plan.definition.capacities import CAPACITIES
-from stillhook.plan.definition.phases import OFF, Phase, PhaseKind
 from stillhook.plan.definition.rules import QUANTITIES, Level, Rule, RuleSet, Sense
+from stillhook.spec.lift.phase import OFF, Phase, PhaseKind
 from stillhook.tables.table import Text
 from stillhook.units import KINDS, quote
 from stillhook.variables import BY_NAME

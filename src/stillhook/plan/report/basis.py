@@ -32,14 +32,14 @@ def operation(result: PlanResult) -> list[Part]:
     answer = result.facts
     rows = []
     for p in answer["phases"]:
-        ends = [fmt(p[key]) for key in ("start", "end")]
+        ends = [fmt(p[key]) for key in ("start_depth", "depth")]
         time = "-" if p["duration"] is None else number(p["duration"] / 60.0, 3)
         counts = result.data["counts"].sel(phase=p["name"]).values
         tiers = ", ".join(t for t in names(result.data, "tier") if (counts == t).any()) or "no result"
         speed = fmt(p["speed"], "speed", 3)
         rows.append([phase_code(result, p["name"]), p["name"], p["kind"], *ends, speed, time, p["mode"], tiers])
     head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
-    parts: list[Part] = [Text("Heights are those of the payload's underside above still water.")]
+    parts: list[Part] = [Text("Depths are those of the payload's underside below still water (negative: above).")]
     parts.append(Table(head, rows))
     reasons = grouped((sentence(p.get("reason", "")), p["name"]) for p in answer["phases"])
     n_phases = len(answer["phases"])

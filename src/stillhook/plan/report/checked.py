@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.plan.definition.capacities import calm, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
-from stillhook.plan.definition.phases import Phase, described
+from stillhook.plan.definition.phases import described
 from stillhook.plan.limits import ROUNDING, by_height, limited, utilisation
 from stillhook.plan.report.basis import LIMITS, limits_of_rules
 from stillhook.plan.result import grouped
@@ -19,6 +19,7 @@ from stillhook.plan.weather.records import weather_used
 from stillhook.report.document import Document, Part, Table, Text
 from stillhook.report.formatting import fixed, fmt, hours, variable
 from stillhook.sea.spectra.spectrum import steepest, steepness
+from stillhook.spec.lift.phase import Phase
 from stillhook.weather.alpha import load_alpha_table, reference_period
 
 
@@ -39,7 +40,7 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
         "tip": {"x": plan.at.x, "y": plan.at.y, "h_tip": plan.h_tip},
         "depth": plan.depth,
         "phases": [_phase(plan, phase) for phase in plan.phases],
-        "T_phases": sum(phase.planned for phase in plan.phases),
+        "T_phases": sum(phase.counted for phase in plan.phases),
         "T_POP": plan.T_POP,
         "T_C": plan.T_C,
         "T_R": T_R,
@@ -153,7 +154,7 @@ def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
     }
 
 
-PHASES = ("phase", "kind", "winch", "underside\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
+PHASES = ("phase", "kind", "winch", "depth\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
 
 
 def checked_plan(answer: dict[str, Any]) -> Document:
@@ -183,7 +184,7 @@ def _phase_row(row: dict[str, Any]) -> list[str]:
         row["name"],
         row["kind"],
         row["mode"],
-        *(fmt(row[key], "length") for key in ("start", "end")),
+        *(fmt(row[key], "length") for key in ("start_depth", "depth")),
         fmt(row["speed"], "speed"),
         f"{row['duration'] / 60.0:.1f} min",
         fmt(row["F_top_static"], "force"),

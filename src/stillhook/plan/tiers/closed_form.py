@@ -21,12 +21,12 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import jerk, static_tension
 from stillhook.plan.definition.failures import Cause, cause
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import IN_AIR, Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
 from stillhook.plan.tiers.wire_lead import LEADS, leads
 from stillhook.spec.lift import simplified as sm
-from stillhook.spec.lift.lowering import StageMode
+from stillhook.spec.lift.joining import IN_AIR
+from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
 from stillhook.spec.validity import CAP
 from stillhook.statistics.extremes import most_probable_maximum, zero_crossing_period
 
@@ -172,7 +172,7 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
         ("range", surface, lambda p: out > 0 and p.kind is PhaseKind.SPLASH),
         ("twin", {"cap": CAP}, lambda p: twin and p.compensated),
         ("phc", {}, lambda p: phc),
-        ("splash-mode", {}, lambda p: p.winch is StageMode.SPLASH),
+        ("splash-mode", {}, lambda p: p.mode is WinchMode.SPLASH),
         ("deck", {}, lambda p: p.kind is PhaseKind.LIFT_OFF),
         ("harmonic", {}, lambda p: p.kind in deep),
     ]
@@ -250,7 +250,7 @@ def _way(plan: LiftPlan, phase: Phase) -> Way:
 
 def _heights(phase: Phase, reach: float) -> FloatArray:
     """Heights on the way, from the highest down."""
-    ends = [z for z in (phase.start, phase.end) if z is not None] or [0.0]
+    ends = [z for z in (phase.z_start, phase.z_end) if z is not None] or [0.0]
     low, high = min(ends), max(ends)
     z = np.linspace(high, low, ON_THE_WAY if high > low else 1)
     surface = np.linspace(0.0, -reach, IN_THE_SURFACE)
@@ -310,7 +310,7 @@ def _off_the_seabed(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     return _tensions(w, M, F + resistance, F + resistance, slack=False) | {"v_lift_off": m.v}
 
 
-_OF_KIND: Mapping[PhaseKind, Callable[[LiftPlan, Phase, Motions], Values]] = {
+_OF_KIND: Mapping[PhaseKind | None, Callable[[LiftPlan, Phase, Motions], Values]] = {
     **dict.fromkeys(IN_AIR, _in_air),
     PhaseKind.SPLASH: _wave_zone,
     PhaseKind.SEABED_LIFT_OFF: _off_the_seabed,

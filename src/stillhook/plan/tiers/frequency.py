@@ -15,7 +15,6 @@ from stillhook.base.progress import Parts, Progress
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, jerk
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Level, Seas, Tier
 from stillhook.plan.tiers.situations import Looks, Situation, looked_at
 from stillhook.plan.tiers.winch_residual import BRAKE, Way, ways
@@ -24,6 +23,7 @@ from stillhook.response.frequency_domain import Sigmas, compensated_sigmas, sigm
 from stillhook.response.suspended_load import SuspendedLoad, mean_drag, suspended_load
 from stillhook.response.winch.duty import Duty
 from stillhook.response.winch.linear_form import Residual
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.extremes import (
     MPM,
     P90,
@@ -260,9 +260,9 @@ def quantiles(plan: LiftPlan) -> Levels:
 
 def _way_speed(phase: Phase) -> float:
     """Speed at which the payload goes down in a phase [m/s], negative up."""
-    if phase.speed is None or phase.start is None or phase.end is None or phase.start == phase.end:
+    if phase.speed is None or phase.z_start is None or phase.z_end is None or phase.z_start == phase.z_end:
         return 0.0
-    return phase.speed if phase.end < phase.start else -phase.speed
+    return phase.speed if phase.z_end < phase.z_start else -phase.speed
 
 
 def _tip_speed(forcing: Forcing) -> tuple[FloatArray, FloatArray]:

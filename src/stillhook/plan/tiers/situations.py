@@ -10,8 +10,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.response.suspended_load import SuspendedLoad, natural_periods, suspended_load
+from stillhook.spec.lift.phase import Phase, PhaseKind
 
 EVERY = 150.0
 """Largest way between two heights at which is looked [m]: over it the load's natural period changes by a tenth at 600
@@ -85,13 +85,13 @@ def natural_period(load: SuspendedLoad) -> float:
 
 def _looked(plan: LiftPlan, phase: Phase) -> list[tuple[float, SuspendedLoad]]:
     """Heights on the way from start to end, and what hangs there."""
-    assert phase.start is not None
-    assert phase.end is not None
-    if phase.start == phase.end:
-        return [(phase.start, _load_at(plan, phase, phase.start))]
-    count = max(1, math.ceil(abs(phase.end - phase.start) / EVERY))
-    places = [(float(z), _load_at(plan, phase, float(z))) for z in np.linspace(phase.start, phase.end, count + 1)]
-    if max(phase.start, phase.end) > 0.0:
+    assert phase.z_start is not None
+    assert phase.z_end is not None
+    if phase.z_start == phase.z_end:
+        return [(phase.z_start, _load_at(plan, phase, phase.z_start))]
+    count = max(1, math.ceil(abs(phase.z_end - phase.z_start) / EVERY))
+    places = [(float(z), _load_at(plan, phase, float(z))) for z in np.linspace(phase.z_start, phase.z_end, count + 1)]
+    if max(phase.z_start, phase.z_end) > 0.0:
         return places
     periods = [natural_period(load) for _, load in places]
     for T in plan.environment.Tp:
@@ -103,7 +103,7 @@ def _looked(plan: LiftPlan, phase: Phase) -> list[tuple[float, SuspendedLoad]]:
         )
         if min(abs(z - height) for height, _ in places) > NEAR:
             places.append((z, _load_at(plan, phase, z)))
-    return sorted(places, key=lambda pair: pair[0], reverse=phase.end < phase.start)
+    return sorted(places, key=lambda pair: pair[0], reverse=phase.z_end < phase.z_start)
 
 
 def _resonance(plan: LiftPlan, phase: Phase | None, T: float, top: float, bottom: float) -> float:

@@ -23,10 +23,10 @@ from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import places
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.load_chart import CraneChart
-from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Seas
 from stillhook.response.forcing import HIGHEST, LOWEST, STEP
 from stillhook.sea.vessel.tip import TipPoint
+from stillhook.spec.lift.phase import Phase
 from stillhook.statistics.extremes import largest_of_parts, zero_crossing_period
 
 ON_THE_WAY = 5

@@ -15,7 +15,6 @@ from stillhook.base.progress import Progress
 from stillhook.errors import PlanError
 from stillhook.plan.definition.headings import SAME
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.limits import Limits, limited, limits_in, utilisation
 from stillhook.plan.result import labelled
@@ -28,6 +27,7 @@ from stillhook.response.lift import Waves, forcing_of_waves
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea
+from stillhook.spec.lift.phase import Phase
 from stillhook.units import show
 from stillhook.variables import attributes
 from stillhook.weather.alpha import AlphaTable, alphas, reference_period

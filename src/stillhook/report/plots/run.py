@@ -11,7 +11,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.report import kit
 from stillhook.report.formatting import kind_of
 from stillhook.report.plots.colours import COLOURS, GREY, colours_of
-from stillhook.spec.lift.lowering import Lowering, StageMode
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.phase import WinchMode
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -165,12 +166,12 @@ def _motion(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> Non
 def requested_path(run: xarray.Dataset, lift: Lowering, t: FloatArray) -> FloatArray:
     """Height requested by the joystick [m]: what splash mode adds to it counts as motion, and so does a correction of
     leakage."""
-    v, stage = np.array(run["v_op"].values), run["stage_number"].values.astype(int)
-    adds = [each.mode in (StageMode.SPLASH, StageMode.MANUAL) for each in lift.programme]
+    v, stage, moves = np.array(run["v_op"].values), run["stage_number"].values.astype(int), lift.moves
+    adds = [each.mode in (WinchMode.SPLASH, WinchMode.MANUAL) for each in lift.programme]
     step = lift.winch.ramp * float(t[1] - t[0])
     for i in np.flatnonzero(np.array([*adds, False])[np.minimum(stage, len(lift.programme))]):
         before = v[i - 1] if i else 0.0
-        v[i] = before + min(max(-lift.programme[stage[i]].lower - before, -step), step)
+        v[i] = before + min(max(-moves[stage[i]].v - before, -step), step)
     return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
 
 

@@ -1,16 +1,15 @@
-"""One lowering: what hangs, from where, into which water, and the winch programme, stage by stage."""
+"""One lowering: what hangs, from where, into which water, and the winch programme, phase by phase."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, SerializeAsAny, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, field_validator
 
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
@@ -28,110 +27,10 @@ from stillhook.sea.vessel.realisation import (
     samples,
 )
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Move, Phase, moves
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
 from stillhook.winches.joints.interface import JointUnit
 from stillhook.winches.joints.registry import UNITS, unit_of
-
-
-class StageMode(StrEnum):
-    """Winch modes of a lift; docs/explanation/winch-modes.md states what each does, waits for and ends with."""
-
-    MANUAL = "manual"
-    AHC = "ahc"
-    TENSION = "constant-tension"
-    SPLASH = "splash"
-    LANDING = "landing"
-
-
-ENDS = ("time", "depth", "wire", "landed", "tension")
-"""What may end a stage: exactly one of these fields."""
-
-
-class Stage(Record):
-    """One stage. Exactly one of `time`, `depth` (underside below still water, negative above), `wire`, `landed`,
-    `tension` ends it.
-
-    `time` counts from the stage's entry, in landing mode from touch-down. `depth` becomes wire out by the static
-    stretch of the wire, as a planner would calculate it. `wire` and `tension` count in the direction in which the stage
-    moves them. `hold` and `tension` are those at the hook, as the load indicator gives them: without the weight of the
-    wire that hangs. Raises ScenarioError, one line, for a stage that could not do what it says.
-    """
-
-    name: str = ""
-    mode: StageMode
-    lower: u.Speed = Field(default=0.0, ge=-10.0, le=10.0, description="wire speed, lowering positive; negative hoists")
-    hold: u.Force | None = Field(
-        default=None, gt=0, description="tension that constant-tension, or landing after touch-down, holds"
-    )
-    time: u.Time | None = Field(default=None, gt=0)
-    depth: u.Length | None = None
-    wire: u.Length | None = Field(default=None, ge=0)
-    landed: bool = False
-    tension: u.Force | None = Field(default=None, gt=0)
-    timeout: u.Time | None = Field(
-        default=None, gt=0, description="after which the programme is stuck; an hour longer than it should take"
-    )
-
-    @property
-    def end(self) -> str:
-        """Which field ends the stage."""
-        return next(name for name in ENDS if getattr(self, name) not in (None, False))
-
-    @property
-    def holds(self) -> bool:
-        """Whether the mode holds a tension."""
-        return self.mode in (StageMode.TENSION, StageMode.LANDING)
-
-    @model_validator(mode="after")
-    def _one_end(self) -> Self:
-        ends = [name for name in ENDS if getattr(self, name) not in (None, False)]
-        if len(ends) != 1:
-            raise ValueError(
-                f"{self._called()}: {' and '.join(ends) or 'nothing'} ends it. Give one of {', '.join(ENDS)}, "
-                'such as depth = "20 m" or landed = true.'
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _tension_fits(self) -> Self:
-        if self.holds and self.hold is None:
-            raise ValueError(
-                f'{self._called()}: hold is missing, the tension that {self.mode} keeps. Give it, such as "300 kN".'
-            )
-        if not self.holds and self.hold is not None:
-            raise ValueError(
-                f"{self._called()}: hold belongs to constant-tension and landing, and this is {self.mode}. Leave it"
-                " out."
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _moves(self) -> Self:
-        """The stage's speed can bring about what ends it."""
-        if self.mode is StageMode.TENSION and self.lower != 0.0:
-            raise ValueError(
-                f"{self._called()}: lower is given, and constant-tension moves the wire by itself. Leave lower out."
-            )
-        if self.mode is StageMode.LANDING and self.lower <= 0.0:
-            raise ValueError(
-                f'{self._called()}: a load is landed by lowering it. Give lower above 0, such as "6 m/min".'
-            )
-        if self.landed and (self.lower <= 0.0 or self.mode is StageMode.TENSION):
-            raise ValueError(
-                f"{self._called()}: landed = true needs a stage that lowers. Give lower above 0, in another mode."
-            )
-        at_rest = self.lower == 0.0 and not self.holds
-        if at_rest and self.end != "time":
-            raise ValueError(f"{self._called()}: lower is 0, so {self.end} never comes. Give lower, or end it by time.")
-        if self.time is not None and self.timeout is not None and self.timeout < self.time:
-            raise ValueError(
-                f"{self._called()}: timeout {self.timeout:g} s comes before its time {self.time:g} s. Give a longer"
-                " one, or none."
-            )
-        return self
-
-    def _called(self) -> str:
-        return f"stage {u.quote(self.name)} ({self.mode})" if self.name else f"a stage in mode {self.mode}"
 
 
 class WinchSettings(Record):
@@ -184,12 +83,6 @@ class WinchSettings(Record):
     )
 
 
-def stage_names(programme: Sequence[Stage]) -> tuple[str, ...]:
-    """A name for each stage, no two alike: its own, or its number and mode."""
-    names = [s.name or f"{i} {s.mode}" for i, s in enumerate(programme, 1)]
-    return tuple(f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1))
-
-
 class Rigging(Record):
     """Slings between hook and payload: they pull and cannot push."""
 
@@ -217,14 +110,14 @@ AnyUnit = SerializeAsAny[Annotated[JointUnit, BeforeValidator(_unit)]]
 class Lowering(Record):
     """A payload on a deep wire under a moving crane tip, through the surface, to the seabed. Frozen.
 
-    At the start everything hangs at rest with the payload's underside at z_0 above still water (negative: below),
-    static stretch included. `waves` is the water at the payload, coherent with `tip`; both grow from nothing over
-    `ramp`.
+    At the start everything hangs at rest with the payload's underside at start_depth below still water (negative:
+    above), static stretch included. `waves` is the water at the payload, coherent with `tip`; both grow from nothing
+    over `ramp`.
     Raises LiftError, one line, for anything else.
 
     >>> import stillhook
     >>> lift = stillhook.Lowering(
-    ...     payload=stillhook.read_payload("template-120t"), h_tip="36 m", depth="1500 m", z_0="-20 m",
+    ...     payload=stillhook.read_payload("template-120t"), h_tip="36 m", depth="1500 m", start_depth="20 m",
     ...     programme=[{"mode": "ahc", "time": "2 min"}], duration="130 s",
     ... )
     >>> lift.depth, lift.programme[0].time
@@ -240,8 +133,8 @@ class Lowering(Record):
     waves: WaveField | None = None
     h_tip: u.Length = Field(gt=0, description="mean height of the crane tip above still water")
     depth: u.Length = Field(gt=0, description="water depth")
-    z_0: u.Length = Field(description="height of the payload's underside above still water at the start")
-    programme: tuple[Stage, ...]
+    start_depth: u.Length = Field(description="depth of the payload's underside below still water at the start")
+    programme: tuple[Phase, ...]
     winch: WinchSettings = Field(default_factory=WinchSettings)
     controller: Mode = DEFAULT_MODE
     duration: u.Time = Field(gt=0)
@@ -249,6 +142,23 @@ class Lowering(Record):
     rho: u.Density = Field(default=RHO_SEA, gt=0)
     sensors: Sensors = Field(default_factory=Sensors)
     friction: FrictionModel = FrictionModel.LUGRE
+
+    @field_validator("programme")
+    @classmethod
+    def _runs(cls, programme: tuple[Phase, ...]) -> tuple[Phase, ...]:
+        for phase in programme:
+            phase.check_run()
+        return programme
+
+    @property
+    def z_0(self) -> float:
+        """Height of the payload's underside above still water at the start [m]."""
+        return 0.0 - self.start_depth
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        """What the phases do as planned (`stillhook.spec.lift.phase.moves`)."""
+        return moves(self.programme, self.start_depth, self.depth)
 
     @property
     def extension_signal(self) -> str:

@@ -18,8 +18,9 @@ from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.spectra.text import spectrum_from_dict
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import Amplitudes, WaveField
-from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, Stage, StageMode, WinchSettings
+from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
 from stillhook.spec.scenario import FrictionModel, Sensors
 from stillhook.tables.table import Source
 from stillhook.winches.joints.registry import UNITS
@@ -115,13 +116,23 @@ def _rebuilt(row: Mapping[str, Any]) -> Lowering:
         own["sources"] = {name: Source(**each) for name, each in own["sources"].items()}
         raw["compensator"] = UNITS[own["type"]].Unit.model_construct(**own)
     raw["wire"] = DeepWire.model_construct(**raw["wire"])
-    stages = ({**stage, "mode": StageMode(stage["mode"])} for stage in raw["programme"])
-    raw["programme"] = tuple(Stage.model_construct(**stage) for stage in stages)
+    if "z_0" in raw:  # of 0.10: heights
+        raw["start_depth"] = 0.0 - raw.pop("z_0")
+    raw["programme"] = tuple(_phase(phase) for phase in raw["programme"])
     raw["winch"] = WinchSettings.model_construct(**raw["winch"])
     raw["controller"] = Mode(raw["controller"])
     raw["sensors"] = Sensors.model_construct(**raw["sensors"])
     raw["friction"] = FrictionModel(raw["friction"])
     return Lowering.model_construct(**raw, tip=Still(), waves=None)
+
+
+def _phase(row: Mapping[str, Any]) -> Phase:
+    """A stored phase; a stage of 0.10, which lowered at `lower`, held a tension `hold` and ended at one `tension`."""
+    if "lower" in row:
+        own = {key: row[key] for key in ("name", "time", "depth", "wire", "landed", "timeout")}
+        row = {**own, "mode": row["mode"], "speed": row["lower"], "tension": row["hold"], "end_tension": row["tension"]}
+    kind = None if row.get("kind") is None else PhaseKind(row["kind"])
+    return Phase.model_construct(**{**row, "kind": kind, "mode": WinchMode(row["mode"])})
 
 
 def _water(field: WaveField) -> dict[str, Any]:

@@ -17,7 +17,6 @@ from stillhook.engine.lowering.summary import PEAK_INTERVAL as INTERVAL
 from stillhook.engine.simulate import End, simulate, stored_places
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Seas
 from stillhook.plan.result import grouped
 from stillhook.plan.tiers.closed_form import slings_held
@@ -38,6 +37,7 @@ from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.frequency_domain import sigmas
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.variables import WINDOW
 from stillhook.winches.joints.registry import UNITS
 

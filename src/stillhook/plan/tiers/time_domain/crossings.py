@@ -19,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.tiers.time_domain.cells import PEAKS, Runs
 from stillhook.plan.tiers.time_domain.curves import ROUNDING, ColumnRuns, CurveLimits, bands_at, x_limit_of
 from stillhook.plan.tiers.time_domain.features import NAMES, Features
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.crossing_fit import CrossingFit, Crossings, fit_crossings
 
 BIN = 0.1

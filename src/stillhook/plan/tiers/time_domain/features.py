@@ -15,13 +15,13 @@ import scipy
 
 from stillhook.base.arrays import ComplexArray, FloatArray, IntArray
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase
 from stillhook.plan.tiers.situations import natural_period
 from stillhook.plan.tiers.time_domain.lowering import Course, SeaState
 from stillhook.response.suspended_load import suspended_load
 from stillhook.sea.motion.irregular import synthesis
 from stillhook.sea.vessel.realisation import Amplitudes, Realisation, realise
 from stillhook.sea.vessel.tip import TipPoint
+from stillhook.spec.lift.phase import Phase
 from stillhook.variables import WINDOW
 
 SAMPLES = 4.0
@@ -56,7 +56,7 @@ class Place:
     @classmethod
     def of(cls, plan: LiftPlan, phase: Phase, course: Course) -> Place:
         """That of a phase that is run so; the first window of a peak to peak reaches back before what counts."""
-        counts = sum(stage.time or 0.0 for stage in course.programme[: course.counts])
+        counts = sum(each.time or 0.0 for each in course.programme[: course.counts])
         begin = max(counts - WINDOW, 0.0)
         hangs = suspended_load(plan.crane, plan.hanging(course.z_0), course.z_0)
         lasts = counts + course.counted - begin

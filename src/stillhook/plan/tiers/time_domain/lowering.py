@@ -12,11 +12,9 @@ import numpy as np
 from stillhook.engine.arguments import substeps
 from stillhook.engine.lowering.case import lift_step
 from stillhook.engine.lowering.run import longest_step
-from stillhook.engine.pack.programme import payload_weight
+from stillhook.engine.pack.programme import tension_kept
 from stillhook.errors import PlanError
-from stillhook.physics.scalar import G
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import CLOSE, Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.tiers.situations import natural_period
 from stillhook.plan.tiers.winch_residual import controlled
@@ -25,7 +23,9 @@ from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.realisation import Amplitudes, decay
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering, Stage, StageMode
+from stillhook.spec.lift.joining import CLOSE
+from stillhook.spec.lift.lowering import DeepWire, InSea, Lowering
+from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 
@@ -57,9 +57,6 @@ SAMPLING = 20e-3
 ELEMENT = 200.0
 """Longest element of the wire of a run [m] (docs/validation/step-size.md): waves take 0.06 s along it."""
 LEAST_NODES = 2
-HELD = 0.5
-"""Tension that landing mode keeps after touch-down, in addition to the hook's weight, as part of the payload's weight
-in water (assumed)."""
 
 
 class Winch(NamedTuple):
@@ -79,11 +76,11 @@ class Winch(NamedTuple):
 @dataclass(frozen=True)
 class Course:
     """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run,
-    counted the part that is evaluated [s], which is stage number `counts`; times such parts that the phase holds, and
+    counted the part that is evaluated [s], which is phase number `counts`; times such parts that the phase holds, and
     swings those in which the load swings as here; z_top highest place of the underside while it counts [m]."""
 
     z_0: float
-    programme: tuple[Stage, ...]
+    programme: tuple[Phase, ...]
     duration: float
     counted: float
     counts: int
@@ -122,7 +119,7 @@ def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None
     """
     if phase.kind not in KINDS:
         raise PlanError(f'phase "{phase.name}": {phase.kind} is not run in time. Runs are made of {", ".join(KINDS)}.')
-    start, end = phase.start, phase.end
+    start, end = phase.z_start, phase.z_end
     if start is None or end is None:
         raise PlanError(
             f'phase "{phase.name}": it does not join. Read the plan with load_plan, which gives every phase its'
@@ -138,28 +135,28 @@ def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None
     return _part(plan, phase, mode, (start, end), end if z is None else z, about)
 
 
-def _mode(phase: Phase, winch: Winch) -> StageMode:
+def _mode(phase: Phase, winch: Winch) -> WinchMode:
     """Mode of the winch while it counts; in a phase that compensates, manual where nothing does."""
-    return StageMode.MANUAL if phase.compensated and winch.controller is None else phase.winch
+    return WinchMode.MANUAL if phase.compensated and winch.controller is None else phase.mode
 
 
-def _stage(mode: StageMode, v: float, **ends: str | bool) -> Stage:
-    return Stage(mode=mode, lower=f"{v!r} m/s", **ends)
+def _driven(mode: WinchMode, v: float, **ends: str | bool) -> Phase:
+    return Phase(mode=mode, speed=f"{v!r} m/s", **ends)
 
 
-def _standing(phase: Phase, mode: StageMode, z: float) -> Course:
+def _standing(phase: Phase, mode: WinchMode, z: float) -> Course:
     """A time at one height."""
     lasts = phase.duration or BLOCK
     counted = min(BLOCK, lasts)
-    half = _stage(
+    half = _driven(
         mode, 0.0, time=f"{0.5 * SETTLE!r} s"
-    )  # two of them: as many stages as a way has, so that both fill blocks of lanes
-    stages = (half, half, _stage(mode, 0.0, time=f"{counted!r} s"))
+    )  # two of them: as many phases as a way has, so that both fill blocks of lanes
+    stages = (half, half, _driven(mode, 0.0, time=f"{counted!r} s"))
     return Course(z, stages, SETTLE + counted + ROOM, counted, len(stages) - 1, lasts / counted, lasts / counted, z)
 
 
 def _part(
-    plan: LiftPlan, phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, about: float | None
+    plan: LiftPlan, phase: Phase, mode: WinchMode, ends: tuple[float, float], z: float, about: float | None
 ) -> Course:
     """A piece of a way."""
     (start, end), v = ends, _speed(phase)
@@ -168,15 +165,15 @@ def _part(
     before = min(max(abs(z - start) - 0.5 * v * counted, 0.0), max(way - v * counted, 0.0))
     at = start - down * before
     ahead = _ahead(plan, mode, at, down * v, before)
-    stages = (*ahead, _stage(mode, down * v, time=f"{counted!r} s"))
+    stages = (*ahead, _driven(mode, down * v, time=f"{counted!r} s"))
     times = max((phase.duration or counted) / counted, 1.0)
     swings = times if about is None else min(max(about / counted, 1.0), times)
     z_0, bottom = at + _covered(ahead), at - down * v * counted
     return Course(z_0, stages, SETTLE + counted + ROOM, counted, len(ahead), times, swings, max(at, bottom))
 
 
-def _ahead(plan: LiftPlan, mode: StageMode, z: float, v: float, room: float) -> tuple[Stage, ...]:
-    """Stages of `SETTLE` before the part that counts, which begins at z and moves at v, lowering positive; room: way
+def _ahead(plan: LiftPlan, mode: WinchMode, z: float, v: float, room: float) -> tuple[Phase, ...]:
+    """Phases of `SETTLE` before the part that counts, which begins at z and moves at v, lowering positive; room: way
     before z [m].
 
     The joystick is pushed in two halves, half a natural period of the load apart, so that what swings later is not its
@@ -185,9 +182,9 @@ def _ahead(plan: LiftPlan, mode: StageMode, z: float, v: float, room: float) -> 
     half = _half(plan, z)
     moves = min(max(room / abs(v) + 0.5 * half, 0.0), SETTLE)
     if moves <= half:
-        return (_stage(mode, 0.0, time=f"{SETTLE!r} s"),)
+        return (_driven(mode, 0.0, time=f"{SETTLE!r} s"),)
     parts = ((SETTLE - moves, 0.0), (half, 0.5 * v), (moves - half, v))
-    return tuple(_stage(mode, speed, time=f"{time!r} s") for time, speed in parts if time > 0.0)
+    return tuple(_driven(mode, speed, time=f"{time!r} s") for time, speed in parts if time > 0.0)
 
 
 def _half(plan: LiftPlan, z: float) -> float:
@@ -195,22 +192,22 @@ def _half(plan: LiftPlan, z: float) -> float:
     return 0.5 * min(natural_period(suspended_load(plan.crane, plan.hanging(z), z)), SETTLE)
 
 
-def _covered(stages: Sequence[Stage]) -> float:
-    """Way down of stages that end by time [m]."""
-    return sum(stage.lower * (stage.time or 0.0) for stage in stages)
+def _covered(programme: Sequence[Phase]) -> float:
+    """Way down of phases that end by time [m]."""
+    return sum((each.speed or 0.0) * (each.time or 0.0) for each in programme)
 
 
-def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
+def _passage(phase: Phase, mode: WinchMode, start: float, end: float) -> Course:
     """The whole way through the surface; as often as it goes into the phase's duration, where that is longer."""
     v = _speed(phase)
     counted = abs(end - start) / v
     times = max((phase.duration or counted) / counted, 1.0)
     down = math.copysign(v, start - end)
-    stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, down, depth=f"{-end!r} m"))
+    stages = (_driven(mode, 0.0, time=f"{SETTLE!r} s"), _driven(mode, down, depth=f"{-end!r} m"))
     return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1, times, times, max(start, end))
 
 
-def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
+def _landing(plan: LiftPlan, phase: Phase, mode: WinchMode, start: float) -> Course:
     """The last metres, and the touch-down, from the stand-off where the landing has one: the winch stands there before
     with what its control and its friction make of that. Without compensation the load first hangs, which counts, and
     is then put down manually.
@@ -221,24 +218,24 @@ def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Cou
     hangs, height = min(high, HANGS), min(high, APPROACH * v)
     half, down = _half(plan, hangs - plan.depth), (hangs + THROUGH) / v
     lasts = SETTLE + max(APPROACH + half + down, height / v) + TOUCH_ROOM
-    if mode is StageMode.MANUAL:
-        still = (_stage(mode, 0.0, time=f"{SETTLE!r} s"),)
-        put_down = (_stage(mode, 0.5 * v, time=f"{half!r} s"), _stage(mode, v, time=f"{down!r} s"))
-        last = (_stage(mode, 0.0, time=f"{APPROACH!r} s"), *put_down)
+    if mode is WinchMode.MANUAL:
+        still = (_driven(mode, 0.0, time=f"{SETTLE!r} s"),)
+        put_down = (_driven(mode, 0.5 * v, time=f"{half!r} s"), _driven(mode, v, time=f"{down!r} s"))
+        last = (_driven(mode, 0.0, time=f"{APPROACH!r} s"), *put_down)
         return _landed(phase, hangs - plan.depth, still, last, lasts, APPROACH)
     z = height - plan.depth
-    before = _ahead(plan, StageMode.AHC, z, v, high - height)
-    if mode is StageMode.AHC:
-        return _landed(phase, z, before, (_stage(mode, v, landed=True),), lasts, height / v)
-    hold = HELD * payload_weight(plan.hanging(start), -math.inf) + plan.crane.hook_mass * G
-    land = Stage(mode=mode, lower=f"{v!r} m/s", hold=f"{hold!r} N", time="1 s")
+    before = _ahead(plan, WinchMode.AHC, z, v, high - height)
+    if mode is WinchMode.AHC:
+        return _landed(phase, z, before, (_driven(mode, v, landed=True),), lasts, height / v)
+    tension = phase.tension or tension_kept(plan.crane, plan.payload, plan.rho)
+    land = _driven(mode, v, tension=f"{tension!r} N", time="1 s")
     return _landed(phase, z, before, (land,), lasts, height / v)
 
 
 def _landed(
-    phase: Phase, z: float, before: tuple[Stage, ...], last: tuple[Stage, ...], lasts: float, counted: float
+    phase: Phase, z: float, before: tuple[Phase, ...], last: tuple[Phase, ...], lasts: float, counted: float
 ) -> Course:
-    """The course of a landing whose counted stage begins at z and is the first of `last`. What is not run of its way
+    """The course of a landing whose counted phase begins at z and is the first of `last`. What is not run of its way
     counts as more of the last metres."""
     times = max((phase.duration or counted) / counted, 1.0)
     return Course(z + _covered(before), (*before, *last), lasts, counted, len(before), times, times, z)
@@ -254,7 +251,7 @@ def step_of(plan: LiftPlan) -> float:
     """Step of a plan's runs [s]: `STEP`, or `LIFT_STEP` where the winch, the wire's end or the seabed ask for a shorter
     one at an end of any phase, or what they ask for where that is shorter still."""
     phases = [phase for phase in plan.phases if phase.kind in KINDS]
-    out = {(plan.tip_of(p).z or 0.0) - z: (p, z) for p in phases for z in (p.start, p.end) if z is not None}
+    out = {(plan.tip_of(p).z or 0.0) - z: (p, z) for p in phases for z in (p.z_start, p.z_end) if z is not None}
     cranes = [plan.crane, *(machine_of(plan, Winch(controller=a))[0] for a in plan.alternatives if a.twin)]
     longest = math.inf
     for phase, z in {out[s] for s in (min(out), max(out))}:
@@ -283,7 +280,7 @@ def lowering_of(plan: LiftPlan, phase: Phase, course: Course, mode: Mode) -> Low
 
 def nodes_of(plan: LiftPlan, phase: Phase) -> int:
     """Nodes of the wire in the runs of a phase: as many as its longest wire needs, and no more than the plan's."""
-    longest = (plan.tip_of(phase).z or plan.h_tip) - min(z for z in (phase.start, phase.end) if z is not None)
+    longest = (plan.tip_of(phase).z or plan.h_tip) - min(z for z in (phase.z_start, phase.z_end) if z is not None)
     return min(max(math.ceil(longest / ELEMENT), LEAST_NODES), plan.wire.nodes)
 
 
@@ -318,8 +315,8 @@ def in_sea(
 def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:
     """Whether the water moves the payload while it counts: never in air, and not where it has `FAINT` of its motion at
     the surface."""
-    stage = course.programme[course.counts]
-    goes_under = stage.end == "depth" and stage.depth is not None and stage.depth > 0.0
+    depth = course.programme[course.counts].depth
+    goes_under = depth is not None and depth > 0.0
     if course.z_top >= 0.0:
         return goes_under or course.z_0 < 0.0
     z = np.array([min(course.z_top + plan.payload.height, 0.0)])

@@ -13,10 +13,10 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.programme import payload_weight
 from stillhook.plan.definition.capacities import places
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Level
 from stillhook.plan.tiers.time_domain.cells import PEAKS, ROD_AT_END, Runs
 from stillhook.plan.tiers.time_domain.lowering import Course, Winch
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.extremes import MPM, P90
 
 QUANTILE = {Level.MPM: MPM, Level.P90: P90}
@@ -90,7 +90,7 @@ def measures(
     height of a way, of tip and winch at every height alike. Shares of time are means. A speed of touch-down is of one
     passage. An alternative without a winch of its own has no numbers of the winch.
     """
-    compensates, stick = phase.compensated, max(abs(stage.lower) for stage in course.programme)
+    compensates, stick = phase.compensated, max(abs(each.speed or 0.0) for each in course.programme)
 
     def top(x: str, quantity: str, times: float = course.times, factor: float = 1.0, offset: float = 0.0) -> Measure:
         q = QUANTILE[plan.rules.level(quantity)]

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.limits import Limits
 from stillhook.plan.tiers.time_domain.crossings import Feature
 from stillhook.plan.tiers.time_domain.curves import BEYOND_CELLS, Curve, CurveLimits
 from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch
+from stillhook.spec.lift.phase import Phase
 
 Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""

@@ -17,7 +17,6 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.failures import Cause, Failures, cause
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import Limits, limited
 from stillhook.plan.result import labelled
@@ -27,6 +26,7 @@ from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, Statistic
 from stillhook.plan.tiers.time_domain.placing import Column, LimitSearch, Search, or_inf, prediction_factors, snapped
 from stillhook.plan.tiers.time_domain.search import Work
+from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
 
@@ -331,7 +331,7 @@ def _reason(work: Work, phase: Phase) -> Cause:
     lines = [line for line in work.lines if line.phase is phase]
     run = [line for line in lines if line.started]
     if not lines:
-        return cause("no-ground", kind=phase.kind.value)
+        return cause("no-ground", kind=str(phase.kind))
     if len(run) == len(lines):
         return cause("run-everywhere")
     tier = Tier.CLOSED_FORM if phase.kind is PhaseKind.SPLASH else Tier.FREQUENCY

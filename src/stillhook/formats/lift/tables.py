@@ -1,0 +1,173 @@
+"""Tables of a lift file, and what they name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from stillhook import units as u
+from stillhook.control.registry import DEFAULT_MODE
+from stillhook.engine.simulate import End
+from stillhook.errors import LiftError, ScenarioError
+from stillhook.formats.lift.forms import today
+from stillhook.library.catalogue import read_compensator, read_payload
+from stillhook.library.toml.file import TomlTable
+from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
+from stillhook.sea.vessel.realisation import Resolution
+from stillhook.spec.lift.lowering import DeepWire, Rigging, WinchSettings
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.phase import Phase
+from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
+from stillhook.tables.table import Flag, Number, Part, Spec, Text, with_place
+from stillhook.winches.joints.interface import JointUnit
+from stillhook.winches.joints.registry import unit_of
+
+DEEPEST = 12_000.0  # m
+LIGHTEST, HEAVIEST = 900.0, 1300.0  # kg/m^3: of fresh water that is warm, and of brine
+
+
+class WaterTable(Spec):
+    """The table [water]."""
+
+    depth: u.Length = Field(gt=0, le=DEEPEST, description="depth of the water")
+    rho: u.Density = Field(default=RHO_SEA, ge=LIGHTEST, le=HEAVIEST, description="density of the water")
+
+
+class TipTable(Spec):
+    """The table [tip]."""
+
+    at: Text | None = Field(default=None, description="place from the vessel's reference point, as text")
+    height: u.Length | None = Field(default=None, description="height of the crane tip above still water")
+    motion: Any = Field(default=None, description="motion in place of vessel and sea")
+
+
+class BoomTable(Spec):
+    """The table [boom]."""
+
+    pedestal: tuple[Any, ...] = Field(description="heel pin forward, to port, and above still water")
+    slew: Any = Field(description="direction of the boom, counter-clockwise from the bow")
+    main: tuple[Any, ...] = Field(description="length and angle of the main boom")
+    knuckle: tuple[Any, ...] | None = Field(default=None, description="length and angle of the knuckle boom")
+    offset: Any = Field(default="0 m", description="heel pin ahead of the axis of slewing")
+
+    @field_validator("pedestal", "main", "knuckle", mode="before")
+    @classmethod
+    def _list(cls, value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, list):
+            raise ValueError(DESCRIPTIONS[str(info.field_name)])
+        return value
+
+    @property
+    def boom(self) -> Boom:
+        """The crane of this table. Errors: SeaError, UnitError."""
+        return Boom(pedestal=self.pedestal, slew=self.slew, main=self.main, knuckle=self.knuckle, offset=self.offset)
+
+
+class SeaTable(Spec):
+    """The table [sea]."""
+
+    wave: Text = Field(description="waves as text, or a file of spectra next to this file")
+    record: Any = Field(default=None, description="number from 0, or time, of a record of that file")
+    heading: Any = Field(default=None, description="direction in which the waves travel, from the bow")
+    spread: Number | None = Field(
+        default=None, description="exponent n of cos^n, such as 4; left out for long-crested waves"
+    )
+    seed: Annotated[int, Field(strict=True)] = Field(default=1, ge=0, description="seed of the waves")
+    amplitudes: Text = Field(default="fixed", description="how amplitudes are drawn")
+    repeat: u.Time | None = Field(
+        default=None, gt=0, description="time after which the waves repeat; default the length of the run"
+    )
+    water: Flag = Field(default=True, description="whether the waves reach the payload")
+    left: Number = Field(default=1.0, gt=0, le=1, description="part of the tip's motion that reaches the wire")
+    resolution: Resolution = Field(
+        default=Resolution.FINE, description="how closely the tip's motion follows its waves"
+    )
+
+
+Tables = TypeVar("Tables", bound="LiftTables")
+
+
+class LiftTables(Spec):
+    """A lift file. What a plan alone reads is kept as it is written."""
+
+    name: Text | None = Field(default=None, description="name; default that of the file")
+    crane: Text = Field(description="library name or crane file")
+    vessel: Text | None = Field(default=None, description="library name or vessel file")
+    payload: Any = Field(description="library name, payload file or a table [payload]")
+    tip: TipTable = Field(default_factory=TipTable)
+    boom: BoomTable | None = None
+    water: WaterTable = Field(description="table [water] with depth")
+    rigging: Part[Rigging] = Field(default_factory=Rigging)
+    compensator: Any = Field(default=None, description="library name, compensator file or a table [compensator]")
+    wire: Part[DeepWire] = Field(default_factory=DeepWire)
+    winch: Part[WinchSettings] = Field(default_factory=WinchSettings)
+    sensors: Part[Sensors] = Field(default_factory=Sensors)
+    controller: Mode = DEFAULT_MODE
+    start_depth: u.Length | None = Field(
+        default=None, description="depth of the payload's underside as the lift begins; negative above the water"
+    )
+    duration: u.Time | None = Field(default=None, gt=0, description="length of the run")
+    ramp: u.Time = Field(default=10.0, ge=0, description="time in which the motion grows to full size")
+    friction: FrictionModel = FrictionModel.LUGRE
+    step: Text | None = Field(default=None, description="time step of the run, as text")
+    every: Text | None = Field(default=None, description="time between stored values, as text")
+    sampling: Text | None = Field(default=None, description="time between values that statistics take, as text")
+    end: End = Field(default=End.DURATION, description="whether the run ends with its programme")
+    sea: SeaTable | None = None
+    rules: Any = None
+    alternatives: Any = None
+    environment: Any = None
+    operation: Any = None
+    weather: Any = None
+    load_chart: Any = None
+    synthetic_certificate: Any = None
+    phase: tuple[Part[Phase], ...] = Field(
+        min_length=1, description="one [[phase]] table for each, with kind or mode, and what ends it"
+    )
+
+
+def read_lift(table: TomlTable, model: type[Tables]) -> tuple[TomlTable, Tables]:
+    """A lift file in the words of today, and as a model. Errors: StillhookError, one line."""
+    table = today(table)
+    file = table.read(model)
+    for i, phase in enumerate(file.phase):
+        if phase.start_depth is not None:
+            raise table.wrong(
+                "each phase starts where the one before it ends, and the lift at the start_depth of the file. Leave it"
+                " out.",
+                "phase",
+                i,
+                "start_depth",
+            )
+    return table, file
+
+
+def payload_of(file: LiftTables, table: TomlTable) -> Payload:
+    """A payload of the library, a file seen from this one, or a table with name, mass and shape."""
+    if isinstance(file.payload, Mapping):
+        return Payload(**file.payload)
+    if not isinstance(file.payload, str) or not file.payload.strip():
+        raise table.wrong("give a name of the library, the path of a file, or a table [payload].", "payload")
+    return read_payload(table.relative_toml(file.payload))
+
+
+def compensator_of(file: LiftTables, table: TomlTable) -> JointUnit | None:
+    """A passive heave compensator of the library, a file seen from this one, or a table [compensator], whose `unit`
+    names one of these for what the table leaves out."""
+    given = file.compensator
+    if given is None:
+        return None
+    if isinstance(given, str) and given.strip():
+        given = {"unit": given}
+    if not isinstance(given, Mapping):
+        raise table.wrong("give a name of the library, the path of a file, or a table [compensator].", "compensator")
+    own = {key: value for key, value in given.items() if key != "unit"}
+    name = given.get("unit")
+    if name is not None and (not isinstance(name, str) or not name.strip()):
+        raise table.wrong("give a name of the library, or the path of a file.", "compensator", "unit")
+    try:
+        return unit_of(own) if name is None else read_compensator(table.relative_toml(name), own)
+    except ScenarioError as problem:  # of this table; a file that is wrong names itself
+        raise LiftError(with_place(str(problem), "compensator")) from None
