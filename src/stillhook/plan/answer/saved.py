@@ -107,9 +107,10 @@ def _facts(path: Path) -> dict[str, Any]:
         raise PlanError(f"{path}: not JSON ({_in_a_line(e)}). Run the plan again.") from None
     if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):
         raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
+    if isinstance(rows := facts.get("phases"), list):
+        facts["phases"] = [_in_depths(row) for row in rows]
     if odd := odd_fact(facts):
         raise PlanError(f"{path}: not the facts of a plan: {odd}. Run the plan again.")
-    facts["phases"] = [_in_depths(row) for row in facts.get("phases", [])]
     return facts
 
 
@@ -119,4 +120,4 @@ def _in_depths(row: Any) -> Any:
         return row
     heights = {"start_depth": row["start"], "depth": row.get("end")}
     others = {key: value for key, value in row.items() if key not in ("start", "end")}
-    return others | {key: None if z is None else 0.0 - z for key, z in heights.items()}
+    return others | {key: 0.0 - z if isinstance(z, int | float) else z for key, z in heights.items()}
