@@ -137,11 +137,11 @@ DELAYS = {"p_a": P_DELAY, "p_b": P_DELAY, "omega_m": SPEED_DELAY}
 _TABLE = tomllib.loads((files("stillhook.validate.dynamics") / "parameters.toml").read_text(encoding="utf-8"))
 BENDS = {SPEED_LEAKAGE: _speed_leakage, INERTIA: _inertia, "pump_flow": _pump_flow}
 """Factors that are not those of single numbers of the crane file."""
-UNKNOWNS = tuple(
+UNKNOWNS: tuple[Unknown, ...] = tuple(
     Unknown(bend=scaling(*row.pop("paths")) if "paths" in row else BENDS[row["name"]], **row)
     for row in _TABLE["unknown"]
 )
-EXTRAS = tuple(Extra(**row) for row in _TABLE["extra"])
+EXTRAS: tuple[Extra, ...] = tuple(Extra(**row) for row in _TABLE["extra"])
 NAMES = (*(u.name for u in UNKNOWNS), *(e.name for e in EXTRAS))
 """Every parameter of the fit, in its order."""
 PLACE = {name: i for i, name in enumerate(NAMES)}
