@@ -2,7 +2,6 @@
 
 from dataclasses import fields, replace
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -144,7 +143,7 @@ def test_without_compiling_the_same_run_gives_the_same_numbers():
             every=10,
         )
         if not compiled:
-            block.d = SimpleNamespace(**vars(block.d) | {"run": block.d.run.py_func})
+            block.d = replace(block.d, run=block.d.run.py_func)
         for _ in block.steps():
             pass
         found.append(block.results()[0].series)
