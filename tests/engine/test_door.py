@@ -280,7 +280,12 @@ def test_memory_does_not_grow_with_the_number_of_noisy_cases():
         ([CRANE], SCENARIOS[:2], {}, "1 cranes and 2 cases"),
         ([CRANE, PURE], SCENARIOS[:2], {}, "pure-active with a PLC cycle of 0.01 s. Run winches of one kind together"),
         (CRANE, [*SCENARIOS[:38], case(290)], {}, "case 38: Load 300 t exceeds the SWL"),
-        (CRANE, [in_sea(), in_sea(deep_lift("1600 m"))], {}, "case 1: start_depth = 1600 m: the payload would lie on the"),
+        (
+            CRANE,
+            [in_sea(), in_sea(deep_lift("1600 m"))],
+            {},
+            "case 1: start_depth = 1600 m: the payload would lie on the",
+        ),
         (CRANE, case(0), {"on_failure": "ignore"}, 'on_failure = "ignore": give one of raise, mark.'),
         *((CRANE, case(0), {"threads": n}, "give a whole number from 1 to 1024.") for n in (0, -1, 1.5, "2")),
         (CRANE, case(0), {"store": "kept"}, "series=False"),
