@@ -301,7 +301,7 @@ def test_a_drive_that_does_not_reach_the_speed_is_shown_and_not_ranked(slow):
 def test_without_draws_nothing_is_told_apart():
     result = compare_drives(load_crane("nov-100t-pure-active"), CASE, PAIR, n=0)
     assert math.isnan(result.runs[0].band("e_c_pp").low)
-    assert "not told apart" in result.verdict("e_c_pp")
+    assert "not distinguished" in result.verdict("e_c_pp")
     assert "not validated" in " ".join(result.rule)
 
 

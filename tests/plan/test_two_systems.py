@@ -270,7 +270,7 @@ class TestWeather:
         del weather.columns["T_p_swell"], weather.columns["come_from_swell"]
         share, notes = operability(lift, weather)
         assert share == 1.0
-        assert any("no peak period and no direction of the swell: not held, which flatters" in note for note in notes)
+        assert any("no peak period and no direction of the swell: not held (upper bound)" in note for note in notes)
 
     def test_a_plan_without_a_swell_reads_weather_as_before(self, lift):
         weather = apart(wind_sea=0.1)

@@ -266,11 +266,11 @@ def _marks(hint: Any, kind: type) -> list[Any]:
 
 def by_name(modules: Iterable[Any], what: str) -> dict[str, Any]:
     """What modules declare, by name. Errors: SpecError where two have one name."""
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for each in modules:
-        if each.name in found:
-            other = found[each.name].file
+        if each.name in result:
+            other = result[each.name].file
             same = f"{other.name} in {other.parent}" if other.name == each.file.name else other.name
             raise SpecError(f'{each.file.name}: the {what} "{each.name}" is that of {same}. Change NAME.')
-        found[each.name] = each
-    return found
+        result[each.name] = each
+    return result

@@ -83,8 +83,8 @@ class Commands(Mapping[str, Any]):
 def first_paragraph(entry: Entry) -> str:
     """Begin of a function's docstring, read from the file without importing it."""
     source = FOLDER.joinpath(*entry.module.split(".")).with_suffix(".py").read_text(encoding="utf-8")
-    found = re.search(rf'^def {entry.member}\(.*?^    """(.*?)(?:\n\n|""")', source, re.MULTILINE | re.DOTALL)
-    return inspect.cleandoc(found[1]) if found else ""
+    result = re.search(rf'^def {entry.member}\(.*?^    """(.*?)(?:\n\n|""")', source, re.MULTILINE | re.DOTALL)
+    return inspect.cleandoc(result[1]) if result else ""
 
 
 def adopt(app: typer.Typer) -> None:

@@ -288,12 +288,12 @@ class Session:
         k, held = head.get("k"), self._held_in(head.get("held"), label)
         if type(k) is not int or not 0 <= k <= CYCLES:
             raise SimulationError(f"{label}: k = {printable(k)}: give a whole number of cycles from 0 to {CYCLES:.0f}.")
-        found, at = [], 0
+        result, at = [], 0
         for target in targets:
-            found.append(values[at : at + target.size].reshape(target.shape))
+            result.append(values[at : at + target.size].reshape(target.shape))
             at += target.size
-        self._check(found, k, label)
-        for target, numbers in zip(targets, found, strict=True):
+        self._check(result, k, label)
+        for target, numbers in zip(targets, result, strict=True):
             target[...] = numbers
         self._k, self._held, self._seen = k, held, None
 

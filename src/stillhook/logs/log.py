@@ -152,10 +152,10 @@ def _series(source: Source, rows: Mapping[str, Signal], main: Clock) -> dict[int
     """Columns of time by their place, the main one among them: each stamps the columns behind it, up to the next. Of
     columns that say the same as the main one none is kept."""
     signals = {place_of(s.column, source.headings, f"{source.name}: {n}") for n, s in rows.items() if n != "time"}
-    time, found = rows["time"], dict.fromkeys(main.want.places, main)
+    time, result = rows["time"], dict.fromkeys(main.want.places, main)
     for place, heading in enumerate(source.headings):
         name, file_unit = split_heading(heading)[0], _file_unit(source, place)
-        if place in found or place in signals or source.base(place) != main.base or not _TIME_COLUMN.fullmatch(name):
+        if place in result or place in signals or source.base(place) != main.base or not _TIME_COLUMN.fullmatch(name):
             continue
         unit = our_unit(file_unit, "time") if file_unit else time.unit
         if unit is None or unit == STAMPS or "%" in unit:
@@ -163,8 +163,8 @@ def _series(source: Source, rows: Mapping[str, Signal], main: Clock) -> dict[int
         factor, offset = factors(time, unit)
         clock = Clock(main.base, Want((place,)), factor, offset, heading.strip())
         if _differs(source, main, clock):
-            found[place] = clock
-    return found if len(found) > len(main.want.places) else {}
+            result[place] = clock
+    return result if len(result) > len(main.want.places) else {}
 
 
 def _differs(source: Source, main: Clock, other: Clock) -> bool:

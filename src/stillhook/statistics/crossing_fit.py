@@ -143,13 +143,13 @@ def fit_crossings(
         raise ValueError("no run: a field of offsets needs one.")
     flat = np.zeros(len(period))
     bases = [flat] if expected is None or not np.isfinite(expected).all() else [np.asarray(expected, float), flat]
-    found = _mixture(runs, period, angle, bases[:1], np.tile(ALIKE, (len(period), 1)), *COARSE)
+    result = _mixture(runs, period, angle, bases[:1], np.tile(ALIKE, (len(period), 1)), *COARSE)
     if alike:
-        return found
+        return result
     for _ in range(ROUNDS):
-        parts = own_parts(runs, found)
-        found = _mixture(runs, period, angle, bases[:1], parts, *COARSE)
-    return found if coarse else _mixture(runs, period, angle, bases, parts, *FINE)
+        parts = own_parts(runs, result)
+        result = _mixture(runs, period, angle, bases[:1], parts, *COARSE)
+    return result if coarse else _mixture(runs, period, angle, bases, parts, *FINE)
 
 
 def _mixture(
@@ -180,7 +180,7 @@ def own_parts(runs: Crossings, fit: CrossingFit) -> FloatArray:
     s = float(np.exp(fit.weight @ np.log(fit.scale)))
     z = np.linspace(-2.5, 2.5, PLACES)
     ln_prior = -0.5 * (np.log(PARTS) / SPREAD_OF_PARTS) ** 2
-    found = np.tile(ALIKE, (len(fit.parts), 1))
+    result = np.tile(ALIKE, (len(fit.parts), 1))
     for i in np.unique(runs.column):
         own = runs.column == i
         sign = np.where(runs.beyond[own], 1.0, -1.0)
@@ -189,8 +189,8 @@ def own_parts(runs: Crossings, fit: CrossingFit) -> FloatArray:
         ln_L = _ln_ndtr(np.clip(sign[:, None, None] * at, -FARTHEST, FARTHEST)).sum(axis=0)
         ln_L += -0.5 * z[:, None] ** 2 + ln_prior
         weight = np.exp(ln_L - ln_L.max()).sum(axis=0)
-        found[i] = weight / weight.sum()
-    return found
+        result[i] = weight / weight.sum()
+    return result
 
 
 def _laplace(
@@ -243,11 +243,11 @@ def _shifts(
     """Scales (k,) from the least to the most; and for each of them ln of the height over its offset (k, c) at which a
     share p of the seeds is beyond, and its standard deviation for the number of seeds."""
     scales = np.geomspace(least, most, STEPS_OF_SCALE) if least < most else np.array([least])
-    x, found = -np.quantile(ln_f, 0.5, axis=1), []
+    x, result = -np.quantile(ln_f, 0.5, axis=1), []
     for s in scales[::-1]:  # from the largest on, where the share is near to normal
         x, density = _shift(ln_f, p, float(s), x)
-        found.append((x, np.sqrt(p * (1.0 - p) / ln_f.shape[1]) / np.maximum(density, 1e-6)))
-    shift, error = (np.array(rows[::-1]) for rows in zip(*found, strict=True))
+        result.append((x, np.sqrt(p * (1.0 - p) / ln_f.shape[1]) / np.maximum(density, 1e-6)))
+    shift, error = (np.array(rows[::-1]) for rows in zip(*result, strict=True))
     return scales, (shift, error)
 
 

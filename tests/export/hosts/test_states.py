@@ -119,7 +119,7 @@ def test_text_that_is_no_state_is_refused(exchange: Exchange, text: str):
 
 
 def test_the_state_of_an_older_version_is_refused_with_what_to_do(exchange: Exchange):
-    refused(exchange, '{"first": [0, 1, 0, 0, 0], "k": 1}', "older version.*Begin the simulation anew")
+    refused(exchange, '{"first": [0, 1, 0, 0, 0], "k": 1}', "older version.*Start the simulation again")
 
 
 def aged(exchange: Exchange, cycles: int, clock: float) -> None:

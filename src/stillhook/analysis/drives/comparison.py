@@ -48,7 +48,7 @@ LEAST_DRAWS = 2
 MOST_DRAWS = 4096
 """Draws at most: beyond it the runs take hours."""
 BANDED = ("e_c_pp", "energy_net")
-"""Numbers that are drawn, and by which drives are told apart: less is better."""
+"""Numbers that are drawn, and by which drives are distinguished: less is better."""
 NUMBERS = ("e_c_pp", "eta_c", "F_w_max", "energy_unaccounted")
 """Numbers of a run that a comparison shows."""
 WEIGHTS = (3.0, 1.0, 2.0)
@@ -197,9 +197,9 @@ class DriveComparison:
         """How the drives were sized, and what the bands are of."""
         drawn = (
             f"Bands: 5 to 95 % of {self.n} draws of {len(self.factors)} uncertain factors, the same draws for all"
-            " drives. Drives whose bands overlap are not told apart."
+            " drives. Drives whose bands overlap are not distinguished."
             if self.n
-            else "No draws: nothing is told apart."
+            else "No draws: drives are not distinguished."
         )
         lines = (*rule(self.reference, self.v_top), f"{drawn} No drive has a certificate: {NOT_VALIDATED}.")
         return lines if self.v_asked <= self.v_top else (*lines, self._too_fast)
@@ -219,13 +219,13 @@ class DriveComparison:
         )
 
     def better(self, name: str) -> dict[str, list[str]]:
-        """Drive -> drives that it is told apart from, and better than, among those that reach the speed of full command
+        """Drive -> drives that it is distinguished from, and better than, among those that reach the speed of full command
         that was asked for."""
         bands = {run.name: Band(math.nan, math.nan) if run.short else run.band(name) for run in self.runs}
         return {a: [b for b in bands if bands[a].high < bands[b].low] for a in bands}
 
     def ranking(self, name: str) -> list[list[str]]:
-        """Drives in groups, the best first: those of one group are not told apart from all others of it. Drives
+        """Drives in groups, the best first: those of one group are not distinguished from all others of it. Drives
         without a band, and those that are slower at full command than was asked for, come last, in one group."""
         fast = (r for r in self.runs if math.isfinite(r.band(name).low) and not r.short)
         runs = sorted(fast, key=lambda r: r.value(name))
@@ -248,27 +248,29 @@ class DriveComparison:
         if len(self.runs) == 1:
             return f"By {by}: one drive alone; name others to compare it with."
         if not self.n:
-            return f"By {by}: not told apart, as nothing was drawn."
+            return f"By {by}: not distinguished, as nothing was drawn."
         slow = {run.name: run.short for run in self.runs if run.short}
         fast = [[drive for drive in group if drive not in slow] for group in self.ranking(name)]
         groups = [group for group in fast if group]
         if not groups:
             return f"By {by}: not ranked, as no drive has the {fmt(self.v_top, 'speed', 3)} of full command."
-        best, told = groups[0], []
+        best, sentences = groups[0], []
         if len(best) == 1:
-            told.append(f"{best[0]} is best" if len(groups) > 1 else f"{best[0]} alone is fast enough to be ranked")
+            sentences.append(
+                f"{best[0]} is best" if len(groups) > 1 else f"{best[0]} alone is fast enough to be ranked"
+            )
         elif len(best) > 1:
-            told.append(f"not told apart: {', '.join(best)}")
+            sentences.append(f"not distinguished: {', '.join(best)}")
             within = {a: [b for b in better[a] if b in best] for a in best}
             known = [f"{a} is better than {' and '.join(others)}" for a, others in within.items() if others]
-            told[0] += f" (but {', and '.join(known)})" if known else ""
+            sentences[0] += f" (but {', and '.join(known)})" if known else ""
         for group in groups[1:]:
-            told.append(f"then {group[0]}" if len(group) == 1 else f"then, not told apart: {', '.join(group)}")
-        told += [f"not ranked: {drive}, {short}" for drive, short in slow.items()]
-        return f"By {by}: {'; '.join(told)}."
+            sentences.append(f"then {group[0]}" if len(group) == 1 else f"then, not distinguished: {', '.join(group)}")
+        sentences += [f"not ranked: {drive}, {short}" for drive, short in slow.items()]
+        return f"By {by}: {'; '.join(sentences)}."
 
     def ordered(self) -> list[DriveRun]:
-        """Runs by error: the best first where they are told apart, by their value within a group; without a value
+        """Runs by error: the best first where they are distinguished, by their value within a group; without a value
         last."""
         by_name = {run.name: run for run in self.runs}
 
@@ -430,15 +432,15 @@ def _best_lead(drive: Sized, case: Scenario, step: str | None) -> tuple[Sized, S
 def _top(drive: Sized, case: Scenario) -> tuple[float, str]:
     """Highest steady wire speed of the slower direction, and what stops it."""
     crane = drive.crane
-    found: list[tuple[float, str]] = []
+    result: list[tuple[float, str]] = []
     for direction in Direction:
         if crane.plant.type.steady_operation:
             top = Station(crane, case.load, case.s_w, direction).top_of_mode(drive.mode)
-            found.append((top.v_w, f"{top.binds}, {direction}"))
+            result.append((top.v_w, f"{top.binds}, {direction}"))
         else:
             of_drive = top_of_drive(crane, case.load, case.s_w, direction)
-            found.append((of_drive.v_w, f"{of_drive.binds}, {direction}"))
-    return min(found, key=lambda pair: pair[0] if math.isfinite(pair[0]) else -math.inf)
+            result.append((of_drive.v_w, f"{of_drive.binds}, {direction}"))
+    return min(result, key=lambda pair: pair[0] if math.isfinite(pair[0]) else -math.inf)
 
 
 def _machines(crane: Crane) -> tuple[float, float, float]:

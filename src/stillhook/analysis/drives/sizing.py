@@ -119,13 +119,13 @@ def library_crane(drive: str, reference: Crane) -> Crane:
     SpecError where the library has none."""
     if drive == reference.plant:
         return reference
-    found = next((crane for crane in map(load_crane, cranes()) if crane.plant == drive), None)
-    if found is None:
+    result = next((crane for crane in map(load_crane, cranes()) if crane.plant == drive), None)
+    if result is None:
         raise SpecError(
             f'--drives: the library has no crane with the drive "{drive}". Leave it out, or compare on a crane that'
             " has it."
         )
-    return found
+    return result
 
 
 def sized(drive: str, reference: Crane, v_top: float | None = None) -> Sized:

@@ -154,10 +154,10 @@ def governing(
         tip_speeds(crane) if speeds is None else speeds,
         strokes_of(crane),
     )
-    found = place_limits(crane, mode, places, alpha_m=alpha_m, delay=delay)
-    decide = deciding(found, stribeck_speed(crane))
+    result = place_limits(crane, mode, places, alpha_m=alpha_m, delay=delay)
+    decide = deciding(result, stribeck_speed(crane))
     governs, K_p = _strongest(decide, kept)
-    return Governing(K_p if governs is not None else 0.0, governs, found, decide)
+    return Governing(K_p if governs is not None else 0.0, governs, result, decide)
 
 
 def stribeck_speed(crane: Crane) -> float:
@@ -223,16 +223,16 @@ def place_limits(
     _check_law(crane, mode)
     if by_engine(crane):
         reached = _reached(crane, places)
-        found = _engine_limits(_engine_key(crane, mode, reached[0]), mode, reached, delay) if reached else ()
+        result = _engine_limits(_engine_key(crane, mode, reached[0]), mode, reached, delay) if reached else ()
     else:
         each = (_closed_circuit(crane, mode, place, alpha_m, delay) for place in places)
-        found = tuple(p for p in each if p is not None)
-    if not found:
+        result = tuple(p for p in each if p is not None)
+    if not result:
         raise StillhookError(
             f'"{crane.name}": the winch comes to none of the places that were looked at, such as'
             f" {places[0].describe()}. Lower the load or the speed."
         )
-    return found
+    return result
 
 
 REMEMBERS = 100.0
@@ -295,17 +295,17 @@ def _engine_key(crane: Crane, mode: Mode, place: Place) -> Keyed:
 @functools.lru_cache(maxsize=256)
 def _engine_limits(keyed: Keyed, mode: Mode, places: tuple[Place, ...], delay: float) -> tuple[PlaceLimit, ...]:
     points = engine_points(keyed.machine, mode, places)
-    found = []
+    result = []
     for place, point in zip(places, points, strict=True):
         if point is None:
             continue
         if not settled(point):
             if abs(place.v_tip) <= SLOW[-1] and has_time(keyed.machine, place):
-                found.append(PlaceLimit(place, math.nan, None, NO_GAIN))
+                result.append(PlaceLimit(place, math.nan, None, NO_GAIN))
             continue
         loop = engine_loop(point, delay=delay)
-        found.append(PlaceLimit(place, math.nan, loop, stable_gains(loop)))
-    return tuple(found)
+        result.append(PlaceLimit(place, math.nan, loop, stable_gains(loop)))
+    return tuple(result)
 
 
 NO_GAIN = StableGains(0.0, 0.0, math.nan)
@@ -324,8 +324,8 @@ def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | Non
     alpha = _cut(at) if stands and alpha_m is None else at
     params = station.winch.params._replace(plc=None)
     keyed = Keyed((crane, station), (params, station.winch.geometry, seen, own))
-    found = _closed_circuit_at(keyed, mode, place, alpha, delay)
-    return None if found is None else PlaceLimit(place, alpha, *found)
+    result = _closed_circuit_at(keyed, mode, place, alpha, delay)
+    return None if result is None else PlaceLimit(place, alpha, *result)
 
 
 def _cut(alpha: float) -> float:

@@ -70,12 +70,12 @@ def _crossings(loop: SampledLoop, omega: np.ndarray, L: np.ndarray) -> list[tupl
     brackets = np.nonzero(
         (np.signbit(L.imag[:-1]) != np.signbit(L.imag[1:])) & (np.minimum(L.real[:-1], L.real[1:]) < 0)
     )
-    found = []
+    result = []
     for i in brackets[0]:
         w = root_between(lambda w: at_frequency(loop, w).imag, omega[i], omega[i + 1])
-        found.append((at_frequency(loop, w).real, w))
-    found.append((float(L.real[-1]), float(omega[-1])))
-    return sorted((-1.0 / x, w) for x, w in found if x < 0.0)
+        result.append((at_frequency(loop, w).real, w))
+    result.append((float(L.real[-1]), float(omega[-1])))
+    return sorted((-1.0 / x, w) for x, w in result if x < 0.0)
 
 
 def _between(low: float, high: float) -> float:

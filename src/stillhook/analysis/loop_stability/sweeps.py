@@ -134,8 +134,8 @@ def slow_sweep(
         machine = with_wire_damping(crane, dampings[h])
         places = places_of(masses[j : j + 1], wires[k : k + 1], SWEPT_SPEEDS)
         with contextlib.suppress(StillhookError):
-            found = place_limits(machine, DEFAULT_MODE, places, alpha_m=float(alphas[i]), delay=delay)
-            limits[at] = min(0.0 if p.gains.alone else p.gains.high for p in found)
+            result = place_limits(machine, DEFAULT_MODE, places, alpha_m=float(alphas[i]), delay=delay)
+            limits[at] = min(0.0 if p.gains.alone else p.gains.high for p in result)
     coords = {"wire_zeta": list(dampings), "alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
     data = {"K_p_ms_plc": (tuple(coords), limits, attributes("K_p_ms_plc"))}
     return xarray.Dataset(

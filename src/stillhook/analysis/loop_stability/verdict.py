@@ -133,7 +133,7 @@ def verdict(
         raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to 10 s.")
     law = crane.plant.type.default_mode if mode is None else mode
     speeds = tip_speeds(crane) if v_tip is None else (abs(v_tip),)
-    found = governing(crane, law, loads=loads, wires=wires, speeds=speeds, alpha_m=alpha_m, delay=delay)
+    result = governing(crane, law, loads=loads, wires=wires, speeds=speeds, alpha_m=alpha_m, delay=delay)
     K_p = crane.control.K_p
     published = None
     if not by_engine(crane) and law is DEFAULT_MODE:
@@ -144,9 +144,9 @@ def verdict(
         K_p=K_p,
         t_cycle=crane.control.t_cycle,
         delay=delay,
-        found=found,
-        margins=found.margins(K_p),
-        oscillates=found.oscillates(K_p),
+        found=result,
+        margins=result.margins(K_p),
+        oscillates=result.oscillates(K_p),
         damping=wire_dampings(crane, law, alpha_m=alpha_m, v_tip=v_tip, delay=delay, loads=loads, wires=wires),
         published=published,
     )
@@ -173,11 +173,11 @@ def wire_dampings(
     out = []
     for zeta, name in sorted(whose.items()):
         damped = with_wire_damping(crane, zeta)
-        found = place_limits(damped, mode, places, alpha_m=alpha_m, delay=delay)
-        limit = min((p.gains.high for p in deciding(found, stribeck_speed(crane))), default=math.nan)
-        no_gain = sum(not p.gains.any for p in found)
-        swinging = sum(not p.gains.holds(crane.control.K_p) for p in found)
-        out.append(WireDamping(zeta, name, limit, no_gain, swinging, len(found)))
+        result = place_limits(damped, mode, places, alpha_m=alpha_m, delay=delay)
+        limit = min((p.gains.high for p in deciding(result, stribeck_speed(crane))), default=math.nan)
+        no_gain = sum(not p.gains.any for p in result)
+        swinging = sum(not p.gains.holds(crane.control.K_p) for p in result)
+        out.append(WireDamping(zeta, name, limit, no_gain, swinging, len(result)))
     return tuple(out)
 
 

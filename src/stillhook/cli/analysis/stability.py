@@ -92,33 +92,33 @@ def stability(
         v_tip=None if v_tip is None else parse(v_tip, "speed", "--v-tip"),
         delay=parse(delay, "time", "--delay"),
     )
-    found: list[Any]
+    result: list[Any]
     if full:
         refuse(
             {"--layer": layer},
             "belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
         )
-        found, title = _full(crane, chosen.mode, alphas, at)
+        result, title = _full(crane, chosen.mode, alphas, at)
     elif layer is not None:
         refuse(
             {"--load": load, "--s-w": s_w, "--controller": controller},
             "--layer applies to the published loop only. Leave one of them out.",
         )
-        found, title = [stability_of(crane, a, layer=layer, v_tip=at.v_tip or 0.0, delay=at.delay) for a in alphas], ""
+        result, title = [stability_of(crane, a, layer=layer, v_tip=at.v_tip or 0.0, delay=at.delay) for a in alphas], ""
     else:
-        found, title = [_verdict(crane, chosen.mode, a, at) for a in alphas], None
-    tables = [each.table() for each in found]
+        result, title = [_verdict(crane, chosen.mode, a, at) for a in alphas], None
+    tables = [each.table() for each in result]
     table = tables[0] if len(tables) == 1 else {key: [t[key] for t in tables] for key in tables[0]}
     notes = left_out(crane.sensors)
     table |= {"controller": chosen.name, "notes": [*implausible_values(crane), *notes]}
     if json:
         print_json(table)
     elif title is None:
-        for alpha, v in zip(alphas, found, strict=True):
+        for alpha, v in zip(alphas, result, strict=True):
             _print_verdict(v, chosen.name, alpha)
         print_implausible(crane)
     else:
-        _print_loops(crane, found, title or f"layer {layer}")
+        _print_loops(crane, result, title or f"layer {layer}")
         if not title:
             print(
                 "Published loop only, a reference: what the crane is judged by is the complete plant, without --layer."
@@ -130,7 +130,7 @@ def stability(
             _write(out, crane, alphas, table, at.delay, quiet=json)
         else:
             write_out(out, {"stability.json": table}, quiet=json)
-    raise typer.Exit(0 if all(each.ok for each in found) else 1)
+    raise typer.Exit(0 if all(each.ok for each in result) else 1)
 
 
 class _Place(NamedTuple):

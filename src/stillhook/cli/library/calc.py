@@ -133,8 +133,8 @@ def _steady(name: str, v_w: float, controller: Mode | None = None) -> Rows:
     from stillhook.analysis.steady.steady_state import steady as solve
 
     crane = _crane(name)
-    found = solve(crane, v_w, crane.plant.type.default_mode if controller is None else controller)
-    return {k: float(v) if isinstance(v, float) and math.isfinite(v) else v for k, v in found._asdict().items()}
+    result = solve(crane, v_w, crane.plant.type.default_mode if controller is None else controller)
+    return {k: float(v) if isinstance(v, float) and math.isfinite(v) else v for k, v in result._asdict().items()}
 
 
 def _crane(name: str, layer: int | None = None) -> Crane:

@@ -201,7 +201,7 @@ class Exchange:
             )
 
 
-AGAIN = "Begin the simulation anew."
+AGAIN = "Start the simulation again."
 
 
 def counted(before: Mark, time: float, t_cycle: float) -> tuple[int, float]:

@@ -116,12 +116,12 @@ def _tables(file: str, lines: Sequence[str]) -> dict[int, list[_Line]]:
         elif line.strip() in TITLES:
             order = TITLES.index(line.strip())
             tables[order].setdefault(structure, []).extend(_table(file, lines, i + 1, left_out=2 - order))
-    found = next((by_structure for by_structure in tables if any(by_structure.values())), None)
-    if found is None:
+    result = next((by_structure for by_structure in tables if any(by_structure.values())), None)
+    if result is None:
         raise SeaError(
             f"{file}: holds no table of motions ({TITLES[0]}). Run AQWA-LINE to its stage 5, and give its .lis."
         )
-    return {body: table for body, table in found.items() if table}
+    return {body: table for body, table in result.items() if table}
 
 
 def _table(file: str, lines: Sequence[str], start: int, left_out: int) -> Iterator[_Line]:

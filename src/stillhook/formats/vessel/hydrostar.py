@@ -67,16 +67,16 @@ def read_hydrostar(path: Path, text: str) -> Rao:
     _motion(path.name, text)  # first what is wrong with the file that was given
     motions = [_motion(name, content) for name, content in _beside(path, text)]
     by_dof = {d: [m for m in motions if m.dof == d] for d in range(len(DOFS))}
-    for d, found in by_dof.items():
-        if len(found) > 1:
-            twice = " and ".join(m.file for m in found[:2])
+    for d, result in by_dof.items():
+        if len(result) > 1:
+            twice = " and ".join(m.file for m in result[:2])
             raise SeaError(f"{path.name}: {DOFS[d]} is in {twice} of its folder. Keep the six files of one run there.")
-    if missing := [DOFS[d] for d, found in by_dof.items() if not found]:
+    if missing := [DOFS[d] for d, result in by_dof.items() if not result]:
         raise SeaError(
             f"{path.name}: {', '.join(missing)} is missing: no other .rao file of its folder holds it. Put the files of"
             " all six motions in one folder."
         )
-    six = [found[0] for found in by_dof.values()]
+    six = [result[0] for result in by_dof.values()]
     for m in six[1:]:
         if not (np.array_equal(m.omega, six[0].omega) and np.array_equal(m.degrees, six[0].degrees)):
             raise SeaError(f"{m.file}: has other frequencies or headings than {six[0].file}. Export all six together.")
@@ -110,7 +110,7 @@ def _vessel(path: Path, six: Sequence[_Motion]) -> Rao:
 
 def _beside(path: Path, text: str) -> list[tuple[str, str]]:
     """Names and texts of the motions in the folder of a file, itself first."""
-    found = [(path.name, text)]
+    result = [(path.name, text)]
     for other in sorted(path.parent.glob("*")):
         if other.suffix.lower() != ".rao" or other.name == path.name or not other.is_file():
             continue
@@ -118,8 +118,8 @@ def _beside(path: Path, text: str) -> list[tuple[str, str]]:
             continue
         content = other.read_bytes().decode("utf-8-sig", errors="replace")
         if _MOTION.search(content[:4000]):
-            found.append((other.name, content))
-    return found
+            result.append((other.name, content))
+    return result
 
 
 def _constants(m: _Motion) -> tuple[float, float, tuple[float, float], tuple[float, float, float]]:
@@ -145,10 +145,10 @@ def _motion(file: str, text: str) -> _Motion:
     if not _MOTION.search(head):
         came = quote(kind[1]) if kind else "none"
         raise SeaError(f"{file}: RAOTYPE {came}. Give a file of the motions (RAOTYPE Motion).")
-    found = {key: pattern.search(head) for key, pattern in _KEYS.items()}
-    if missing := [key for key, match in found.items() if match is None]:
+    result = {key: pattern.search(head) for key, pattern in _KEYS.items()}
+    if missing := [key for key, match in result.items() if match is None]:
         raise SeaError(f"{file}: does not state {', '.join(missing)}. Export it again.")
-    component, unit, heading = (match[1].strip() for match in found.values() if match is not None)
+    component, unit, heading = (match[1].strip() for match in result.values() if match is not None)
     if len(set(component)) != 1 or len(component) > 2 or component[0] not in "123456":
         raise SeaError(f"{file}: COMPONENT {component} is not a motion. Allowed: 1 to 6. Export it again.")
     if unit not in UNITS or (unit == "m/m") != (int(component[0]) <= 3):

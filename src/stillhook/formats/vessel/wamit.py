@@ -66,9 +66,9 @@ def read_wamit(path: Path, text: str, stated: Supplement = NOTHING) -> Rao:
     rows, lines = _rows(path.name, text)
     body = stated.body_of(path.name, "bodies", sorted({int(mode - 1) // 6 + 1 for mode in rows[:, 2]}))
     mode = rows[:, 2] - 6 * (body - 1)
-    mine = (mode >= 1) & (mode <= 6) & (rows[:, 0] > 0.0)
+    ours = (mode >= 1) & (mode <= 6) & (rows[:, 0] > 0.0)
     period, degrees, H = _grid(
-        path.name, rows[mine], mode[mine].astype(np.intp) - 1, [lines[i] for i in np.flatnonzero(mine)]
+        path.name, rows[ours], mode[ours].astype(np.intp) - 1, [lines[i] for i in np.flatnonzero(ours)]
     )
     length = 1.0 if stated.length_scale is None else stated.length_scale
     H[3:] /= length

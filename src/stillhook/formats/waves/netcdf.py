@@ -85,10 +85,10 @@ def read_native(path: Path) -> tuple[xarray.Dataset, list[str]]:
     """
     notes: list[str] = []
     data = read_dataset(path)
-    found = next(
+    result = next(
         (n for n, v in data.data_vars.items() if n == "efth" or v.attrs.get("standard_name") == SPECTRUM), "efth"
     )
-    renamed = {str(found): "efth"} if found in data and found != "efth" else {}
+    renamed = {str(result): "efth"} if result in data and result != "efth" else {}
     for ours, theirs in NAMES.items():
         name = next((n for n in theirs if n in data.dims), ours)
         renamed |= {name: ours} if name in data.dims and name != ours else {}

@@ -142,8 +142,8 @@ def _times(
         have = ", ".join(map(quote, table.headings))
         raise WeatherError(f"{table.name}: no column of times among {have}. Name it: time = HEADING {WHERE}.")
     texts = table.column(places[0])
-    if (found := counted(texts)) is not None:
-        time, how = found
+    if (result := counted(texts)) is not None:
+        time, how = result
         if how.endswith("since 1970"):
             return time, set(places), [f"times are {how} (UTC)"]
         zone, note = _zone(table, places, time_zone)
@@ -179,39 +179,39 @@ def _zone(
     texts = [*(headings[i] for i in places), *(units[i] for i in places if i < len(units))]
     stated = next((zone for text in texts if (zone := zone_in(text)) is not None), None)
     stated = stated or zone_of_remarks(table.comments)
-    asked = None if time_zone is None else parse_zone(time_zone, "time_zone")
+    requested = None if time_zone is None else parse_zone(time_zone, "time_zone")
     if stamps is not None:
-        if asked is not None:
+        if requested is not None:
             raise WeatherError(f"{table.name}: its times name their zone, {stamps.text}. Leave time_zone out.")
         return np.timedelta64(0, "s"), ""
-    if stated is not None and stated.ahead is None and asked is None:
+    if stated is not None and stated.ahead is None and requested is None:
         raise WeatherError(
             f"{table.name}: its times are {quote(stated.text)}, and the file does not say how far that is from UTC. Say"
             ' it: time_zone = "UTC+1"; local time with a change in spring and autumn must be exported in UTC.'
         )
-    if stated is not None and stated.ahead is not None and asked is not None and stated.ahead != asked.ahead:
+    if stated is not None and stated.ahead is not None and requested is not None and stated.ahead != requested.ahead:
         raise WeatherError(
             f"{table.name}: the file says that its times are {stated.text}, time_zone says {quote(str(time_zone))}."
             " Leave time_zone out, or correct the file."
         )
-    zone = asked or stated
+    zone = requested or stated
     if zone is None or zone.ahead is None:
         return np.timedelta64(0, "s"), "times taken as UTC: the file names no zone"
     if zone.ahead == 0.0:
-        return np.timedelta64(0, "s"), "times are UTC" if asked is None else "times taken as UTC, as stated"
-    whose = "stated" if asked is not None else f"the file says ({zone.text})"
+        return np.timedelta64(0, "s"), "times are UTC" if requested is None else "times taken as UTC, as stated"
+    whose = "stated" if requested is not None else f"the file says ({zone.text})"
     return np.timedelta64(round(zone.ahead * 3600.0), "s"), f"times moved by {-zone.ahead:+g} h to UTC, as {whose}"
 
 
 def _parts(names: Sequence[str]) -> dict[str, int]:
     """Places of the columns year, month, day, hour and, if there is one, minute; of year, day and hour where days are
     those of the year; nothing where one of them is not there."""
-    found = {part: next((i for i, n in enumerate(names) if n in known), -1) for part, known in _TIMES["parts"].items()}
-    of_year = found["day"] >= 0 and names[found["day"]] not in ("day", "dd")
+    result = {part: next((i for i, n in enumerate(names) if n in known), -1) for part, known in _TIMES["parts"].items()}
+    of_year = result["day"] >= 0 and names[result["day"]] not in ("day", "dd")
     needed = ("year", "day", "hour") if of_year else ("year", "month", "day", "hour")
-    if any(found[part] < 0 for part in needed):
+    if any(result[part] < 0 for part in needed):
         return {}
-    return {part: place for part, place in found.items() if place >= 0 and not (of_year and part == "month")}
+    return {part: place for part, place in result.items() if place >= 0 and not (of_year and part == "month")}
 
 
 def _from_parts(table: TextTable, parts: Mapping[str, int]) -> NDArray[np.datetime64]:

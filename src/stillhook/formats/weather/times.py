@@ -100,8 +100,8 @@ def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str
     with the line."""
     if (times := _iso(texts)) is not None:
         return times
-    if (found := counted(texts)) is not None:
-        return found[0]
+    if (result := counted(texts)) is not None:
+        return result[0]
     fields = [_fields(text, f"{name}: line {line}") for text, line in zip(texts, lines, strict=True)]
     digits = np.array([f[:3] for f in fields], dtype=np.int64)
     chosen = _order(digits, fields, lines, name, order)

@@ -75,8 +75,8 @@ def zone_in(text: str) -> Zone | None:
 
 def zone_of_remarks(lines: Iterable[str]) -> Zone | None:
     """The zone that remarks of a file name, in a line that speaks of times."""
-    found = (zone_in(line) for line in lines if _OF_TIME.search(line))
-    return next((zone for zone in found if zone is not None), None)
+    result = (zone_in(line) for line in lines if _OF_TIME.search(line))
+    return next((zone for zone in result if zone is not None), None)
 
 
 def parse_zone(text: str, where: str) -> Zone:

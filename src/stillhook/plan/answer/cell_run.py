@@ -108,19 +108,19 @@ def governing_run(
     goal = ask.Hs if ask.Hs is not None else min(of.Hs, top)
     heights = [goal] if ask.Hs is not None or goal <= 0.0 else _ladder(goal, top)
     cell = CellRequest(of.phase.name, winch_of(of.phase, of.by), SeaState(goal, ask.Tp, ask.beta), MOST)
-    found: list[_Found] = []
+    result: list[_Found] = []
     for Hs in heights:
         numbers, runs = cells.stored(_at(plan, cell, Hs, MOST))
-        found += [_Found(Hs, k, runs, i) for i, k in enumerate(numbers)]
-    made = not found
+        result += [_Found(Hs, k, runs, i) for i, k in enumerate(numbers)]
+    made = not result
     if made:
         request = _at(plan, cell, heights[0], Search().seeds)
         cells.request([request], progress)
         of_cell = cells.runs[request.cell]
-        found = [_Found(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
-    nearest = min((each.Hs for each in found), key=lambda Hs: _off(Hs, goal))
+        result = [_Found(heights[0], i + 1, of_cell, i) for i in range(len(of_cell["duration"]))]
+    nearest = min((each.Hs for each in result), key=lambda Hs: _off(Hs, goal))
     one_by_one = crosses(of.phase) and plan.environment.swell is None and ask.Hs is None
-    about = [each for each in found if _off(each.Hs, nearest) <= (0.5 * BIN if one_by_one else 0.0)]
+    about = [each for each in result if _off(each.Hs, nearest) <= (0.5 * BIN if one_by_one else 0.0)]
     course = cells.course(of.phase, cell.winch, cell.spot)
     known, still = measures(plan, of.phase, of.by, cell.winch, course), plan.once(calm_of, of.phase)
     judged = [

@@ -356,7 +356,7 @@ def oscillations(plan: LiftPlan, modelled: Chosen) -> list[Cause]:
     wire, source = plan.crane.wire, plan.crane.sources.get("wire.zeta")
     between = [] if None in (wire.zeta_low, wire.zeta_high) else [f"{wire.zeta_low:g} to {wire.zeta_high:g}"]
     known = [*between, UNKNOWN if source is None else source.kind.value]
-    found = []
+    result = []
     for i, alternative in enumerate(modelled.axes.alternatives):
         for k, phase in enumerate(plan.phases):
             zero = (modelled.Hs[i, k, at] == 0.0).any(axis=0)
@@ -365,5 +365,5 @@ def oscillations(plan: LiftPlan, modelled: Chosen) -> list[Cause]:
                 allowed = {"limit": rule.limit, "basis": rule.rule.standard}
                 where = {"phase": phase.name, "speed": phase.speed or 0.0, "n": int(zero.sum()), "of": zero.size}
                 what = {"alternative": alternative.label, "zeta": wire.zeta, "known": known}
-                found.append(cause("oscillates", **what, **where, **allowed))
-    return found
+                result.append(cause("oscillates", **what, **where, **allowed))
+    return result

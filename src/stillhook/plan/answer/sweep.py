@@ -118,7 +118,7 @@ def variants_of(plan: LiftPlan, columns: Sequence[Column]) -> tuple[list[Variant
     """The plan's landing as it is in each column, and in the first of them with other payloads, at other depths and
     with a motion signal that comes late (in time, where the plan's is late); what was left out, with the reason."""
     first = columns[0]
-    found = [_varied(plan, "" if column is first else "period", column) for column in columns]
+    result = [_varied(plan, "" if column is first else "period", column) for column in columns]
     left_out = []
     wanted = [_varied(plan, "payload", first, mass=f * plan.payload.mass) for f in PAYLOADS]
     deepest = _deepest(plan, over_seabed(plan)[-1])
@@ -134,8 +134,8 @@ def variants_of(plan: LiftPlan, columns: Sequence[Column]) -> tuple[list[Variant
         if reason:
             left_out.append(f"{each.name}: {reason}")
         else:
-            found.append(each)
-    return found, left_out
+            result.append(each)
+    return result, left_out
 
 
 def _varied(
@@ -223,10 +223,10 @@ def landing_sweep(
     own = rules.get(TOLERATED[0], math.nan)
     tolerance = np.unique([*TOLERANCES, *([own] if math.isfinite(own) else [])])
     variants, left_out = variants_of(plan, columns)
-    rungs, parts, n_runs = rungs_of(plan), Parts(progress, {v.name: 1.0 for v in variants}), 0
+    steps, parts, n_runs = rungs_of(plan), Parts(progress, {v.name: 1.0 for v in variants}), 0
     table = np.empty((len(variants), len(plan.alternatives), 3, len(tolerance)))
     for v, variant in enumerate(variants):
-        ladder = Ladder.run(variant, rungs, execution, parts(variant.name))
+        ladder = Ladder.run(variant, steps, execution, parts(variant.name))
         known = demands if variant.varied in ("", "period") else ()
         for a, alternative in enumerate(plan.alternatives):
             table[v, a] = ladder.limits(alternative, quantities, tolerance, known)
@@ -237,7 +237,7 @@ def landing_sweep(
         "variant": [v.name for v in variants],
         "alternative": [a.value for a in plan.alternatives],
         "landing_tolerance": tolerance,
-        "height": rungs,
+        "height": steps,
         "Tp": ("variant", [v.column[0] for v in variants]),
         "beta": ("variant", [v.column[1] for v in variants]),
         "mass": ("variant", [v.plan.payload.mass for v in variants]),
@@ -263,16 +263,16 @@ class Ladder:
     def run(cls, variant: Variant, rungs: FloatArray, execution: Execution, progress: Progress) -> Ladder:
         """All runs requested together, so that blocks of lanes are full."""
         plan = variant.plan
-        found = cls(variant, rungs, Work(plan, Search(), Cells(plan, execution), None))
+        result = cls(variant, rungs, Work(plan, Search(), Cells(plan, execution), None))
         asks = [
             CellRequest(
                 line.phase.name, line.winch, line.spot(h), 1 if plan.environment.calm(h) else _seeds(line.alternative)
             )
-            for line in (found._line(phase, a) for phase in plan.phases for a in plan.alternatives)
+            for line in (result._line(phase, a) for phase in plan.phases for a in plan.alternatives)
             for h in (0.0, *map(float, rungs))
         ]
-        found.work.cells.request(merged(asks), progress)
-        return found
+        result.work.cells.request(merged(asks), progress)
+        return result
 
     def _line(self, phase: Phase, alternative: Alternative) -> LimitSearch:
         return LimitSearch(phase, alternative, winch_of(phase, alternative), self.variant.column, math.nan, 0.0)
@@ -282,7 +282,7 @@ class Ladder:
     ) -> FloatArray:
         """The least limits over the phases and quantities (3, tolerance): value and ends of the 95 % interval of the
         wind sea [m]; none above that of a wider tolerance."""
-        found = []
+        result = []
         for phase in self.variant.plan.phases:
             line = self._line(phase, alternative)
             rules = {each.rule.quantity: each for each in limited(self.variant.plan, phase, alternative)}
@@ -291,8 +291,8 @@ class Ladder:
                 H = np.array([self._limit(of, float(t)) for t in tolerance]).T
                 if alternative.twin and quantity in rules:
                     H = lower_of(H, self._by_frequency(line, rules[quantity], tolerance, known))
-                found.append(np.minimum.accumulate(H[:, ::-1], axis=1)[:, ::-1])
-        return np.asarray(np.min(found, axis=0))
+                result.append(np.minimum.accumulate(H[:, ::-1], axis=1)[:, ::-1])
+        return np.asarray(np.min(result, axis=0))
 
     def _limit(self, of: ColumnRuns, tolerance: float) -> FloatArray:
         """Limit of one column at a tolerance with its ends (3,) [m]; inf above the highest height that was run, 0 below
@@ -303,9 +303,9 @@ class Ladder:
         cells = [(h, of.measure.values(runs)) for h, runs in of.cells if h > swell]
         H, n = np.array([h for h, _ in cells]), np.array([len(values) for _, values in cells])
         beyond = np.array([(values > x).sum() for _, values in cells])
-        found = self.work.wind_sea(share_crossing(H, n, beyond, 1.0 - of.measure.of_part()))
-        found = np.where(found > self.rungs[-1], math.inf, np.where(found < self.rungs[0], 0.0, found))
-        return np.minimum(found, [math.inf, self.rungs[-1], math.inf])  # nothing is known above
+        result = self.work.wind_sea(share_crossing(H, n, beyond, 1.0 - of.measure.of_part()))
+        result = np.where(result > self.rungs[-1], math.inf, np.where(result < self.rungs[0], 0.0, result))
+        return np.minimum(result, [math.inf, self.rungs[-1], math.inf])  # nothing is known above
 
     def _by_frequency(
         self, line: LimitSearch, rule: Limited, tolerance: FloatArray, known: Sequence[Demand]

@@ -179,8 +179,8 @@ class CraneChart:
             f"side-lead and off-lead in {judged}: a load that swings freely in air with {self.swing_damping:.2g} of"
             f" critical damping, {vessel}; wind, tug lines and slewing are left out"
         )
-        why = f"side-lead and off-lead NOT JUDGED in {left}: waves and current move the load sideways"
-        return tuple(line for line, names in ((how, judged), (why, left)) if names)
+        reason = f"side-lead and off-lead NOT JUDGED in {left}: waves and current move the load sideways"
+        return tuple(line for line, names in ((how, judged), (reason, left)) if names)
 
 
 def crane_chart(table: LoadChartTable, file: Path, crane: Crane, boom: Boom | None) -> CraneChart:

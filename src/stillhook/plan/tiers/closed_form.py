@@ -176,8 +176,8 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
         ("deck", {}, lambda p: p.kind is PhaseKind.LIFT_OFF),
         ("harmonic", {}, lambda p: p.kind in deep),
     ]
-    found = [(code, values, [p.name for p in plan.phases if of(p)]) for code, values, of in rows]
-    return [cause(f"closed-form-{code}", phases=phases, **values) for code, values, phases in found if phases]
+    result = [(code, values, [p.name for p in plan.phases if of(p)]) for code, values, of in rows]
+    return [cause(f"closed-form-{code}", phases=phases, **values) for code, values, phases in result if phases]
 
 
 def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:

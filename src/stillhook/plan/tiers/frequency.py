@@ -161,13 +161,13 @@ def demands(
 
     plain = [a for a in alternatives if a is not Alternative.PHC][:1]
     linked = [a for a in alternatives if a is Alternative.PHC]
-    asked = [
+    requested = [
         (phase, parts, a) for phase, parts in phases for a in (alternatives if phase.compensated else [*plain, *linked])
     ]
     if threads <= 1:
-        return [demand for each in asked for demand in one(*each)]
+        return [demand for each in requested for demand in one(*each)]
     with ThreadPoolExecutor(threads) as pool:
-        return [demand for made in pool.map(one, *zip(*asked, strict=True)) for demand in made]
+        return [demand for made in pool.map(one, *zip(*requested, strict=True)) for demand in made]
 
 
 def _on_compensator(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip, seas: Seas) -> Demand:

@@ -70,7 +70,7 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
     return seas, (*of_both.notes, *([note] if note else []), heading, *_outside(plan, seas))
 
 
-PER_RECORD = "operability and workable hours count each record by itself, at its best heading, which flatters"
+PER_RECORD = "operability and workable hours count each record at its most favourable heading (upper bound)"
 """What no heading is kept for: both know no operation."""
 
 
@@ -82,7 +82,7 @@ def free_to_turn(directions: bool) -> str:
         )
     return (
         "vessel free to turn, and no direction of waves: they are taken to stay on one side of it through each"
-        " operation, which flatters"
+        " operation (upper bound)"
     )
 
 

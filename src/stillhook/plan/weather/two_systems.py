@@ -112,10 +112,10 @@ def systems(weather: Weather, swell: Mapping[str, Any] | None) -> Systems:
     notes = [f"wind sea and swell apart: the wind sea against the table, the swell against the plan's {beside}"]
     missing = [text for name, text in _LEFT.items() if f"{name}_swell" not in columns]
     notes += (
-        [f"the weather gives no {' and no '.join(missing)} of the swell: not held, which flatters"] if missing else []
+        [f"the weather gives no {' and no '.join(missing)} of the swell: not held (upper bound)"] if missing else []
     )
     if "come_from_swell" in columns and "come_from" not in wind_sea.columns:
-        notes.append("the weather gives no direction of the wind sea: that of the swell is not held, which flatters")
+        notes.append("the weather gives no direction of the wind sea: that of the swell is not held (upper bound)")
     return Systems(wind_sea, swell, True, tuple(notes))
 
 

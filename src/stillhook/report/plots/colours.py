@@ -32,7 +32,7 @@ def colours_of(labels: Iterable[str]) -> dict[str, str]:
     plain = {
         label: start if (start := name.removesuffix(TUNED)) not in known else name for label, name in names.items()
     }
-    found = {label: CONTROLLERS[name] for label, name in plain.items() if name in CONTROLLERS}
-    free = [colour for colour in COLOURS if colour not in found.values()] or list(COLOURS)
-    others = [label for label in names if label not in found]
-    return found | {label: free[i % len(free)] for i, label in enumerate(others)}
+    result = {label: CONTROLLERS[name] for label, name in plain.items() if name in CONTROLLERS}
+    free = [colour for colour in COLOURS if colour not in result.values()] or list(COLOURS)
+    others = [label for label in names if label not in result]
+    return result | {label: free[i % len(free)] for i, label in enumerate(others)}

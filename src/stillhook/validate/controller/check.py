@@ -77,8 +77,8 @@ def causes(crane: Crane, e: ControllerEstimates) -> dict[str, Note]:
         elif m.setting is not None and m.wanted is not None and abs(m.setting - m.wanted) > LEAST_SETTING:
             out["setting"] = Note("motors-at", test=m.test, mode=m.mode, log=m.setting, file=m.wanted)
     for signal, subjects in EXPLAINS.items():
-        if found := [out[k] for k in subjects if k in out]:
-            out[signal] = found[0]
+        if result := [out[k] for k in subjects if k in out]:
+            out[signal] = result[0]
     return out
 
 

@@ -84,8 +84,8 @@ def frictions(parts: Sequence[LogPart]) -> tuple[Friction, ...]:
     wire) are fitted as well.
     Source: Moslatt 2020 eqs 2.3 and 2.15.
     """
-    found = fits([p for p in parts if not missing(p)], _rows)
-    return tuple(_friction(f) for f in found if np.isfinite(f.columns[-1]).any())
+    result = fits([p for p in parts if not missing(p)], _rows)
+    return tuple(_friction(f) for f in result if np.isfinite(f.columns[-1]).any())
 
 
 def overall(tests: Sequence[Friction]) -> Estimate | None:

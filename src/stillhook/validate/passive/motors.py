@@ -211,8 +211,8 @@ def setting(parts: Sequence[LogPart]) -> ByTest | None:
     """Measured setting of the passive motors over that of the law, less 1, of every test that carries a load (below
     `LEAST_LOAD` the zero of the load cell decides); None without the signals."""
     usable = [p for p in parts if p.has("alpha_pm", "F_w", "p_hp") and p.weight > LEAST_LOAD * p.crane.SWL * G]
-    found = fits(usable, lambda p: _of_law(displacement_by_weight(p), p, "alpha_pm"))
-    return ByTest.of({f.test: f.fit.estimate(0, -1.0) for f in found})
+    result = fits(usable, lambda p: _of_law(displacement_by_weight(p), p, "alpha_pm"))
+    return ByTest.of({f.test: f.fit.estimate(0, -1.0) for f in result})
 
 
 def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:

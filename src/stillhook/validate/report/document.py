@@ -286,8 +286,8 @@ def deviations_table(validation: Validation) -> pandas.DataFrame | None:
     figures 11 to 13."""
     import pandas as pd
 
-    found = (s.estimates for s in validation.steps if s.number is StepNumber.AHC)
-    parts = [c.windows for estimates in found if estimates is not None for c in estimates.comparisons]
+    result = (s.estimates for s in validation.steps if s.number is StepNumber.AHC)
+    parts = [c.windows for estimates in result if estimates is not None for c in estimates.comparisons]
     if not parts:
         return None
     columns = {

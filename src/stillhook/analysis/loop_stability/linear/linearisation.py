@@ -127,8 +127,8 @@ def linearise(point: OperatingPoint, *, kinks: bool = True) -> Linear:
     steps = [step_of(name) for name in (*states, *inputs)]
     J, rough = jacobian(values, start, steps) if kinks else (slopes(values, start, steps), [])
     names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
-    found = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
-    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, found)
+    result = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
+    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, result)
 
 
 def _plant(point: OperatingPoint) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -169,7 +169,7 @@ def curves(result: PlanResult) -> Figure:
     first = axes[0, 0]
     first.set_ylim(0.0, 1.04 * highest_shown(result))
     kit.axis(first, y="limiting significant wave height Hs [m]", size="small")
-    for ls, label in (("--", "twin, before credit"), (":", "closed form alone")):
+    for ls, label in (("--", "simulated (not creditable)"), (":", "closed form alone")):
         first.plot([], [], color=GREY, ls=ls, label=label)
     kit.legend_below(figure, [first], 4)
     return figure

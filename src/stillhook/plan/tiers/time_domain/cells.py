@@ -102,7 +102,7 @@ def _peaks(data: xarray.Dataset, each: tuple[IntArray, IntArray], k: int) -> dic
     dt = data["peak_interval"].values
     begin = np.nan_to_num(np.ceil(data["stage_t_begin"].values[each] / dt - 1e-6)).astype(int)
     late = round(WINDOW / float(dt.min()))
-    found = {}
+    result = {}
     for name in OF_INTERVAL:
         source = "F_sling_max" if name == "DAF" else name
         skip = late if name.endswith("_pp") else 0
@@ -111,8 +111,8 @@ def _peaks(data: xarray.Dataset, each: tuple[IntArray, IntArray], k: int) -> dic
         values = np.take_along_axis(table, columns, axis=1)
         if name == "DAF":
             values = values * (data["stage_DAF"].values[each] / data["stage_F_sling_max"].values[each])[:, None]
-        found[PEAKS + name] = values
-    return found
+        result[PEAKS + name] = values
+    return result
 
 
 SEEDS = 1000
@@ -194,8 +194,8 @@ class Cells:
         self._run(self._filled(missing), progress)
         self._still |= {still: self.runs[cell] for still, cell in first.items()}
         self.runs |= {cell: self._still[still] for cell, still in calms.items()}
-        for phase, winch, spot in (request.cell for request in wanted):
-            self._heights.setdefault((phase, winch, spot.Tp, spot.beta), set()).add(spot.Hs)
+        for phase, winch, sea_state in (request.cell for request in wanted):
+            self._heights.setdefault((phase, winch, sea_state.Tp, sea_state.beta), set()).add(sea_state.Hs)
 
     def _filled(
         self, missing: Mapping[tuple[str, Winch, SeaState], CellRequest]

@@ -127,7 +127,7 @@ class CrossingSearch:
         few, and kept once they are many, until the answer."""
         key = ("feature", lines[0].phase.name, lines[0].winch, rule.rule.key)
         features = [self.features(line, a) for line, a in zip(lines, about, strict=True)]
-        found = crossing_limits(
+        result = crossing_limits(
             columns,
             features,
             self.work.bands(rule),
@@ -137,13 +137,13 @@ class CrossingSearch:
             feature=None if n_draws else self.known.get(key),
         )
         if sum(len(runs["duration"]) for column in columns for _, runs in column.cells) >= MANY_RUNS:
-            self.known[key] = found.feature
+            self.known[key] = result.feature
         if n_draws == 0:
-            return found
+            return result
         quantity = rule.rule.quantity
         bins = [self.work.runs_of(line, quantity, a, bins=True) for line, a in zip(lines, about, strict=True)]
-        limits = self._held_to_cells(rule, bins, found.limits)
-        return replace(found, limits=limits)
+        limits = self._held_to_cells(rule, bins, result.limits)
+        return replace(result, limits=limits)
 
     def _held_to_cells(self, rule: Limited, columns: Sequence[ColumnRuns], limits: CurveLimits) -> CurveLimits:
         """Limits none of which is below a bin of runs that is well inside, nor above one that is beyond to 95 %."""

@@ -105,13 +105,13 @@ def crossing_limits(
         best = max(tried, key=lambda each: tried[each].evidence)
     fit = _fit(columns, features, runs, best, expected, p, coarse=n_draws == 0)
     ln_f = best.power * np.log(np.array([each.many[best.name] for each in features]))
-    found = fit.limits(ln_f, p, draws=max(n_draws, 100))
+    result = fit.limits(ln_f, p, draws=max(n_draws, 100))
     tops = np.array([max((Hs for Hs, _ in column.cells), default=0.0) for column in columns])
     x_limit = np.array([x_limit_of(column.measure, bands[0][1]) for column in columns])
     calm = np.array([column.still for column in columns]) > x_limit * (1.0 + ROUNDING)
-    half = 0.5 * (found.high - found.low)
-    Hs, low, high = (np.exp(np.minimum(x, 10.0)) for x in (found.value, found.low, found.high))
-    draws = np.exp(np.minimum(found.draws, 10.0)) if n_draws else np.full((0, len(columns)), np.nan)
+    half = 0.5 * (result.high - result.low)
+    Hs, low, high = (np.exp(np.minimum(x, 10.0)) for x in (result.value, result.low, result.high))
+    draws = np.exp(np.minimum(result.draws, 10.0)) if n_draws else np.full((0, len(columns)), np.nan)
     ends = bands[-2][0] if len(bands) > 1 else math.inf  # where the limit itself ends
     Hs, low, high, draws = (np.minimum(x, ends) for x in (Hs, low, high, draws))
     inside = np.bincount(runs.column, runs.beyond, minlength=len(columns)) == 0
@@ -240,13 +240,13 @@ def next_heights(Hs: Sequence[float], limit: float, half: float, guess: float, h
         return []
     else:
         wanted = [max(Hs) * CLIMB ** (0.5 * (k + 1)) for k in range(2)]
-    found: list[float] = []
+    result: list[float] = []
     for h in wanted:
         at = on_grid(min(h, highest))
         free = (on_grid(at + k * GRID) for n in range(math.ceil(highest / GRID) + 1) for k in (n, -n))
-        inside = (z for z in free if 0.0 < z <= highest * (1.0 + ROUNDING) and z not in Hs and z not in found)
-        found += [z for z in (next(inside, None),) if z is not None]
-    return found
+        inside = (z for z in free if 0.0 < z <= highest * (1.0 + ROUNDING) and z not in Hs and z not in result)
+        result += [z for z in (next(inside, None),) if z is not None]
+    return result
 
 
 def on_grid(Hs: float) -> float:

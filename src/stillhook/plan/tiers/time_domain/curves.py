@@ -256,36 +256,36 @@ def limits_of_curve(
     beyond_calm = curve.still > x_limit * (1.0 + ROUNDING)
     Hs, low, high, half = (np.full(n, np.nan) for _ in range(4))
     direct, draws = np.full(n, np.inf), np.full((0, n), np.nan)
-    found = known = np.zeros(n, dtype=np.bool_)
+    result = known = np.zeros(n, dtype=np.bool_)
     if curve.fit is not None:
         y = np.log(x_limit - curve.still, out=np.full(n, LOWEST), where=x_limit > curve.still)
         crossing, known = curve.fit.crossing(y), ~np.isnan(curve.fit.level)
         direct = np.where(known, curve.about * np.exp(np.minimum(crossing.h, 10.0)), np.inf)
-        found = known & (direct <= BEYOND_CELLS * top) & ~beyond_calm
-        inside = known & at_top & ~found & ~beyond_calm
+        result = known & (direct <= BEYOND_CELLS * top) & ~beyond_calm
+        inside = known & at_top & ~result & ~beyond_calm
         draws, rng = np.full((n_draws, n), np.nan), np.random.default_rng(_stream(curve))
         if inside.any():
             about_top = curve.fit.around(np.log(top / curve.about))[inside]
             of_top = _spread(about_top, np.log(top[inside]), y[inside] - about_top.level, rng, n_draws)
             low[inside], draws[:, inside] = np.where(of_top.low > 0.0, of_top.low, np.nan), of_top.draws
             high[inside] = np.where(of_top.low > 0.0, np.inf, np.nan)
-        if found.any():
-            smooth, about = _smoothed(curve, crossing, direct, found, expected, n_draws), crossing[found]
+        if result.any():
+            smooth, about = _smoothed(curve, crossing, direct, result, expected, n_draws), crossing[result]
             errors = about.slope * (smooth.draws - smooth.value)
             of = _spread(
                 replace(about, var=about.slope**2 * smooth.var),
                 smooth.value,
-                np.zeros(found.sum()),
+                np.zeros(result.sum()),
                 rng,
                 n_draws,
                 errors,
             )
-            Hs[found], low[found], high[found], half[found] = np.exp(smooth.value), of.low, of.high, of.half
-            draws[:, found] = of.draws
-    open_ = ~found & ~beyond_calm
+            Hs[result], low[result], high[result], half[result] = np.exp(smooth.value), of.low, of.high, of.half
+            draws[:, result] = of.draws
+    open_ = ~result & ~beyond_calm
     Hs[open_] = np.where(at_top[open_], np.inf, np.nan)
     low[open_ & ~at_top] = top[open_ & ~at_top]
-    past = found & (Hs > highest)
+    past = result & (Hs > highest)
     Hs = np.where(past, np.where(at_top, np.inf, highest), Hs)
     high, draws = (np.where(x > highest, np.inf, x) for x in (high, draws))
     for ends in (Hs, low, high):
@@ -399,9 +399,9 @@ def limits_in_bands(
     """As `limits_of_curve` for a limit that depends on the height: bands of a height up to which [m], rising, and the
     limit x (c,) there. The limit is that of a band within it, or the height of a band where the next one is beyond at
     once."""
-    found = [_where_near(curve, x_limit, highest, expected, n_draws) for _, x_limit in bands]
-    if len(found) == 1:
-        return found[0]
+    results = [_where_near(curve, x_limit, highest, expected, n_draws) for _, x_limit in bands]
+    if len(results) == 1:
+        return results[0]
     tops = [top for top, _ in bands]
 
     def first(tables: Sequence[FloatArray]) -> FloatArray:
@@ -412,17 +412,17 @@ def limits_in_bands(
             bottom = top
         return result
 
-    Hs = first([each.Hs for each in found])
+    Hs = first([each.Hs for each in results])
     top = curve.tops
     open_ = np.isposinf(Hs) & (top < highest * (1.0 - ROUNDING))
-    draws = [each.draws for each in found]
+    draws = [each.draws for each in results]
     same = len({len(each) for each in draws}) == 1
     return CurveLimits(
         np.where(open_, np.nan, Hs),
-        np.where(open_, top, first([np.where(np.isnan(each.low), each.Hs, each.low) for each in found])),
-        np.where(open_, np.nan, first([np.where(np.isnan(each.high), each.Hs, each.high) for each in found])),
-        found[0].half,
-        first([each.direct for each in found]),
+        np.where(open_, top, first([np.where(np.isnan(each.low), each.Hs, each.low) for each in results])),
+        np.where(open_, np.nan, first([np.where(np.isnan(each.high), each.Hs, each.high) for each in results])),
+        results[0].half,
+        first([each.direct for each in results]),
         np.where(open_, np.nan, first(draws)) if same and len(draws[0]) else np.full((0, len(Hs)), np.nan),
     )
 

@@ -97,7 +97,7 @@ def measures(
         return Measure(x, q=q, times=times, length=course.counted, factor=factor, offset=offset)
 
     whole = 1.0 / winch.left
-    found = {
+    result = {
         "F_top_max": top("F_w_max", "F_top_max", course.swings),
         "DAF": top("DAF", "DAF", course.swings),
         "load_pp": top("load_pp", "load_pp", course.swings),
@@ -105,22 +105,22 @@ def measures(
         "v_tip_max": top("v_tip_max", "v_tip_max", factor=whole),
     }
     if phase.kind is PhaseKind.LANDING:
-        found["v_landed"] = top("v_landed", "v_landed", 1.0)
+        result["v_landed"] = top("v_landed", "v_landed", 1.0)
     else:
-        found |= _slings(plan, phase, course)
+        result |= _slings(plan, phase, course)
     if not compensates:
-        found["v_w_demand"] = top("v_w_max", "v_w_demand")
+        result["v_w_demand"] = top("v_w_max", "v_w_demand")
     elif not alternative.stands:
-        found["v_w_demand"] = top("v_tip_max", "v_w_demand", factor=whole, offset=stick)
+        result["v_w_demand"] = top("v_tip_max", "v_w_demand", factor=whole, offset=stick)
     if compensates:
-        found["e_c_pp"] = top("e_c_pp" if alternative.twin else "s_tip_pp", "e_c_pp")
+        result["e_c_pp"] = top("e_c_pp" if alternative.twin else "s_tip_pp", "e_c_pp")
     if alternative.twin or not compensates:
-        found["p_a_max"] = top("p_a_max", "p_a_max")
+        result["p_a_max"] = top("p_a_max", "p_a_max")
         for share in ("saturation", "oscillation", "relief", "power", "stroke"):
-            found[f"{share}_share"] = Measure(f"{share}_time", Statistic.MEAN)
+            result[f"{share}_share"] = Measure(f"{share}_time", Statistic.MEAN)
     if alternative is Alternative.PHC:
-        found["compensator_share"] = Measure(ROD_AT_END, Statistic.MEAN)
-    return found
+        result["compensator_share"] = Measure(ROD_AT_END, Statistic.MEAN)
+    return result
 
 
 def _slings(plan: LiftPlan, phase: Phase, course: Course) -> dict[str, Measure]:

@@ -169,8 +169,8 @@ class Work:
         """Where the search begins in the columns of a phase under an alternative that have no runs: the prediction, by
         as much higher or lower as it was too low or too high in columns of about this period."""
         of = [line for line in lines if 0.0 < line.predicted < math.inf]
-        found = [line for line in of if line.pilot and (line.placed or line.resolved) and line.provisional > 0.0]
-        known = [(math.log(line.column[0]), math.log(line.provisional / line.predicted)) for line in found]
+        result = [line for line in of if line.pilot and (line.placed or line.resolved) and line.provisional > 0.0]
+        known = [(math.log(line.column[0]), math.log(line.provisional / line.predicted)) for line in result]
         if not known:
             return
         ln_T, off = np.array(sorted(known)).T
@@ -339,8 +339,8 @@ class Work:
             crossed = self.crosses(lines[0]) and of[0].measure.statistic is Statistic.LARGEST
             try:
                 if crossed:
-                    found = self.crossings.judge(lines, each, of, about, guess, n_draws)
-                    limits[each.rule.key], features[each.rule.key] = found.limits, found.feature
+                    result = self.crossings.judge(lines, each, of, about, guess, n_draws)
+                    limits[each.rule.key], features[each.rule.key] = result.limits, result.feature
                     continue
                 if self.crosses(lines[0]):
                     quantity = each.rule.quantity
@@ -376,10 +376,10 @@ class Work:
         used = used_of(rule, columns[0].measure, levels, self.wind_sea(levels.Hs))
         least, most = self.wind_sea(inside_up_to(levels, used)), self.wind_sea(beyond_from(columns, levels, bands))
         Hs = np.fmin(np.maximum(limits.Hs, least), most)
-        sure = np.fmin(self.wind_sea(surely_inside(columns, levels, bands, self.all_waves(Hs))), Hs)
-        low = np.fmin(np.where(sure > 0.0, np.fmax(limits.low, sure), limits.low), Hs)
+        certain = np.fmin(self.wind_sea(surely_inside(columns, levels, bands, self.all_waves(Hs))), Hs)
+        low = np.fmin(np.where(certain > 0.0, np.fmax(limits.low, certain), limits.low), Hs)
         high = np.where(limits.high < Hs, Hs, limits.high)
-        draws = np.minimum(np.maximum(limits.draws, np.where(limits.Hs < least, least, sure)), most)
+        draws = np.minimum(np.maximum(limits.draws, np.where(limits.Hs < least, least, certain)), most)
         return curve, replace(limits, Hs=Hs, low=low, high=high, draws=draws)
 
     def bands(self, rule: Limited) -> list[tuple[float, float]]:

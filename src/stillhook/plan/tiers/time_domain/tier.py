@@ -54,8 +54,8 @@ def landing(work: Work) -> xarray.Dataset | None:
     Hs = snapped(min(best, max(work.plan.environment.Hs)))
     if not best > 0.0:
         return None
-    spot, seeds = SeaState(Hs, *column), LANDINGS
-    asks = {a: CellRequest(phase.name, winch_of(phase, a), spot, seeds) for a in work.plan.alternatives}
+    sea_state, seeds = SeaState(Hs, *column), LANDINGS
+    asks = {a: CellRequest(phase.name, winch_of(phase, a), sea_state, seeds) for a in work.plan.alternatives}
     work.cells.request(merged(list(asks.values())))
     rows = np.array([work.cells.runs[ask.cell]["v_landed"][:seeds] for ask in asks.values()])
     rules = limited(work.plan, phase, work.plan.alternatives[0])
@@ -217,12 +217,12 @@ def _limits(work: Work, phase: Phase, alternative: Alternative, failures: Failur
     draws: dict[str, FloatArray] = {}
     place = [i for i, line in enumerate(lines) if line.column in judged.columns]
     of = [judged.columns.index(lines[i].column) for i in place]
-    for key, found in judged.limits.items():
-        for table, values in ((Hs, found.Hs), (low, found.low), (high, found.high)):
+    for key, result in judged.limits.items():
+        for table, values in ((Hs, result.Hs), (low, result.low), (high, result.high)):
             table[key][place] = values[of]
-        if len(found.draws):
-            draws[key] = np.full((len(found.draws), len(lines)), np.nan)
-            draws[key][:, place] = found.draws[:, of]
+        if len(result.draws):
+            draws[key] = np.full((len(result.draws), len(lines)), np.nan)
+            draws[key][:, place] = result.draws[:, of]
     for key, reason in judged.failed.items():
         Hs[key][place] = 0.0
         failures.reasons[f'limit by "{key}", {phase.name}, {alternative}: 0 m in its place'] = reason
@@ -276,7 +276,7 @@ def _of_cells(work: Work, columns: Sequence[Column], rows: Sequence[_Cell], q: s
     of = [work.runs_of(every[c], q, work.height(work.heights(every[c])[0]), bins=bins) for c in columns]
     counted = bool(of) and of[0].measure.statistic is Statistic.CHANCE
     levels, place = None if counted else cell_levels(of), {column: i for i, column in enumerate(columns)}
-    found = np.full((3, len(rows)), np.nan)
+    result = np.full((3, len(rows)), np.nan)
     for k, (line, h, runs) in enumerate(rows):
         measure = work.measures(line)[q]
         if measure.statistic is Statistic.CHANCE:
@@ -286,8 +286,8 @@ def _of_cells(work: Work, columns: Sequence[Column], rows: Sequence[_Cell], q: s
             estimate = _estimate(measure, x, x, x)
         else:
             estimate = _estimate(measure, *levels.at(place[line.column], work.height(h)))
-        found[:, k] = estimate.value, estimate.low, estimate.high
-    return found
+        result[:, k] = estimate.value, estimate.low, estimate.high
+    return result
 
 
 def _estimate(measure: Measure, *x: float) -> Estimate:
@@ -305,7 +305,7 @@ def chance(measure: Measure, runs: Mapping[str, FloatArray]) -> Estimate:
 
 def _runs(cells: Cells) -> dict[str, Any]:
     calm = cells.plan.environment.calm
-    sizes = [len(runs["duration"]) for (_, _, spot), runs in cells.runs.items() if not calm(spot.Hs)]
+    sizes = [len(runs["duration"]) for (_, _, sea_state), runs in cells.runs.items() if not calm(sea_state.Hs)]
     return {
         "n": cells.n_runs,
         "n_failed": cells.n_failed,
