@@ -219,8 +219,8 @@ class DriveComparison:
         )
 
     def better(self, name: str) -> dict[str, list[str]]:
-        """Drive -> drives that it is distinguished from, and better than, among those that reach the speed of full command
-        that was asked for."""
+        """Drive -> drives that it is distinguished from, and better than, among those that reach the requested speed of
+        full command."""
         bands = {run.name: Band(math.nan, math.nan) if run.short else run.band(name) for run in self.runs}
         return {a: [b for b in bands if bands[a].high < bands[b].low] for a in bands}
 
@@ -254,20 +254,18 @@ class DriveComparison:
         groups = [group for group in fast if group]
         if not groups:
             return f"By {by}: not ranked, as no drive has the {fmt(self.v_top, 'speed', 3)} of full command."
-        best, sentences = groups[0], []
+        best, parts = groups[0], []
         if len(best) == 1:
-            sentences.append(
-                f"{best[0]} is best" if len(groups) > 1 else f"{best[0]} alone is fast enough to be ranked"
-            )
+            parts.append(f"{best[0]} is best" if len(groups) > 1 else f"{best[0]} alone is fast enough to be ranked")
         elif len(best) > 1:
-            sentences.append(f"not distinguished: {', '.join(best)}")
+            parts.append(f"not distinguished: {', '.join(best)}")
             within = {a: [b for b in better[a] if b in best] for a in best}
             known = [f"{a} is better than {' and '.join(others)}" for a, others in within.items() if others]
-            sentences[0] += f" (but {', and '.join(known)})" if known else ""
+            parts[0] += f" (but {', and '.join(known)})" if known else ""
         for group in groups[1:]:
-            sentences.append(f"then {group[0]}" if len(group) == 1 else f"then, not distinguished: {', '.join(group)}")
-        sentences += [f"not ranked: {drive}, {short}" for drive, short in slow.items()]
-        return f"By {by}: {'; '.join(sentences)}."
+            parts.append(f"then {group[0]}" if len(group) == 1 else f"then, not distinguished: {', '.join(group)}")
+        parts += [f"not ranked: {drive}, {short}" for drive, short in slow.items()]
+        return f"By {by}: {'; '.join(parts)}."
 
     def ordered(self) -> list[DriveRun]:
         """Runs by error: the best first where they are distinguished, by their value within a group; without a value
