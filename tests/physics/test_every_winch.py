@@ -15,7 +15,6 @@ from tests.engine.runs import run_many, run_one
 from tests.engine.test_c99 import SAME, compile_c
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.summary import limits_passed
@@ -300,7 +299,7 @@ def test_a_finer_step_gives_the_same(name: str) -> None:
 
 def series(name: str, cases: list[Scenario], other: Callable[[Any], Any] | None = None) -> np.ndarray:
     """Time series of cases side by side, by another kernel than that of a driver where one is named."""
-    ready = [Ready(pack(WINCHES[name].crane, case), CycleInputs(WINCHES[name].crane, case)) for case in cases]
+    ready = [Ready.of(WINCHES[name].crane, case) for case in cases]
     block = ScenarioBlock(ready, lanes=len(cases), n_sub=2, every=1)
     if other is not None:
         block.d = replace(block.d, run=other(block.d))

@@ -369,7 +369,6 @@ def test_a_run_that_no_store_holds_is_made_once_and_written_with_what_lowers_it(
     ("options", "says"),
     [
         (("--out", "out", "--check"), "--check"),
-        (("--out", "out", "--quick"), "--quick"),
         (("--out", "out", "--tier", "frequency"), "leave --tier out"),
         ((), "Give --out"),
     ],

@@ -47,7 +47,7 @@ def test_a_draw_is_what_a_user_may_write(seed, tmp_path):
     assert 0.05 * plan.crane.SWL < plan.payload.mass < 0.65 * plan.crane.SWL
     ship = read_vessel(tmp_path / "vessel.csv")
     assert verdict_of(ship, long_wave_test(ship))[0] == "fits"
-    assert drawn.compare[:2] == ("compare", "--crane")
+    assert drawn.compare[:2] == ("compare", str(tmp_path / CRANE))
     assert len(drawn.places) == 2
 
 
