@@ -331,14 +331,33 @@ def compare(
     step: str | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Run one scenario under several controllers (default the crane's usual ones: NS, HS and SSC on a closed circuit)
-    with time series every 0.1 s.
+    """Run one scenario under several controllers, with time series every 0.1 s.
 
-    step: integration step, default as in `simulate`.
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    case : Scenario
+        What is done to it; its own mode is replaced.
+    modes : sequence of Mode or str, optional
+        Controllers; default the crane's usual ones: NS, HS and SSC on a closed circuit.
+    step : str, optional
+        Integration step, such as "2 ms"; default as in `stillhook.simulate`.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
 
-    Errors: ScenarioError, one line, for an unknown mode, an empty list, or a scenario that is not possible with this
-    crane.
+    Returns
+    -------
+    Comparison
+        The runs by mode; `table()` gives their figures.
 
+    Raises
+    ------
+    ScenarioError
+        One line, for an unknown mode, an empty list, or a scenario that is not possible with this crane.
+
+    Examples
+    --------
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
     >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="20 s")
