@@ -134,8 +134,7 @@ class Controller:
 
 
 def controller(name_or_path: str | Path | Controller) -> Controller:
-    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name; one that is a controller already
-    is kept.
+    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name.
 
     A file gives the motor law and what differs from the crane, each number with its unit::
 
@@ -149,7 +148,20 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
     `level-1` to `ssc-cubic` run with the crane's own settings; `strong-ssc` is SSC with the gain that the margins allow
     and a time-aligned reference (`strong_ssc`).
 
-    Errors: SpecError of one line for a name or a file that is no controller.
+    Parameters
+    ----------
+    name_or_path : str, Path or Controller
+        Name or file; one that is a controller already is kept.
+
+    Returns
+    -------
+    Controller
+        Mode and what it changes on the crane.
+
+    Raises
+    ------
+    SpecError
+        One line, for a name or a file that is no controller.
     """
     if isinstance(name_or_path, Controller):
         return name_or_path

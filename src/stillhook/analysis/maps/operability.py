@@ -63,22 +63,8 @@ def map_of(
     client: Any = None,
     progress: Progress | None = None,
 ) -> Map:
-    """One run for every controller, load and speed (and layer, and period), statistics alone.
-
-    Parameters
-    ----------
-    controllers: names, paths of TOML files (`stillhook.analysis.controllers`) or Controller objects.
-    loads, speeds, periods: texts with units; several with commas between them, or a range "10 m/min to 120 m/min by 10
-    m/min". Loads may be parts of the SWL, "20 % to 100 % by 10 %". speeds are peak speeds of the tip. s_w, layers: see
-    `axes_of`. period: of the sine that is the motion by default. motion: another motion, made larger or smaller in
-    every cell until its highest speed between warm_up and duration is the cell's; its times stay. Paper E's velocity
-    profile (figure 6) is not printed as numbers. duration, warm_up: length of each run, and its start that does not
-    count; the peak-to-peak error is that of the part that counts, at most of 30 s. The tip's motion grows over the
-    first 10 s, or over the warm-up where that is shorter. step, threads, store, client, progress: as in
-    `stillhook.simulate`.
-
-    Errors: ScenarioError, UnitError, SpecError, MotionError, one line each, before anything runs.
-    Source: Moslatt 2020 paper E section 4.
+    """One run for every controller, load and speed (and layer, and period), statistics alone: `operability_map` before it
+    is made a Dataset, with its parameters and errors.
     """
     axes, chosen, cranes, cases = cells_of(
         crane,

@@ -67,12 +67,13 @@ def parse_wave(text: str, where: str = "") -> Peaks:
 
 
 def parse_sea(text: str, *, heading: str | None = None, spread: float | None = None, where: str = "") -> Sea:
-    """A sea from text; each of its wave trains may have its own `heading=150 deg` and `spread=4`, else those given here.
+    """A sea from text.
 
     Parameters
     ----------
     text : str
-        Spectra as in `parse_wave`, such as "jonswap Hs=2 m Tp=9 s gamma=3.3".
+        Spectra as in `parse_wave`, such as "jonswap Hs=2 m Tp=9 s gamma=3.3"; each wave train may have its own
+        `heading=150 deg` and `spread=4`, else those given here.
     heading : str, optional
         Direction in which waves travel, counter-clockwise from the bow, such as "180 deg" ("0 deg" following, "90 deg"
         coming from starboard, "180 deg" head sea).
