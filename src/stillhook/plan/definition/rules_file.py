@@ -108,8 +108,21 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         [simplified]                  # numbers of the closed form, see SETTINGS
         zeta_a = 0.9
 
-    Errors: PlanError (SpecError where it is no TOML, UnitError for a limit) of one line that names file, rule, what
-    came, what is allowed.
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the library, or path of the file.
+
+    Returns
+    -------
+    RuleSet
+        The rules.
+
+    Raises
+    ------
+    PlanError
+        One line that names file, rule, what came, what is allowed; SpecError where it is no TOML, UnitError for a
+        limit.
     """
     name = str(name_or_path)
     if name in rule_sets():

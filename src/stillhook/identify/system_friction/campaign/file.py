@@ -166,7 +166,20 @@ def load_campaign(path: str | Path) -> Campaign:
         not) h_tip = "30 m"                # crane tip above the water line: with depth, or instead of it, where s_w
         states the other
 
-    Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Campaign
+        The crane and its tests.
+
+    Raises
+    ------
+    StillhookError
+        One line that names file, field, what came and what is allowed.
     """
     return read_toml(path, FileKind.FRICTION_CAMPAIGN, IdentifyError, _campaign)
 
