@@ -88,8 +88,8 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         drop = ["control-error"]
         [[rule]]                      # changes the rule of this key: what is not given stays
         key = "landing-speed"
-        at_most = "0.3 m/s"           # a quantity, a number or "5 %", or a capacity of the crane such as "1.2 x
-        SWL_tip" standard = "Installation manual of the template"
+        at_most = "0.3 m/s"           # a quantity, a number or "5 %", or "1.2 x SWL_tip" of the crane
+        standard = "Installation manual of the template"
         [[rule]]                      # a key that the base does not have adds a rule
         key = "slack-chance"
         title = "Chance of slack slings"
