@@ -127,7 +127,7 @@ def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT
     Raises
     ------
     StillhookError
-    Where there is no such series, it is not evenly spaced, or the window is shorter than the spacing of the series.
+        Where there is no such series, it is not evenly spaced, or the window is shorter than the spacing of the series.
     UnitError
         For a window without its unit.
 

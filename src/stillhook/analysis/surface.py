@@ -131,8 +131,7 @@ def sweep(
         The quantity; default "alpha_m".
     values : sequence of str or float, optional
         With their unit, such as ["0 ms", "50 ms"]; plain numbers of displacements and layers alone; default a range
-        about
-        the crane's own.
+        about the crane's own.
     alpha_m : float, default 1.0
         Displacement in sweeps over something else [-].
     delay : str, default "0 s"

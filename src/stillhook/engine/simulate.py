@@ -194,9 +194,8 @@ def simulate(
         What is done to it. A list adds the dimension "case".
     step : str, optional
         Integration step, at most the PLC cycle and a whole part of it; default 2 ms with series, 5 ms for statistics
-        alone
-        (a lowering 5 ms, and down to 1 ms where a stiff winch asks for it), or the next shorter step that the PLC cycle
-        allows.
+        alone (a lowering 5 ms, and down to 1 ms where a stiff winch asks for it), or the next shorter step that the PLC
+        cycle allows.
     every : str, optional
         Spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there
         is.
@@ -204,8 +203,7 @@ def simulate(
         Store time series; default True for one case, False for a list (statistics alone, sixteen cases side by side).
     sampling : str, optional
         Spacing at which extremes, sums and energies of a lowering are taken, a whole number of PLC cycles of which
-        `every`
-        is a multiple; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md).
+        `every` is a multiple; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md).
     end : {"duration", "programme"}
         "programme" ends a lowering soon after its programme; default after its duration.
     on_failure : {"raise", "mark"}
@@ -226,8 +224,7 @@ def simulate(
     Dataset
         Summary of every case, and the series over "time" [s]; names, units and meaning from `stillhook.variables`. Its
         attributes hold crane, scenarios, version, kernel and step: `stillhook.formats.results.rerun` repeats the run
-        from
-        them.
+        from them.
 
     Raises
     ------

@@ -191,8 +191,7 @@ def friction_curve(
     -----
     With a position, both directions are compared place by place on the way that both passed at steady speed, and effort
     need not be steady in time; the scatter along the way, a friction that itself depends on the place included, is in
-    the
-    uncertainty.
+    the uncertainty.
     """
     used = settings or WindowSettings()
     if position is not None:

@@ -169,9 +169,8 @@ def draw_cranes(
     -----
     Parameters without a covariance keep the value of the set. The others are drawn from the normal distribution of the
     set's covariance; draws with a value that physics does not allow (a negative friction; Y_4 of 0) are drawn again,
-    none
-    is clipped. So the distribution is truncated, and its mean is next to the set's values where one of them is near
-    zero.
+    none is clipped. So the distribution is truncated, and its mean is next to the set's values where one of them is
+    near zero.
     """
     if friction_set is None and loss_set is None:
         raise IdentifyError("draw_cranes: no set. Give a friction set, a loss set, or both, with evidence.")

@@ -90,8 +90,7 @@ def plan(
         Threads that share the runs.
     seed : int, default 0
         0 or more; each gives the runs of the twin other waves of the same seas, so that two plans show by how much
-        limits
-        scatter.
+        limits scatter.
     progress : callable, optional
         Called with the share done, 0 to 1.
 

@@ -88,8 +88,7 @@ def monte_carlo_map(
     Dataset
         Over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers of
         `SHOWN` over "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS
-        that
-        is applicable more often, then the lower in median error; draw by draw, over the draws in which both are
+        that is applicable more often, then the lower in median error; draw by draw, over the draws in which both are
         applicable), `applicable_chance` over "interval", `failed` draws.
 
     Raises

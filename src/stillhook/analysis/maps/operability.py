@@ -121,8 +121,7 @@ operability_map = as_dataset(
         ones.
     loads : str or sequence of str
         Payloads with units; several with commas between them, or a range. They may be parts of the SWL; default "20 %
-        to
-        100 % by 10 %".
+        to 100 % by 10 %".
     speeds : str or sequence of str
         Peak speeds of the tip, likewise; default "10 m/min to 120 m/min by 10 m/min".
     period : str, default "12 s"
@@ -156,9 +155,8 @@ operability_map = as_dataset(
     -------
     Dataset
         Over ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`, `status`, `applicable`
-        and
-        `cause`; in addition to the requested controllers, "best classic" (cell by cell the applicable one of NS and HS
-        with the lower error), and `e_c_pp_change`, `p_max_change` against it.
+        and `cause`; in addition to the requested controllers, "best classic" (cell by cell the applicable one of NS and
+        HS with the lower error), and `e_c_pp_change`, `p_max_change` against it.
 
     Raises
     ------

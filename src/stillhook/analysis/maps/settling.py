@@ -133,8 +133,7 @@ settling_map = as_dataset(
         ones.
     loads : str or sequence of str
         Payloads with units; several with commas between them, or a range. They may be parts of the SWL; default "20 %
-        to
-        100 % by 10 %".
+        to 100 % by 10 %".
     speeds : str or sequence of str
         Speeds before the step, likewise; default "10 m/min to 120 m/min by 10 m/min".
     wire_step : str, default "5 m/min"
@@ -158,10 +157,8 @@ settling_map = as_dataset(
     -------
     Dataset
         Over ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS` (without `alpha_m_end` where the winch
-        has
-        no motors of variable displacement), `status`, `applicable`, `cause`, and `settling_time_change` against the
-        best
-        classic controller (the applicable one of NS and HS that settles first).
+        has no motors of variable displacement), `status`, `applicable`, `cause`, and `settling_time_change` against the
+        best classic controller (the applicable one of NS and HS that settles first).
 
     Raises
     ------

@@ -81,15 +81,12 @@ def envelope(
     -------
     Dataset
         Over ("mode", "layer", "load", "direction") in SI. v_w_top [m/s] without sign, NaN where the mode may not be
-        used,
-        and binds, the limit that stops it; alpha_m_top, alpha_p_top [-], dp_m_top [Pa], omega_m_top [rad/s] there;
-        v_w_limit over "limit" as well: the speed that each limit alone allows (inf: it never binds, NaN: it allows
-        none);
-        by layer and load alpha_least (D_m_min of SSC), alpha_reserve, alpha_pm_hold [-], and the hyperbolas of constant
-        power v_w_power (the reserve at relief pressure) and v_w_power_rule (the same force at the pressure at which
-        alpha_swl holds it) [m/s]; load_most(mode) [kg]; attribute notes: what the winch type means at the heaviest
-        load,
-        and implausible numbers.
+        used, and binds, the limit that stops it; alpha_m_top, alpha_p_top [-], dp_m_top [Pa], omega_m_top [rad/s]
+        there; v_w_limit over "limit" as well: the speed that each limit alone allows (inf: it never binds, NaN: it
+        allows none); by layer and load alpha_least (D_m_min of SSC), alpha_reserve, alpha_pm_hold [-], and the
+        hyperbolas of constant power v_w_power (the reserve at relief pressure) and v_w_power_rule (the same force at
+        the pressure at which alpha_swl holds it) [m/s]; load_most(mode) [kg]; attribute notes: what the winch type
+        means at the heaviest load, and implausible numbers.
 
     Raises
     ------
@@ -232,8 +229,7 @@ def setting_curves(
         Controllers; default those of the crane.
     v_w : str or sequence of str, optional
         Wire speeds without sign, ["40 m/min", "80 m/min"] or "0 m/s to 2 m/s by 0.1 m/s"; default from 0 to a little
-        above
-        the speed of full pumps and the smallest displacement.
+        above the speed of full pumps and the smallest displacement.
     load : str, default "0 t"
         Payload, such as "100 t".
     layer : int, optional
@@ -246,8 +242,7 @@ def setting_curves(
     Dataset
         Over ("mode", "v_w"): alpha_m_ideal, alpha_p_ideal [-], alpha_m, alpha_p [-] and dp_m [Pa] of the plant, all as
         magnitudes; alpha_p above 1 cannot be reached. v_w_cross, v_w_cross_ideal over ("mode", "classic") [m/s]: the
-        speed
-        at which a mode's motors come down to those of the classic ones, NaN where they never do.
+        speed at which a mode's motors come down to those of the classic ones, NaN where they never do.
 
     Raises
     ------

@@ -82,11 +82,9 @@ def monte_carlo(
     -------
     Dataset
         Over (case, draw) with the summary of every run, and `factor_value` over (draw, factor) [SI]. A draw that
-        diverged
-        has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and seed, from
-        which
-        `pair_of_draw` makes the crane and scenario of any draw; `at_values` is the run of every case at the nominal
-        values.
+        diverged has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and seed,
+        from which `pair_of_draw` makes the crane and scenario of any draw; `at_values` is the run of every case at the
+        nominal values.
 
     Raises
     ------

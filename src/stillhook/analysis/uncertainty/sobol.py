@@ -187,8 +187,7 @@ def sensitivity(
         Numbers of the summary; empty: those of `OUTPUTS` that the winch type has.
     against : str, optional
         Label of a case; the others' numbers over those of that case are then analysed too ("ssc / hs"): what a
-        difference
-        depends on.
+        difference depends on.
     n : int, default 128
         Rows of the tables, a power of two; there are n (factors + 2) runs a case.
     seed : int, default 0
