@@ -81,3 +81,8 @@ def test_every_function_says_what_it_returns(name: str) -> None:
 def test_sections_come_in_the_order_of_numpydoc(name: str) -> None:
     order = ["Parameters", "Returns", "Raises", "Notes", "Examples"]
     assert list(sections(FUNCTIONS[name])) == [title for title in order if title in sections(FUNCTIONS[name])]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_summary_is_one_line(name: str) -> None:
+    assert (inspect.getdoc(FUNCTIONS[name]) or "").splitlines()[1] == ""

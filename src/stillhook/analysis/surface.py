@@ -68,8 +68,9 @@ def full_stability(
     mode: Mode | str = DEFAULT_MODE,
     delay: str = "0 s",
 ) -> tuple[Stability, OperatingPoint]:
-    """Margins of the complete plant at an operating point; see
-    `stillhook.analysis.loop_stability.stability.full_stability`.
+    """Margins of the complete plant at an operating point.
+
+    See `stillhook.analysis.loop_stability.stability.full_stability`.
 
     Parameters
     ----------
@@ -163,8 +164,9 @@ def strongest_gain(
     phase_margin: str = "45 deg",
     sensitivity: float = margins.SENSITIVITY_PEAK,
 ) -> float:
-    """Largest position gain that keeps all three margins; see
-    `stillhook.analysis.loop_stability.margins.strongest_gain`.
+    """Largest position gain that keeps all three margins.
+
+    See `stillhook.analysis.loop_stability.margins.strongest_gain`.
 
     Parameters
     ----------
@@ -241,8 +243,9 @@ def operating_point(
     V_o: str | None = None,
     alpha_pp: float | None = None,
 ) -> OperatingPoint:
-    """Operating point of the complete plant at a constant wire speed; see
-    `stillhook.analysis.steady.operating_point.operating_point`.
+    """Operating point of the complete plant at a constant wire speed.
+
+    See `stillhook.analysis.steady.operating_point.operating_point`.
 
     Parameters
     ----------

@@ -181,8 +181,10 @@ def simulate(
     client: Any = None,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """Run a scenario (a load on the wire in compensation) or a lowering (a payload from above the surface down, by a
-    programme), one or many, on one crane or on as many.
+    """Run a scenario or a lowering, one or many, on one crane or on as many.
+
+    A scenario is a load on the wire in compensation; a lowering takes a payload from above the surface down, by a
+    programme.
 
     Parameters
     ----------

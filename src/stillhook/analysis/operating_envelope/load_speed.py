@@ -58,8 +58,7 @@ def envelope(
     reserve: float = RESERVE,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    r"""The load-speed operating range: highest wire speed of every controller, and of the machine whatever the
-    controller.
+    r"""Load-speed operating range: highest wire speed of every controller, and of the machine whatever the controller.
 
     Parameters
     ----------
@@ -71,7 +70,7 @@ def envelope(
         Payloads as for a map, ["90 t", "120 t"] or "0 % to 100 % by 20 %" of the SWL; default 0 to the SWL in steps of
         5 %.
     modes : sequence of str, Mode or Controller, optional
-        Controllers; default those of the crane.
+        Controllers; default those with settings of the motors, or those of the drive.
     reserve : float, default 0.3
         Part of the static load that the active motors can deliver on top of what they hold [-].
     progress : callable, optional
@@ -218,15 +217,16 @@ def setting_curves(
     layer: int | None = None,
     direction: Direction | str = Direction.HOISTING,
 ) -> xarray.Dataset:
-    """Steady pump and motor setting against wire speed, of the ideal machine of the published figures and of the whole
-    plant.
+    """Steady pump and motor setting against wire speed.
+
+    Of the ideal machine of the published figures and of the whole plant.
 
     Parameters
     ----------
     crane : Crane
         The machine.
     modes : sequence of str, Mode or Controller, optional
-        Controllers; default those of the crane.
+        Controllers; default those with settings of the motors, or those of the drive.
     v_w : str or sequence of str, optional
         Wire speeds without sign, ["40 m/min", "80 m/min"] or "0 m/s to 2 m/s by 0.1 m/s"; default from 0 to a little
         above the speed of full pumps and the smallest displacement.

@@ -278,8 +278,9 @@ def attribute(
     pairs: bool = True,
     evaluate: Evaluate | None = None,
 ) -> Attribution:
-    """Every factor at both ends, one at a time, every alternative, and every two of these together, with what they do
-    to the figures.
+    """What every factor and every alternative, and every two of these together, do to the figures.
+
+    Factors are changed one at a time, to both ends.
 
     Parameters
     ----------

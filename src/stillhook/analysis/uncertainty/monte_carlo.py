@@ -50,7 +50,7 @@ def monte_carlo(
     client: Any = None,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """Every case under n draws of what is uncertain; all cases see the same draws, so that their differences are sharp.
+    """Every case under n draws of what is uncertain; all cases see the same draws: differences are sharp.
 
     Parameters
     ----------

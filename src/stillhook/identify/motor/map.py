@@ -131,8 +131,9 @@ def blocks(values: FloatArray, most: int) -> NDArray[np.intp]:
 def read_map(
     path: str | os.PathLike[str], *, mapping: str | os.PathLike[str] | None = None, D_max: str | None = None
 ) -> LossMap:
-    """A supplier's map from CSV, Parquet or Excel in long form: a row a cell, with displacement, speed, pressure drop
-    and a loss.
+    """A supplier's map from CSV, Parquet or Excel in long form: a row a cell.
+
+    A row has displacement, speed, pressure drop and a loss.
 
     Parameters
     ----------
