@@ -31,7 +31,23 @@ DEFAULT_WINDOW = f"{WINDOW:g} s"
 
 
 def time_step(run: xarray.Dataset) -> float:
-    """Spacing of the series [s]. Errors: StillhookError where there is none, or it is uneven."""
+    """Spacing of the time series.
+
+    Parameters
+    ----------
+    run : Dataset
+        A run or a measured log, with the coordinate "time" [s].
+
+    Returns
+    -------
+    float
+        Time between two samples [s].
+
+    Raises
+    ------
+    StillhookError
+        Where there is no series, or it is not evenly spaced.
+    """
     if "time" not in run.coords or run.sizes["time"] < 2:
         raise StillhookError("metrics: the Dataset has no time series. Run simulate with series=True.")
     steps = np.diff(run["time"].values)
@@ -41,7 +57,25 @@ def time_step(run: xarray.Dataset) -> float:
 
 
 def counted(run: xarray.Dataset, name: str) -> xarray.DataArray:
-    """A series of the run, NaN during the warm-up. Errors: StillhookError where there is none."""
+    """A series of the run, NaN during the warm-up.
+
+    Parameters
+    ----------
+    run : Dataset
+        A run or a measured log, over "time" [s].
+    name : str
+        Name of the series, as in `stillhook.variables`.
+
+    Returns
+    -------
+    DataArray
+        The series in its unit [SI], NaN before "warm_up" [s].
+
+    Raises
+    ------
+    StillhookError
+        Where there is no such series, or it is not evenly spaced.
+    """
     time_step(run)
     if name not in run:
         raise StillhookError(
@@ -74,9 +108,32 @@ def _window(text: str) -> float:
 
 
 def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
-    """Peak-to-peak control error over the moving window [m], as a series. Source: Moslatt 2020 paper F eq. 2.
+    """Peak-to-peak control error over the moving window.
 
-    measured: against the tip motion measured by the PLC instead of the actual one.
+    Parameters
+    ----------
+    run : Dataset
+        A run or a measured log, with e_c [m] over "time" [s].
+    measured : bool, default False
+        Against the tip motion measured by the PLC (e_c_measured) instead of the actual one.
+    window : str, default "30 s"
+        Length of the moving window.
+
+    Returns
+    -------
+    DataArray
+        Series "e_c_pp" over "time" [m], NaN where the window is not full of numbers.
+
+    Raises
+    ------
+    StillhookError
+        Where there is no such series, it is not evenly spaced, or the window is shorter than the spacing of the series.
+    UnitError
+        For a window without its unit.
+
+    Notes
+    -----
+    Source: Moslatt 2020 paper F eq. 2.
     """
     return peak_to_peak(counted(run, "e_c_measured" if measured else "e_c"), time_step(run), _window(window)).rename(
         "e_c_pp"
@@ -84,22 +141,89 @@ def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT
 
 
 def s_tip_pp(run: xarray.Dataset, *, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
-    """Peak-to-peak tip motion over the moving window [m], as a series."""
+    """Peak-to-peak tip motion over the moving window.
+
+    Parameters
+    ----------
+    run : Dataset
+        A run or a measured log, with s_tip [m] over "time" [s].
+    window : str, default "30 s"
+        Length of the moving window.
+
+    Returns
+    -------
+    DataArray
+        Series "s_tip_pp" over "time" [m], NaN where the window is not full of numbers.
+
+    Raises
+    ------
+    StillhookError
+        As for `e_c_pp`.
+    """
     return peak_to_peak(counted(run, "s_tip"), time_step(run), _window(window)).rename("s_tip_pp")
 
 
 def eta_c(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
-    """Compensation efficiency 1 - e_c_pp / s_tip_pp over the moving window [-], as a series. Source: Moslatt 2020 paper
-    F eq. 3."""
+    """Compensation efficiency 1 - e_c_pp / s_tip_pp over the moving window.
+
+    Parameters
+    ----------
+    run : Dataset
+        A run or a measured log, with e_c and s_tip [m] over "time" [s].
+    measured : bool, default False
+        Against the tip motion measured by the PLC instead of the actual one.
+    window : str, default "30 s"
+        Length of the moving window.
+
+    Returns
+    -------
+    DataArray
+        Series "eta_c" over "time" [-], NaN where the tip does not move.
+
+    Raises
+    ------
+    StillhookError
+        As for `e_c_pp`.
+
+    Notes
+    -----
+    Source: Moslatt 2020 paper F eq. 3.
+    """
     tip = s_tip_pp(run, window=window)
     return (1.0 - e_c_pp(run, measured=measured, window=window) / tip.where(tip > 0.0)).rename("eta_c")
 
 
 def settling_time(run: xarray.Dataset, *, start: str, target: str, step: str, band: float = 0.02) -> xarray.DataArray:
-    """Time from `start` ("60 s") until the wire speed stays within band * |step| of target [s]; NaN where it never
-    does.
+    """Time from `start` until the wire speed stays within a band about its target.
 
-    target is the speed after the step of `step` ("5 m/min"). Source: Moslatt 2020 paper E section 4.3 (2 % of 5 m/min).
+    Parameters
+    ----------
+    run : Dataset
+        A run or a measured log, with v_w [m/s] over "time" [s].
+    start : str
+        When the step is made, such as "60 s".
+    target : str
+        Wire speed after the step, such as "50 m/min", hoisting positive.
+    step : str
+        Size of the step, such as "5 m/min".
+    band : float, default 0.02
+        Half width of the band over the size of the step [-].
+
+    Returns
+    -------
+    DataArray
+        "settling_time" [s], NaN where the speed never stays within the band.
+
+    Raises
+    ------
+    StillhookError
+        Where start is after the end of the run.
+    UnitError
+        For a quantity without its unit.
+
+    Notes
+    -----
+    Source: Moslatt 2020 paper E section 4.3 (2 % of 5 m/min).
     """
     end, change = parse(target, "speed", "target"), parse(step, "speed", "step")
     return settled_after(run, start=parse(start, "time", "start"), target=end, step=change, band=band)

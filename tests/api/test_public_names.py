@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import re
+from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 
@@ -38,3 +40,49 @@ def test_examples_run_as_they_are_printed(name: str) -> None:
 def test_modules_of_the_face_are_modules() -> None:
     faces = {"analysis", "identify", "metrics", "plan", "response", "validate"}
     assert {n for n in NAMES if isinstance(getattr(stillhook, n), ModuleType)} == faces
+
+
+def public_functions() -> dict[str, Callable[..., Any]]:
+    """Functions of the seven faces by their full name."""
+    faces = [stillhook, *(thing for name in NAMES if isinstance(thing := getattr(stillhook, name), ModuleType))]
+    return {
+        f"{face.__name__}.{name}": thing
+        for face in faces
+        for name in getattr(face, "__all__", dir(face))
+        if inspect.isfunction(thing := getattr(face, name))
+    }
+
+
+FUNCTIONS = public_functions()
+
+
+def sections(function: Callable[..., Any]) -> dict[str, str]:
+    """Numpydoc sections of a docstring by title."""
+    parts = re.split(r"^(\w+)\n-+$", inspect.getdoc(function) or "", flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def test_there_are_seven_faces() -> None:
+    assert len({name.rpartition(".")[0] for name in FUNCTIONS}) == 7
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_argument_is_documented(name: str) -> None:
+    documented = re.findall(r"^\**(\w+) : \S", sections(FUNCTIONS[name]).get("Parameters", ""), flags=re.MULTILINE)
+    assert sorted(documented) == sorted(inspect.signature(FUNCTIONS[name]).parameters)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_says_what_it_returns(name: str) -> None:
+    assert sections(FUNCTIONS[name]).get("Returns", "").strip()
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_sections_come_in_the_order_of_numpydoc(name: str) -> None:
+    order = ["Parameters", "Returns", "Raises", "Notes", "Examples"]
+    assert list(sections(FUNCTIONS[name])) == [title for title in order if title in sections(FUNCTIONS[name])]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_summary_is_one_line(name: str) -> None:
+    assert (inspect.getdoc(FUNCTIONS[name]) or "").splitlines()[1] == ""

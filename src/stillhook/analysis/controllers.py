@@ -134,8 +134,7 @@ class Controller:
 
 
 def controller(name_or_path: str | Path | Controller) -> Controller:
-    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name; one that is a controller already
-    is kept.
+    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name.
 
     A file gives the motor law and what differs from the crane, each number with its unit::
 
@@ -149,7 +148,20 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
     `level-1` to `ssc-cubic` run with the crane's own settings; `strong-ssc` is SSC with the gain that the margins allow
     and a time-aligned reference (`strong_ssc`).
 
-    Errors: SpecError of one line for a name or a file that is no controller.
+    Parameters
+    ----------
+    name_or_path : str, Path or Controller
+        Name or file; one that is a controller already is kept.
+
+    Returns
+    -------
+    Controller
+        Mode and what it changes on the crane.
+
+    Raises
+    ------
+    SpecError
+        One line, for a name or a file that is no controller.
     """
     if isinstance(name_or_path, Controller):
         return name_or_path
@@ -331,14 +343,33 @@ def compare(
     step: str | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Run one scenario under several controllers (default the crane's usual ones: NS, HS and SSC on a closed circuit)
-    with time series every 0.1 s.
+    """Run one scenario under several controllers, with time series every 0.1 s.
 
-    step: integration step, default as in `simulate`.
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    case : Scenario
+        What is done to it; its own mode is replaced.
+    modes : sequence of Mode or str, optional
+        Controllers; default the crane's usual ones: NS, HS and SSC on a closed circuit.
+    step : str, optional
+        Integration step, such as "2 ms"; default as in `stillhook.simulate`.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
 
-    Errors: ScenarioError, one line, for an unknown mode, an empty list, or a scenario that is not possible with this
-    crane.
+    Returns
+    -------
+    Comparison
+        The runs by mode; `table()` gives their figures.
 
+    Raises
+    ------
+    ScenarioError
+        One line, for an unknown mode, an empty list, or a scenario that is not possible with this crane.
+
+    Examples
+    --------
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
     >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="20 s")

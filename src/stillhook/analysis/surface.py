@@ -28,9 +28,30 @@ def stability(
 ) -> Stability:
     """Margins of the published position loop; see `stillhook.analysis.loop_stability.stability.stability`.
 
-    Parameters: alpha_m displacement of the motors [-]; layer of the drum; v_tip steady speed of the tip, such as "60
-    m/min"; delay of the position feedback, such as "50 ms". Errors: UnitError for a quantity without its unit, else as
-    there.
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    alpha_m : float, optional
+        Displacement of the motors over its maximum [-]; default that of SSC at v_tip.
+    layer : int, optional
+        Layer of the drum; default the published outer diameter.
+    v_tip : str, default "0 m/s"
+        Steady speed of the tip, such as "60 m/min", up positive.
+    delay : str, default "0 s"
+        Delay of the position feedback, such as "50 ms".
+
+    Returns
+    -------
+    Stability
+        Gain limit [1/m], margins and poles, without and with the PLC.
+
+    Raises
+    ------
+    UnitError
+        For a quantity without its unit.
+    StillhookError
+        As there.
     """
     return loop_stability.stability(
         crane, alpha_m, layer=layer, v_tip=parse(v_tip, "speed", "v_tip"), delay=parse(delay, "time", "delay")
@@ -47,12 +68,40 @@ def full_stability(
     mode: Mode | str = DEFAULT_MODE,
     delay: str = "0 s",
 ) -> tuple[Stability, OperatingPoint]:
-    """The same of the complete plant at an operating point; see
-    `stillhook.analysis.loop_stability.stability.full_stability`.
+    """Margins of the complete plant at an operating point.
 
-    Parameters: load "100 t"; s_w wire paid out, "100 m"; v_tip "60 m/min", up positive; alpha_m [-]; mode; delay "50
-    ms".
-    Errors: UnitError for a quantity without its unit, else as there.
+    See `stillhook.analysis.loop_stability.stability.full_stability`.
+
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    load : str
+        Payload, such as "100 t".
+    s_w : str
+        Wire paid out, such as "100 m".
+    v_tip : str
+        Steady speed of the tip, such as "60 m/min", up positive.
+    alpha_m : float, optional
+        Displacement of the motors over its maximum [-]; default where the mode's law holds them.
+    mode : Mode or str, default "ssc"
+        Controller.
+    delay : str, default "0 s"
+        Delay of the position feedback, such as "50 ms".
+
+    Returns
+    -------
+    Stability
+        Gain limit [1/m], margins and poles.
+    OperatingPoint
+        The point at which they hold.
+
+    Raises
+    ------
+    UnitError
+        For a quantity without its unit.
+    StillhookError
+        As there.
     """
     return loop_stability.full_stability(
         crane,
@@ -75,8 +124,31 @@ def sweep(
 ) -> xarray.Dataset:
     """Gain limit and margins over one quantity; see `stillhook.analysis.loop_stability.sweeps.sweep`.
 
-    Parameters: over as there; values with their unit, such as ["0 ms", "50 ms"], and numbers of displacements and
-    layers alone; alpha_m [-]; delay "50 ms". Errors: UnitError for a quantity without its unit, else as there.
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    over : {"alpha_m", "layer", "leakage", "damping", "bulk_modulus", "delay"}
+        The quantity; default "alpha_m".
+    values : sequence of str or float, optional
+        With their unit, such as ["0 ms", "50 ms"]; plain numbers of displacements and layers alone; default a range
+        about the crane's own.
+    alpha_m : float, default 1.0
+        Displacement in sweeps over something else [-].
+    delay : str, default "0 s"
+        Delay of the position feedback, such as "50 ms".
+
+    Returns
+    -------
+    Dataset
+        Over that quantity [SI], variables as in `Stability`.
+
+    Raises
+    ------
+    UnitError
+        For a quantity without its unit.
+    StillhookError
+        As there.
     """
     kind = sweeps.AXES[Over(over)].kind if over in tuple(Over) else ""
     at = [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)] if kind and values is not None else values
@@ -92,11 +164,36 @@ def strongest_gain(
     phase_margin: str = "45 deg",
     sensitivity: float = margins.SENSITIVITY_PEAK,
 ) -> float:
-    """Largest position gain K_p [1/m] that keeps all three margins; see
-    `stillhook.analysis.loop_stability.margins.strongest_gain`.
+    """Largest position gain that keeps all three margins.
 
-    Parameters: alpha_m, gain_margin, sensitivity [-]; delay "50 ms"; phase_margin "60 deg".
-    Errors: UnitError for a quantity without its unit, else as there.
+    See `stillhook.analysis.loop_stability.margins.strongest_gain`.
+
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    alpha_m : float, optional
+        Displacement of the motors over its maximum [-]; default the least that any mode may use.
+    delay : str, default "0 s"
+        Delay of the position feedback, such as "50 ms".
+    gain_margin : float, default 2.0
+        Gain margin to keep, above 1 [-].
+    phase_margin : str, default "45 deg"
+        Phase margin to keep, such as "60 deg".
+    sensitivity : float, default 2.0
+        Sensitivity peak to keep, above 1 [-].
+
+    Returns
+    -------
+    float
+        K_p [1/m].
+
+    Raises
+    ------
+    UnitError
+        For a quantity without its unit.
+    StillhookError
+        As there.
     """
     return margins.strongest_gain(
         crane,
@@ -109,10 +206,26 @@ def strongest_gain(
 
 
 def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
-    """SSC with the strongest gain, aligned in time, for a motion signal that is `delay` late; see
-    `controllers.strong_ssc`.
+    """SSC with the strongest gain, aligned in time, for a motion signal that is late; see `controllers.strong_ssc`.
 
-    Parameters: delay "100 ms". Errors: UnitError for a delay without its unit, else as there.
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    delay : str, default "0 s"
+        By which the motion signal is late, such as "100 ms".
+
+    Returns
+    -------
+    Controller
+        "strong-ssc" for this crane.
+
+    Raises
+    ------
+    UnitError
+        For a delay without its unit.
+    StillhookError
+        As there.
     """
     return controllers.strong_ssc(crane, delay=parse(delay, "time", "delay"))
 
@@ -130,12 +243,44 @@ def operating_point(
     V_o: str | None = None,
     alpha_pp: float | None = None,
 ) -> OperatingPoint:
-    """Operating point of the complete plant at a constant wire speed; see
-    `stillhook.analysis.steady.operating_point.operating_point`.
+    """Operating point of the complete plant at a constant wire speed.
 
-    Parameters: v_w wire speed "80 m/min", hoisting positive; alpha_m, alpha_pp [-]; load "90 t"; s_w wire paid out "100
-    m"; v_tip of the tip "-80 m/min"; water and friction as in a Scenario; V_o oil in the accumulator "600 L".
-    Errors: UnitError for a quantity without its unit, else as there.
+    See `stillhook.analysis.steady.operating_point.operating_point`.
+
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    v_w : str
+        Wire speed, such as "80 m/min", hoisting positive.
+    alpha_m : float
+        Displacement of the active motors over its maximum, above 0 up to 1 [-].
+    load : str
+        Payload, such as "90 t".
+    s_w : str
+        Wire paid out, such as "100 m".
+    v_tip : str, default "0 m/s"
+        Constant speed of the tip, such as "-80 m/min", up positive.
+    water : Water, optional
+        As in a Scenario; default none.
+    friction : FrictionModel
+        As in a Scenario; default LuGre.
+    V_o : str, optional
+        Oil in the accumulator, such as "600 L"; default mid stroke.
+    alpha_pp : float, optional
+        Setting of the passive pumps [-]; default the PLC's command once the mean pressure has settled.
+
+    Returns
+    -------
+    OperatingPoint
+        State of the plant [SI].
+
+    Raises
+    ------
+    UnitError
+        For a quantity without its unit.
+    StillhookError
+        As there.
     """
     return operation.operating_point(
         crane,

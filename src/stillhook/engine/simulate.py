@@ -181,35 +181,64 @@ def simulate(
     client: Any = None,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """Run a scenario (a load on the wire in compensation) or a lowering (a payload from above the surface down, by a
-    programme), one or many, on one crane or on as many.
+    """Run a scenario or a lowering, one or many, on one crane or on as many.
+
+    A scenario is a load on the wire in compensation; a lowering takes a payload from above the surface down, by a
+    programme.
 
     Parameters
     ----------
-    crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case"; so does a list
-    of cranes of one winch type, which all run the one case, or each its own of equally many (draws of uncertain
-    parameters: `stillhook.identify.system_friction.fitting.uncertainty`). step: integration step, at most the PLC cycle
-    and a whole part of it; default 2 ms with series, 5 ms for statistics alone (a lowering 5 ms, and down to 1 ms where
-    a stiff winch asks for it), or the next shorter step that the PLC cycle allows. every: spacing of the stored
-    series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there is. series: store time
-    series; default True for one case, False for a list (statistics alone, sixteen cases side by side). sampling:
-    spacing at which extremes, sums and energies of a lowering are taken, a whole number of PLC cycles of which `every`
-    is a multiple; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md). end:
-    "programme" ends a lowering soon after its programme; default after its duration. on_failure: "raise"
-    stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which failed). threads: threads
-    that share a batch. store, client: statistics alone may be kept in a folder as they finish, so that a run that was
-    killed goes on, and made on a cluster (a dask.distributed Client), with the same numbers; see `run_cases`.
-    progress: called with the share done, 0..1; first with 0, when everything that was given has been found good.
+    crane : Crane or sequence of Crane
+        What the machine is. A list of cranes of one winch type adds the dimension "case": all run the one case, or each
+        its own of equally many (draws of uncertain parameters:
+        `stillhook.identify.system_friction.fitting.uncertainty`).
+    case : Scenario, Lowering or sequence of them
+        What is done to it. A list adds the dimension "case".
+    step : str, optional
+        Integration step, at most the PLC cycle and a whole part of it; default 2 ms with series, 5 ms for statistics
+        alone (a lowering 5 ms, and down to 1 ms where a stiff winch asks for it), or the next shorter step that the PLC
+        cycle allows.
+    every : str, optional
+        Spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there
+        is.
+    series : bool, optional
+        Store time series; default True for one case, False for a list (statistics alone, sixteen cases side by side).
+    sampling : str, optional
+        Spacing at which extremes, sums and energies of a lowering are taken, a whole number of PLC cycles of which
+        `every` is a multiple; default every cycle. 20 ms saves a quarter of the time (docs/validation/step-size.md).
+    end : {"duration", "programme"}
+        "programme" ends a lowering soon after its programme; default after its duration.
+    on_failure : {"raise", "mark"}
+        "raise" (default) stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which
+        failed).
+    threads : int, default 2
+        Threads that share a batch.
+    store : str or Path, optional
+        Folder in which statistics alone are kept as they finish, so that a run that was killed goes on; see
+        `run_cases`.
+    client : dask.distributed.Client, optional
+        Cluster on which statistics alone are made, with the same numbers.
+    progress : callable, optional
+        Called with the share done, 0..1; first with 0, when everything that was given has been found good.
 
     Returns
     -------
-    Dataset with the summary of every case, and the series over "time" [s]; names, units and meaning from
-    `stillhook.variables`. Its attributes hold crane, scenarios, version, kernel and step:
-    `stillhook.formats.results.rerun` repeats the run from them.
+    Dataset
+        Summary of every case, and the series over "time" [s]; names, units and meaning from `stillhook.variables`. Its
+        attributes hold crane, scenarios, version, kernel and step: `stillhook.formats.results.rerun` repeats the run
+        from them.
 
-    Errors: ScenarioError (bad scenario), SpecError (step too long), SimulationError (failed case). Nothing is returned
-    half-done.
+    Raises
+    ------
+    ScenarioError
+        For a bad scenario.
+    SpecError
+        For a step that is too long.
+    SimulationError
+        For a failed case. Nothing is returned half-done.
 
+    Examples
+    --------
     >>> import stillhook
     >>> crane = stillhook.load_crane("nov-250t")
     >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="20 s")

@@ -93,12 +93,32 @@ def load_lift(
         speed = "12 m/min"
         depth = "25 m"
 
-    Phases with kinds are those of a plan (`stillhook.load_plan`): of them those are run that one run can follow. A
-    library name ("anchor-to-3000m") may stand in place of a path. seed and duration go before those of the file.
-    Unless `moving` vessel and sea are read and nothing is made to move: for what looks at spectra; the sea may then be
-    missing.
-    Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    Phases with kinds are those of a plan (`stillhook.load_plan`): of them those are run that one run can follow.
 
+    Parameters
+    ----------
+    path : str or Path
+        Path of the file, or a name of the library ("anchor-to-3000m").
+    seed : int, optional
+        Seed of the waves, before that of the file.
+    duration : str, optional
+        Length of the run, such as "600 s", before that of the file.
+    moving : bool, default True
+        False: vessel and sea are read and nothing is made to move, for what looks at spectra; the sea may then be
+        missing.
+
+    Returns
+    -------
+    LiftFile
+        Crane, lift, vessel and sea of the file.
+
+    Raises
+    ------
+    StillhookError
+        One line that names file, field, what came and what is allowed.
+
+    Examples
+    --------
     >>> import stillhook
     >>> file = stillhook.load_lift("anchor-to-3000m")
     >>> file.crane.name, file.lift.depth

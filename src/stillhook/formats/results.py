@@ -36,11 +36,29 @@ RESOLUTION = 120
 
 
 def save_run(run: xarray.Dataset, path: str | Path) -> Path:
-    """Write runs, of scenarios or lowerings, to NetCDF (h5netcdf). The file appears under its name only when it is
-    complete.
+    """Write runs, of scenarios or lowerings, to NetCDF (h5netcdf).
 
-    Errors: OSError where the disk is full or the folder cannot be written.
+    The file appears under its name only when it is complete.
 
+    Parameters
+    ----------
+    run : Dataset
+        What `simulate` gave.
+    path : str or Path
+        File to write.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OSError
+        Where the disk is full or the folder cannot be written.
+
+    Examples
+    --------
     >>> import stillhook, tempfile
     >>> crane = stillhook.load_crane("nov-250t")
     >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="20 s")
@@ -60,8 +78,25 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
 
 
 def load_run(path: str | Path) -> xarray.Dataset:
-    """The run that `save_run` wrote. Errors: StillhookError where the file is not one.
+    """The run that `save_run` wrote.
 
+    Parameters
+    ----------
+    path : str or Path
+        NetCDF file.
+
+    Returns
+    -------
+    Dataset
+        The run as `simulate` gave it.
+
+    Raises
+    ------
+    StillhookError
+        Where the file is not one.
+
+    Examples
+    --------
     >>> import stillhook
     >>> stillhook.load_run("gone.nc")
     Traceback (most recent call last):

@@ -155,13 +155,43 @@ def friction_curve(
 ) -> FrictionCurve:
     """Friction over speed with 95 % uncertainty from a staircase log.
 
-    Parameters: log from `read_log`; speed, effort, command, held, made_of, kinds, settings as in `steady_windows`;
-    position name of the signal on which the load depends in addition to the direction (a spring, a slope). With a
-    position, both directions are compared place by place on the way that both passed at steady speed, and effort need
-    not be steady in time; the scatter along the way, a friction that itself depends on the place included, is in the
-    uncertainty. Without a least_length in the settings, a log whose motions are all too short for the default is read
-    with the longest of `SHORTER` that gives a point.
-    Errors: IdentifyError where a signal is missing or no two stretches can be compared, with the first reasons.
+    Parameters
+    ----------
+    log : Log
+        From `read_log`.
+    speed : str, default "speed"
+        Signal whose sign is the direction, hoisting positive.
+    effort : str or array, default "effort"
+        Signal that friction shows in, or an array of shape (n,) [SI].
+    position : str, optional
+        Signal on which the load depends in addition to the direction (a spring, a slope).
+    command : str, optional
+        Set signal whose changes begin new steps.
+    held : sequence of str, default ()
+        Signals that must stay (displacement).
+    made_of : sequence of str, default ()
+        Signals behind an effort array, whose doubtful bins count as the effort's.
+    kinds : mapping, optional
+        Kinds of quantity (`units.KINDS`) of signals by name, for texts.
+    settings : WindowSettings, optional
+        As in `steady_windows`. Without a least_length in them, a log whose motions are all too short for the default is
+        read with the longest of `SHORTER` that gives a point.
+
+    Returns
+    -------
+    FrictionCurve
+        Points by speed [SI], with the stretches used and rejected.
+
+    Raises
+    ------
+    IdentifyError
+        Where a signal is missing or no two stretches can be compared, with the first reasons.
+
+    Notes
+    -----
+    With a position, both directions are compared place by place on the way that both passed at steady speed, and effort
+    need not be steady in time; the scatter along the way, a friction that itself depends on the place included, is in
+    the uncertainty.
     """
     used = settings or WindowSettings()
     if position is not None:

@@ -114,12 +114,28 @@ def payloads() -> tuple[str, ...]:
 
 
 def read_payload(name_or_path: str | Path) -> Payload:
-    """A payload of the library by name, or one described in a TOML file: name, mass, and levels or a shape with its
-    dimensions.
+    """A payload of the library by name, or one described in a TOML file.
 
-    Parts of an assembly are tables [parts.NAME], levels a list of tables. Errors: LiftError of one line that names the
-    file.
+    A file gives name, mass, and levels or a shape with its dimensions. Parts of an assembly are tables [parts.NAME],
+    levels a list of tables.
 
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the library, such as "template-120t", or path of a file.
+
+    Returns
+    -------
+    Payload
+        The payload [SI].
+
+    Raises
+    ------
+    LiftError
+        One line that names the file.
+
+    Examples
+    --------
     >>> import stillhook
     >>> stillhook.read_payload("template-120t").mass
     120000.0
@@ -178,11 +194,27 @@ def compensators() -> tuple[str, ...]:
 
 
 def read_compensator(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> JointUnit:
-    """A passive heave compensator of the library by name, or one described in a TOML file; changes: fields that are
-    other here, such as the pressure it is charged to for a lift.
+    """A passive heave compensator of the library by name, or one described in a TOML file.
 
-    Errors: LiftError of one line that names the file.
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the library, such as "phc-150t", or path of a file.
+    changes : mapping, optional
+        Fields that are other here, such as the pressure it is charged to for a lift, {"p_0": "90 bar"}.
 
+    Returns
+    -------
+    JointUnit
+        The compensator [SI].
+
+    Raises
+    ------
+    LiftError
+        One line that names the file.
+
+    Examples
+    --------
     >>> import stillhook
     >>> stillhook.read_compensator("phc-150t", {"p_0": "90 bar"}).stroke
     4.0

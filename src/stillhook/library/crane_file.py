@@ -41,6 +41,13 @@ _PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)
 def cranes() -> tuple[str, ...]:
     """Names of the library's cranes.
 
+    Returns
+    -------
+    tuple of str
+        Names, for `load_crane`.
+
+    Examples
+    --------
     >>> import stillhook
     >>> stillhook.cranes()[:3]
     ('deep-250t', 'nov-100t-cylinder', 'nov-100t-electric')
@@ -51,6 +58,23 @@ def cranes() -> tuple[str, ...]:
 def load_crane(name_or_path: str | Path) -> Crane:
     """A crane of the library by name, or one described in a TOML file.
 
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the library, such as "nov-250t", or path of a crane file.
+
+    Returns
+    -------
+    Crane
+        The machine, every number with its source.
+
+    Raises
+    ------
+    SpecError, UnitError
+        One line that names file, field, what came and what is allowed.
+
+    Notes
+    -----
     A file may start with ``base = "nov-250t"`` (or the path of another file, seen from its own folder) and then gives
     only what differs. A motor or system friction that it names is filled in from the library; what the file itself says
     on top wins. It may also name the path of a set's file, seen from its own folder (``library =
@@ -59,8 +83,8 @@ def load_crane(name_or_path: str | Path) -> Crane:
     (`stillhook validate` writes both); the crane then carries it in short, and runs say where they leave what was
     validated, or that it no longer holds for this crane.
 
-    Errors: SpecError, UnitError of one line that names file, field, what came and what is allowed.
-
+    Examples
+    --------
     >>> import stillhook
     >>> stillhook.load_crane("nov-250t").title
     '250 t active/passive AHC winch of paper E'

@@ -144,16 +144,33 @@ def draw_cranes(
 
     Parameters
     ----------
-    crane: the machine. friction_set: its system friction, see `stillhook.library.load_friction`; loss_set: its motors'
-    loss, for every circuit with motors of that size. Parameters without a covariance keep the value of the set.
-    n, seed: how many draws, and from which seed; the same seed gives the same cranes.
+    crane : Crane
+        The machine.
+    friction_set : FrictionSet, optional
+        Its system friction, see `stillhook.library.load_friction`.
+    loss_set : LossSet, optional
+        Its motors' loss, for every circuit with motors of that size.
+    n : int, default 64
+        Draws.
+    seed : int, default 0
+        The same seed gives the same cranes.
 
-    The parameters are drawn from the normal distribution of the set's covariance; draws with a value that physics does
-    not allow (a negative friction; Y_4 of 0) are drawn again, none is clipped. So the distribution is truncated, and
-    its mean is next to the set's values where one of them is near zero.
+    Returns
+    -------
+    list of Crane
+        n cranes, as in ``simulate(draw_cranes(crane, load_friction("my.friction.toml")), case)``.
 
-    Use: ``simulate(draw_cranes(crane, load_friction("my.friction.toml")), case)``.
-    Errors: IdentifyError of one line where a set has no evidence, or hardly any draw is allowed.
+    Raises
+    ------
+    IdentifyError
+        One line, where a set has no evidence, or hardly any draw is allowed.
+
+    Notes
+    -----
+    Parameters without a covariance keep the value of the set. The others are drawn from the normal distribution of the
+    set's covariance; draws with a value that physics does not allow (a negative friction; Y_4 of 0) are drawn again,
+    none is clipped. So the distribution is truncated, and its mean is next to the set's values where one of them is
+    near zero.
     """
     if friction_set is None and loss_set is None:
         raise IdentifyError("draw_cranes: no set. Give a friction set, a loss set, or both, with evidence.")

@@ -328,12 +328,29 @@ def read_log(
 ) -> Log:
     """A log in SI on bins of time, checked.
 
-    Parameters: path CSV or other text, Parquet, MDF4, TDMS or MAT; mapping signals by name (`read_mapping`,
-    `mapping_from`), without it headings such as "p_a [bar]" are taken; every width of the bins, at least the spacing of
-    the samples; leave_out_clocks: signals of another clock that cannot be aligned are left out (NaN) in place of an
-    error; progress is called with the share done.
-    Errors: LogError or UnitError of one line, for a file that cannot be read, columns or units that are not there, and
-    signals that cannot be trusted; what could be repaired or left out is reported in `Log.findings`.
+    Parameters
+    ----------
+    path : str or path-like
+        CSV or other text, Parquet, MDF4, TDMS or MAT.
+    mapping : mapping, optional
+        Signals by name (`read_mapping`, `mapping_from`); without it headings such as "p_a [bar]" are taken.
+    every : str, default "0.1 s"
+        Width of the bins, at least the spacing of the samples.
+    leave_out_clocks : bool, default False
+        Signals of another clock that cannot be aligned are left out (NaN) in place of an error.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    Log
+        Signals [SI]; what could be repaired or left out is reported in `Log.findings`.
+
+    Raises
+    ------
+    LogError, UnitError
+        One line, for a file that cannot be read, columns or units that are not there, and signals that cannot be
+        trusted.
     """
     width = parse(every, "time", "every")
     if not width > 0.0:

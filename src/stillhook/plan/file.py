@@ -133,10 +133,25 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
         kind = "splash-zone"
         depth = "25 m"                       # where it ends
 
-    A library name ("template-to-1500m") may stand in place of a path. Every other table has defaults, listed in
-    docs/how-to/describe-a-lift-plan.md. Errors: StillhookError, one line that names file, field, what came and what is
-    allowed.
+    Every other table has defaults, listed in docs/how-to/describe-a-lift-plan.md.
 
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the library ("template-to-1500m"), or path of the file.
+
+    Returns
+    -------
+    LiftPlan
+        The lift, its phases and its seas.
+
+    Raises
+    ------
+    StillhookError
+        One line that names file, field, what came and what is allowed.
+
+    Examples
+    --------
     >>> import stillhook
     >>> plan = stillhook.load_plan("template-to-1500m")
     >>> plan.name, [phase.name for phase in plan.phases][:3]

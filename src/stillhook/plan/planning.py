@@ -72,13 +72,37 @@ def plan(
 ) -> PlanResult:
     """Limiting sea states of a lift under every alternative, what governs them, and what they are worth in weather.
 
-    lift: a plan, the path of a plan file, or a name of the library; tier: the highest that is run (closed-form,
-    frequency, time); weather in place of that of the plan; alpha: table of forecast factors, by name or file; store:
-    folder in which runs of the twin are kept, so that a plan that was stopped goes on from there; client of a
-    dask.distributed cluster in place of this machine's threads; seed (0 or more): each gives the runs of the twin other
-    waves of the same seas, so that two plans show by how much limits scatter; progress is called with the share that is
-    done.
-    Errors: StillhookError, one line.
+    Parameters
+    ----------
+    lift : LiftPlan, str or Path
+        A plan, the path of a plan file, or a name of the library.
+    tier : {"closed-form", "frequency", "time"}
+        The highest that is run; default "time".
+    weather : Weather, optional
+        In place of that of the plan.
+    alpha : str, default "dnv-os-h101"
+        Table of forecast factors, by name or file.
+    store : str or Path, optional
+        Folder in which runs of the twin are kept, so that a plan that was stopped goes on from there.
+    client : dask.distributed.Client, optional
+        Cluster in place of this machine's threads.
+    threads : int, default 2
+        Threads that share the runs.
+    seed : int, default 0
+        0 or more; each gives the runs of the twin other waves of the same seas, so that two plans show by how much
+        limits scatter.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    PlanResult
+        Limits, governing criteria and weather.
+
+    Raises
+    ------
+    StillhookError
+        One line.
     """
     lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
     if seed < 0 or (seed and last is not Tier.TIME):

@@ -61,10 +61,34 @@ def forcing_of_series(
 ) -> Forcing:
     """Forcing of every record of a series of measured spectra.
 
-    x, y place of tip and load from the vessel's reference point [m]; beta direction of travel from the bow [rad], one,
-    or one for each record (n,); spread exponent of cos^n about it, None for long-crested waves; depth of the water [m].
-    A measured band is flat, and taken in `parts` parts: the transfer functions change within it. Errors: SeaError for
-    headings of another number.
+    Parameters
+    ----------
+    series : SpectrumSeries
+        n records of spectra.
+    vessel : Rao
+        Its motions per wave.
+    x : float
+        Place of tip and load from the vessel's reference point, forward [m].
+    y : float
+        The same, to port [m].
+    beta : float or array
+        Direction of travel from the bow [rad], one, or one for each record (n,).
+    spread : float, optional
+        Exponent of cos^n about it [-]; None for long-crested waves.
+    depth : float, default inf
+        Depth of the water [m].
+    parts : int, default 8
+        Parts in which a measured band, which is flat, is taken: the transfer functions change within it.
+
+    Returns
+    -------
+    Forcing
+        n sea states at m frequencies, variances of shape (n, m) [m^2].
+
+    Raises
+    ------
+    SeaError
+        For headings of another number.
     """
     headings = np.asarray(beta, dtype=np.float64)
     if headings.ndim and headings.shape != (len(series),):
@@ -90,8 +114,31 @@ def _parted(series: SpectrumSeries, parts: int) -> tuple[FloatArray, FloatArray,
 
 
 def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, *, depth: float = math.inf) -> Forcing:
-    """Forcing of one sea or several, each of one train of waves or more; directions are theirs. See
-    `forcing_of_series`."""
+    """Forcing of one sea or several, each of one train of waves or more; directions are theirs.
+
+    Parameters
+    ----------
+    seas : Sea or sequence of Sea
+        n seas.
+    vessel : Rao
+        Its motions per wave.
+    x : float
+        Place of tip and load from the vessel's reference point, forward [m].
+    y : float
+        The same, to port [m].
+    depth : float, default inf
+        Depth of the water [m].
+
+    Returns
+    -------
+    Forcing
+        n sea states at m frequencies, variances of shape (n, m) [m^2].
+
+    Raises
+    ------
+    SeaError
+        For an empty list.
+    """
     listed = [seas] if isinstance(seas, Sea) else list(seas)
     if not listed:
         raise SeaError("seas: the list is empty. Enter at least one sea.")

@@ -137,8 +137,18 @@ class LiftResponse:
 
 
 def compensated_depth(lift: Lowering) -> float:
-    """Deepest depth of the underside at which a phase compensates (AHC) [m], by the programme as planned; where no
-    phase defines one, that of the seabed less 20 m."""
+    """Deepest depth of the underside at which a phase compensates (AHC), by the programme as planned.
+
+    Parameters
+    ----------
+    lift : Lowering
+        The lift.
+
+    Returns
+    -------
+    float
+        Depth below still water [m]; where no phase defines one, that of the seabed less 20 m.
+    """
     moves = zip(lift.programme, lift.moves, strict=True)
     ends = [x for phase, move in moves if phase.mode is WinchMode.AHC for x in (move.start, move.end)]
     deepest = max((x for x in ends if not math.isnan(x)), default=-math.inf)
@@ -154,12 +164,37 @@ def lift_response(
     duration: str = "3 h",
     progress: Progress | None = None,
 ) -> LiftResponse:
-    """Statistics of tip, wire and load of a lift in every sea, its underside at z above still water ("-1500 m": below).
+    """Statistics of tip, wire and load of a lift in every sea.
 
-    mode: how the winch compensates, None for the lift's controller; duration, "3 h", of largest values and chances.
-    progress is called while the winch is simulated, and not where the result is on disk. Validity: see
-    `stillhook.response.frequency_domain` and `stillhook.response.suspended_load`. Errors: StillhookError, one line:
-    a quantity without its unit, no vessel or tip, an impossible depth or tension, waves without a direction.
+    Parameters
+    ----------
+    file : LiftFile
+        The lift, see `stillhook.load_lift`.
+    waves : Waves
+        One sea, or many.
+    z : str
+        Height of the payload's underside above still water ("-1500 m": below).
+    mode : Mode or str, optional
+        How the winch compensates; default the lift's controller.
+    duration : str, default "3 h"
+        Of largest values and chances.
+    progress : callable, optional
+        Called while the winch is simulated, and not where the result is on disk.
+
+    Returns
+    -------
+    LiftResponse
+        Dataset of the statistics [SI], and what it was made from.
+
+    Raises
+    ------
+    StillhookError
+        One line: a quantity without its unit, no vessel or tip, an impossible depth or tension, waves without a
+        direction.
+
+    Notes
+    -----
+    Validity: see `stillhook.response.frequency_domain` and `stillhook.response.suspended_load`.
     """
     return response_at(
         file, waves, parse(z, "length", "z"), mode=mode, duration=parse(duration, "time", "duration"), progress=progress

@@ -98,15 +98,42 @@ class End:
 
 
 def static_stretch(rod: Rod, W: float) -> float:
-    """Stretch under a load of weight W [N] and the wire's own weight, L (W + w L/2)/EA, and that of the spring above
-    [m]."""
+    """Stretch under a load and the wire's own weight, L (W + w L/2)/EA, and that of the spring above.
+
+    Parameters
+    ----------
+    rod : Rod
+        The wire [SI].
+    W : float
+        Weight of the load [N].
+
+    Returns
+    -------
+    float
+        Stretch [m].
+    """
     return rod.L * (W + rod.w * rod.L / 2.0) / rod.EA + (W + rod.w * rod.L) / rod.k_top
 
 
 def natural_periods(rod: Rod, end: End, n: int = 1) -> FloatArray:
-    """The n longest natural periods of wire, hook and payload without damping, top end held [s], shape (n,), the
-    longest first.
+    """The n longest natural periods of wire, hook and payload without damping, top end held.
 
+    Parameters
+    ----------
+    rod : Rod
+        The wire [SI].
+    end : End
+        Hook, slings and payload [SI].
+    n : int, default 1
+        How many.
+
+    Returns
+    -------
+    array
+        Periods [s], shape (n,), the longest first.
+
+    Notes
+    -----
     Exact for the rod: roots of K p cos p + D(omega) sin p = 0 with D the dynamic stiffness of the load below, located
     one by one along the wire's angle p and refined to 1e-12. A wire without mass has as many periods as there are
     masses below; the rest are 0.
@@ -203,9 +230,24 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, compl
 
     with F_e = F k_s/(k_s + D_p), written with sinc p = sin(p)/p so that a wire without mass is a spring.
 
-    Parameters: omega [rad/s], above 0; drag Sigma linear drag of the payload [N s/m]; compliance complex, that of the
-    winch, wire paid out per tension [m/N], in series with `Rod.k_top`; all broadcast. A force up on
-    the payload slackens the wire: top_F is negative at low frequencies.
+    Parameters
+    ----------
+    omega : array
+        Frequency, above 0 [rad/s]; drag and compliance broadcast with it.
+    rod : Rod
+        The wire [SI].
+    end : End
+        Hook, slings and payload [SI].
+    drag : array, default 0.0
+        Linear drag Sigma of the payload [N s/m].
+    compliance : array, default 0.0
+        That of the winch, complex, wire paid out per tension [m/N], in series with `Rod.k_top`.
+
+    Returns
+    -------
+    Transfers
+        Complex, each of the broadcast shape. A force up on the payload slackens the wire: top_F is negative at low
+        frequencies.
     """
     pairs = _pairs(omega, rod, end, drag, compliance, PLACES)
     return Transfers(*(each for place in PLACES for each in pairs[place]))

@@ -93,9 +93,27 @@ def validate(
 ) -> Validation:
     """Take a campaign of crane tests through the verification steps and judge it by its criteria.
 
-    Parameters: campaign file (see `load_campaign`) or a campaign; steps 0 to 6 (0: the data set; default: all);
-    progress is called with the share done.
-    Errors: StillhookError of one line, for a campaign or log that cannot be read or is inconsistent.
+    Parameters
+    ----------
+    campaign : str, Path or Campaign
+        Campaign file (see `load_campaign`) or a campaign.
+    steps : iterable of int, optional
+        Steps 0 to 6 (0: the data set); default all.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    Validation
+        Results of the steps, and the verdict.
+
+    Raises
+    ------
+    StillhookError
+        One line, for a campaign or log that cannot be read or is inconsistent.
+
+    Notes
+    -----
     Source: Moslatt 2020 paper F, section "Verification of the Digital Twin" and table 2.
     """
     if not isinstance(campaign, str | Path | Campaign):

@@ -50,10 +50,27 @@ def eigenfrequency(crane: Crane, alpha_m: float = 1.0) -> Eigenfrequency:
     .. math:: \omega_0^2 = \frac{\beta D_m^2}{J V} + \frac{B_v C_1 \beta}{J V}, \qquad
               2 \zeta \omega_0 = \frac{B_v}{J} + \frac{C_1 \beta}{V}, \qquad D_m = D_{m,max}\,\alpha_m
 
-    Parameters: crane; alpha_m displacement of the active motors over its maximum, above 0 and up to 1 [-].
-    Errors: StillhookError for a displacement outside that range.
+    Parameters
+    ----------
+    crane : Crane
+        The machine; J is that of the full drum.
+    alpha_m : float, default 1.0
+        Displacement of the active motors over its maximum, above 0 and up to 1 [-].
+
+    Returns
+    -------
+    Eigenfrequency
+        omega_0 [rad/s], zeta [-], period [s], and what they are made of.
+
+    Raises
+    ------
+    StillhookError
+        For a displacement outside that range.
+
+    Notes
+    -----
     Source: Moslatt 2020 paper C eqs 8 and 9 (paper E eqs 10 and 11). Valid while the other line's pressure is constant
-    and the wire is slack to the winch: the load's own mode is left out. J is that of the full drum.
+    and the wire is slack to the winch: the load's own mode is left out.
     Differs from print: C eq. 8 prints C_1 beta / J in the damping; it is C_1 beta / V.
     """
     check_displacement(alpha_m)
@@ -79,13 +96,32 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
     with a_0 = omega_0^2, a_1 = 2 zeta omega_0 of the hydraulics and b_0, b_1 of the pump servo
     (`stillhook.control.commands`).
 
-    Parameters: crane; alpha_m displacement of the active motors [-]; K_wire largest drum diameter over that in use, at
-    least 1 [-].
-    Errors: StillhookError for a displacement or a K_wire outside its range.
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    alpha_m : float, default 1.0
+        Displacement of the active motors over its maximum, above 0 and up to 1 [-].
+    K_wire : float, default 1.0
+        Largest drum diameter over that in use, at least 1 [-].
+
+    Returns
+    -------
+    GainLimit
+        K_p_ms [1/m] and the frequency omega_c [rad/s] of the oscillation.
+
+    Raises
+    ------
+    StillhookError
+        For a displacement or a K_wire outside its range.
+
+    Notes
+    -----
     Source: Moslatt 2020 paper E eqs 14 to 20 and figure 5, with the motors standing still in their stroke. The limit
     grows with the displacement as in that figure down to about a fifth of it; far below, where no mode goes, it rises
-    again. Differs from print: paper E calls SSC pure feedforward. u_ff holds the measured alpha_m, so the motors' own
-    loop changes with the tip's speed; the pump loop, and with it this limit, does not depend on it.
+    again.
+    Differs from print: paper E calls SSC pure feedforward. u_ff holds the measured alpha_m, so the motors' own loop
+    changes with the tip's speed; the pump loop, and with it this limit, does not depend on it.
     """
     check_K_wire(K_wire)
     check_displacement(alpha_m)

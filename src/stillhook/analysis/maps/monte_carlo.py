@@ -58,20 +58,48 @@ def monte_carlo_map(
 
     Parameters
     ----------
-    crane, controllers, grid: as in `stillhook.analysis.maps.operability.operability_map` (loads, speeds, period,
-    motion, s_w, layers, periods, duration, warm_up). uncertainty, n, seed: as in
-    `stillhook.analysis.uncertainty.monte_carlo`. step, threads, store, client, progress: as in
-    `stillhook.simulate`.
+    crane : Crane
+        The machine.
+    controllers : sequence of str, Path or Controller, optional
+        As in `stillhook.analysis.operability_map`.
+    uncertainty : Uncertainty, optional
+        Default `Uncertainty.default`.
+    n : int, default 64
+        Draws.
+    seed : int, default 0
+        The same seed gives the same draws.
+    step : str, optional
+        Integration step, such as "2 ms"; default as in `stillhook.simulate`.
+    threads : int, default 2
+        Threads that share the runs.
+    store : str or Path, optional
+        Folder in which statistics are kept as they finish, so that a run that was killed goes on; as in
+        `stillhook.simulate`.
+    client : dask.distributed.Client, optional
+        Cluster that shares the runs, with the same numbers.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+    **grid : Any
+        As in `stillhook.analysis.operability_map`: loads, speeds, period, motion, s_w, layers, periods, duration,
+        warm_up.
 
     Returns
     -------
-    Dataset over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers
-    of `SHOWN` over "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS
-    that is applicable more often, then the lower in median error; draw by draw, over the draws in which both are
-    applicable), `applicable_chance` over "interval", `failed` draws. A draw that diverged is in no band and not
-    applicable. Cells are run a few at a time, and only bands are kept, so memory does not grow with n times the cells.
+    Dataset
+        Over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers of
+        `SHOWN` over "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS
+        that is applicable more often, then the lower in median error; draw by draw, over the draws in which both are
+        applicable), `applicable_chance` over "interval", `failed` draws.
 
-    Errors: as of `operability_map` and `monte_carlo`, before anything runs.
+    Raises
+    ------
+    ScenarioError, UnitError, SpecError, MotionError
+        As `operability_map` and `monte_carlo`, before anything runs.
+
+    Notes
+    -----
+    A draw that diverged is in no band and not applicable. Cells are run a few at a time, and only bands are kept, so
+    memory does not grow with n times the cells.
     """
     cells = cells_of(crane, controllers, **grid)
     uncertain = (uncertainty or Uncertainty.default()).on(*zip(cells.cranes, cells.cases, strict=True))

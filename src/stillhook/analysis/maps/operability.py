@@ -65,20 +65,7 @@ def map_of(
 ) -> Map:
     """One run for every controller, load and speed (and layer, and period), statistics alone.
 
-    Parameters
-    ----------
-    controllers: names, paths of TOML files (`stillhook.analysis.controllers`) or Controller objects.
-    loads, speeds, periods: texts with units; several with commas between them, or a range "10 m/min to 120 m/min by 10
-    m/min". Loads may be parts of the SWL, "20 % to 100 % by 10 %". speeds are peak speeds of the tip. s_w, layers: see
-    `axes_of`. period: of the sine that is the motion by default. motion: another motion, made larger or smaller in
-    every cell until its highest speed between warm_up and duration is the cell's; its times stay. Paper E's velocity
-    profile (figure 6) is not printed as numbers. duration, warm_up: length of each run, and its start that does not
-    count; the peak-to-peak error is that of the part that counts, at most of 30 s. The tip's motion grows over the
-    first 10 s, or over the warm-up where that is shorter. step, threads, store, client, progress: as in
-    `stillhook.simulate`.
-
-    Errors: ScenarioError, UnitError, SpecError, MotionError, one line each, before anything runs.
-    Source: Moslatt 2020 paper E section 4.
+    This is `operability_map` before it is made a Dataset, with its parameters and errors.
     """
     axes, chosen, cranes, cases = cells_of(
         crane,
@@ -123,11 +110,64 @@ def map_of(
 operability_map = as_dataset(
     map_of,
     "operability_map",
-    """Error, pressure and limits of controllers over load and peak speed of the tip: `map_of` as a Dataset.
+    """Error, pressure and limits of controllers over load and peak speed of the tip.
 
-    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`,
-    `status`, `applicable` and `cause`; in addition to the requested controllers, "best classic" (cell by cell the
-    applicable one of NS and HS with the lower error), and `e_c_pp_change`, `p_max_change` against it.
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    controllers : sequence of str, Path or Controller, optional
+        Names, paths of TOML files (`stillhook.analysis.controller`) or Controller objects; default the crane's usual
+        ones.
+    loads : str or sequence of str
+        Payloads with units; several with commas between them, or a range. They may be parts of the SWL; default "20 %
+        to 100 % by 10 %".
+    speeds : str or sequence of str
+        Peak speeds of the tip, likewise; default "10 m/min to 120 m/min by 10 m/min".
+    period : str, default "12 s"
+        Of the sine that is the motion by default.
+    motion : Motion, optional
+        Another motion, made larger or smaller in every cell until its highest speed between warm_up and duration is the
+        cell's; its times stay.
+    s_w : str, optional
+        Wire paid out, such as "100 m"; default to the middle of the layer.
+    layers : int or sequence of int, optional
+        One layer sets the wire and adds no dimension, a list adds one; default the outermost. Not together with s_w.
+    periods : str or sequence of str, optional
+        Periods of the sine as a further dimension.
+    duration : str, default "30 s"
+        Length of each run.
+    warm_up : str, default "10 s"
+        Start of each run that does not count.
+    step : str, optional
+        Integration step, such as "2 ms"; default as in `stillhook.simulate`.
+    threads : int, default 2
+        Threads that share the runs.
+    store : str or Path, optional
+        Folder in which statistics are kept as they finish, so that a run that was killed goes on; as in
+        `stillhook.simulate`.
+    client : dask.distributed.Client, optional
+        Cluster that shares the runs, with the same numbers.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    Dataset
+        Over ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`, `status`, `applicable`
+        and `cause`; in addition to the requested controllers, "best classic" (cell by cell the applicable one of NS and
+        HS with the lower error), and `e_c_pp_change`, `p_max_change` against it.
+
+    Raises
+    ------
+    ScenarioError, UnitError, SpecError, MotionError
+        One line each, before anything runs.
+
+    Notes
+    -----
+    The peak-to-peak error is that of the part that counts, at most of 30 s. The tip's motion grows over the first 10 s,
+    or over the warm-up where that is shorter. Paper E's velocity profile (figure 6) is not printed as numbers.
+    Source: Moslatt 2020 paper E section 4.
     """,
 )
 

@@ -75,22 +75,7 @@ def settling_of(
 ) -> Map:
     """A step of the wire's speed at every load and speed, in heave compensation with the tip at rest.
 
-    The operator's speed grows smoothly to that of the cell, is held until the winch is steady, and steps up by
-    `wire_step`; v_w has settled when it stays within 2 % of the step of the new speed. The gas pressure is held, so
-    that the accumulator never runs empty, and the step is made in the middle of the layer (or with s_w of wire out),
-    far enough from its ends.
-
-    The operator's acceleration is not fed forward: u_ff takes v_op alone, so K_2 plays no part and the pumps' own lag
-    is in the answer.
-
-    Parameters: controllers, loads, speeds (before the step), layers, s_w as in `map_of`; wire_step such as "5 m/min";
-    lowering: pay out instead of hoisting; step: integration step, default 2 ms; threads; client a dask.distributed
-    Client that shares the work. Memory is bounded: of a test nothing but its response is kept.
-
-    Errors: ScenarioError, UnitError, SpecError, one line each; ScenarioError where the wire of a layer is too short for
-    the test.
-    Source: Moslatt 2020 paper E section 4.3, figures 9 to 11; neither the direction nor the time before the step is
-    printed.
+    This is `settling_map` before it is made a Dataset, with its parameters and errors.
     """
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers)
     chosen = controllers_of(crane.plant.type.usual_modes if controllers is None else controllers)
@@ -137,12 +122,61 @@ def settling_of(
 settling_map = as_dataset(
     settling_of,
     "settling_map",
-    """Settling time and displacement after a step of wire speed; see `settling_of`, whose result this is as a Dataset.
+    """Settling time and displacement after a step of wire speed, in heave compensation with the tip at rest.
 
-    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS` (without
-    `alpha_m_end` where the winch has no motors of variable displacement), `status`,
-    `applicable`, `cause`, and `settling_time_change` against the best classic controller (the applicable one of NS and
-    HS that settles first).
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    controllers : sequence of str, Path or Controller, optional
+        Names, paths of TOML files (`stillhook.analysis.controller`) or Controller objects; default the crane's usual
+        ones.
+    loads : str or sequence of str
+        Payloads with units; several with commas between them, or a range. They may be parts of the SWL; default "20 %
+        to 100 % by 10 %".
+    speeds : str or sequence of str
+        Speeds before the step, likewise; default "10 m/min to 120 m/min by 10 m/min".
+    wire_step : str, default "5 m/min"
+        Size of the step.
+    lowering : bool, default False
+        Pay out instead of hoisting.
+    s_w : str, optional
+        Wire paid out, such as "100 m"; default to the middle of the layer.
+    layers : int or sequence of int, optional
+        One layer sets the wire and adds no dimension, a list adds one; default the outermost. Not together with s_w.
+    step : str, optional
+        Integration step; default 2 ms.
+    threads : int, default 2
+        Threads that share the runs.
+    client : dask.distributed.Client, optional
+        Cluster that shares the runs, with the same numbers.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    Dataset
+        Over ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS` (without `alpha_m_end` where the winch
+        has no motors of variable displacement), `status`, `applicable`, `cause`, and `settling_time_change` against the
+        best classic controller (the applicable one of NS and HS that settles first).
+
+    Raises
+    ------
+    ScenarioError, UnitError, SpecError
+        One line each; ScenarioError also where the wire of a layer is too short for the test.
+
+    Notes
+    -----
+    The operator's speed grows smoothly to that of the cell, is held until the winch is steady, and steps up by
+    `wire_step`; v_w has settled when it stays within 2 % of the step of the new speed. The gas pressure is held, so
+    that the accumulator never runs empty, and the step is made in the middle of the layer (or with s_w of wire out),
+    far enough from its ends. Memory is bounded: of a test nothing but its response is kept.
+
+    The operator's acceleration is not fed forward: u_ff takes v_op alone, so K_2 plays no part and the pumps' own lag
+    is in the answer.
+
+    Source: Moslatt 2020 paper E section 4.3, figures 9 to 11; neither the direction nor the time before the step is
+    printed.
     """,
 )
 

@@ -58,9 +58,44 @@ def envelope(
     reserve: float = RESERVE,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    r"""The load-speed operating range: highest wire speed of every controller, and of the machine whatever the
-    controller.
+    r"""Load-speed operating range: highest wire speed of every controller, and of the machine whatever the controller.
 
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    layers : sequence of int, optional
+        Counted from the bare drum; default the outermost alone.
+    loads : str or sequence of str, optional
+        Payloads as for a map, ["90 t", "120 t"] or "0 % to 100 % by 20 %" of the SWL; default 0 to the SWL in steps of
+        5 %.
+    modes : sequence of str, Mode or Controller, optional
+        Controllers; default those with settings of the motors, or those of the drive.
+    reserve : float, default 0.3
+        Part of the static load that the active motors can deliver on top of what they hold [-].
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    Dataset
+        Over ("mode", "layer", "load", "direction") in SI. v_w_top [m/s] without sign, NaN where the mode may not be
+        used, and binds, the limit that stops it; alpha_m_top, alpha_p_top [-], dp_m_top [Pa], omega_m_top [rad/s]
+        there; v_w_limit over "limit" as well: the speed that each limit alone allows (inf: it never binds, NaN: it
+        allows none); by layer and load alpha_least (D_m_min of SSC), alpha_reserve, alpha_pm_hold [-], and the
+        hyperbolas of constant power v_w_power (the reserve at relief pressure) and v_w_power_rule (the same force at
+        the pressure at which alpha_swl holds it) [m/s]; load_most(mode) [kg]; attribute notes: what the winch type
+        means at the heaviest load, and implausible numbers.
+
+    Raises
+    ------
+    UnitError
+        For a load without its unit.
+    StillhookError
+        For an unknown layer, a load above the SWL, a mode named twice or manual mode.
+
+    Notes
+    -----
     At a constant wire speed, compensating, with leakage and friction of the complete plant, a winch is stopped by the
     first of: full pumps; relief valves opening; less torque in reserve than the rule requires; active or passive motors
     turning faster than their displacement allows (the limit rises from n_max_full to n_max as the displacement falls).
@@ -68,20 +103,6 @@ def envelope(
     displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS 60 % of it. Without a mode ("physical") the
     motors are at the best displacement of all.
 
-    Parameters: layers counted from the bare drum, None the outermost alone; loads payloads as for a map, ["90 t", "120
-    t"] or "0 % to 100 % by 20 %" of the SWL, None 0 to the SWL in steps of 5 %;
-    modes names, `Mode` or `Controller`; reserve part of the static load that the active motors can deliver on top of
-    what they hold [-]; progress called with the share done.
-
-    Returns: Dataset over ("mode", "layer", "load", "direction") in SI. v_w_top [m/s] without sign, NaN where the mode
-    may not be used, and binds, the limit that stops it; alpha_m_top, alpha_p_top [-], dp_m_top [Pa], omega_m_top
-    [rad/s] there; v_w_limit over "limit" as well: the speed that each limit alone allows (inf: it never binds, NaN: it
-    allows none); by layer and load alpha_least (D_m_min of SSC), alpha_reserve, alpha_pm_hold [-], and the hyperbolas
-    of constant power v_w_power (the reserve at relief pressure) and v_w_power_rule (the same force at the pressure at
-    which alpha_swl holds it) [m/s]; load_most(mode) [kg]; attribute notes: what the winch type means at the heaviest
-    load, and implausible numbers.
-    Errors: UnitError for a load without its unit; StillhookError for an unknown layer, a load above the SWL, a mode
-    named twice or manual mode.
     Source: Moslatt 2020 paper C figure 4 and section "Considered system".
     Differs from print: paper C's rectangles end at one speed for all loads; here leakage and friction grow with the
     load.
@@ -196,17 +217,41 @@ def setting_curves(
     layer: int | None = None,
     direction: Direction | str = Direction.HOISTING,
 ) -> xarray.Dataset:
-    """Steady pump and motor setting against wire speed, of the ideal machine of the published figures and of the whole
-    plant.
+    """Steady pump and motor setting against wire speed.
 
-    Parameters: v_w wire speeds without sign, ["40 m/min", "80 m/min"] or "0 m/s to 2 m/s by 0.1 m/s", None from 0 to a
-    little above the speed of full pumps and the smallest displacement;
-    load payload "100 t"; layer counted from the bare drum, None the outermost (the ideal machine then turns the
-    published outer diameter).
-    Returns: Dataset over ("mode", "v_w"): alpha_m_ideal, alpha_p_ideal [-], alpha_m, alpha_p [-] and dp_m [Pa] of the
-    plant, all as magnitudes; alpha_p above 1 cannot be reached. v_w_cross, v_w_cross_ideal over ("mode", "classic")
-    [m/s]: the speed at which a mode's motors come down to those of the classic ones, NaN where they never do.
-    Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
+    Of the ideal machine of the published figures and of the whole plant.
+
+    Parameters
+    ----------
+    crane : Crane
+        The machine.
+    modes : sequence of str, Mode or Controller, optional
+        Controllers; default those with settings of the motors, or those of the drive.
+    v_w : str or sequence of str, optional
+        Wire speeds without sign, ["40 m/min", "80 m/min"] or "0 m/s to 2 m/s by 0.1 m/s"; default from 0 to a little
+        above the speed of full pumps and the smallest displacement.
+    load : str, default "0 t"
+        Payload, such as "100 t".
+    layer : int, optional
+        Counted from the bare drum; default the outermost (the ideal machine then turns the published outer diameter).
+    direction : {"hoisting", "lowering"}
+        Direction of the wire; default hoisting.
+
+    Returns
+    -------
+    Dataset
+        Over ("mode", "v_w"): alpha_m_ideal, alpha_p_ideal [-], alpha_m, alpha_p [-] and dp_m [Pa] of the plant, all as
+        magnitudes; alpha_p above 1 cannot be reached. v_w_cross, v_w_cross_ideal over ("mode", "classic") [m/s]: the
+        speed at which a mode's motors come down to those of the classic ones, NaN where they never do.
+
+    Raises
+    ------
+    UnitError, StillhookError
+        As `envelope`.
+
+    Notes
+    -----
+    Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
     """
     chosen = controllers(_standard(crane) if modes is None else modes, "modes")
     way, mass = Direction(direction), parse(load, "mass", "load")

@@ -124,19 +124,46 @@ def tune(
 
     Parameters
     ----------
-    crane, controller: where the search starts, the controller by name, from a file, or one made; the tuned controller
-    holds what differs from the crane. free: settings to tune, default all those of the motor law
-    (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr, alpha_min, alpha_swl or alpha_ns or alpha_hs.
-    objective: see `Objective`. cases: scenarios, run in the controller's mode; default `tune_goal.scenarios`. limits:
-    texts such as "p_max <= 300 bar", see `parse_limits`, or `Limits`.
-    seed: the same seed gives the same settings. budget: evaluations at most, each in all scenarios. reference: the
-    controller whose speed capacity and fast runs are kept, default `controller` itself. progress: called with the share
-    done.
+    crane : Crane
+        The machine.
+    controller : Controller, Path or str
+        Where the search starts, by name, from a file, or one made; the tuned controller holds what differs from the
+        crane.
+    free : sequence of str, default ()
+        Settings to tune; empty: all those of the motor law (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr,
+        alpha_min, alpha_swl or alpha_ns or alpha_hs.
+    objective : Objective or str, default "balanced"
+        See `Objective`.
+    cases : sequence of Scenario, optional
+        Run in the controller's mode; default `tune_goal.scenarios`.
+    limits : Limits or sequence of str, optional
+        Texts such as "p_max <= 300 bar", see `parse_limits`, or `Limits`.
+    seed : int, default 0
+        The same seed gives the same settings.
+    budget : int, default 400
+        Evaluations at most, each in all scenarios.
+    reference : Controller, Path or str, optional
+        Controller whose speed capacity and fast runs are kept; default `controller` itself.
+    threads : int, default 2
+        Threads that share the runs.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
 
+    Returns
+    -------
+    Tuned
+        The tuned controller and what it reaches.
+
+    Raises
+    ------
+    StillhookError
+        For a setting that there is not, a budget too small, scenarios that this crane cannot do.
+
+    Notes
+    -----
     The start is among what is tried, so where it keeps the limits the result is never worse. An interrupt (Ctrl-C)
     keeps the best found.
 
-    Errors: StillhookError for a setting that there is not, a budget too small, scenarios that this crane cannot do.
     Source: Storn and Price 1997 (differential evolution, scipy), Nelder and Mead 1965; ranking of what breaks limits by
     Deb 2000.
     """

@@ -278,19 +278,40 @@ def attribute(
     pairs: bool = True,
     evaluate: Evaluate | None = None,
 ) -> Attribution:
-    """Every factor at both ends, one at a time, every alternative, and every two of these together, with what they do
-    to the figures.
+    """What every factor and every alternative, and every two of these together, do to the figures.
+
+    Factors are changed one at a time, to both ends.
 
     Parameters
     ----------
-    runs: crane and scenario by name; one change holds for all of them. figures: numbers of these runs with what is
-    printed of each. alternatives: other settings that the print allows. uncertainty: default every factor of the table
-    that changes something in one of the runs, also those that are not drawn by default unless they count a thing twice.
-    A factor's ends hold 95 % of its distribution; where its distribution does not hold at the working point of a run,
-    they are wider (`Factor.outside`). pairs: False leaves the pairs out; two alternatives that make no crane together
-    are no pair. evaluate: numbers of each run, default its summary.
+    runs : mapping
+        Crane and scenario by name; one change holds for all of them.
+    figures : sequence of Figure
+        Numbers of these runs with what is printed of each.
+    alternatives : sequence of Alternative, default ()
+        Other settings that the print allows.
+    uncertainty : Uncertainty, optional
+        Default every factor of the table that changes something in one of the runs, also those that are not drawn by
+        default unless they count a thing twice.
+    pairs : bool, default True
+        False leaves the pairs out; two alternatives that make no crane together are no pair.
+    evaluate : callable, optional
+        Numbers of each run; default its summary.
 
-    Errors: SpecError, ScenarioError of one line.
+    Returns
+    -------
+    Attribution
+        The figures under every change.
+
+    Raises
+    ------
+    SpecError, ScenarioError
+        One line.
+
+    Notes
+    -----
+    A factor's ends hold 95 % of its distribution; where its distribution does not hold at the working point of a run,
+    they are wider (`Factor.outside`).
     """
     if not runs or not figures:
         raise SpecError("attribute: runs or figures: none. Give at least one of each.")

@@ -318,7 +318,20 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
         inertia      = "default"
         boost        = 1.0                            # fixed
 
-    Errors: SpecError, UnitError of one line.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Uncertainty
+        The factors and their distributions.
+
+    Raises
+    ------
+    SpecError, UnitError
+        One line.
     """
     start = "Give [factors], such as friction = { lognormal = [1, 1.3] }."
     return read_toml(path, FileKind.FACTORS, SpecError, _uncertainty, start=start)

@@ -50,23 +50,51 @@ def monte_carlo(
     client: Any = None,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """Every case under n draws of what is uncertain; all cases see the same draws, so that their differences are sharp.
+    """Every case under n draws of what is uncertain; all cases see the same draws: differences are sharp.
 
     Parameters
     ----------
-    crane, case: one or several of either, in pairs, as in `stillhook.simulate`; two controllers are two cases (on two
-    cranes where their settings differ). uncertainty: default `Uncertainty.default`. n, seed: see `draws`. labels: names
-    along "case". step, threads, store, client, progress: as in `stillhook.simulate`.
+    crane : Crane or sequence of Crane
+        One or several, in pairs with the cases, as in `stillhook.simulate`.
+    case : Scenario or sequence of Scenario
+        One or several; two controllers are two cases (on two cranes where their settings differ).
+    uncertainty : Uncertainty, optional
+        Default `Uncertainty.default`.
+    n : int, default 256
+        Draws.
+    seed : int, default 0
+        The same seed gives the same draws.
+    labels : sequence of str, optional
+        Names along "case".
+    step : str, optional
+        Integration step, such as "2 ms"; default as in `stillhook.simulate`.
+    threads : int, default 2
+        Threads that share the runs.
+    store : str or Path, optional
+        Folder in which statistics are kept as they finish, so that a run that was killed goes on; as in
+        `stillhook.simulate`.
+    client : dask.distributed.Client, optional
+        Cluster that shares the runs, with the same numbers.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
 
     Returns
     -------
-    Dataset over (case, draw) with the summary of every run, and `factor_value` over (draw, factor) [SI]. A draw that
-    diverged has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and
-    seed, from which `pair_of_draw` makes the crane and scenario of any draw; `at_values` is the run of every case at
-    the nominal values. The crane of a draw differs from that of a certificate, so `validated` is 0 in every draw;
-    whether the twin is validated for a case follows from `at_values`.
+    Dataset
+        Over (case, draw) with the summary of every run, and `factor_value` over (draw, factor) [SI]. A draw that
+        diverged has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and seed,
+        from which `pair_of_draw` makes the crane and scenario of any draw; `at_values` is the run of every case at the
+        nominal values.
 
-    Errors: SpecError, ScenarioError of one line before anything runs, also where an end of a distribution is no crane.
+    Raises
+    ------
+    SpecError, ScenarioError
+        One line before anything runs, also where an end of a distribution is no crane.
+
+    Notes
+    -----
+    The crane of a draw differs from that of a certificate, so `validated` is 0 in every draw; whether the twin is
+    validated for a case follows from `at_values`.
     """
     cranes, cases = paired(crane, case)
     names = case_labels(cases, labels)

@@ -177,15 +177,39 @@ def sensitivity(
 
     Parameters
     ----------
-    crane, case, uncertainty, labels: as in `stillhook.analysis.uncertainty.monte_carlo`. Factors with a fixed value
-    have no index; the parameters of a set count together. outputs: numbers of the summary (default those of `OUTPUTS`
-    that the winch type has). against: label of a case;
-    the others' numbers over those of that case are then analysed too ("ssc / hs"): what a difference depends on. n:
-    rows of the tables, a power of two; there are n (factors + 2) runs a case. how: step, threads, store, client of
-    `stillhook.simulate`.
+    crane : Crane or sequence of Crane
+        As in `stillhook.analysis.monte_carlo`.
+    case : Scenario or sequence of Scenario
+        As there.
+    uncertainty : Uncertainty, optional
+        As there. Factors with a fixed value have no index; the parameters of a set count together.
+    outputs : sequence of str, default ()
+        Numbers of the summary; empty: those of `OUTPUTS` that the winch type has.
+    against : str, optional
+        Label of a case; the others' numbers over those of that case are then analysed too ("ssc / hs"): what a
+        difference depends on.
+    n : int, default 128
+        Rows of the tables, a power of two; there are n (factors + 2) runs a case.
+    seed : int, default 0
+        The same seed gives the same tables.
+    labels : sequence of str, optional
+        Names of the cases.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+    **options : Any
+        How to run: step, threads, store, client of `stillhook.simulate`.
 
-    Errors: SpecError, ScenarioError of one line; SimulationError where a run diverged: indices of the rest
-    would mislead.
+    Returns
+    -------
+    list of Sensitivity
+        Indices of every case and output.
+
+    Raises
+    ------
+    SpecError, ScenarioError
+        One line.
+    SimulationError
+        Where a run diverged: indices of the rest would mislead.
     """
     cranes, cases = paired(crane, case)
     columns = numbers_of(cranes[0])

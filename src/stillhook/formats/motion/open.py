@@ -101,9 +101,37 @@ def read_tip_motion(
 ) -> Recorded:
     """Crane-tip motion from a file: its column `tip` if no lever arm is given, else the ship's motion at that arm.
 
-    Parameters: tip, from the motion sensor's point to the crane tip, forward, to port and up, as texts; every, as in
-    `tip_motion`; the others as in `read_ship_motion`. Errors: MotionError or UnitError, one line.
+    Parameters
+    ----------
+    path : str or path-like
+        Seapath log or CSV.
+    tip : Offset, optional
+        From the motion sensor's point to the crane tip, forward, to port and up, as texts with units.
+    heave : {"up", "down"}, optional
+        Which way the file counts heave; default what its form has as a rule, see `read_ship_motion`.
+    time : {"logger", "instrument"}, optional
+        Clock, for Seapath logs only; default "logger".
+    max_gap : str, default "5 s"
+        Longest stretch without samples that the curve may bridge.
+    start : str, optional
+        Start of the piece to read, counted from the first usable sample, such as "60 s"; default the first.
+    duration : str, optional
+        Length of that piece, such as "300 s"; default up to the end.
+    every : str or None, default "0.5 s"
+        As in `tip_motion`.
 
+    Returns
+    -------
+    Recorded
+        Motion of the tip, up positive [m].
+
+    Raises
+    ------
+    MotionError, UnitError
+        One line.
+
+    Examples
+    --------
     >>> import math, pathlib, stillhook, tempfile
     >>> rows = [f"{t},{math.sin(t):.4f}" for t in range(40)]
     >>> with tempfile.TemporaryDirectory() as folder:

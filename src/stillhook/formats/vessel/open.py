@@ -33,12 +33,26 @@ LARGEST_FILE = 200_000_000  # bytes
 
 
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
-    """The vessel in a file of motions or a vessel description, or one of the library by its name, tested against what
-    every floating body does in long waves (`stillhook.sea.vessel.rao`); what deserves a look is in its notes.
+    """The vessel in a file of motions or a vessel description, or one of the library by its name.
 
-    Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the
-    convention it declares.
+    Parameters
+    ----------
+    path : str or path-like
+        Path of the file, or a name of the library, such as "supply-vessel-82m".
 
+    Returns
+    -------
+    Rao
+        Motions per wave, tested against what every floating body does in long waves (`stillhook.sea.vessel.rao`); what
+        deserves a look is in its notes.
+
+    Raises
+    ------
+    SeaError
+        One line, for a file that cannot be read, or whose motions are no floating body's in the convention it declares.
+
+    Examples
+    --------
     >>> import stillhook
     >>> stillhook.read_vessel("supply-vessel-82m").name
     'Supply vessel 82 m'

@@ -94,10 +94,29 @@ def identify_motor(
 ) -> MotorLoss:
     """Fit, rank and judge all torque-loss models on a map.
 
-    Parameters: model one to look at instead of the recommended one; threshold error over nominal torque beyond which a
-    model must not be used; like a motor of the library (or the path of a motor file) that lends inertia, speed limits
-    and leakage; without it one of the library of the same size.
-    Errors: IdentifyError where the map determines no model or not the one requested; SpecError for an unknown motor.
+    Parameters
+    ----------
+    m : LossMap
+        Map of the motor.
+    model : LossModel or str, optional
+        One to look at instead of the recommended one.
+    threshold : float, default 0.01
+        Error over nominal torque beyond which a model must not be used [-].
+    like : str, optional
+        Motor of the library (or path of a motor file) that lends inertia, speed limits and leakage; default one of the
+        library of the same size.
+
+    Returns
+    -------
+    MotorLoss
+        Ranking of the models, and the one chosen.
+
+    Raises
+    ------
+    IdentifyError
+        Where the map determines no model or not the one requested.
+    SpecError
+        For an unknown motor.
     """
     if not 0.0 < threshold < 1.0:
         raise IdentifyError(

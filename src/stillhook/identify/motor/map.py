@@ -131,16 +131,35 @@ def blocks(values: FloatArray, most: int) -> NDArray[np.intp]:
 def read_map(
     path: str | os.PathLike[str], *, mapping: str | os.PathLike[str] | None = None, D_max: str | None = None
 ) -> LossMap:
-    """A supplier's map from CSV, Parquet or Excel in long form: a row a cell, with displacement, speed, pressure drop
-    and a loss.
+    """A supplier's map from CSV, Parquet or Excel in long form: a row a cell.
 
+    A row has displacement, speed, pressure drop and a loss.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+    mapping : str or path-like, optional
+        Mapping file with columns and units (see `stillhook.formats.table.columns`); default the headings.
+    D_max : str, optional
+        Full displacement, such as "215 cm^3/rev"; default the largest of the map.
+
+    Returns
+    -------
+    LossMap
+        Its cells [SI].
+
+    Raises
+    ------
+    LogError, UnitError
+        One line with file, row and column.
+
+    Notes
+    -----
     Columns: D_m, omega_m (or n), dp_m (or dp), and one of T_f (torque loss), T_shaft (torque at the shaft of the
     driving motor) or eta_hm (hydromechanical efficiency T_shaft / (D_m dp_m)), with the unit in the heading or in the
-    mapping file (see `stillhook.formats.table.columns`).
-    Parameters: D_max full displacement, text with its unit; without it the largest of the map.
-    Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are left out and
-    reported in `findings`.
-    Errors: LogError, UnitError of one line with file, row and column.
+    mapping file. Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are
+    left out and reported in `findings`.
     """
     table = read_columns(path, (*SETTINGS, *LOSSES), mapping)
     _in_range(table)
@@ -301,11 +320,28 @@ omega_m and dp_m."""
 def mapped_loss(m: LossMap) -> MappedLoss:
     """The map itself as a loss model: linear between its cells; outside, the loss at the edge is held and marked.
 
+    Parameters
+    ----------
+    m : LossMap
+        Cells of the map [SI].
+
+    Returns
+    -------
+    MappedLoss
+        Called with omega_m [rad/s], D_m [m^3/rad] and dp_m [Pa]: loss [N m], and where it is inside the map.
+
+    Raises
+    ------
+    LogError
+        For a map of one cell.
+
+    Notes
+    -----
     Held, not continued: a straight line through the last two cells may cross zero or invent a loss nobody measured.
     With held values the loss stays inside what the map has. Full grids are interpolated in each axis in turn
     (trilinear), others over the simplices between scattered cells, with the axes scaled to their range; outside of
-    those the nearest cell counts. Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
-    Errors: LogError for a map of one cell.
+    those the nearest cell counts.
+    Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
     """
     from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
     from scipy.spatial import QhullError

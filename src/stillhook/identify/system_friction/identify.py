@@ -146,16 +146,35 @@ def friction(
 
     Parameters
     ----------
-    source: campaign, or path of its file (see `load_campaign`).
-    What is None is that of the campaign's table [fit], and of its default.
-    keep_Y_2: keep the constant term; without it only where the data ask for it.
-    like: set of a similar winch (library name or file) for parameters that these tests cannot determine.
-    loops: rounds of paper D's second loop (0: none).
-    loss_map: supplier's map of the motor, to be compared with its fitted model (see `read_map`).
-    variant: of the complex method that checks the fit. proposals: how many further tests to propose. seed: of
-    everything random. progress: called with the share done, 0..1.
+    source : Campaign, str or Path
+        Campaign, or path of its file (see `load_campaign`). What is None below is that of its table [fit], and of its
+        default.
+    keep_Y_2 : bool, optional
+        Keep the constant term; without it only where the data ask for it.
+    like : str, optional
+        Set of a similar winch (library name or file) for parameters that these tests cannot determine.
+    loops : int, optional
+        Rounds of paper D's second loop (0: none).
+    loss_map : str or Path, optional
+        Supplier's map of the motor, to be compared with its fitted model (see `read_map`).
+    variant : Variant or str, optional
+        Of the complex method that checks the fit.
+    proposals : int, default 3
+        How many further tests to propose.
+    seed : int, optional
+        Of everything random.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
 
-    Errors: LogError, IdentifyError, SpecError, UnitError of one line.
+    Returns
+    -------
+    Friction
+        The fit, its uncertainty and the evidence.
+
+    Raises
+    ------
+    LogError, IdentifyError, SpecError, UnitError
+        One line.
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
     fit_of = campaign.fit

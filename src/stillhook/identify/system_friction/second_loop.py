@@ -67,9 +67,30 @@ class SecondLoop:
 def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: int = 1) -> SecondLoop:
     """Refine the motor model with the system friction locked, then the system friction with the motor model locked.
 
-    Parameters: points measured ones; loss of the first loop (from the supplier's map); fit system friction found with
-    it; rounds of the loop (the thesis: more than one brought nothing). MJ4 is linear in X_1 to X_5, so each step is a
-    non-negative least-squares problem with one answer. Errors: IdentifyError for fewer points than parameters.
+    Parameters
+    ----------
+    points : Points
+        Measured ones [SI].
+    loss : TorqueLoss
+        Of the first loop (from the supplier's map).
+    fit : FrictionFit
+        System friction found with it.
+    rounds : int, default 1
+        Rounds of the loop (the thesis: more than one brought nothing).
+
+    Returns
+    -------
+    SecondLoop
+        Both models refined, costs before and after, and a verdict.
+
+    Raises
+    ------
+    IdentifyError
+        For fewer points than parameters.
+
+    Notes
+    -----
+    MJ4 is linear in X_1 to X_5, so each step is a non-negative least-squares problem with one answer.
     """
     if rounds < 1:
         raise IdentifyError(f"second loop: rounds = {rounds}. Give 1 or more.")

@@ -29,7 +29,20 @@ HASH = "numbers_sha256"
 
 
 def save_plan(result: PlanResult, folder: str | Path) -> Path:
-    """Write a result into a folder; both files appear together when they are complete."""
+    """Write a result into a folder; both files appear together when they are complete.
+
+    Parameters
+    ----------
+    result : PlanResult
+        What `plan` gave.
+    folder : str or Path
+        Folder to write.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
     target = Path(folder)
     with atomic_folder(target) as part:
         write_plan(result, part)
@@ -55,8 +68,23 @@ def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
 
 
 def load_plan_result(folder: str | Path) -> PlanResult:
-    """The result that `save_plan` wrote. Errors: PlanError, one line, for a folder without one, and for files that are
-    damaged, changed in their shape, or of two plans."""
+    """The result that `save_plan` wrote.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Its folder.
+
+    Returns
+    -------
+    PlanResult
+        The result.
+
+    Raises
+    ------
+    PlanError
+        One line, for a folder without one, and for files that are damaged, changed in their shape, or of two plans.
+    """
     where = Path(folder)
     if where.name in PLAN_FILES:
         where = where.parent

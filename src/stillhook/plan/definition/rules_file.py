@@ -88,8 +88,8 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         drop = ["control-error"]
         [[rule]]                      # changes the rule of this key: what is not given stays
         key = "landing-speed"
-        at_most = "0.3 m/s"           # a quantity, a number or "5 %", or a capacity of the crane such as "1.2 x
-        SWL_tip" standard = "Installation manual of the template"
+        at_most = "0.3 m/s"           # a quantity, a number or "5 %", or "1.2 x SWL_tip" of the crane
+        standard = "Installation manual of the template"
         [[rule]]                      # a key that the base does not have adds a rule
         key = "slack-chance"
         title = "Chance of slack slings"
@@ -108,8 +108,21 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         [simplified]                  # numbers of the closed form, see SETTINGS
         zeta_a = 0.9
 
-    Errors: PlanError (SpecError where it is no TOML, UnitError for a limit) of one line that names file, rule, what
-    came, what is allowed.
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the library, or path of the file.
+
+    Returns
+    -------
+    RuleSet
+        The rules.
+
+    Raises
+    ------
+    PlanError
+        One line that names file, rule, what came, what is allowed; SpecError where it is no TOML, UnitError for a
+        limit.
     """
     name = str(name_or_path)
     if name in rule_sets():

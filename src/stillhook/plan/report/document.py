@@ -125,8 +125,27 @@ def check(result: PlanResult) -> None:
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:
-    """The same in a folder of one's own: all files of it or none. Errors: StillhookError where the folder cannot be
-    written to."""
+    """The report of a plan in a folder of its own: all files of it or none.
+
+    Parameters
+    ----------
+    result : PlanResult
+        What `plan` gave.
+    folder : str or Path
+        Folder to write.
+    figures : bool, default False
+        Also the figures as files.
+
+    Returns
+    -------
+    tuple of str
+        Names of the files.
+
+    Raises
+    ------
+    StillhookError
+        Where the folder cannot be written to.
+    """
     target = Path(folder)
     check_folder(target, REPORT_FILES)
     with atomic_folder(target) as part:

@@ -67,13 +67,35 @@ def parse_wave(text: str, where: str = "") -> Peaks:
 
 
 def parse_sea(text: str, *, heading: str | None = None, spread: float | None = None, where: str = "") -> Sea:
-    """A sea whose wave trains may each have their own `heading=150 deg` and `spread=4`, else the ones given here.
+    """A sea from text.
 
-    heading: the direction in which waves travel, counter-clockwise from the bow, as text such as "180 deg" ("0 deg"
-    following, "90 deg" coming from starboard, "180 deg" head sea); spread: exponent of cos^n, None for long-crested
-    waves. Errors: as `parse_wave`; UnitError for a heading without its unit, SeaError for one outside 0 to 360 deg or a
-    train that has none.
+    Parameters
+    ----------
+    text : str
+        Spectra as in `parse_wave`, such as "jonswap Hs=2 m Tp=9 s gamma=3.3"; each wave train may have its own
+        `heading=150 deg` and `spread=4`, else those given here.
+    heading : str, optional
+        Direction in which waves travel, counter-clockwise from the bow, such as "180 deg" ("0 deg" following, "90 deg"
+        coming from starboard, "180 deg" head sea).
+    spread : float, optional
+        Exponent of cos^n [-]; None for long-crested waves.
+    where : str, default ""
+        File and field, put first in every error.
 
+    Returns
+    -------
+    Sea
+        The sea with its trains.
+
+    Raises
+    ------
+    SeaError
+        As `parse_wave`; for a heading outside 0 to 360 deg, or a train that has none.
+    UnitError
+        For a number or a heading without its unit.
+
+    Examples
+    --------
     >>> import stillhook
     >>> sea = stillhook.parse_sea("jonswap Hs=2 m Tp=9 s gamma=3.3", heading="180 deg", spread=4)
     >>> sea.trains[0].spectrum.H_s, sea.trains[0].spread

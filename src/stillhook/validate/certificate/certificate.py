@@ -231,7 +231,23 @@ def _numbered(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def certificate_of(validation: Validation) -> Certificate:
-    """The certificate of a validation, without an annex. Errors: ValidateError where not all steps were taken."""
+    """The certificate of a validation, without an annex.
+
+    Parameters
+    ----------
+    validation : Validation
+        What `validate` gave.
+
+    Returns
+    -------
+    Certificate
+        The certificate.
+
+    Raises
+    ------
+    ValidateError
+        Where not all steps were taken.
+    """
     data = json.loads(canonical(content_of(validation)))  # as a reader of the file will have it
     return Certificate(_numbered(data))
 
@@ -246,17 +262,45 @@ def with_its_annex(made: Certificate, figures: Mapping[str, bytes]) -> tuple[Cer
 
 
 def load_certificate(path: str | Path) -> Certificate:
-    """A certificate from its JSON file, complete and unchanged. Errors: ValidateError of one line."""
+    """A certificate from its JSON file, complete and unchanged.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Certificate
+        The certificate.
+
+    Raises
+    ------
+    ValidateError
+        One line.
+    """
     return Certificate(read_certificate(Path(path)))
 
 
 def certificate_files(validation: Validation, images: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
-    """Name and content of the files of a certificate: JSON, PDF and its annex (with the extra `report`), and where it
-    passed the crane's file.
+    """Files of a certificate: JSON, PDF and its annex (with the extra `report`), and where it passed the crane's file.
 
-    drawn: the pictures of the validation (`stillhook.validate.figures.all.pictures`), where they already exist.
-    A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all
-    steps were taken.
+    Parameters
+    ----------
+    validation : Validation
+        What `validate` gave. One that was not passed gives a document that says so, and no crane.
+    images : mapping, optional
+        Pictures of the validation (`stillhook.validate.figures.all.pictures`), where they already exist.
+
+    Returns
+    -------
+    dict
+        Content (bytes) by name.
+
+    Raises
+    ------
+    ValidateError
+        Where not all steps were taken.
     """
     from stillhook.validate.figures.all import pictures  # heavy
 

@@ -88,9 +88,24 @@ def _crane_files(crane: Path) -> Iterator[Path]:
 def save_validation(validation: Validation, folder: str | Path, *, certificate: bool = True) -> tuple[str, ...]:
     """Write everything that a validation gives, all or nothing, and take away what an earlier one has left there.
 
-    Parameters: certificate: also the certificate, or what stands for one that was not passed; there is none unless all
-    steps were taken.
-    Returns: names of the files. Errors: StillhookError where the folder cannot be written to.
+    Parameters
+    ----------
+    validation : Validation
+        What `validate` gave.
+    folder : str or Path
+        Folder to write.
+    certificate : bool, default True
+        Also the certificate, or what stands for one that was not passed; there is none unless all steps were taken.
+
+    Returns
+    -------
+    tuple of str
+        Names of the files.
+
+    Raises
+    ------
+    StillhookError
+        Where the folder cannot be written to.
     """
     out = Path(folder)
     check_out(validation.campaign, out)

@@ -180,8 +180,20 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
         judged = true                 # false: for information
         needed = true                 # false: does not count where there are no data
 
-    Errors: ValidateError (SpecError where it is no TOML) of one line that names file, row, value and what is
-    allowed.
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Name in the library, or path of the file.
+
+    Returns
+    -------
+    Criteria
+        Settings and criteria.
+
+    Raises
+    ------
+    ValidateError
+        One line that names file, row, value and what is allowed; SpecError where it is no TOML.
     """
     name = str(name_or_path)
     if name in criteria_sets():

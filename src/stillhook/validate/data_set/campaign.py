@@ -228,7 +228,20 @@ def load_campaign(path: str | Path) -> Campaign:
         end = "200 s"
         water = { volume = "10 m^3", added_mass = "20 t", C_D = 1.2, area = "12 m^2" }   # a submerged payload
 
-    Errors: StillhookError, one line that names file, field, value and what is allowed.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Campaign
+        The crane, its criteria and its tests.
+
+    Raises
+    ------
+    StillhookError
+        One line that names file, field, value and what is allowed.
     """
     return read_toml(path, FileKind.CAMPAIGN, ValidateError, _campaign)
 

@@ -106,14 +106,30 @@ class PlantMode(NamedTuple):
 
 
 def linearise(point: OperatingPoint, *, kinks: bool = True) -> Linear:
-    """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and effective radius stay
-    constant, as within a PLC cycle.
+    """A, B, C, D of the plant at an operating point, by central differences.
 
-    The point need not be one of steady operation: any state of the plant will do (`at_state`). kinks: look for
-    derivatives that are not the same on both sides, which doubles the work; else none are named.
-    Valid for motions so small that no valve opens or closes, no stop is met, and a sliding winch goes on sliding: near
-    standstill, where the bristle may stick, that is a few micrometres of wire.
-    Errors: StillhookError where the pumps are beyond their stop: nothing follows them there.
+    Parameters
+    ----------
+    point : OperatingPoint
+        It need not be one of steady operation: any state of the plant will do (`at_state`).
+    kinks : bool, default True
+        Look for derivatives that are not the same on both sides, which doubles the work; else none are named.
+
+    Returns
+    -------
+    Linear
+        The matrices [SI], with the names of states, inputs and outputs.
+
+    Raises
+    ------
+    StillhookError
+        Where the pumps are beyond their stop: nothing follows them there.
+
+    Notes
+    -----
+    The drum's layer and effective radius stay constant, as within a PLC cycle. Valid for motions so small that no valve
+    opens or closes, no stop is met, and a sliding winch goes on sliding: near standstill, where the bristle may stick,
+    that is a few micrometres of wire.
     """
     p, u_0 = _free_stops(point.params), point.command
     commands = tuple(n for n in u_0._fields if n.startswith("u_"))

@@ -162,11 +162,24 @@ def load_campaign(path: str | Path) -> Campaign:
         D_m = "215 cm^3/rev"          # of one motor; or D_mt of all together; or a signal D_m or alpha_m
         load = "77 t"                 # on the hook, without the hook
         layer = 6                     # or s_w = "300 m", or a signal s_w
-        depth = "0 m"                 # of the hook below the water line: the wire's weight is added (default: it is
-        not) h_tip = "30 m"                # crane tip above the water line: with depth, or instead of it, where s_w
-        states the other
+        depth = "0 m"                 # of the hook below the water line: the wire's weight is added (default: not)
+        h_tip = "30 m"                # crane tip above the water line: with depth, or instead of it, where s_w states
+                                      # the other
 
-    Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Campaign
+        The crane and its tests.
+
+    Raises
+    ------
+    StillhookError
+        One line that names file, field, what came and what is allowed.
     """
     return read_toml(path, FileKind.FRICTION_CAMPAIGN, IdentifyError, _campaign)
 
