@@ -148,8 +148,10 @@ class TestOldForms:
             "-0.0 m": "0.0 m",
             " -1e1 cm ": "1e1 cm",
         }
-        assert {old: negative(old) for old in rows} == rows
-        assert [negative(odd) for odd in (4, "4", "4 kg")] == [4, "4", "4 kg"]  # said where the file is read
+        assert {old: negative(old, "start") for old in rows} == rows
+        for odd in (4, "4", "4 kg", "nan m"):  # a depth of its text would have the height's sign
+            with pytest.raises(StillhookError, match=r"^start = "):
+                negative(odd, "start")
 
     @pytest.mark.parametrize(
         ("text", "old", "new"),
@@ -174,7 +176,25 @@ class TestOldForms:
         text = f'start = "3 m"\nstage = [{{ mode = "ahc", time = "60 s" }}]\n{TOP}'
         with pytest.warns(FutureWarning, match="an old form"):
             assert load_lift(written(tmp_path, text), moving=False).lift.start_depth == -3.0
-        assert "[[phase]]" in refused(converted, text)
+        assert "[[stage]]" in refused(converted, text)
+
+    @pytest.mark.parametrize(
+        ("text", "says"),
+        [
+            ('start = 3\n[[stage]]\nmode = "ahc"\ntime = "5 s"', "start = 3: "),
+            ('[[phase]]\nkind = "lowering"\nend = -30', 'phase "lowering": end = -30: '),
+            (
+                'start = "2.5 m"\n[[stage]]\nmode = "manual"\nlower = "6 m/min"\ndepth = "-20 m"',
+                "Turn the sign of lower",
+            ),
+            ('start = "2 m"\n[[stage]]\nmode = "manual"\nlower = "-6 m/min"\ndepth = "9 m"', "Turn the sign of lower"),
+        ],
+    )
+    def test_a_sign_that_cannot_be_turned_is_refused_before_anything_is_written(self, text, says):
+        assert says in refused(converted, text)
+
+    def test_what_is_no_lift_file_is_not_called_one_of_today(self):
+        assert "no lift file" in refused(converted, 'base = "nov-250t"')
 
     def test_lowerings_stored_by_older_versions_are_read(self):
         land = Phase(mode="landing", speed="6 m/min", tension="100 kN", time="20 s")

@@ -5,6 +5,7 @@ What changes is a list of changes, made alike in a parsed file (to read it) and 
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 import warnings
@@ -13,7 +14,7 @@ from copy import deepcopy
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from stillhook.errors import ConvertError, LiftError, UnitError
+from stillhook.errors import ConvertError, LiftError
 from stillhook.library.toml.file import TomlTable
 from stillhook.spec.lift.joining import CLOSE, STANDS
 from stillhook.units import parse, quote
@@ -73,27 +74,51 @@ def _words(data: Mapping[str, Any]) -> tuple[list[str], list[str]]:
 
 
 def _of_stages(data: Mapping[str, Any]) -> Iterator[Change]:
+    _check_signs(data)
     if "start" in data:
-        yield Change(None, "start", "start_depth", negative(data["start"]))
+        yield Change(None, "start", "start_depth", negative(data["start"], "start"))
     for i, row in enumerate(_rows(data, "stage")):
         yield from (Change(i, key, OLD_OF_STAGES[key]) for key in ("tension", "hold", "lower") if key in row)
+
+
+def _check_signs(data: Mapping[str, Any]) -> None:
+    """A stage that lowers does not end above where it begins, nor one that hoists below, as far as the file alone
+    says where: a depth says the direction today. Errors: LiftError, UnitError."""
+    here = -parse(data["start"], "length", "start") if "start" in data else math.nan
+    for i, row in enumerate(_rows(data, "stage"), 1):
+        v = parse(row["lower"], "speed", f"stage {i}: lower") if "lower" in row else 0.0
+        if "depth" not in row:
+            here = here if v == 0.0 and row.get("mode") != "constant-tension" else math.nan
+            continue
+        depth = parse(row["depth"], "length", f"stage {i}: depth")
+        if (depth - here) * v < 0.0:
+            does, side = ("pays wire out", "above") if v > 0.0 else ("hoists", "below")
+            raise LiftError(
+                f"stage {i}: lower = {row['lower']} {does}, and depth = {row['depth']} is {side} where it begins. Turn"
+                " the sign of lower, or correct the depth."
+            )
+        here = depth
 
 
 def _of_phases(rows: list[Any]) -> Iterator[Change]:
     for i, row in enumerate(rows):
         after = rows[i + 1] if i + 1 < len(rows) else {}
         if "start" in row and i == 0:
-            yield Change(0, "start", "start_depth", negative(row["start"]), to=None)
+            yield Change(0, "start", "start_depth", negative(row["start"], f"{_named(row, i)}: start"), to=None)
         elif "start" in row and "end" in rows[i - 1]:
             _check_joins(rows[i - 1], row)
             yield Change(i, "start", "")
         elif "start" in row:
-            yield Change(i, "start", "depth", negative(row["start"]), to=i - 1)
+            yield Change(i, "start", "depth", negative(row["start"], f"{_named(row, i)}: start"), to=i - 1)
         if "end" in row:
-            yield Change(i, "end", "depth", negative(row["end"]))
+            yield Change(i, "end", "depth", negative(row["end"], f"{_named(row, i)}: end"))
         if "duration" in row:
             moves = row.get("kind") not in STANDS and ("end" in row or "start" in after or row.get("kind") != "in-air")
             yield Change(i, "duration", "planned" if moves else "time")
+
+
+def _named(row: Mapping[str, Any], i: int) -> str:
+    return f"phase {quote(str(row.get('name', row.get('kind', i + 1))))}"
 
 
 def _check_joins(before: Mapping[str, Any], row: Mapping[str, Any]) -> None:
@@ -106,13 +131,11 @@ def _check_joins(before: Mapping[str, Any], row: Mapping[str, Any]) -> None:
         )
 
 
-def negative(value: Any) -> Any:
-    """A height as a depth, or a depth as a height, in its own unit: "4 m" as "-4 m". What is no length stays."""
-    try:
-        number = parse(value, "length", "")
-    except UnitError:
-        return value
-    text = value.strip()
+def negative(value: Any, where: str) -> str:
+    """A height as a depth, or a depth as a height, in its own unit: "4 m" as "-4 m". Errors: UnitError, with where it
+    stands, for what is no length: its sign could not be turned."""
+    number = parse(value, "length", where)
+    text = str(value).strip()
     bare = text[1:].lstrip() if text[:1] in ("-", "+") else text
     return bare if number <= 0.0 else f"-{bare}"
 
@@ -159,6 +182,8 @@ def converted(text: str) -> tuple[str, tuple[str, ...]]:
     data = tomllib.loads(text)
     these = changes(data)
     if not these and "stage" not in data:
+        if not _rows(data, "phase"):
+            raise ConvertError("is no lift file of an older version: it has no [[stage]] and no [[phase]].")
         raise ConvertError("is in the words of today already. Leave it as it is.")
     lines, said = text.splitlines(keepends=True), []
     if "stage" in data:
@@ -173,7 +198,8 @@ def converted(text: str) -> tuple[str, tuple[str, ...]]:
     except tomllib.TOMLDecodeError:
         same = False
     if not same:
-        raise ConvertError("its phases are not written as tables. Write each as [[phase]] with a line for each field.")
+        table = "stage" if "stage" in data else "phase"
+        raise ConvertError(f"its {table}s are not written as tables. Write each as [[{table}]], a line for each field.")
     return result, tuple(said)
 
 
