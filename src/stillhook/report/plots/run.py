@@ -102,14 +102,17 @@ class Limits(NamedTuple):
 def lowering_panels(
     run: xarray.Dataset, lift: Lowering, static: FloatArray, limits: Limits, *, title: str = ""
 ) -> Figure:
-    """Depth, tension, dynamic factor, motion, control error and effort of the winch over time; stages are distinguished
-    by their shade.
+    """Depth, tension, dynamic factor, motion, control error (where a phase compensates) and effort of the winch over
+    time; phases are distinguished by their shade.
 
     run: series of one lowering, names of `stillhook.variables`; static: tension at the crane tip with everything at
     rest at the depth and wetness of the moment [N], one for each time.
     """
-    figure, grid = kit.panels(6, 1, (10.0, 14.0), title, sharex=True)
-    depth, tension, factor, motion, error, effort = axes = grid[:, 0]
+    compensates = any(phase.compensated for phase in lift.programme)
+    n = 6 if compensates else 5
+    figure, grid = kit.panels(n, 1, (10.0, 2.33 * n), title, sharex=True)
+    axes = grid[:, 0]
+    (depth, tension, factor, motion), effort = axes[:4], axes[-1]
     t = run["time"].values
     _depth(depth, run, lift, t)
     _lines(tension, run, (("F_w", "at the crane tip"), ("F_sling", "slings")), limits.F_max, "SWL and hook")
@@ -118,8 +121,9 @@ def lowering_panels(
     factor.axhline(1.0, color=GREY, lw=0.8)
     kit.axis(factor, y="tension at the tip\nover the static one [-]")
     _motion(motion, run, lift, t)
-    _lines(error, run, (("e_c", ""),))
-    kit.axis(error, y="control error [mm]\n(while compensating)")
+    if compensates:
+        _lines(axes[4], run, (("e_c", ""),))
+        kit.axis(axes[4], y="control error [mm]\n(while compensating)")
     _effort(effort, run, limits.p_relief)
     kit.axis(effort, "time [s]")
     depth.set_xlim(float(t[0]), float(t[-1]))
