@@ -84,20 +84,20 @@ def _of_stages(data: Mapping[str, Any]) -> Iterator[Change]:
 def _check_signs(data: Mapping[str, Any]) -> None:
     """A stage that lowers does not end above where it begins, nor one that hoists below, as far as the file alone
     says where: a depth says the direction today. Errors: LiftError, UnitError."""
-    here = -parse(data["start"], "length", "start") if "start" in data else math.nan
+    begin = -parse(data["start"], "length", "start") if "start" in data else math.nan
     for i, row in enumerate(_rows(data, "stage"), 1):
         v = parse(row["lower"], "speed", f"stage {i}: lower") if "lower" in row else 0.0
         if "depth" not in row:
-            here = here if v == 0.0 and row.get("mode") != "constant-tension" else math.nan
+            begin = begin if v == 0.0 and row.get("mode") != "constant-tension" else math.nan
             continue
         depth = parse(row["depth"], "length", f"stage {i}: depth")
-        if (depth - here) * v < 0.0:
+        if (depth - begin) * v < 0.0:
             does, side = ("pays wire out", "above") if v > 0.0 else ("hoists", "below")
             raise LiftError(
                 f"stage {i}: lower = {row['lower']} {does}, and depth = {row['depth']} is {side} where it begins. Turn"
                 " the sign of lower, or correct the depth."
             )
-        here = depth
+        begin = depth
 
 
 def _of_phases(rows: list[Any]) -> Iterator[Change]:
@@ -106,7 +106,7 @@ def _of_phases(rows: list[Any]) -> Iterator[Change]:
         if "start" in row and i == 0:
             yield Change(0, "start", "start_depth", negative(row["start"], f"{_named(row, i)}: start"), to=None)
         elif "start" in row and "end" in rows[i - 1]:
-            _check_joins(rows[i - 1], row)
+            _check_joins(rows[i - 1], row, i)
             yield Change(i, "start", "")
         elif "start" in row:
             yield Change(i, "start", "depth", negative(row["start"], f"{_named(row, i)}: start"), to=i - 1)
@@ -121,13 +121,13 @@ def _named(row: Mapping[str, Any], i: int) -> str:
     return f"phase {quote(str(row.get('name', row.get('kind', i + 1))))}"
 
 
-def _check_joins(before: Mapping[str, Any], row: Mapping[str, Any]) -> None:
+def _check_joins(before: Mapping[str, Any], row: Mapping[str, Any], i: int) -> None:
     """A phase starts where the one before it ends. Errors: LiftError, UnitError."""
     end, start = parse(before["end"], "length", "end"), parse(row["start"], "length", "start")
     if abs(start - end) > CLOSE:
         raise LiftError(
-            f"phase {quote(str(row.get('name', row.get('kind', ''))))}: starts at {row['start']}, and the one before it"
-            f" ends at {before['end']}. Let each phase start where the one before it ends, or leave start out."
+            f"{_named(row, i)}: starts at {row['start']}, and the one before it ends at {before['end']}. Let each phase"
+            " start where the one before it ends, or leave start out."
         )
 
 
