@@ -14,7 +14,7 @@ from stillhook.validate.ahc.check import AhcEstimates, check_ahc
 from stillhook.validate.ahc.replay import CAUSES, SETTLE, run_twin, with_gains
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
-from stillhook.validate.figures import laws, over_time
+from stillhook.validate.report import figures
 
 pytestmark = pytest.mark.slow
 
@@ -158,13 +158,11 @@ def test_an_error_that_the_plc_did_not_log_is_made_from_tip_and_wire():
 @pytest.mark.parametrize(("name", "x"), [("leakage", 0.5), ("friction", 0.4), ("K_1", -0.1)])
 def test_a_crane_that_differs_in_one_thing_is_told_with_about_the_right_amount(name, x):
     step = checked(record(crane_log(bent(name, x))))
-    best = step.estimates.explained[0]
-    assert best.cause.name == name
-    assert best.amount == pytest.approx(
-        x, rel=0.2
-    )  # linear in what is not: friction turns around, leakage carries load
-    assert best.share > 0.85
-    assert any(f": {best.cause.words}" in s for s in step.statements)
+    best, (amount, share, _) = next(iter(step.data["causes"].items()))
+    assert best == name
+    assert amount == pytest.approx(x, rel=0.2)  # linear in what is not: friction turns around, leakage carries load
+    assert share > 0.85
+    assert any(f": {cause.words}" in s for s in step.statements for cause in CAUSES if cause.name == name)
 
 
 @pytest.mark.thorough
@@ -177,7 +175,7 @@ def test_a_wrong_feedforward_fails_what_paper_f_asks():
 
 
 def test_nothing_is_said_of_causes_where_the_twin_agrees():
-    assert own_step().estimates.explained == ()
+    assert own_step().data["causes"] == {}
 
 
 # --- data that are not as they should be ------------------------------------------------------------------------------------------------------
@@ -235,7 +233,7 @@ def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
     )
     assert all(line.failed for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)) if line.judged)
     r = record(own_log())
-    assert "tip-wire-speed-and-error" in over_time.compensation(step.estimates, campaign(r))
+    assert "tip-wire-speed-and-error" in figures.compensation(step.estimates, campaign(r))
 
 
 def test_an_error_is_not_made_from_wire_that_was_made_from_a_speed():
@@ -266,8 +264,8 @@ def test_the_same_logs_give_the_same_step_to_the_bit():
 def test_figures_carry_the_mark_and_are_few():
     r = record(own_log())
     e, c = own_step().estimates, campaign(r)
-    drawn = over_time.compensation(e, c) | laws.errors(e, c)
-    assert list(drawn) == ["tip-wire-speed-and-error", "windows", "spectra"]
+    drawn = figures.compensation(e, c) | figures.windows(e, c)
+    assert list(drawn) == ["tip-wire-speed-and-error", "windows"]
     assert all(f.get_suptitle().startswith("SYNTHETIC") for f in drawn.values())
 
 

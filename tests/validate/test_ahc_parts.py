@@ -123,56 +123,36 @@ def irregular(seed: int) -> np.ndarray:
 @pytest.mark.slow
 def test_an_error_compared_with_itself_is_of_the_same_shape():
     e = irregular(1)
-    found, spectra = shape([(e, e, STEP)])
-    assert found.correlation == pytest.approx(1.0)
-    assert found.lag == pytest.approx(0.0, abs=1e-5)  # a thousandth of a sample, by the rounding of transforms
-    assert (found.band_ratio, found.distance) == (pytest.approx(1.0), pytest.approx(0.0, abs=1e-9))
-    assert spectra is not None
+    assert shape([(e, e, STEP)]) == (pytest.approx(1.0), pytest.approx(0.0, abs=1e-9))
 
 
 @pytest.mark.slow
 def test_another_sea_has_no_likeness():
-    found, _ = shape([(irregular(1), irregular(2), STEP)])
+    found = shape([(irregular(1), irregular(2), STEP)])
     assert abs(found.correlation) < 0.5
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("late", [0.004, 0.037, -0.2])
-def test_a_lag_is_found_between_samples(late):
-    t = np.arange(0.0, 300.0, STEP)
-    motion = sea(4)
-    found, _ = shape([(motion.sample(t + 1.0 - late)[0], motion.sample(t + 1.0)[0], STEP)])
-    assert found.lag == pytest.approx(late, abs=5e-4)  # a twentieth of a sample
 
 
 @pytest.mark.slow
 def test_errors_half_as_large_are_six_decibel_off():
     e = irregular(5)
-    found, _ = shape([(e, 0.5 * e, STEP)])
-    assert found.band_ratio == pytest.approx(0.5)
+    found = shape([(e, 0.5 * e, STEP)])
     assert found.distance == pytest.approx(20.0 * np.log10(2.0))
 
 
 @pytest.mark.slow
 def test_a_part_that_was_logged_more_slowly_counts_by_its_seconds():
     e = irregular(7)
-    mixed, spectra = shape([(e, 0.9 * e, STEP), (e[::10], 0.9 * e[::10], 10.0 * STEP)])
-    assert mixed.correlation == pytest.approx(1.0)
-    assert mixed.band_ratio == pytest.approx(0.9)
-    alone, _ = shape([(e, 0.9 * e, STEP)])
-    assert mixed.band_share == pytest.approx(alone.band_share, abs=1e-3)  # nothing above 5 Hz in waves
-    assert spectra is not None
-    assert spectra.f[-1] == pytest.approx(0.5 / (10.0 * STEP))
+    mixed = shape([(e, 0.9 * e, STEP), (e[::10], 0.9 * e[::10], 10.0 * STEP)])
+    alone = shape([(e, 0.9 * e, STEP)])
+    assert mixed == (pytest.approx(1.0), pytest.approx(alone.distance, abs=1e-3))  # nothing above 5 Hz in waves
 
 
 def test_an_error_that_stands_still_has_no_shape():
     e = irregular(1)
-    found, _ = shape([(np.full(len(e), 1e-3), e, STEP)])
+    found = shape([(np.full(len(e), 1e-3), e, STEP)])
     assert np.isnan([found.correlation, found.distance]).all()
 
 
 def test_parts_shorter_than_a_minute_have_no_spectrum():
     e = irregular(6)[:5000]
-    found, spectra = shape([(e, e, STEP)])
-    assert spectra is None
-    assert np.isnan(found.distance)
+    assert np.isnan(shape([(e, e, STEP)]).distance)

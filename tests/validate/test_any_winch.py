@@ -30,8 +30,8 @@ from stillhook.validate.criteria.results import (
 )
 from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.validate.dynamics.model import scaled
-from stillhook.validate.figures.over_time import commands
 from stillhook.validate.report.document import summary
+from stillhook.validate.report.figures import commands
 from stillhook.validate.report.texts import WORDS
 from stillhook.validate.report.view import UNDETECTABLE
 

@@ -24,8 +24,8 @@ from stillhook.validate import Certificate, certificate_files, certificate_of, l
 from stillhook.validate.certificate.certificate import content_of
 from stillhook.validate.certificate.document import annex, document
 from stillhook.validate.criteria.results import StepNumber
-from stillhook.validate.figures import all as pictures_of
-from stillhook.validate.figures.all import pictures
+from stillhook.validate.report import figures as pictures_of
+from stillhook.validate.report.figures import pictures
 
 ROOT = Path(__file__).resolve().parents[2]
 NOT_SHOWN = {"e_c_pp_deviation": None}
@@ -39,7 +39,7 @@ from types import SimpleNamespace
 sys.path.insert(0, {root!r})
 from stillhook.validate import certificate_files
 from stillhook.validate.criteria.results import StepNumber
-from stillhook.validate.figures import all as figures
+from stillhook.validate.report import figures
 from tests.validate.staged_certificate import drawn, staged, write
 figures.FIGURES = {{StepNumber.AHC: (drawn,)}}
 here = Path.cwd()

@@ -19,7 +19,7 @@ from stillhook.validate.certificate import recheck as certificate_check
 from stillhook.validate.certificate.document import document
 from stillhook.validate.certificate.recheck import check
 from stillhook.validate.criteria.results import StepNumber
-from stillhook.validate.figures import all as pictures_of
+from stillhook.validate.report import figures as pictures_of
 
 
 @pytest.fixture

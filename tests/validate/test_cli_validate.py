@@ -24,7 +24,7 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
 from stillhook.validate.data_set.record import Record, Segment
-from stillhook.validate.figures import all as pictures
+from stillhook.validate.report import figures as pictures
 from stillhook.validate.report.texts import sentence
 from stillhook.validate.validation import Validation
 from stillhook.variables import BY_NAME

@@ -33,7 +33,7 @@ from stillhook.validate.controller.inputs import plc_segments
 from stillhook.validate.controller.law import SMOOTH, Run, law
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
-from stillhook.validate.figures import laws, over_time
+from stillhook.validate.report.figures import commands
 
 pytestmark = pytest.mark.slow
 
@@ -387,6 +387,6 @@ def test_a_gap_parts_the_stretches_and_both_count():
 @pytest.mark.thorough
 def test_figures_are_marked_and_few():
     e, c = own_step().estimates, campaign(record(own_ahc_log()))
-    drawn = over_time.commands(e, c) | laws.motor_law(e, c)
-    assert set(drawn) == {"commands", "motor-law"}
+    drawn = commands(e, c)
+    assert set(drawn) == {"commands"}
     assert all(f._suptitle.get_text().startswith("SYNTHETIC") for f in drawn.values())

@@ -14,7 +14,7 @@ from stillhook.spec.crane import effective_inertia
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, StepNumber, Verdict
 from stillhook.validate.dynamics.check import check_dynamics, tuned_crane
-from stillhook.validate.figures.over_time import turns as figure_of
+from stillhook.validate.report.figures import turns as figure_of
 
 from .dynamics_logs import campaign, changed, record, signals
 

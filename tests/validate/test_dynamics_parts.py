@@ -10,7 +10,7 @@ from stillhook.validate.data_set.record import Transient, quick_changes
 from stillhook.validate.dynamics.form import normalised_rms
 from stillhook.validate.dynamics.output_error import Model, fit
 from stillhook.validate.dynamics.runs import SIGNALS
-from stillhook.validate.dynamics.swings import dominant_period, swing_of
+from stillhook.validate.dynamics.swings import swing_of
 
 STEP = 0.01
 T, ZETA, HIGH = 0.48, 0.08, 60e5  # s, -, Pa
@@ -72,12 +72,6 @@ def test_a_line_at_rest_shows_no_swing() -> None:
     found = swing_of(turn, t, flat, flat, slice(90, len(t)))
     assert math.isnan(found.period)
     assert math.isnan(found.gradient)
-
-
-def test_the_largest_line_of_the_spectrum_is_the_period_of_the_swing() -> None:
-    _, _, (p_a, p_b) = swing(1.0)
-    assert dominant_period([(p_a - p_b)[100:400]], STEP) == pytest.approx(T, rel=0.03)  # a damped swing has a wide line
-    assert math.isnan(dominant_period([], STEP))
 
 
 TRUE = np.array([2.0, -1.0])

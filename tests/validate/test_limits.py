@@ -21,7 +21,7 @@ from stillhook.engine.pack.winch import gains
 from stillhook.spec.scenario import Commands, Mode
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
-from stillhook.validate.figures.over_time import at_limits
+from stillhook.validate.report.figures import at_limits
 from stillhook.validate.speed_limits import NEAR_LIMIT, check_limits
 
 pytestmark = pytest.mark.slow

@@ -20,7 +20,6 @@ from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, Step, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.figures import laws
 from stillhook.validate.parameters.hoisting import CALIBRATION, missing, scale_of_law, twin_friction
 from stillhook.validate.parameters.settings import SENSOR_GAIN, after_play
 
@@ -366,12 +365,6 @@ def test_the_table_has_a_row_for_every_parameter_with_crane_file_log_and_differe
     names = " ".join(row[0] for row in table.rows)
     words = "wire centre, leakage, motor flow, offset of the motors, load cell, friction, clock, scale of v_tip, delay"
     assert all(word in names for word in words.split(", "))
-
-
-def test_there_is_a_figure_for_flows_and_torques():
-    found_figures = laws.balances(own().estimates, campaign(*records()))
-    assert set(found_figures) == {"flow-balance", "torque-balance"}
-    assert all("SYNTHETIC" in f.get_suptitle() for f in found_figures.values())
 
 
 def test_the_data_of_the_step_are_plain():

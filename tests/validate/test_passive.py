@@ -4,7 +4,6 @@ import functools
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from tests.validate.ahc_logs import TWIN, campaign, record, sea
 from tests.validate.passive_logs import SENSORS, checked, dead, lines, records, with_noise
@@ -13,7 +12,6 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.library import changed, cranes
 from stillhook.spec.scenario import Operator
 from stillhook.validate.criteria.results import StepNumber, Verdict
-from stillhook.validate.figures.laws import gas_curve
 from stillhook.validate.validation import STEPS
 
 pytestmark = pytest.mark.slow
@@ -175,12 +173,6 @@ def test_a_crane_without_a_passive_circuit_gets_one_statement():
     (text,) = step.statements
     assert text.startswith("Step 6 is not judged: ")
     assert step.measures == ()
-
-
-def test_figures_are_drawn_of_what_was_logged():
-    drawn = gas_curve(own().estimates, campaign(*records()))
-    assert set(drawn) == {"gas-curve"}
-    assert all(np.isfinite(ax.get_xlim()).all() for figure in drawn.values() for ax in figure.axes)
 
 
 # --- make-up, in a run where the operator's motion asks much of it ---------------------------------------------------------------------

@@ -140,7 +140,6 @@ def test_wire_out_is_made_from_its_start_and_a_speed(tmp_path, left_out, how):
     assert np.abs(record.signals["s_w"] - true).max() < 0.03  # m: 140 s of speeds with their last digits and noise
     assert record.derived == {"s_w"}
     assert any(text.endswith(f"and {how}.") for text in record.statements)
-    assert record.lags == ()  # a wire made from its speed says nothing of lags
 
 
 def test_a_tip_that_is_not_logged_is_made_from_the_error_of_the_plc(tmp_path):

@@ -13,7 +13,7 @@ from stillhook.validate.criteria.results import MEASURES, StepNumber
 from stillhook.validate.report.coverage import unjudged, unjudged_says
 from stillhook.validate.validation import Validation
 
-NO_CONTENT = {"loads", "load_share", "samples_lost", "longest_gap", "samples_doubtful", "wire_lag", "clock_drift"}
+NO_CONTENT = {"loads", "load_share", "samples_lost", "longest_gap", "samples_doubtful", "clock_drift"}
 """Measures of sampling, of clocks, and of what the campaign states."""
 
 

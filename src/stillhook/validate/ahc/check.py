@@ -16,8 +16,6 @@ from stillhook.spec.crane import Crane
 from stillhook.units import number, show
 from stillhook.validate.ahc.comparison import (
     Comparison,
-    Shape,
-    Spectra,
     by_case,
     compare,
     correlation,
@@ -177,9 +175,6 @@ class AhcEstimates:
     """Estimates of step 5."""
 
     comparisons: tuple[Comparison, ...]
-    shape: Shape
-    spectra: Spectra | None
-    explained: tuple[CauseEstimate, ...]
 
 
 def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Progress) -> Step[AhcEstimates]:
@@ -198,7 +193,7 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Progres
     comparisons = tuple(
         compare(r, run, e, window, logged=logged) for r, run, e in zip(replays, runs, measured, strict=True)
     )
-    like, spectra = shape([(*c.quiet, c.replay.record.step) for c in comparisons if len(c.pair[0])])
+    like = shape([(*c.quiet, c.replay.record.step) for c in comparisons if len(c.pair[0])])
     meter.part(WEIGHTS[1])(1.0)
     explained, deviation = explain(campaign.crane, replays, measured) if logged else ((), Deviation(math.nan, math.nan))
     meter.part(WEIGHTS[2])(1.0)
@@ -211,7 +206,7 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Progres
         (*remarks(comparisons, logged=logged), *statements(explained, deviation), *left_out),
         tables(campaign.crane, comparisons, explained),
         {"shape": like, "deviation": deviation, "causes": {x.cause.name: x[1:] for x in explained}},
-        AhcEstimates(comparisons, like, spectra, explained),
+        AhcEstimates(comparisons),
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Statistic, interval
-from stillhook.statistics.estimate import ENDS, NORMAL_95, Estimate, half_of_mean
+from stillhook.statistics.estimate import ENDS, Estimate, half_of_mean
 from stillhook.validate.ahc import correlation
 from stillhook.validate.ahc.comparison import (
     EVERY,
@@ -277,8 +277,6 @@ def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tup
     band = "" if math.isfinite(like.distance) else Note("no-minute")
     return (
         _correlation(comparisons, like.correlation, window),
-        Measure.of("e_c_lag", Estimate.around(like.lag, NORMAL_95 * like.u_lag), data=data),
-        Measure.of("e_c_band_ratio", like.band_ratio, band, data=data),
         Measure.of("e_c_spectral_distance", like.distance, band, data=data),
     )
 

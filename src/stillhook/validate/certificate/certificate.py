@@ -205,7 +205,7 @@ class Certificate:
 
     def annex(self, figures: Mapping[str, bytes]) -> bytes:
         """The annex, of the contents without it. figures: PNG by stem, of
-        `stillhook.validate.figures.all.pictures`. Errors: as of `pdf`."""
+        `stillhook.validate.report.figures.pictures`. Errors: as of `pdf`."""
         return _set(annex(_numbered({**self.data, "annex": None}), figures))
 
     def with_annex(self, content: bytes) -> Certificate:
@@ -290,7 +290,7 @@ def certificate_files(validation: Validation, images: Mapping[str, bytes] | None
     validation : Validation
         What `validate` gave. One that was not passed gives a document that says so, and no crane.
     images : mapping, optional
-        Pictures of the validation (`stillhook.validate.figures.all.pictures`), where they already exist.
+        Pictures of the validation (`stillhook.validate.report.figures.pictures`), where they already exist.
 
     Returns
     -------
@@ -302,7 +302,7 @@ def certificate_files(validation: Validation, images: Mapping[str, bytes] | None
     ValidateError
         Where not all steps were taken.
     """
-    from stillhook.validate.figures.all import pictures  # heavy
+    from stillhook.validate.report.figures import pictures  # heavy
 
     figures = drawn(lambda: pictures(validation)) if images is None else images
     made, annexed = with_its_annex(certificate_of(validation), figures)

@@ -37,7 +37,7 @@ def document(data: View) -> Document:
 
 def annex(data: View, figures: Mapping[str, bytes]) -> Document:
     """The annex: what the verdict rests on, complete. data of a certificate without its annex; figures: PNG by stem, of
-    `stillhook.validate.figures.all.pictures`."""
+    `stillhook.validate.report.figures.pictures`."""
     parts = ", ".join(f"{name} {hash_}" for name, hash_ in data["crane"]["content"].items())
     sections = [
         Section("A: every line in full", line_tables(data, full=True)),

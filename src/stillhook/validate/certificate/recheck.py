@@ -27,7 +27,7 @@ from stillhook.validate.certificate.certificate import (
     with_its_annex,
 )
 from stillhook.validate.data_set.campaign import Campaign, load_campaign
-from stillhook.validate.figures.all import pictures
+from stillhook.validate.report.figures import pictures
 from stillhook.validate.validation import validate
 
 ROUNDED = 1e-3

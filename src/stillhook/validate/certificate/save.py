@@ -19,8 +19,8 @@ from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_P
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.dynamics.check import tuned_crane
-from stillhook.validate.figures.all import pictures
 from stillhook.validate.report.document import deviations_table, report, segments_table, to_dict
+from stillhook.validate.report.figures import pictures
 from stillhook.validate.validation import Validation
 
 REPORT, NUMBERS, SEGMENTS, DEVIATIONS, TUNED = (

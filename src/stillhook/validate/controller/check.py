@@ -15,7 +15,7 @@ from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number
 from stillhook.validate.controller.inputs import lacking, plc_segments
-from stillhook.validate.controller.law import Law, Rows, Run, joystick_gain, lag, law, rows_of, significant
+from stillhook.validate.controller.law import Law, Rows, Run, lag, law, rows_of, significant
 from stillhook.validate.controller.motor import Deviation, MotorLaw, deviations, motor_laws, threshold
 from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Measure, Step, StepNumber, nothing
@@ -39,7 +39,6 @@ class ControllerEstimates:
     deviations: tuple[Deviation, ...]
     law: Law | None
     laws: dict[str, Law]
-    K_op: Estimate | None
     u_thr: Estimate | None
     motor_laws: tuple[MotorLaw, ...]
 
@@ -141,8 +140,6 @@ def gain_table(crane: Crane, estimates: ControllerEstimates) -> Table:
     rows = [file_row, *((f"test {n}", _e(f.K_1), _e(f.K_2), _e(f.K_p), "") for n, f in estimates.laws.items())]
     if law is not None:
         rows.append(("all", _e(law.K_1), _e(law.K_2), _e(law.K_p), _e(estimates.u_thr)))
-    if estimates.K_op is not None:
-        rows.append(("joystick, manual", _e(estimates.K_op), "", "", ""))
     header = ("of", "K_1 [s/m]", "K_2 [s^2/m]", "K_p [1/m]", "u_thr [-]")
     return Table(header, tuple(rows), "Control law in the logged commands (95 % interval)")
 
@@ -174,14 +171,13 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
         tuple(deviations(runs, rows.cycles)),
         law(ahc, rows.aligned, input_noise=noisy),
         {n: f for n, f in laws.items() if f is not None},
-        joystick_gain(runs, rows.cycles),
         threshold(crane, runs, rows.cycles),
         tuple(motor_laws(crane, runs, rows.cycles)),
     )
     progress(0.98)
     explanations = causes(crane, e)
     tables = (deviation_table(e.deviations), gain_table(crane, e))
-    data = {"rows": e.rows, "implied": e.law, "K_1_joystick": e.K_op, "u_thr": e.u_thr, "deviations": e.deviations}
+    data = {"rows": e.rows, "implied": e.law, "u_thr": e.u_thr, "deviations": e.deviations}
     measures = _measures(crane, e, explanations)
     return Step(StepNumber.CONTROLLER, measures, statements(e, explanations, records), tables, data, e)
 

@@ -219,24 +219,6 @@ def _fitted(parts: list[list[FloatArray]]) -> tuple[Fit, list[str], FloatArray] 
     return f, names, np.asarray(np.linalg.inv(normal), dtype=np.float64)
 
 
-def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
-    """K_1 by the joystick in manual mode [s/m]; None where it was not moved."""
-    columns: list[list[FloatArray]] = []
-    for run in runs:
-        s, T = run.segment, run.step
-        x = s.seen.v_op * s.seen.K_wire * s.seen.alpha_m / s.seen.f_pump
-        faded = run.simulated.u_raw - run.simulated.u_ff
-        y = run.logged_u_p(cycles) - np.where(s.seen.mode > MANUAL, 0.0, faded)
-        good = run.rows(ahc=False) & np.isfinite(y)
-        columns.append(_thin([smoothed(np.nan_to_num(c), good, SMOOTH[0], T) for c in (x, y)], T))
-    x, y = (np.concatenate([c[k] for c in columns]) for k in (0, 1)) if columns else (np.zeros(0), np.zeros(0))
-    good = np.isfinite(x) & np.isfinite(y)
-    if good.sum() < 50 or float(np.std(x[good])) < MOVES:
-        return None
-    f = fit([x], y, _block(len(x), 0, BLOCK_MANUAL))
-    return f.estimate(0) if f is not None else None
-
-
 def lag(runs: list[Run], *, ahc: bool) -> Estimate | None:
     """Time by which the logged pump commands are later than the simulated ones [s], None where they do not move.
 

@@ -117,21 +117,14 @@ SEMI = (Mode(ssc.NAME), Mode(ssc_cubic.NAME))
 
 @dataclass(frozen=True)
 class MotorLaw:
-    """One test: u_ff magnitude of the feedforward in the logged pump command (n,), NaN where it is saturated; u_m
-    logged; lowest: median of the twin's minimum displacement; mode: as the log states it; follows: the mode that
-    fits better, None where none does.
-    """
+    """One part. mode: as the log states it; follows: the mode that fits better, None where none does; setting, wanted:
+    median displacement of the log and of the twin in a mode with fixed motors, None in other modes."""
 
     test: str
-    u_ff: FloatArray
-    u_m: FloatArray
-    lowest: float
     mode: Mode
     follows: Mode | None
     setting: float | None
-    """Displacement in a mode with fixed motors, median, None in other modes."""
     wanted: float | None
-    """The same as the twin has it."""
 
 
 def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]:
@@ -142,24 +135,11 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
         if s.u_m is None:
             continue
         u_m = shifted(s.u_m, -cycles * run.step, run.step)
-        u_ff, lowest = feedforward_logged(run, cycles), least(crane, run)
-        for part in s.parts:
-            if not part.mode.compensates:
-                continue
-            at = s.within(part)
-            fixed = part.mode not in SEMI
-            laws.append(
-                MotorLaw(
-                    run.test,
-                    np.abs(u_ff[at]),
-                    u_m[at],
-                    float(np.median(lowest[at])),
-                    part.mode,
-                    _better(crane, run, part.mode, cycles),
-                    float(np.nanmedian(u_m[at])) if fixed else None,
-                    float(np.median(run.simulated.u_m[at])) if fixed else None,
-                )
-            )
+        for part in (p for p in s.parts if p.mode.compensates):
+            at, fixed = s.within(part), part.mode not in SEMI
+            setting = float(np.nanmedian(u_m[at])) if fixed else None
+            wanted = float(np.median(run.simulated.u_m[at])) if fixed else None
+            laws.append(MotorLaw(run.test, part.mode, _better(crane, run, part.mode, cycles), setting, wanted))
     return laws
 
 

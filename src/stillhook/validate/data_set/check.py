@@ -19,7 +19,7 @@ from stillhook.units import number, show
 from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.record import SMOOTH, ClockError, Record, Segment, SegmentLag
+from stillhook.validate.data_set.record import SMOOTH, ClockError, Record, Segment
 
 EVERY = 0.2
 """Spacing of the tip samples for ranges [s]: a wave of 4 s is captured within 1 % of its height."""
@@ -54,10 +54,7 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Progre
     motions = tuple(Motion(s, tip_ranges(r, s, campaign.criteria.settings["window"])) for r, s in cases)
     measures = (*_coverage(campaign, records, segments, motions), *_quality(records))
     statements = tuple(text for r in records for text in r.statements)
-    data = {
-        "s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions},
-        "lags": {r.test.name: r.lags for r in records if r.lags},
-    }
+    data = {"s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions}}
     return Step(StepNumber.DATA, measures, statements, (_table(records),), data, motions)
 
 
@@ -132,14 +129,7 @@ def _quality(records: Sequence[Record]) -> list[Measure]:
         if r.test.kind is Kind.AHC and r.segments:
             out += _doubtful(r)
         out += [_drift(test, clock) for clock in r.clocks]
-        for x in _wire_lags([r]):
-            lag, gain = Estimate.around(x.seconds, 2.0 * x.u), Note("lag-gain", gain=x.gain)
-            out.append(Measure.of("wire_lag", lag, gain, test=test, data=f"part {x.segment + 1}"))
     return out
-
-
-def _wire_lags(records: Sequence[Record]) -> list[SegmentLag]:
-    return [x for r in records for x in r.lags if x.late == "s_w"]
 
 
 def _drift(test: str, clock: ClockError) -> Measure:
@@ -165,12 +155,10 @@ def _table(records: Sequence[Record]) -> Table:
     head = ("test", "kind", "samples\nper s", "lost\n[%]", "longest\ngap [s]", "used\n[s]", "parts")
     rows = []
     for r in records:
-        wire, used = _wire_lags([r]), sum(s.duration for s in r.segments)
-        lag = f"{1e3 * np.mean([x.seconds for x in wire]):.0f}" if wire else "-"
-        gain = f"{np.mean([x.gain for x in wire]):.3f}" if wire else "-"
         quality = (number(r.log.rate, 3), f"{100.0 * r.lost:.2f}", f"{r.longest_hole:.2f}")
-        rows.append((r.test.name, r.test.kind.value, *quality, f"{used:.0f}", str(len(r.segments)), lag, gain))
-    return Table((*head, "wire lag\n[ms]", "gain\n[-]"), tuple(rows), "Logs")
+        used = sum(s.duration for s in r.segments)
+        rows.append((r.test.name, r.test.kind.value, *quality, f"{used:.0f}", str(len(r.segments))))
+    return Table(head, tuple(rows), "Logs")
 
 
 def _quantiles(x: FloatArray) -> dict[str, float]:

@@ -1,5 +1,4 @@
-"""Signals stamped by another clock, aligned with the PLC's view of them; and lags of wire and tip in a log of one
-clock.
+"""Signals stamped by another clock, aligned with the PLC's view of them; and units of wire, tip and error.
 
 `read_log` aligns another clock to some hundredths of a second. Here a motion recorded by both clocks is compared to
 a fraction of a sample: the PLC's own view of the tip (its error and wire out make it), else the feedforward in its pump
@@ -23,7 +22,7 @@ from stillhook.spec.crane import Crane
 from stillhook.statistics.time_lag import SPAN, changes, lag, shifted
 from stillhook.validate.criteria.notes import Note
 from stillhook.validate.data_set.campaign import CraneTest
-from stillhook.validate.data_set.record import ClockError, Segment, SegmentLag
+from stillhook.validate.data_set.record import ClockError, Segment
 
 REACH = 1.0
 """Largest lag considered after the first alignment [s]."""
@@ -39,8 +38,6 @@ fifth of the error."""
 
 MOST_GAIN = 5.0
 """Largest ratio of the wire's motion to the tip's: a winch at its limits has less than 1, a wrong unit 1000."""
-SAME = 5e-3
-"""Lag within which the logged tip is the one used by the PLC [s]: half a cycle."""
 ALIKE = 0.2
 """Part by which the PLC's error may differ from tip height less wire out: noise and a delay of some cycles make less,
 another unit ten."""
@@ -136,45 +133,22 @@ def _feedforward(
     )
 
 
-def wire_lags(t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequence[Segment]) -> tuple[SegmentLag, ...]:
-    """Lag of the wire behind the tip, and of the PLC's own tip behind the logged one, in every compensated segment."""
-    out = []
-    for i, part in enumerate(segments):
+def check_units(
+    test: CraneTest, t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequence[Segment], step: float
+) -> None:
+    """Errors: ValidateError where wire and tip, or the PLC's error, are not in one unit in a compensated segment."""
+    made = {"s_w": signals["s_w"]}
+    if "e_c_measured" in signals:
+        made["e_c_measured + s_w"] = signals["e_c_measured"] + signals["s_w"]
+    for part in segments:
         cut = slice(part.first, part.last)
-        pairs = [("s_tip", "s_w", signals["s_tip"], signals["s_w"])]
-        if "e_c_measured" in signals:
-            pairs.append(("s_tip", "e_c_measured + s_w", signals["s_tip"], signals["e_c_measured"] + signals["s_w"]))
-        for ahead, late, x, y in pairs:
-            estimate = lag(t[cut], x[cut], y[cut], REACH)
-            if estimate is not None:
-                out.append(SegmentLag(i, ahead, late, estimate.seconds, estimate.u, estimate.gain))
-    return tuple(out)
-
-
-def following(
-    test: CraneTest,
-    lags: Sequence[SegmentLag],
-    parts: Sequence[Segment],
-    step: float,
-    signals: Mapping[str, FloatArray],
-) -> list[Note]:
-    """Statements from the lags: whether the logged tip is the one that the PLC compensates.
-
-    Errors: ValidateError where wire and tip, or the PLC's error, are not in one unit.
-    """
-    statements = []
-    for estimate in lags:
-        if not 1.0 / MOST_GAIN < estimate.gain < MOST_GAIN:
-            names = estimate.late.split(" + ")
-            raise ValidateError(Note("wire-unit", test=test.name, late=estimate.late, gain=estimate.gain, names=names))
-    for estimate in (x for x in lags if x.late != "s_w"):
-        size = _size(parts[estimate.segment], step, signals)
-        if abs(size - 1.0) > ALIKE:
+        for late, y in made.items():
+            found = lag(t[cut], signals["s_tip"][cut], y[cut], REACH)
+            if found is not None and not 1.0 / MOST_GAIN < found.gain < MOST_GAIN:
+                names = late.split(" + ")
+                raise ValidateError(Note("wire-unit", test=test.name, late=late, gain=found.gain, names=names))
+        if len(made) > 1 and found is not None and abs((size := _size(part, step, signals)) - 1.0) > ALIKE:
             raise ValidateError(Note("error-unit", test=test.name, size=size))
-        if abs(estimate.seconds) > max(SAME, 3.0 * estimate.u):
-            lag = {"ms": abs(1e3 * estimate.seconds), "lag": estimate.seconds, "u": 2e3 * estimate.u}
-            statements.append(Note("other-tip", test=test.name, **lag))
-    return statements
 
 
 def _size(part: Segment, step: float, signals: Mapping[str, FloatArray]) -> float:

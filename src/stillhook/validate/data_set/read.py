@@ -28,7 +28,7 @@ from stillhook.spec.scenario import Mode
 from stillhook.units import number
 from stillhook.validate.criteria.notes import Note
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind, standard_modes
-from stillhook.validate.data_set.clocks import following, refined, wire_lags
+from stillhook.validate.data_set.clocks import check_units, refined
 from stillhook.validate.data_set.loads import load_of, load_segments, standing, with_wire
 from stillhook.validate.data_set.record import (
     LEAST,
@@ -201,14 +201,9 @@ def _record(campaign: Campaign, test: CraneTest, log: Log) -> Record:
     signals, derived, of_wire = completed(signals, grid.step, test, campaign.crane)
     segments, of_parts = _segments(campaign, test, grid, signals)
     test, _ = with_wire(test, campaign.crane, signals, slice(None))
-    lags = wire_lags(grid.t, signals, segments) if test.kind is Kind.AHC and "s_w" not in derived else ()
-    statements = [
-        *of_clocks,
-        *of_wire,
-        *following(test, lags, segments, grid.step, signals),
-        *of_parts,
-        *_quality(test, log, grid),
-    ]
+    if test.kind is Kind.AHC and "s_w" not in derived:
+        check_units(test, grid.t, signals, segments, grid.step)
+    statements = [*of_clocks, *of_wire, *of_parts, *_quality(test, log, grid)]
     return Record(
         test=test,
         log=log,
@@ -222,7 +217,6 @@ def _record(campaign: Campaign, test: CraneTest, log: Log) -> Record:
         zero=grid.zero,
         lost=grid.lost,
         longest_hole=grid.longest_hole,
-        lags=lags,
         clocks=clocks,
     )
 

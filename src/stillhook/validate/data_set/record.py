@@ -51,23 +51,6 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class SegmentLag:
-    """Lag of `late` behind `ahead` in a segment: seconds with standard uncertainty u [s], and the gain between
-    both [-].
-
-    s_w behind s_tip: lag of the winch with its control; e_c_measured + s_w behind s_tip: lag of the PLC's own tip
-    behind the logged one, 0 where the PLC's tip was logged.
-    """
-
-    segment: int
-    ahead: str
-    late: str
-    seconds: float
-    u: float
-    gain: float
-
-
-@dataclass(frozen=True)
 class ClockError:
     """Another clock of a log. signals stamped by it; against: reference of the comparison, "" where only roughly
     aligned; offset [s] and drift [-] that were corrected; u: standard uncertainty of the remainder [s]; u_drift."""
@@ -109,8 +92,6 @@ class Record:
     """Share of the expected samples (by the log's rate) that are missing."""
     longest_hole: float = 0.0
     """Longest time between two samples [s]."""
-    lags: tuple[SegmentLag, ...] = ()
-    """Lag of the wire behind the tip, by segment with heave compensation."""
     clocks: tuple[ClockError, ...] = ()
     """Other clocks of the log: errors that were corrected."""
 

@@ -40,7 +40,7 @@ from stillhook.validate.dynamics.estimates import (
     tuned_value,
 )
 from stillhook.validate.dynamics.form import Tuning, clusters_of, group_differences, tune
-from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, UNKNOWNS, scaled
+from stillhook.validate.dynamics.model import C_LEAK, PLACE, TUNED, UNKNOWNS, scaled
 from stillhook.validate.dynamics.runs import DynamicsSegment, dynamics_segment, motor_command
 from stillhook.validate.dynamics.swings import SwingComparison, compare_swings
 from stillhook.validate.parameters.flow import Balance, balance, leak_rows
@@ -107,14 +107,8 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Pr
         StepNumber.DYNAMICS,
         measures_of(values, swings, time_segments, turns, tuning),
         statements_of(values, tuning, bool(leakage), notes),
-        tables_of(campaign.crane, values, tuning, swings),
-        {
-            "tuned": values,
-            "groups": differences,
-            "nuisance": {name: float(tuning.fit.theta[PLACE[name]]) for name in NAMES if name not in TUNED},
-            "fit": tuning.fit,
-            "swings": swings,
-        },
+        tables_of(campaign.crane, values, swings),
+        {"tuned": values, "groups": differences, "fit": tuning.fit, "swings": swings},
         DynamicsEstimates(
             time_segments,
             turns,
@@ -131,7 +125,7 @@ def leakage_elsewhere(campaign: Campaign, records: tuple[Record, ...]) -> Balanc
     """The flow balance of the tests with heave compensation; None without such tests."""
     tests = [r for r in records if r.test.kind is Kind.AHC]
     b = balance(parts_of(campaign, tests)) if tests else None
-    return b if b is not None and b.leakage.value > -0.9 else None
+    return b if b is not None and b.leak.value.value > -0.9 else None
 
 
 def expected_leakage(
@@ -147,7 +141,7 @@ def expected_leakage(
     if flow is None:
         return {}
     rows = leak_rows(parts_of(campaign, tests))
-    e = flow.leak.over(rows) if rows is not None and rows.used.any() else flow.leakage
+    e = flow.leak.over(rows) if rows is not None and rows.used.any() else flow.leak.value
     if e.value <= -0.9:
         return {}
     return {C_LEAK: (math.log1p(e.value), math.hypot(e.half / NORMAL_95 / (1.0 + e.value), OTHER_OIL))}

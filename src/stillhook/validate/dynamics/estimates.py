@@ -11,19 +11,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from stillhook.library.leakage import stated_leak
 from stillhook.report.document import Table
 from stillhook.report.formatting import change, percent_fixed
 from stillhook.spec.crane import Crane
-from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
+from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.units import show
 from stillhook.validate.criteria.notes import Note
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.record import Transient
 from stillhook.validate.dynamics.form import GroupDifference, Tuning, hidden, structural
-from stillhook.validate.dynamics.model import C_H, C_LEAK, EXTRAS, INERTIA, MOST, PLACE, TUNED, UNKNOWNS
+from stillhook.validate.dynamics.model import C_H, C_LEAK, INERTIA, MOST, PLACE
 from stillhook.validate.dynamics.runs import DynamicsSegment
 from stillhook.validate.dynamics.swings import SwingComparison
 from stillhook.validate.parameters.flow import Balance
@@ -207,9 +205,9 @@ def statements_of(
     )
 
 
-def tables_of(crane: Crane, values: Sequence[TunedValue], tuning: Tuning, swings: SwingComparison) -> tuple[Table, ...]:
-    """Tuned values; before and after; free nuisance parameters."""
-    return (_tuned(crane, values), _before_after(swings), _nuisance_table(tuning))
+def tables_of(crane: Crane, values: Sequence[TunedValue], swings: SwingComparison) -> tuple[Table, ...]:
+    """Tuned values; before and after."""
+    return (_tuned(crane, values), _before_after(swings))
 
 
 def _tuned(crane: Crane, values: Sequence[TunedValue]) -> Table:
@@ -228,24 +226,8 @@ def _before_after(swings: SwingComparison) -> Table:
     for x in COMPARED:
         errors = [swings.error(x.field, tuned, x.line) for tuned in (False, True)]
         rows.append((x.words, *(change(e.value) if e.n else "-" for e in errors), f"{errors[0].n:g}"))
-    crane, *twins = swings.spectral
-    if all(math.isfinite(x) for x in swings.spectral):
-        rows.append(("period in the spectrum", *(change(period / crane - 1.0) for period in twins), "all"))
     misfits = (swings.misfit_before, swings.misfit_after)
     for name in swings.misfit_before:
         rows.append((f"rms of {name}, part of its own", *(percent_fixed(m[name], 1) for m in misfits), "all"))
     header = ("twin over crane, less 1", "crane\nfile", "tuned, and\nrest free", "places")
     return Table(header, tuple(rows), "Twin against crane, driven by the measured commands")
-
-
-def _nuisance_table(tuning: Tuning) -> Table:
-    """Nuisance parameters left free so that they do not bias the three."""
-    theta, deviation = tuning.fit.theta, np.sqrt(np.diag(tuning.fit.covariance))
-    rows = []
-    for u in (u for u in UNKNOWNS if u.name not in TUNED):
-        x, s = float(theta[PLACE[u.name]]), float(deviation[PLACE[u.name]])
-        rows.append((u.meaning, change(math.expm1(x)), percent_fixed(NORMAL_95 * s, 1) if s < 0.5 else "open"))
-    for e in EXTRAS:
-        x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
-        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{NORMAL_95 * s:.2f} {e.unit}"))
-    return Table(("", "found", "+-"), tuple(rows), "Free nuisance parameters, not part of the verdict")

@@ -42,7 +42,6 @@ class Unknown(NamedTuple):
     deviation from turn to turn."""
 
     name: str
-    meaning: str
     bend: Callable[[Crane, float], Crane]
     spread: float = math.inf
     step: float = 2e-3
@@ -112,15 +111,12 @@ def _pump_flow(crane: Crane, x: float) -> Crane:
 
 class Extra(NamedTuple):
     """Effect that the twin does not model and a log shows: value 0 is the unchanged twin. spread: deviation beforehand;
-    low, high: bounds; unit in which it is reported, and the unit's value in SI."""
+    low, high: bounds."""
 
     name: str
-    meaning: str
     spread: float
     low: float
     high: float
-    unit: str
-    scale: float
 
 
 COMMAND_DELAY, INERTANCE, DROP, P_DELAY, SPEED_DELAY = (

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.statistics.estimate import Estimate, t_factor
@@ -30,8 +29,6 @@ LOWER, UPPER = 0.25, 0.75
 MOST_PEAKS = 4
 LOOK = 3.0
 """Time after a turn in which peaks are detected [s]."""
-PADDED = 2**15
-"""Samples of the padded spectrum: at 10 ms one line every 3 mHz."""
 
 
 class Swing(NamedTuple):
@@ -115,35 +112,17 @@ def _crossing(y: FloatArray, t: FloatArray, level: float) -> float:
     return float(t[k - 1] + (level - y[k - 1]) / (y[k] - y[k - 1]) * (t[k] - t[k - 1]))
 
 
-def dominant_period(parts: Sequence[FloatArray], step: float, low: float = 0.5, high: float = 10.0) -> float:
-    """Period of the largest line in the summed spectra of several stretches of p_a - p_b [s], between low and high
-    [Hz]; NaN for none."""
-    total: FloatArray | None = None
-    for y in parts:
-        if len(y) < 16:
-            continue
-        k = np.arange(len(y))
-        power = np.abs(np.fft.rfft((y - np.polyval(np.polyfit(k, y, 1), k)) * np.hanning(len(y)), PADDED)) ** 2
-        total = power if total is None else total + power
-    if total is None:
-        return math.nan
-    f = np.fft.rfftfreq(PADDED, step)
-    band: NDArray[np.bool_] = (f >= low) & (f <= high)
-    return float(1.0 / f[band][np.argmax(total[band])])
-
-
 A, B = SIGNALS.index("p_a"), SIGNALS.index("p_b")
 
 
 @dataclass(frozen=True)
 class SwingComparison:
-    """Swings of all turns: crane, twin as its file has it (before), twin tuned (after); periods of the largest line in
-    the spectra of all turns together [s]; misfit before and after: normalised rms of each signal's deviation [-]."""
+    """Swings of all turns: crane, twin as its file has it (before), twin tuned (after); misfit before and after:
+    normalised rms of each signal's deviation [-]."""
 
     crane: tuple[Swing, ...]
     before: tuple[Swing, ...]
     after: tuple[Swing, ...]
-    spectral: tuple[float, float, float]
     misfit_before: dict[str, float]
     misfit_after: dict[str, float]
 
@@ -162,7 +141,6 @@ def compare_swings(
 ) -> SwingComparison:
     """The swings of every turn of crane and twin, evaluated alike; none for a line that was not logged."""
     rows: list[list[Swing]] = [[], [], []]
-    parts: list[list[FloatArray]] = [[], [], []]
     for time_segment, before, after in zip(time_segments, tuning.before, tuning.after, strict=True):
         nothing = np.full(len(time_segment.t), np.nan)
         crane = tuple(time_segment.measured.get(name, nothing) for name in ("p_a", "p_b"))
@@ -172,16 +150,6 @@ def compare_swings(
             samples = slice(turn.first - time_segment.first, turn.last - time_segment.first)
             for k, (p_a, p_b) in enumerate(machines):
                 rows[k].append(swing_of(turn, time, p_a, p_b, samples))
-                look = slice(samples.start, min(samples.stop, samples.start + round(LOOK / time_segment.record.step)))
-                parts[k].append((p_a - p_b)[look])
-    step = time_segments[0].record.step
     crane_swings, before_swings, after_swings = (tuple(swings) for swings in rows)
-    periods = [dominant_period([p for p in series if np.isfinite(p).all()], step) for series in parts]
-    return SwingComparison(
-        crane_swings,
-        before_swings,
-        after_swings,
-        spectral=(periods[0], periods[1], periods[2]),
-        misfit_before=dict(normalised_rms(time_segments, tuning.before)),
-        misfit_after=dict(normalised_rms(time_segments, tuning.after)),
-    )
+    misfits = [dict(normalised_rms(time_segments, outputs)) for outputs in (tuning.before, tuning.after)]
+    return SwingComparison(crane_swings, before_swings, after_swings, *misfits)

@@ -67,7 +67,7 @@ def _rows(e: ParameterEstimates, results: Sequence[Measure]) -> Iterator[Row]:
     yield from (error_row("wire centre", x.d, x.error, "length", [x.test], 5) for x in e.radii)
     if b is not None:
         yield error_row("motor flow over pump flow", 1.0, b.ratio, "", b.tests)
-        yield error_row("leakage", b.twin_leakage, b.leakage, "leakage", b.tests, 3)
+        yield error_row("leakage", b.leak.twin, b.leak.value, "leakage", b.tests, 3)
     error = next((m.value for m in results if m.name == "motor_offset_error"), None)
     if motor is not None and motor.offset is not None and error is not None:
         yield row("offset of the motors", motor.offset.value - error, motor.offset, "", moved, error, digits=2)

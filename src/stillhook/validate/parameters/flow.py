@@ -46,27 +46,14 @@ LEAST_ROWS = 100
 
 @dataclass(frozen=True)
 class Balance:
-    """What the balance implies over what the twin has, less 1: ratio of pump to motor displacement (with their speeds),
-    leakage, capacitance of a line; offset: zero error of the pump setting [-]. leak: the form of the leakage that the
-    data speak for, with which the others were fitted. twin_leakage: the twin's complete leak conductance at the working
-    point of the data, weighted with the pressure that drives it [m^3/s/Pa]; tests that it is based on; measured_motors,
-    measured_pumps: settings were logged, not derived from commands. For figures, window by window towards the higher
-    line [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between them, Q_leak what the twin's
-    leakage would take."""
+    """ratio: of pump to motor displacement (with their speeds) that the balance implies over the twin's, less 1; leak:
+    leakage, in the form that the data speak for; tests that it is based on; assumed: commands from which settings
+    follow that were not logged."""
 
     ratio: Estimate
-    leakage: Estimate
-    capacitance: Estimate
-    offset: Estimate
     leak: LeakChoice
-    twin_leakage: float
     tests: tuple[str, ...]
-    measured_motors: bool
-    measured_pumps: bool
-    Q_p: FloatArray
-    Q_m: FloatArray
-    Q_lost: FloatArray
-    Q_leak: FloatArray
+    assumed: tuple[str, ...]
 
 
 def balance(parts: Sequence[LogPart]) -> Balance | None:
@@ -86,27 +73,9 @@ def balance(parts: Sequence[LogPart]) -> Balance | None:
     leak = choose(parts[0].crane, rows)
     if leak is None:
         return None
-    pumps = used[0].params.active.pumps
-    full = pumps.D_max * pumps.omega_p
     logged = [p for p in used if _logged(p)]
-    b = leak.chosen.fit.b
-    slip = leak.slip.value if leak.slip is not None else 0.0
-    lost = b[0] * rows.Q_p + b[1] * rows.way - b[2] * rows.C_h + b[3] * rows.rate - slip * rows.slip - rows.Q_m
-    return Balance(
-        ratio=leak.nuisance("Q_p", -1.0),
-        leakage=leak.value,
-        capacitance=leak.nuisance("C_h", -1.0),
-        offset=leak.nuisance("way", 0.0, 1.0 / full),
-        leak=leak,
-        twin_leakage=leak.twin,
-        measured_motors=all(p.has("alpha_m") for p in logged),
-        tests=tuple(dict.fromkeys(p.test for p in logged)),
-        measured_pumps=all(p.has("alpha_p") for p in logged),
-        Q_p=rows.Q_p,
-        Q_m=rows.Q_m,
-        Q_lost=lost,
-        Q_leak=rows.file,
-    )
+    assumed = tuple(f"u_{name}" for name in "mp" if not all(p.has(f"alpha_{name}") for p in logged))
+    return Balance(leak.ratio, leak, tuple(dict.fromkeys(p.test for p in logged)), assumed)
 
 
 def leak_rows(parts: Sequence[LogPart]) -> LeakRows | None:

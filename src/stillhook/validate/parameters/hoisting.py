@@ -52,18 +52,13 @@ CALIBRATION = 0.005
 
 @dataclass(frozen=True)
 class Friction:
-    """One test. scale: measured over the twin's friction, less 1; standing: constant remaining torque [N m], such as
-    from an error of load cell, gas pressure or passive setting, and standing_force: the same as a force in the wire
-    [N]; inertia: of the twin's that is missing, as part; measured, twin: torques for figures [N m]; mean: the twin's
-    mean friction [N m]."""
+    """One test. scale: measured over the twin's friction, less 1; standing_force: constant remaining torque, such as
+    from an error of load cell, gas pressure or passive setting, as a force in the wire [N]; mean: the twin's mean
+    friction [N m]."""
 
     test: str
     scale: Estimate
-    standing: Estimate
     standing_force: float
-    inertia: Estimate
-    measured: FloatArray
-    twin: FloatArray
     mean: float
 
 
@@ -98,19 +93,9 @@ def overall(tests: Sequence[Friction]) -> Estimate | None:
 
 
 def _friction(found: TestFit) -> Friction:
-    (model, _, spring, rate, T), b, parts = found.columns, found.fit.b, found.parts
-    r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in parts])))
-    J = parts[0].inertia
-    return Friction(
-        test=found.test,
-        scale=found.fit.estimate(0, -1.0),
-        standing=found.fit.estimate(1),
-        standing_force=float(b[1]) / r_eff,
-        inertia=Estimate.around(float(b[3]) / J, found.fit.half(3) / J, found.fit.blocks),
-        measured=T - (b[1] + b[2] * spring + b[3] * rate),
-        twin=model,
-        mean=float(np.nanmean(np.abs(model))),
-    )
+    r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in found.parts])))
+    force, mean = float(found.fit.b[1]) / r_eff, float(np.nanmean(np.abs(found.columns[0])))
+    return Friction(found.test, found.fit.estimate(0, -1.0), force, mean)
 
 
 class States(NamedTuple):

@@ -128,14 +128,13 @@ class LeakChoice:
         pressure, and no form is fitted over it."""
         return outside_of(self.file_at.p, self.span.p)
 
-    def nuisance(self, name: str, add: float = 0.0, factor: float = 1.0) -> Estimate:
-        """Coefficient of one of `NUISANCE` times a factor, plus a number, with an interval across the forms."""
-        i = NUISANCE.index(name)
-
-        def of(c: Candidate) -> Estimate:
-            return Estimate.around(factor * float(c.fit.b[i]) + add, factor * c.fit.half(i), c.fit.blocks)
-
-        return _across(of(self.chosen), [(c.weight, of(c)) for c in self.candidates], self.chosen.fit.blocks)
+    @property
+    def ratio(self) -> Estimate:
+        """Displacement of the pumps over that of the motors, over the twin's, less 1, with an interval across the
+        forms."""
+        each = [(c.weight, c.fit.estimate(NUISANCE.index("Q_p"), -1.0)) for c in self.candidates]
+        best = self.chosen.fit.estimate(NUISANCE.index("Q_p"), -1.0)
+        return _across(best, each, self.chosen.fit.blocks)
 
     def over(self, rows: LeakRows) -> Estimate:
         """Leakage over the crane file's at the working point of other rows, less 1; interval across the forms."""
@@ -144,13 +143,6 @@ class LeakChoice:
         free = [_value(rows, *law, by_rise) for law in self.sloped]
         best = _value(rows, self.chosen.parts, self.chosen.fit, by_rise)
         return _across(best, each, self.chosen.fit.blocks, free, rows.unclosed)
-
-    @property
-    def slip(self) -> Estimate | None:
-        """Slip of the electric motors at full flow and the pressure for which its column was made [-]; None where it
-        was not fitted."""
-        c = self.chosen
-        return self.nuisance("slip") if len(c.fit.b) == len(NUISANCE) + len(c.parts) else None
 
     @property
     def remaining_forms(self) -> tuple[LeakForm, ...]:

@@ -180,11 +180,10 @@ def _flow(e: ParameterEstimates) -> list[Measure]:
     if b is None:
         return undetermined("displacement_ratio_error", "leakage_error", "leakage_file_error")
     data = rests_on(e.parts, b.tests, b.ratio.n)
-    assumed = [name for name, measured in (("u_m", b.measured_motors), ("u_p", b.measured_pumps)) if not measured]
-    servo = Note("settings-by-servo", commands=assumed) if assumed else ""
+    servo = Note("settings-by-servo", commands=b.assumed) if b.assumed else ""
     return [
         Measure.of("displacement_ratio_error", b.ratio, Note("speed-of-flow", error=b.ratio.value), servo, data=data),
-        Measure.of("leakage_error", b.leakage, *_leakage(b), data=data),
+        Measure.of("leakage_error", b.leak.value, *_leakage(b.leak), data=data),
         at_file_point(b.leak, data),
     ]
 
@@ -197,9 +196,9 @@ def at_file_point(leak: LeakChoice, data: str) -> Measure:
     return Measure.of(name, leak.at_file_point, note, data=data)
 
 
-def _leakage(b: flow.Balance) -> list[str]:
-    leak, twin = b.leak, b.twin_leakage
-    out = [Note("leakage", implied=twin * (1.0 + b.leakage.value), twin=twin, at=point_text(leak.at)), file_point(leak)]
+def _leakage(leak: LeakChoice) -> list[str]:
+    implied = leak.twin * (1.0 + leak.value.value)
+    out = [Note("leakage", implied=implied, twin=leak.twin, at=point_text(leak.at)), file_point(leak)]
     out.append(Note("leakage-range", rise=RISE, p=SLIP_PRESSURE))
     if leak.refuted:
         return [*out, *form_refuted(leak)]

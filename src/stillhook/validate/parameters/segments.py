@@ -248,13 +248,11 @@ LEAST_MOTION = 1e-6
 
 @dataclass(frozen=True)
 class Slope:
-    """fit: coefficients slope, and slope times lag left; lag: by which y comes later than x [s]; x, y: the differences,
-    for figures."""
+    """fit: coefficients slope, and slope times lag left; lag: by which y comes later than x [s]; x: the differences."""
 
     fit: Fit
     lag: float
     x: FloatArray
-    y: FloatArray
 
     @property
     def value(self) -> float:
@@ -342,7 +340,7 @@ def slope(
         fitted = fit((dx, dv), dy, block)
         if fitted is None:
             return None
-        result = Slope(fitted, lag, dx, dy)
+        result = Slope(fitted, lag, dx)
         lag = float(np.clip(lag - fitted.b[1] / fitted.b[0], -LONGEST_LAG, LONGEST_LAG)) if fitted.b[0] != 0.0 else lag
     return result
 

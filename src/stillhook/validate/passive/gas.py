@@ -76,17 +76,13 @@ class Level:
 class Curve:
     """Gas curve of all tests. V: gas volume that the stiffness implies with the file's n [m^3]; R: pressure per flow
     [Pa s/m^3], dry: that of dry friction [Pa], loss: both at the flow of all active pumps [Pa]; p: pressure that it
-    holds at [Pa]; dV, dp, dQ, d_dry: differences in windows, for figures."""
+    holds at [Pa]."""
 
     V: ByTest
     R: float
     dry: float
     loss: Estimate
     p: float
-    dV: FloatArray
-    dp: FloatArray
-    dQ: FloatArray
-    d_dry: FloatArray
 
 
 @dataclass(frozen=True)
@@ -159,13 +155,12 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
         V = acc.gas.V_0 * stiffness(same[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
         volumes[test] = Estimate.around(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
         losses.append(fitted.estimate(2))
-        rows.append((p, dV, dp, dQ, d_dry, float(fitted.b[1]), float(fitted.b[2]) - full * float(fitted.b[1])))
+        rows.append((p, float(fitted.b[1]), float(fitted.b[2]) - full * float(fitted.b[1])))
     by = ByTest.of(volumes)
     if by is None:
         return None
-    dV, dp, dQ, d_dry = (np.concatenate([row[i] for row in rows]) for i in (1, 2, 3, 4))
-    p, R, level = (float(np.mean([row[i] for row in rows])) for i in (0, 5, 6))
-    return Curve(by, R, level, pooled(losses), p, dV, dp, dQ, d_dry)
+    p, R, level = (float(np.mean(column)) for column in zip(*rows, strict=True))
+    return Curve(by, R, level, pooled(losses), p)
 
 
 def _lag(parts: Sequence[LogPart]) -> float:

@@ -46,7 +46,7 @@ View = Mapping[str, Any]
 
 
 def report(validation: Validation, figures: Mapping[str, bytes]) -> Document:
-    """The report. figures: PNG by stem, see `stillhook.validate.figures.all.figures`."""
+    """The report. figures: PNG by stem, see `stillhook.validate.report.figures.figures`."""
     view, words = view_of(validation), WORDS["report"]
     limitations = [Section(x["heading"], [Bullets(x["lines"])]) for x in view["limitations"]]
     return Document(

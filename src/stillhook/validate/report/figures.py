@@ -1,32 +1,102 @@
-"""Pictures over time: the tests (step 0), commands of the PLC (2), the winch at its limits (3), turns of the winch (4),
-and heave compensation after Moslatt 2020 paper F figure 10 (5)."""
+"""Pictures of a validation: the tests (step 0), commands of the PLC (2), the winch at its limits (3), turns of
+the winch (4), heave compensation after Moslatt 2020 paper F figure 10, and its windows after figures 11 to 13 (5)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.report.plots.colours import BLUE, COLOURS, GREEN, GREY, RED
+from stillhook.report import kit
+from stillhook.report.pictures import pngs
+from stillhook.report.plots.colours import BLACK, BLUE, COLOURS, GREEN, GREY, RED
 from stillhook.units import KINDS, in_display
 from stillhook.validate.ahc.check import AhcEstimates
 from stillhook.validate.ahc.comparison import Comparison
 from stillhook.validate.controller.check import ControllerEstimates
 from stillhook.validate.controller.law import Run
 from stillhook.validate.controller.motor import difference
+from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.record import Record, Transient, stretches_of
 from stillhook.validate.dynamics.check import DynamicsEstimates
 from stillhook.validate.dynamics.runs import SIGNALS
-from stillhook.validate.figures.kit import FITTED, OTHER, POINTS, SHADE, SIMULATED, Curves, over_time, panels
 from stillhook.validate.speed_limits import SaturatedPart, SpeedLimits, machines_of
+from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+
 Figures = dict[str, "Figure"]
+
+RESOLUTION = 150
+"""Of pictures [dots per inch]: as wide as a page of the certificate, most have 220 on paper."""
+
+
+MEASURED, SIMULATED, OTHER, FITTED = BLUE, RED, GREEN, BLACK
+"""Colours: of the crane, the twin, a second run of it, and a fit to the logs."""
+SHADE = "#DDDDDD"
+POINTS = 1500
+"""Points of a curve or dots of a cloud: twice the dots that a picture has."""
+
+
+def panels(
+    campaign: Campaign, title: str, rows: int, columns: int, size: tuple[float, float], **more: Any
+) -> tuple[Figure, Any]:
+    """A figure with its axes (rows, columns), always two-dimensional; size [inch]. The title says where the data are
+    synthetic."""
+    return kit.panels(rows, columns, size, f"SYNTHETIC. {title}" if campaign.synthetic else title, **more)
+
+
+@dataclass(frozen=True)
+class Curves:
+    """A panel over time: t (n,) [s]; measured (n,), None where it was not logged; simulated: label, colour and series
+    (n,) of each run of the twin; shaded: spans of time."""
+
+    t: FloatArray
+    measured: FloatArray | None
+    simulated: Sequence[tuple[str, str, FloatArray]] = ()
+    shaded: Sequence[tuple[float, float]] = ()
+
+
+def over_time(
+    campaign: Campaign,
+    title: str,
+    columns: Sequence[tuple[str, Sequence[Curves]]],
+    names: Sequence[str],
+    size: tuple[float, float],
+    *,
+    time: str = "time [s]",
+) -> Figure:
+    """Measured and simulated curves: columns with a title each, and a panel for each name [unit]."""
+    figure, axes = panels(campaign, title, len(names), len(columns), size, sharex="col")
+    for column, (heading, curves) in zip(axes.T, columns, strict=True):
+        for ax, c in zip(column, curves, strict=True):
+            if c.measured is not None:
+                ax.plot(c.t, c.measured, color=MEASURED, lw=1.6, label="measured")
+            width, style = (0.8, "-") if c.measured is None else (1.1, "--")  # dashes show what is below them
+            for label, colour, y in c.simulated:
+                ax.plot(c.t, y, color=colour, lw=width, ls=style, label=label)
+            for a, b in c.shaded:
+                ax.axvspan(a, b, color=SHADE, lw=0.0, zorder=0)
+        column[0].set_title(heading, fontsize="small")
+        column[-1].set(xlabel=time, xlim=(curves[0].t[0], curves[0].t[-1]))
+    return finish(figure, axes, names, 4)
+
+
+def finish(figure: Figure, axes: Any, names: Sequence[str], columns: int) -> Figure:
+    """The figure with names of its vertical axes from the top, and one legend of all axes below it."""
+    for ax, name in zip(axes[:, 0], names, strict=True):
+        ax.set_ylabel(name)
+    figure.align_ylabels(axes[:, 0])
+    kit.legend_below(figure, np.ravel(axes), columns)
+    return figure
+
 
 ROWS = 8
 """Tests in one overview; further ones are in the tables only."""
@@ -246,3 +316,70 @@ def _wire_speed(c: Comparison) -> FloatArray:
     if c.replay.record.has("v_w"):
         return c.replay.measured("v_w")
     return np.asarray(-np.gradient(c.replay.measured("s_w"), c.replay.record.step))
+
+
+BIN = 0.25
+"""Width of the bins of tip motion [m]."""
+
+
+def windows(estimates: AhcEstimates, campaign: Campaign) -> Figures:
+    """Control error, efficiency and the deviation of the error over the tip's motion, by windows; none without."""
+    comparisons = [c for c in estimates.comparisons if len(c.windows.x)]
+    if not comparisons:
+        return {}
+    figure, axes = panels(campaign, "Control error over moving windows, all load cases", 1, 3, (14.0, 5.0))
+    w = {
+        name: np.concatenate([getattr(c.windows, name) for c in comparisons])
+        for name in ("s_tip_pp", "measured", "simulated", "eta_measured", "eta_simulated", "x")
+    }
+    tip, (error, efficiency, deviation) = w["s_tip_pp"], axes[0]
+    for colour, label in ((MEASURED, "measured"), (SIMULATED, "simulated")):
+        _cloud(error, tip, 100.0 * w[label], colour, label)
+        _cloud(efficiency, tip, 100.0 * w[f"eta_{label}"], colour, label)
+    _cloud(deviation, tip, 100.0 * w["x"], OTHER, "deviation")
+    cell = np.floor(tip / BIN)
+    bins = np.unique(cell)
+    means = [100.0 * w["x"][cell == i].mean() for i in bins]
+    deviation.plot((bins + 0.5) * BIN, means, "o-", color=FITTED, lw=1.5, ms=4, label=f"average over {BIN:g} m")
+    efficiency.set_ylabel("compensation efficiency [%]")
+    deviation.set(ylabel="deviation of the control error [cm]", ylim=(0.0, None))
+    error.set(ylim=(0.0, None))
+    for ax in axes[0]:
+        ax.set_xlabel("crane tip, peak to peak [m]")
+    return {"windows": finish(figure, axes, ("control error, peak to peak [cm]",), 4)}
+
+
+def _cloud(ax: Any, x: FloatArray, y: FloatArray, colour: str, label: str) -> None:
+    """Samples or windows as dots, some `POINTS` of them."""
+    some = slice(None, None, max(1, len(x) // POINTS))
+    ax.plot(x[some], y[some], ".", ms=3, alpha=0.6, color=colour, label=label, rasterized=True)
+
+
+FIGURES: Mapping[StepNumber, tuple[Callable[..., dict[str, Any]], ...]] = {
+    StepNumber.CONTROLLER: (commands,),
+    StepNumber.LIMITS: (at_limits,),
+    StepNumber.DYNAMICS: (turns,),
+    StepNumber.AHC: (compensation, windows),
+}
+"""What is drawn of the estimates of a step and the campaign; of step 0 its records."""
+
+
+def pictures(validation: Validation) -> dict[str, bytes]:
+    """Every figure as PNG, by file stem: the same bytes whatever the settings of matplotlib here."""
+    import matplotlib  # heavy
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        return pngs(figures(validation), RESOLUTION)
+
+
+def figures(validation: Validation) -> dict[str, Figure]:
+    """Every figure of a validation by file stem, "step-5-..."; none of a step that could not be taken."""
+    out: dict[str, Figure] = {}
+    for step in validation.steps:
+        if step.estimates is None:
+            continue
+        drawn = [draw(step.estimates, validation.campaign) for draw in FIGURES.get(step.number, ())]
+        drawn += [tests(validation.records, validation.campaign)] if step.number is StepNumber.DATA else []
+        out |= {f"step-{int(step.number)}-{name}": figure for each in drawn for name, figure in each.items()}
+    return out
