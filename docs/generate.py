@@ -59,7 +59,7 @@ def units() -> str:
 def criteria() -> str:
     """Every row of the sets of acceptance criteria that come with Stillhook."""
     from stillhook.validate.criteria.criteria import criteria_sets, load_criteria
-    from stillhook.validate.report.texts import WEIGHTS
+    from stillhook.validate.report.view import WEIGHTS
 
     sets = [load_criteria(name) for name in criteria_sets()]
     rows = [

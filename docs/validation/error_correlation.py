@@ -15,8 +15,7 @@ from scipy.signal import lfilter, sosfilt
 
 from stillhook.report.plots.colours import COLOURS
 from stillhook.statistics.estimate import Estimate, half_of_mean
-from stillhook.validate.ahc.correlation import case_correlation, over_cases
-from stillhook.validate.ahc.measures import THIN
+from stillhook.validate.ahc.measures import THIN, case_correlation, mean_correlation
 
 SLOW_PAGE = True
 PICTURE = "error-correlation.png"
@@ -90,7 +89,7 @@ def campaign(rng: np.random.Generator, lengths: Sequence[float], scatter: float)
     halves = [1.96 * c.deviation for c in cases.values()]
     before = half_of_mean([c.z for c in cases.values()], halves, lengths)
     centre = float(np.average([c.z for c in cases.values()], weights=lengths))
-    return over_cases(cases), math.tanh(centre - before)
+    return mean_correlation(cases), math.tanh(centre - before)
 
 
 def row(lengths: Sequence[float], scatter: float, campaigns: int, seed: int) -> Row:

@@ -10,8 +10,7 @@ from stillhook import Scenario, simulate
 from stillhook.spec.crane import Crane
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.record import Record
-from stillhook.validate.parameters.check import check_parameters
-from stillhook.validate.parameters.measures import ParameterEstimates
+from stillhook.validate.parameters.check import ParameterEstimates, check_parameters
 
 NOISE = {
     "s_tip": (2e-3, 1e-3),

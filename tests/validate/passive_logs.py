@@ -16,8 +16,7 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Step, StepNumber
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.data_set.record import Record
-from stillhook.validate.parameters.check import check_parameters
-from stillhook.validate.parameters.measures import ParameterEstimates
+from stillhook.validate.parameters.check import ParameterEstimates, check_parameters
 from stillhook.validate.passive.check import PassiveEstimates, check_passive
 
 SENSORS = {**NOISE, "alpha_pp": (5e-4, 1e-4), "V_acc": (1e-3, 1e-3), "mode": (0.0, 0.0)}

@@ -7,7 +7,7 @@ from tests.validate.ahc_logs import STEP, sea
 
 from stillhook.errors import ValidateError
 from stillhook.validate.ahc.comparison import counted_share, gaussian_share, mean_and_s, shape, windows
-from stillhook.validate.data_set.tip import smooth_tip
+from stillhook.validate.data_set.signals import smooth_tip
 
 T = np.arange(0.0, 120.0, STEP)
 

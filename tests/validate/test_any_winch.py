@@ -32,8 +32,7 @@ from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.validate.dynamics.model import scaled
 from stillhook.validate.report.document import summary
 from stillhook.validate.report.figures import commands
-from stillhook.validate.report.texts import WORDS
-from stillhook.validate.report.view import UNDETECTABLE
+from stillhook.validate.report.view import UNDETECTABLE, WORDS
 
 CRANE = "nov-100t-electric"
 SHORT = 150.0  # s of heave compensation a test: five windows, enough for intervals and quick to simulate

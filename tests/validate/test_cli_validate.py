@@ -18,14 +18,14 @@ from stillhook.logs.types import Log
 from stillhook.report.document import Table
 from stillhook.spec.scenario import Mode
 from stillhook.validate import validation as frame
-from stillhook.validate.certificate import save as report_files
+from stillhook.validate.certificate import certificate as report_files
 from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
 from stillhook.validate.data_set.record import Record, Segment
 from stillhook.validate.report import figures as pictures
-from stillhook.validate.report.texts import sentence
+from stillhook.validate.report.view import sentence
 from stillhook.validate.validation import Validation
 from stillhook.variables import BY_NAME
 

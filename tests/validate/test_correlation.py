@@ -8,7 +8,7 @@ from scipy.signal import butter, lfilter, sosfilt
 
 from stillhook.statistics.estimate import half_of_mean
 from stillhook.statistics.few_cases import mean_of_few
-from stillhook.validate.ahc.correlation import SCATTER, CaseCorrelation, case_correlation, over_cases
+from stillhook.validate.ahc.measures import SCATTER, CaseCorrelation, case_correlation, mean_correlation
 
 STEP = 0.1  # s
 BLOCK = 300
@@ -37,7 +37,7 @@ def of(r: float, deviation: float) -> CaseCorrelation:
 def test_three_unequal_cases_of_a_healthy_crane_show_what_they_have():
     """0.912 to 0.977: the interval of version 0.10 was -0.258 to 0.999, wider than any of its cases."""
     cases = {"1": of(0.912, 0.15), "2": of(0.955, 0.04), "3": of(0.977, 0.12)}
-    found = over_cases(cases)
+    found = mean_correlation(cases)
     before = half_of_mean([c.z for c in cases.values()], [1.96 * c.deviation for c in cases.values()], [200, 1500, 300])
     assert math.tanh(cases["2"].z - before) < 0.7
     assert 0.8 < found.low < 0.912
@@ -46,15 +46,15 @@ def test_three_unequal_cases_of_a_healthy_crane_show_what_they_have():
 
 
 def test_cases_that_differ_widely_keep_a_wide_interval_and_a_wrong_crane_is_refuted():
-    apart = over_cases({"1": of(0.2, 0.05), "2": of(0.95, 0.05), "3": of(0.9, 0.05)})
+    apart = mean_correlation({"1": of(0.2, 0.05), "2": of(0.95, 0.05), "3": of(0.9, 0.05)})
     assert apart.low < 0.6
-    wrong = over_cases({"1": of(0.18, 0.06), "2": of(0.38, 0.04), "3": of(0.44, 0.1)})
+    wrong = mean_correlation({"1": of(0.18, 0.06), "2": of(0.38, 0.04), "3": of(0.44, 0.1)})
     assert wrong.high < 0.8
 
 
 def test_one_case_alone_has_its_own_interval():
     one = of(0.95, 0.1)
-    assert over_cases({"1": one}) == one.estimate
+    assert mean_correlation({"1": one}) == one.estimate
     assert one.estimate.low == pytest.approx(math.tanh(one.z - 0.196), rel=1e-3)
 
 
@@ -93,6 +93,8 @@ def test_with_three_unequal_cases_noise_and_drift_95_of_100_intervals_hold_the_t
     for _ in range(campaigns):
         z = mean + 0.36 * rng.standard_normal(3)
         rows = zip(z, (200.0, 900.0, 300.0), strict=True)
-        found = over_cases({str(i): case_correlation([load_case(rng, *row)], BLOCK) for i, row in enumerate(rows)})
+        found = mean_correlation(
+            {str(i): case_correlation([load_case(rng, *row)], BLOCK) for i, row in enumerate(rows)}
+        )
         held += found.low <= 0.95 <= found.high
     assert held >= 0.91 * campaigns  # 95 % of 150 come to fewer in 2 of 100 trials

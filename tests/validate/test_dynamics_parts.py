@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from stillhook.validate.data_set.record import Transient, quick_changes
+from stillhook.validate.dynamics.estimates import swing_of
 from stillhook.validate.dynamics.form import normalised_rms
 from stillhook.validate.dynamics.output_error import Model, fit
 from stillhook.validate.dynamics.runs import SIGNALS
-from stillhook.validate.dynamics.swings import swing_of
 
 STEP = 0.01
 T, ZETA, HIGH = 0.48, 0.08, 60e5  # s, -, Pa

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 import stillhook.validate
-from stillhook.validate.criteria.notes import NOTES, Note
-from stillhook.validate.criteria.results import Measure
+from stillhook.validate.criteria.results import NOTES, Measure, Note
 
 SOURCES = sorted(Path(stillhook.validate.__file__).parent.rglob("*.py"))
 TEXT = "".join(path.read_text(encoding="utf-8") for path in SOURCES)

@@ -10,7 +10,7 @@ from tests.validate.passive_logs import SENSORS, checked, records
 from stillhook.validate.criteria.criteria import load_criteria
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import MEASURES, StepNumber
-from stillhook.validate.report.coverage import unjudged, unjudged_says
+from stillhook.validate.report.view import unjudged, unjudged_says
 from stillhook.validate.validation import Validation
 
 NO_CONTENT = {"loads", "load_share", "samples_lost", "longest_gap", "samples_doubtful", "clock_drift"}

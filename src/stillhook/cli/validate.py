@@ -49,7 +49,7 @@ def validate(
     numbers = _numbers(steps)
     todo = load_campaign(campaign)
     if out is not None:
-        from stillhook.validate.certificate.save import check_out
+        from stillhook.validate.certificate.certificate import check_out
 
         check_out(todo, out)
     if criteria is not None:
@@ -66,7 +66,7 @@ def validate(
         parts = numbers is not None
         print_document(summary(result, tables=parts, everything=all_ or parts))
     if out is not None:
-        from stillhook.validate.certificate.save import save_validation
+        from stillhook.validate.certificate.certificate import save_validation
 
         written = save_validation(result, out, certificate=criteria is None)
         if not json:
@@ -93,7 +93,7 @@ def _numbers(text: str | None) -> list[StepNumber] | None:
 
 
 def _print_written(out: Path, written: tuple[str, ...]) -> None:
-    from stillhook.validate.certificate.save import REPORT
+    from stillhook.validate.certificate.certificate import REPORT
 
     pictures = [name for name in written if name.endswith(".png")]
     rest = [name for name in written if name not in pictures and name != REPORT]

@@ -23,8 +23,7 @@ from stillhook.statistics.blocks import interval
 from stillhook.units import number, show
 from stillhook.validate.ahc.replay import Replay, replay, run_twin
 from stillhook.validate.controller.inputs import PlcSegment, derivative, plc_segments
-from stillhook.validate.criteria.notes import Note
-from stillhook.validate.criteria.results import Measure, Step, StepNumber, has
+from stillhook.validate.criteria.results import Measure, Note, Step, StepNumber, has
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.record import FLAT, FULL, Record, Segment, ends_of, stretches_of
 from stillhook.validate.dynamics.runs import motor_command

@@ -35,11 +35,10 @@ from stillhook.validate.ahc.replay import (
     statements,
     usable,
 )
-from stillhook.validate.criteria.notes import Note
-from stillhook.validate.criteria.results import Step, StepNumber, nothing
+from stillhook.validate.criteria.results import Note, Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.record import Record
-from stillhook.validate.data_set.tip import SLOWEST
+from stillhook.validate.data_set.signals import SLOWEST
 
 COMPARED = (
     ("v_w", "speed"),

@@ -24,10 +24,10 @@ from stillhook.sea.motion.recorded import Recorded
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, Scenario, Sensors
 from stillhook.statistics.time_lag import dot
-from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import Note
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.record import Record, Segment
-from stillhook.validate.data_set.tip import Tip, smooth_tip
+from stillhook.validate.data_set.signals import Tip, smooth_tip
 from stillhook.validate.dynamics.model import C_H, C_LEAK, INERTIA, bent, scaled, with_change
 from stillhook.winches.circuits.tables import ServoVariant
 

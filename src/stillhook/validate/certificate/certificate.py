@@ -1,11 +1,10 @@
 """The certificate of a twin: results of a validation, as a document that can be checked and a record stored with a
-crane.
+crane; and all files that a validation leaves in a folder.
 
 A certificate is plain data in one canonical JSON text; the PDF is set from that text and the figures. The same logs,
-campaign, criteria, crane and code give the same bytes of both, in any folder, time zone or locale.
+campaign, criteria, crane and code give the same bytes of both, in any folder, time zone or locale: its content is
+independent of clock, random numbers and folders of the machine.
 Source: Moslatt 2020 section 2.6 and paper F.
-
-Its content is independent of clock, random numbers and folders of the machine.
 """
 
 from __future__ import annotations
@@ -15,27 +14,35 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook._version import __version__
+from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import ValidateError
+from stillhook.formats.results import save_json
 from stillhook.kernels.build import PACKAGE, results_hash
 from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
 from stillhook.library.certificate import FORMAT, canonical, certified_of, digest_of, read_certificate
+from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.report.document import Document
+from stillhook.report.html import html
 from stillhook.report.pdf import Unset, pdf
 from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
+from stillhook.units import quote
 from stillhook.validate.certificate.document import annex, document
+from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.report.document import certificate_summary
-from stillhook.validate.report.texts import WORDS, without_meaning
-from stillhook.validate.report.view import limits_of, view_of
+from stillhook.validate.dynamics.check import tuned_crane
+from stillhook.validate.report.document import certificate_summary, deviations_table, report, segments_table, to_dict
+from stillhook.validate.report.figures import pictures
+from stillhook.validate.report.view import WORDS, limits_of, view_of, without_meaning
 from stillhook.validate.validation import Validation
 
 METHOD_FOLDERS = ("validate", "statistics", "logs", "formats", "report", "base")
@@ -310,3 +317,125 @@ def certificate_files(validation: Validation, images: Mapping[str, bytes] | None
     if annexed is not None:
         files |= {made.pdf_name: made.pdf(), made.annex_name: annexed}
     return files | ({CRANE: made.crane_toml().encode()} if made.passed else {})
+
+
+REPORT, NUMBERS, SEGMENTS, DEVIATIONS, TUNED = (
+    "report.html",
+    "summary.json",
+    "segments.csv",
+    "deviations.csv",
+    "tuned-crane.toml",
+)
+SOMETIMES = (
+    DEVIATIONS,
+    TUNED,
+    CRANE,
+    *(f"{stem}{end}" for stem in (CERTIFICATE, NOT_PASSED) for end in (".json", ".pdf", "-annex.pdf")),
+)
+"""Files that not every validation writes: one of an earlier validation must not stay next to the report of a later
+one."""
+PICTURES = "step-[0-6]-*.png"
+
+
+def check_out(campaign: Campaign, folder: str | Path) -> None:
+    """Refuse a folder that cannot be written to, or in which an input of the campaign would be written over. Errors:
+    StillhookError."""
+    out = Path(folder)
+    names = (REPORT, NUMBERS, SEGMENTS, *SOMETIMES)
+    check_folder(out, names)
+    if folders := [path for path in out.glob(PICTURES) if path.is_dir()]:
+        raise ValidateError(
+            f"{out}: {quote(folders[0].name)} there is a folder in the way of a figure. Choose another folder."
+        )
+    foreign = [name for name in SOMETIMES if (out / name).exists() and not _ours(out)]
+    if foreign:
+        raise ValidateError(
+            f"{out}: {quote(foreign[0])} there is not from an earlier validation, and could be lost. Choose another"
+            " folder."
+        )
+    crane = campaign.file.parent / campaign.crane_name
+    inputs = {path.resolve() for path in (campaign.file, *_crane_files(crane), *(t.log for t in campaign.tests))}
+    for name in names:
+        if (out / name).resolve() in inputs:
+            raise ValidateError(
+                f"{out}: {quote(name)} there belongs to the campaign, and would be written over. Choose another folder."
+            )
+
+
+def _ours(out: Path) -> bool:
+    """Whether the numbers in a folder are those of a validation; other commands write a file of that name too."""
+    try:
+        summary = json.loads((out / NUMBERS).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(summary, dict) and {"criteria", "complete", "verdict"} <= summary.keys()
+
+
+def _crane_files(crane: Path) -> Iterator[Path]:
+    """A crane's file, and those that it builds on."""
+    while crane.is_file():
+        yield crane
+        base = parsed(toml_text(crane), crane.name, FileKind.CRANE).get("base")
+        if not isinstance(base, str):
+            return
+        crane = crane.parent / base
+
+
+def save_validation(validation: Validation, folder: str | Path, *, certificate: bool = True) -> tuple[str, ...]:
+    """Write everything that a validation gives, all or nothing, and take away what an earlier one has left there.
+
+    Parameters
+    ----------
+    validation : Validation
+        What `validate` gave.
+    folder : str or Path
+        Folder to write.
+    certificate : bool, default True
+        Also the certificate, or what stands for one that was not passed; there is none unless all steps were taken.
+
+    Returns
+    -------
+    tuple of str
+        Names of the files.
+
+    Raises
+    ------
+    StillhookError
+        Where the folder cannot be written to.
+    """
+    out = Path(folder)
+    check_out(validation.campaign, out)
+    with atomic_folder(out) as part:
+        images = drawn(lambda: pictures(validation))
+        content = {f"{stem}.png": data for stem, data in images.items()}
+        content[REPORT] = html(report(validation, images)).encode()
+        if certificate and validation.complete:
+            content |= certificate_files(validation, images)
+        tuned = _tuned(validation)
+        if tuned is not None:
+            content[TUNED] = tuned.encode()
+        for name, data in content.items():
+            (part / name).write_bytes(data)
+        save_json(to_dict(validation), part / NUMBERS)
+        segments_table(validation).to_csv(part / SEGMENTS, index=False)
+        deviations = deviations_table(validation)
+        if deviations is not None:
+            deviations.to_csv(part / DEVIATIONS, index=False)
+        written = tuple(sorted(p.name for p in part.iterdir()))
+        _clear(out, written)
+    return written
+
+
+def _tuned(validation: Validation) -> str | None:
+    steps = [s for s in validation.steps if s.number is StepNumber.DYNAMICS]
+    crane = tuned_crane(steps[0].estimates, validation.campaign) if steps else None
+    return crane_toml(crane) if crane is not None else None
+
+
+def _clear(out: Path, written: tuple[str, ...]) -> None:
+    """Take away what an earlier validation has left in this folder and the present one does not write."""
+    if not _ours(out):
+        return
+    for path in (*(out / name for name in SOMETIMES), *out.glob(PICTURES)):
+        if path.name not in written:
+            path.unlink(missing_ok=True)

@@ -14,7 +14,7 @@ from stillhook.units import KINDS, number, show
 from stillhook.validate.criteria.criteria import INFORMATION
 from stillhook.validate.criteria.results import SETTINGS, Outcome
 from stillhook.validate.report.document import View, about, deciding, line_tables, step_section
-from stillhook.validate.report.texts import WORDS as ALL_WORDS
+from stillhook.validate.report.view import WORDS as ALL_WORDS
 
 HEADING = {True: "Validation certificate", False: "Validation report"}
 WORD = {o.value: o.value.upper() for o in Outcome}

@@ -19,7 +19,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator
 from stillhook.validate.ahc.replay import LEAST_SPEED
-from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import Note
 from stillhook.validate.data_set.record import Record, Segment, filled, stretches_of
 from stillhook.validate.parameters.settings import servo_response
 

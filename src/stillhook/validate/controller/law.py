@@ -20,7 +20,7 @@ from stillhook.statistics.blocks import Fit, fit
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.time_lag import dot
 from stillhook.validate.controller.inputs import PlcSegment, derivative
-from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import Note
 from stillhook.validate.data_set.record import ends_of
 
 SMOOTH = (1.0, 2.0)

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from stillhook.units import in_unit, number
 from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit, Requirement
-from stillhook.validate.criteria.notes import Note
-from stillhook.validate.criteria.results import MEASURES, CriterionResult, Measure, Outcome, StepNumber, Verdict
+from stillhook.validate.criteria.results import MEASURES, CriterionResult, Measure, Note, Outcome, StepNumber, Verdict
 
 DIGITS = 3
 

@@ -30,8 +30,7 @@ from stillhook.spec.scenario import Mode, Water
 from stillhook.tables.table import Flag, Part, Spec, Text
 from stillhook.units import number, quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
-from stillhook.validate.criteria.notes import Note
-from stillhook.validate.criteria.results import usual_criteria
+from stillhook.validate.criteria.results import Note, usual_criteria
 
 STANDARD_MODES: Mapping[float, Mode] = {float(i): mode for i, mode in enumerate(Mode)}
 """The numbers of `stillhook.variables`."""

@@ -16,8 +16,7 @@ from stillhook.report.document import Table
 from stillhook.sea.motion.recorded import window_spans
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, show
-from stillhook.validate.criteria.notes import Note
-from stillhook.validate.criteria.results import Measure, Step, StepNumber
+from stillhook.validate.criteria.results import Measure, Note, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.record import SMOOTH, ClockError, Record, Segment
 

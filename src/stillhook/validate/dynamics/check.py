@@ -26,13 +26,14 @@ from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, in_display, number, show
-from stillhook.validate.criteria.notes import Note
-from stillhook.validate.criteria.results import Step, StepNumber, nothing
+from stillhook.validate.criteria.results import Note, Step, StepNumber, nothing
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.record import Record, Segment, Transient, find_transients, quick_enough
 from stillhook.validate.dynamics.estimates import (
     WORDS,
+    SwingComparison,
     TunedValue,
+    compare_swings,
     in_form,
     measures_of,
     statements_of,
@@ -42,7 +43,6 @@ from stillhook.validate.dynamics.estimates import (
 from stillhook.validate.dynamics.form import Tuning, clusters_of, group_differences, tune
 from stillhook.validate.dynamics.model import C_LEAK, PLACE, TUNED, UNKNOWNS, scaled
 from stillhook.validate.dynamics.runs import DynamicsSegment, dynamics_segment, motor_command
-from stillhook.validate.dynamics.swings import SwingComparison, compare_swings
 from stillhook.validate.parameters.flow import Balance, balance, leak_rows
 from stillhook.validate.parameters.leakage import LeakChoice
 from stillhook.validate.parameters.segments import parts_of

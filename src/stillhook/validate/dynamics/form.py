@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95, t_factor
-from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import Note
 from stillhook.validate.data_set.record import Transient, filled, smoothed
 from stillhook.validate.dynamics.model import C_LEAK, NAMES, PLACE, TUNED, Twin
 from stillhook.validate.dynamics.output_error import Fit, fit

@@ -20,7 +20,7 @@ from stillhook.sea.motion.motion import Motion, Still
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Commands, Scenario
 from stillhook.validate.data_set.record import JOIN, Record, Segment, Transient, filled, smoothed
-from stillhook.validate.data_set.tip import smooth_tip
+from stillhook.validate.data_set.signals import smooth_tip
 
 SIGNALS = ("p_a", "p_b", "omega_m", "alpha_p")
 """What is compared: the twin's series of these names."""

@@ -19,8 +19,7 @@ from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import fit
 from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.units import number, parse
-from stillhook.validate.criteria.notes import Note
-from stillhook.validate.criteria.results import Measure
+from stillhook.validate.criteria.results import Measure, Note
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.data_set.record import Record, stretches_of
 from stillhook.validate.parameters.leak_laws import SLIP_PRESSURE, LeakRows

@@ -18,7 +18,7 @@ from stillhook.spec.crane import Crane, passive_of
 from stillhook.statistics.blocks import fit, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_unit
-from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import Note
 from stillhook.validate.parameters.segments import (
     OIL,
     LogPart,

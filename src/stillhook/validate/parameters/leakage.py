@@ -21,7 +21,7 @@ from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Fit
 from stillhook.statistics.estimate import Estimate, t_factor
-from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import Note
 from stillhook.validate.parameters.leak_laws import (
     LINEAR,
     NUISANCE,

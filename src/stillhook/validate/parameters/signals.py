@@ -15,7 +15,7 @@ from stillhook.physics.load_path.drum import wire_damping, wire_stiffness
 from stillhook.statistics.blocks import Fit, fit, one_number, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.time_lag import dot
-from stillhook.validate.criteria.notes import Note
+from stillhook.validate.criteria.results import Note
 from stillhook.validate.data_set.record import filled
 from stillhook.validate.parameters.segments import (
     ByTest,

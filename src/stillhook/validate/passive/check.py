@@ -11,15 +11,21 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, passive_of
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number
-from stillhook.validate.criteria.notes import Note
-from stillhook.validate.criteria.results import MEASURES, Measure, Step, StepNumber
+from stillhook.validate.criteria.results import MEASURES, Measure, Note, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.record import Record
-from stillhook.validate.parameters.check import Row, error_row, parameter_table, row
-from stillhook.validate.parameters.measures import by_test, rests_on, torque_lacks, undetermined
+from stillhook.validate.parameters.check import (
+    Row,
+    by_test,
+    error_row,
+    parameter_table,
+    rests_on,
+    row,
+    torque_lacks,
+    undetermined,
+)
 from stillhook.validate.parameters.segments import OIL, ByTest, LogPart, parts_of
-from stillhook.validate.passive import gas as gas_law
-from stillhook.validate.passive import motors
+from stillhook.validate.passive import circuit
 
 
 @dataclass(frozen=True)
@@ -27,24 +33,24 @@ class PassiveEstimates:
     """Results of every check of step 6; empty or None where the log has no data for it."""
 
     parts: tuple[LogPart, ...]
-    level: gas_law.Level | None
-    gas: gas_law.Curve | None
-    stroke: gas_law.Stroke | None
+    level: circuit.Level | None
+    gas: circuit.Curve | None
+    stroke: circuit.Stroke | None
     displacement: ByTest | None
-    shares: tuple[motors.Share, ...]
+    shares: tuple[circuit.Share, ...]
     setting: ByTest | None
-    make_up: motors.MakeUp | None
+    make_up: circuit.MakeUp | None
 
 
 def passive_estimates(parts: Sequence[LogPart], progress: Progress) -> PassiveEstimates:
     """Take every check on the parts."""
-    level, gas = gas_law.levels(parts), gas_law.curve(parts)
+    level, gas = circuit.levels(parts), circuit.curve(parts)
     progress(0.25)
-    stroke, displacement = gas_law.stroke(parts, gas), gas_law.displacement(parts)
+    stroke, displacement = circuit.stroke(parts, gas), circuit.displacement(parts)
     progress(0.5)
-    shares = motors.shares(parts)
+    shares = circuit.shares(parts)
     progress(0.75)
-    setting, make_up = motors.setting(parts), motors.make_up(parts)
+    setting, make_up = circuit.setting(parts), circuit.make_up(parts)
     return PassiveEstimates(tuple(parts), level, gas, stroke, displacement, shares, setting, make_up)
 
 
@@ -108,25 +114,25 @@ def _gas(crane: Crane, e: PassiveEstimates) -> list[Measure]:
     V, calibration = volume(e, gas)
     V_0 = acc.gas.V_0
     x = Estimate.around(V.value / V_0 - 1.0, V.half / V_0, V.n)
-    notes = [*volume_notes(V.value, V_0, gas_law.index(e.parts[0])), by_test(gas.V.tests, "volume 4")]
+    notes = [*volume_notes(V.value, V_0, circuit.index(e.parts[0])), by_test(gas.V.tests, "volume 4")]
     Q = crane.active.pump.D_total * crane.active.pump.omega_p
     loss = Estimate.around(gas.loss.value - acc.R_piston * Q, gas.loss.half, gas.loss.n)
     loop = [Note("loop", log=2.0 * gas.loss.value, Q=Q, file=2.0 * acc.R_piston * Q)]
     loop += [Note("loop-dry", dry=2.0 * gas.dry)] if gas.dry > DRY_WORTH else []
     swing = TRANSMITTER_SWING * gas.loss.value
     return [
-        _measure(names[0], x, calibration, *notes, law=gas_law.FORM, data=data),
-        _measure(names[1], loss, swing, *loop, law=gas_law.LOSS_DOUBT, data=data),
+        _measure(names[0], x, calibration, *notes, law=circuit.FORM, data=data),
+        _measure(names[1], loss, swing, *loop, law=circuit.LOSS_DOUBT, data=data),
     ]
 
 
-def volume(e: PassiveEstimates, gas: gas_law.Curve) -> tuple[Estimate, float]:
+def volume(e: PassiveEstimates, gas: circuit.Curve) -> tuple[Estimate, float]:
     """Gas volume with the displacement that the torque shows to work (dead motors move no oil), and the part of it that
     calibrations leave open [-]: settings where there is no torque balance, else the share of the motors."""
     V = gas.V.all
     if not e.shares:
-        return V, motors.SETTING_DOUBT
-    share, doubt = motors.overall(e.shares)
+        return V, circuit.SETTING_DOUBT
+    share, doubt = circuit.overall(e.shares)
     works = 1.0 + share.value
     return Estimate.around(works * V.value, math.hypot(works * V.half, share.half * V.value), V.n), doubt
 
@@ -134,13 +140,13 @@ def volume(e: PassiveEstimates, gas: gas_law.Curve) -> tuple[Estimate, float]:
 def volume_notes(V: float, V_0: float, n: float) -> list[Note]:
     """Volume implied by the stiffness at the file's index n, and index at the file's volume: the stiffness gives only
     their ratio."""
-    at_file, soft, stiff = n * V_0 / V, V * gas_law.SOFT / n, V * gas_law.STIFF / n
+    at_file, soft, stiff = n * V_0 / V, V * circuit.SOFT / n, V * circuit.STIFF / n
     out = [
         Note("volume", log=V, n=n, file=V_0),
-        Note("volume-range", soft=soft, stiff=stiff, n_soft=gas_law.SOFT, n_stiff=gas_law.STIFF),
+        Note("volume-range", soft=soft, stiff=stiff, n_soft=circuit.SOFT, n_stiff=circuit.STIFF),
     ]
     if abs(V / V_0 - 1.0) > OTHER_VOLUME:
-        out.append(Note("other-n" if gas_law.SOFT <= at_file <= gas_law.STIFF else "no-such-n", n=at_file))
+        out.append(Note("other-n" if circuit.SOFT <= at_file <= circuit.STIFF else "no-such-n", n=at_file))
     return out
 
 
@@ -161,7 +167,7 @@ def _motors(crane: Crane, e: PassiveEstimates) -> list[Measure]:
     names = ("passive_motors_error", "passive_torque_error")
     if not e.shares:
         return undetermined(*names, note=torque_lacks(e.parts))
-    share, structural = motors.overall(e.shares)
+    share, structural = circuit.overall(e.shares)
     total = Estimate.around(share.value, math.hypot(share.half, structural), share.n)  # causes rest on all of it
     full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
     data = rests_on(e.parts, [s.test for s in e.shares], share.n)
@@ -205,7 +211,7 @@ def _displacement(crane: Crane, e: PassiveEstimates) -> list[Measure]:
         return undetermined("passive_flow_error")
     x, count = e.displacement.all, passive_of(crane).motor.count
     note, data = Note("oil-reaches", motors=count * (1.0 + x.value), count=count), e.displacement.tests
-    return [_measure("passive_flow_error", x, motors.SETTING_DOUBT, note, data=rests_on(e.parts, data, x.n))]
+    return [_measure("passive_flow_error", x, circuit.SETTING_DOUBT, note, data=rests_on(e.parts, data, x.n))]
 
 
 def _setting(crane: Crane, e: PassiveEstimates) -> list[Measure]:
@@ -218,7 +224,7 @@ def _setting(crane: Crane, e: PassiveEstimates) -> list[Measure]:
         Note("other-load") if abs(x.value) > APART else "",
     )
     data = rests_on(e.parts, e.setting.tests, x.n)
-    return [_measure("passive_setting_error", x, motors.SETTING_DOUBT, *notes, data=data)]
+    return [_measure("passive_setting_error", x, circuit.SETTING_DOUBT, *notes, data=data)]
 
 
 def _make_up(e: PassiveEstimates) -> list[Measure]:
@@ -238,7 +244,7 @@ def _rows(crane: Crane, e: PassiveEstimates) -> Iterator[Row]:
         yield row(name, twin, x.all, kind, x.tests, x.all.value / twin - 1.0)
     yield from (error_row("motors that work", count, s.share, "", [s.test]) for s in e.shares)
     if e.shares:
-        share, structural = motors.overall(e.shares)
+        share, structural = circuit.overall(e.shares)
         both = Estimate.around(share.value, (share.half**2 + structural**2) ** 0.5)
         yield error_row("motors, with load and calibration", count, both, "", [s.test for s in e.shares])
     if e.setting is not None:

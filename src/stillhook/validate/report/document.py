@@ -27,9 +27,18 @@ from stillhook.spec.validity import SHORT, UNSIGNED, Envelope
 from stillhook.validate.criteria import results
 from stillhook.validate.criteria.results import STEPS, Outcome, StepNumber
 from stillhook.validate.data_set.campaign import MARK
-from stillhook.validate.report.coverage import unjudged
-from stillhook.validate.report.texts import WORDS, decisive, risks, sentence, title
-from stillhook.validate.report.view import UNDETECTABLE, UNJUDGED, segments, view_of
+from stillhook.validate.report.view import (
+    UNDETECTABLE,
+    UNJUDGED,
+    WORDS,
+    decisive,
+    risks,
+    segments,
+    sentence,
+    title,
+    unjudged,
+    view_of,
+)
 from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:

@@ -17,9 +17,8 @@ from stillhook.report.plots.colours import BLACK, BLUE, COLOURS, GREEN, GREY, RE
 from stillhook.units import KINDS, in_display
 from stillhook.validate.ahc.check import AhcEstimates
 from stillhook.validate.ahc.comparison import Comparison
-from stillhook.validate.controller.check import ControllerEstimates
+from stillhook.validate.controller.check import ControllerEstimates, difference
 from stillhook.validate.controller.law import Run
-from stillhook.validate.controller.motor import difference
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.record import Record, Transient, stretches_of
