@@ -9,6 +9,7 @@ from scipy.special import ndtri
 
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
+from stillhook.plan.tiers.time_domain.crossing_search import NAMES, Place
 from stillhook.plan.tiers.time_domain.crossings import (
     EACH,
     FIRST,
@@ -19,7 +20,6 @@ from stillhook.plan.tiers.time_domain.crossings import (
     next_heights,
 )
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
-from stillhook.plan.tiers.time_domain.features import NAMES, Place
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure
 from stillhook.sea.vessel.realisation import realise, tip_motion

@@ -27,9 +27,8 @@ from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch
 from stillhook.plan.weather.forecast import plan_forecast
-from stillhook.plan.weather.records import seas_of
+from stillhook.plan.weather.records import FAINT, seas_of, systems
 from stillhook.plan.weather.spectral import spectral_persistence
-from stillhook.plan.weather.two_systems import FAINT, systems
 from stillhook.plan.weather.value import forecast_limits, weather_value
 from stillhook.response import Waves
 from stillhook.sea.spectra.measured import SeaStates

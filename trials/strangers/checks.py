@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.plan.definition.failures import FAILED
+from stillhook.plan.result import FAILED
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited, utilisation

@@ -24,13 +24,12 @@ from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import wire_usable
-from stillhook.plan.answer.apart import APART, TOLERATED
 from stillhook.plan.definition.capacities import at_rest, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, check_sinks, check_wire
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.result import NEW, labelled
-from stillhook.plan.table import Governed
+from stillhook.plan.table import APART, TOLERATED, Governed
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns

@@ -13,16 +13,15 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import PlanError
-from stillhook.plan.definition.headings import SAME
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.limits import Limits, limited, limits_in, utilisation
 from stillhook.plan.result import labelled
-from stillhook.plan.table import Axes, LimitTable, chosen, gathered, governed
-from stillhook.plan.tiers.closed_form import closed_form
+from stillhook.plan.table import Axes, chosen, gathered, governed
+from stillhook.plan.tiers.closed_form import LEADS, closed_form
 from stillhook.plan.tiers.frequency import demands, winches_of
 from stillhook.plan.tiers.situations import Looks, looked_at, thinned
-from stillhook.plan.tiers.wire_lead import LEADS
+from stillhook.plan.weather.limit_table import SAME, LimitTable
 from stillhook.response.lift import Waves, forcing_of_waves
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
@@ -51,10 +50,10 @@ def spectral_weather(
 
     Parameters: waves, measured or hindcast spectra or states with a direction, where the bow points for all of them
     (`Waves.ship`), or one direction of travel from the bow (`Waves.beta`). elsewhere: limiting heights (n,) [m] of the
-    phases that the method does not cover, record by record, as a limit table reads them
-    (`stillhook.plan.table.LimitTable.at`); without them the splash zone is left out. Returns over alternative and
-    time: utilisation [-], the largest over phases and rules, NaN where the record is missing; workable_record, 1 where
-    it is 1 at most, else 0 (missing ones: 0); over alternative, phase and time: utilisation_phase. Every phase is
+    phases that the method does not cover, record by record, as `LimitTable.at` reads them; without them the splash zone
+    is left out. Returns over alternative and time: utilisation [-], the largest over phases and rules, NaN where the
+    record is missing; workable_record, 1 where it is 1 at most, else 0 (missing ones: 0); over alternative, phase and
+    time: utilisation_phase. Every phase is
     looked at at its ends and its middle. attrs: left_out, phases not determined.
     Errors: PlanError for one sea alone; as `stillhook.plan.tiers.frequency.frequency`.
     """

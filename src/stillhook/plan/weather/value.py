@@ -19,95 +19,26 @@ be kept within the tolerance.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import BoolArray, FloatArray, IntArray
-from stillhook.plan.definition.headings import SAME, cones, counted, holdable_headings
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.result import CREDITS, Credit, labelled
-from stillhook.plan.table import Axes, Governed, LimitTable, worst
-from stillhook.plan.weather.records import Records, outside, seas_of
-from stillhook.plan.weather.two_systems import swell_forecast
-from stillhook.sea.spectra.directions import relative
+from stillhook.plan.table import Axes, Governed
+from stillhook.plan.weather.limit_table import KeptHeadings, Kinds, LimitTable
+from stillhook.plan.weather.records import Records, outside, seas_of, swell_forecast
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
-from stillhook.weather.limit_text import free_headings
 from stillhook.weather.persistence import Persistence, Window, month_of, persistence, waits
 from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
     import xarray
-
-
-@dataclass(frozen=True, eq=False)
-class KeptHeadings:
-    """Which headings of a table count for the waves of a record, at each heading that a vessel may keep.
-
-    counts (kept, heading, direction) and known (kept, direction), as `stillhook.plan.table.counted`; direction
-    (n,): that of each record; best: the same for headings of the table, of which the best is the most that counts, None
-    where nothing else does.
-    """
-
-    counts: BoolArray = field(repr=False)
-    known: BoolArray = field(repr=False)
-    direction: IntArray = field(repr=False)
-    best: KeptHeadings | None = field(default=None, repr=False)
-
-    @classmethod
-    def of(cls, table: LimitTable, n: int, come_from: FloatArray | None, ship: float | None) -> KeptHeadings:
-        """Headings for n records: come_from (n,) [rad from north] or None; ship [rad from north] or None where it is
-        free to turn."""
-        around = cones(table.headings, table.heading_tolerance).T[:, :, None]
-        of_table = cls(
-            around, holdable_headings(table.headings, table.heading_tolerance)[:, None], np.zeros(n, dtype=np.int64)
-        )
-        if come_from is None:
-            return of_table
-        directions, place = np.unique(come_from, return_inverse=True)
-        ships = free_headings() if ship is None else np.array([ship])
-        each = [
-            counted(table.headings, table.heading_tolerance, np.asarray(relative(directions, float(s)))) for s in ships
-        ]
-        counts, known = np.stack([counts for counts, _ in each]), np.stack([known for _, known in each])
-        return cls(counts, known, place.reshape(n).astype(np.int64), of_table if ship is None else None)
-
-    def limits(self, table: LimitTable, periods: Sequence[FloatArray]) -> FloatArray:
-        """Limiting significant wave height [m] of each record at each heading (kept, n), the worst over readings of its
-        period (n,) [s]."""
-        kinds = self.kinds(table, periods)
-        return np.asarray(self.of_kinds(table, periods, kinds)[:, kinds.inverse])
-
-    def kinds(self, table: LimitTable, periods: Sequence[FloatArray]) -> Kinds:
-        """Records between the same periods of the table and of one direction: they have one limit."""
-        rows = [
-            np.searchsorted(table.periods + sign * SAME * table.periods, T) for T in periods for sign in (1.0, -1.0)
-        ]
-        keys = np.stack([self.direction, *rows, *(np.isnan(T).astype(np.int64) for T in periods)])
-        _, first, inverse = np.unique(keys, axis=1, return_index=True, return_inverse=True)
-        return Kinds(first, inverse.reshape(keys.shape[1]))
-
-    def of_kinds(self, table: LimitTable, periods: Sequence[FloatArray], kinds: Kinds) -> FloatArray:
-        """Limits (kept, k) of the kinds of records [m]."""
-        at = kinds.first
-        by_heading = np.min([table.by_heading(T_p[at]) for T_p in periods], axis=0)
-        direction = self.direction[at]
-        pairs = zip(self.counts, self.known, strict=True)
-        limits = np.stack([worst(by_heading, counts[:, direction], known[direction]) for counts, known in pairs])
-        return (
-            limits if self.best is None else np.minimum(limits, self.best.of_kinds(table, periods, kinds).max(axis=0))
-        )
-
-
-class Kinds(NamedTuple):
-    """Kinds of records: first (k,) record of each, and the kind of every record (n,)."""
-
-    first: IntArray
-    inverse: IntArray
 
 
 YEAR = 365.25 * 24.0
