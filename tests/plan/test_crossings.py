@@ -9,12 +9,13 @@ from scipy.special import ndtri
 
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
-from stillhook.plan.tiers.time_domain.crossing_search import NAMES, Place
 from stillhook.plan.tiers.time_domain.crossings import (
     EACH,
     FIRST,
+    NAMES,
     ColumnFeatures,
     Feature,
+    Place,
     binned,
     crossing_limits,
     next_heights,
