@@ -12,10 +12,9 @@ from stillhook.plan.answer.reference_cell import depth_profile, sensitivity
 from stillhook.plan.definition.capacities import calm
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.tiers.frequency import frequency, winches_of
 from stillhook.plan.tiers.situations import looked_at, situations, thinned
-from stillhook.plan.weather.spectral import spectral_weather
+from stillhook.plan.weather.spectral import utilisations
 from stillhook.response import Forcing, Waves
 from stillhook.response.frequency_domain import sigmas
 from stillhook.sea.spectra.measured import SeaStates
@@ -170,10 +169,7 @@ def test_more_added_mass_lowers_the_limit_of_a_load_on_the_brake_and_friction_do
         phases=tuple(phase.model_copy(update={"limits": {}}) for phase in plan.phases),
     )
 
-    def limits(demands):
-        return [limits_of(d, limited(high, high.phase(d.phase), d.alternative)) for d in demands]
-
-    told = sensitivity(high, (NONE, CAP), 7.0, math.pi, "landing", limits, ask=())
+    told = sensitivity(high, (NONE, CAP), 7.0, math.pi, "landing", ask=())
     none = told.sel(alternative="none")
     assert (
         float(none["Hs_high"].sel(factor="C_A"))
@@ -186,23 +182,19 @@ def test_more_added_mass_lowers_the_limit_of_a_load_on_the_brake_and_friction_do
 
 
 @pytest.mark.slow
-def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_workable(plan):
+def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_known(plan):
     hours = np.array(["2020-01-01T00", "2020-01-01T01", "2020-01-01T02", "2020-01-01T03"], dtype="datetime64[s]")
     H, unknown = np.array([0.5, 2.0, math.nan, 6.0]), np.full(4, math.nan)
     states = SeaStates(hours, np.isfinite(H), H, np.full(4, 8.0), unknown, unknown)
-    told = spectral_weather(plan, (NONE, CAP), Waves(states, beta="180 deg"))
-    used = told["utilisation"].sel(alternative="cap-80").values
+    used = utilisations(plan, (NONE, CAP), Waves(states, beta="180 deg"))[1]
     assert used[0] < used[1] < used[3]
     assert np.isnan(used[2])
-    assert told["workable_record"].sel(alternative="cap-80").values[2] == 0
-    assert told.attrs["left_out"] == "splash zone"
-    closed = spectral_weather(
-        plan, (CAP,), Waves(states, beta="180 deg"), elsewhere={CAP: np.array([1.0, 1.0, 1.0, 0.0])}
-    )
-    assert closed["workable_record"].values[0].tolist() == [1, 0, 0, 0]
-    assert closed["utilisation"].values[0, 3] == math.inf
+    elsewhere = {CAP: np.array([1.0, 1.0, 1.0, 0.0])}
+    (closed,) = utilisations(plan, (CAP,), Waves(states, beta="180 deg"), elsewhere=elsewhere)
+    assert (closed <= 1.0).tolist() == [True, False, False, False]
+    assert closed[3] == math.inf
     with pytest.raises(PlanError, match="one sea is no hindcast"):
-        spectral_weather(plan, (NONE,), Waves(plan.environment.sea(2.0, 8.0, math.pi)))
+        utilisations(plan, (NONE,), Waves(plan.environment.sea(2.0, 8.0, math.pi)))
 
 
 @pytest.mark.slow
@@ -223,10 +215,7 @@ def test_the_twin_is_not_asked_of_a_controller_that_the_load_is_too_heavy_for(pl
 
 @pytest.mark.slow
 def test_in_the_splash_zone_more_added_mass_and_drag_lower_the_limit_and_the_winch_does_not_matter(plan):
-    def limits(demands):
-        return [limits_of(d, limited(plan, plan.phase(d.phase), d.alternative)) for d in demands]
-
-    told = sensitivity(plan, (NONE, CAP), 9.0, math.pi, "splash zone", limits)
+    told = sensitivity(plan, (NONE, CAP), 9.0, math.pi, "splash zone")
     for factor in ("C_A", "C_D"):
         low, base, high = (
             float(told[k].sel(factor=factor, alternative="none")) for k in ("Hs_low", "Hs_base", "Hs_high")

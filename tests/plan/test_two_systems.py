@@ -208,8 +208,8 @@ def operability(lift, weather, limit=2.0):
     shape = (len(axes.alternatives), *axes.columns)
     nan, none = np.full(shape, np.nan), np.full(shape, -1)
     of = Governed(axes, np.full(shape, limit), nan, nan, none, none, none)
-    forecast = forecast_limits(lift, load_alpha_table(), {"twin": of, "credited": of}, 6.0)
-    value = weather_value(lift, axes, forecast, weather, 6.0)
+    forecast = forecast_limits(lift, load_alpha_table(), {"twin": of, "credited": of})
+    value = weather_value(lift, axes, forecast, weather)
     return value.persistence_of["twin", Alternative.NONE].operability, value.notes
 
 

@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.plan.result import FAILED
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited, utilisation
-from stillhook.plan.result import PlanResult
+from stillhook.plan.result import FAILED, PlanResult
 
 HOLDS = ""
 CLOSE = 1e-6

@@ -31,7 +31,7 @@ FAILED = "not-computed"
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
 covers the cell."""
-BLOCKS = ("depth", "sensitivity", "sweep", "weather", "demand")
+BLOCKS = ("depth", "sensitivity", "sweep", "weather")
 """Datasets that a result may have in addition to its limits, in the order of the file."""
 
 
@@ -56,8 +56,7 @@ class PlanResult:
     not_covered, remarks). blocks: name of `BLOCKS` -> Dataset, each only where it was made:
         depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta,
         z_resonance; sensitivity (factor, alternative); sweep (variant, alternative, landing_tolerance): Hs_landing;
-        weather (credit, alternative, month; 0 the whole year); demand
-        (tier, alternative, phase, heading, period, height): quantities of the rules.
+        weather (credit, alternative, month; 0 the whole year).
     """
 
     data: xarray.Dataset = field(repr=False)

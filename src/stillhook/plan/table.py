@@ -20,10 +20,11 @@ from stillhook.plan.limits import Limits
 from stillhook.plan.result import Cause, cause, grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
-from stillhook.plan.weather.limit_table import SAME
 from stillhook.spec.lift.phase import Phase
 from stillhook.spec.validity import CAP, Conditions
 
+SAME = 1e-9
+"""Part of a period or an angle by which two that are meant to be one may differ."""
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
 """From the least to the most that is known; a later one counts before an earlier."""
 

@@ -379,15 +379,3 @@ def answer_of(block: xarray.Dataset) -> dict[str, Any]:
     keys = ("phase", "Tp", "beta", "own", "quantities", "n_seeds", "n_runs")
     left_out = [line for line in str(block.attrs["left_out"]).split("\n") if line]
     return {key: block.attrs[key] for key in keys} | {"left_out": left_out, "pays": rows}
-
-
-def sweep_blocks(
-    plan: LiftPlan,
-    columns: Sequence[Column],
-    execution: Execution,
-    demands: Sequence[Demand],
-    progress: Progress | None = None,
-) -> dict[str, xarray.Dataset]:
-    """The block of a result; none where no landing is compensated."""
-    block = landing_sweep(plan, columns, execution, demands, progress)
-    return {} if block is None else {"sweep": block}
