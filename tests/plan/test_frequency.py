@@ -96,7 +96,7 @@ def test_a_higher_sea_asks_more_of_everything(plan, found):
     for demand in found.values():
         for name, values in demand.values.items():
             rising = -values if name == "sling_ratio" else values
-            for _, _, rows in seas.columns():
+            for _, _, rows in seas.columns:
                 assert np.all(np.diff(rising[rows]) >= -1e-9 * np.abs(values[rows[0]])), (demand.phase, name)
 
 

@@ -131,7 +131,7 @@ def agrees_with_runs(result: PlanResult, plan: LiftPlan, demands: Sequence[Deman
             if rule.rule.quantity not in demand.values:
                 continue
             at = {"alternative": demand.alternative.value, "phase": demand.phase, "rule": rule.rule.key}
-            for T, beta, rows in demand.seas.columns():
+            for T, beta, rows in demand.seas.columns:
                 heading = headings[np.abs(np.exp(1j * headings) - np.exp(1j * beta)).argmin()]
                 Hs = float(limits.sel({**at, "heading": heading}).sel(period=T, method="nearest"))
                 where = f"{', '.join(at.values())}, {np.degrees(beta):.0f} deg, {T:g} s"

@@ -154,7 +154,8 @@ def plan(
         blocks["weather"] = failures.attempt("intervals of the weather", spread, block)
     if last is not Tier.CLOSED_FORM:
         detail = partial(reference_blocks, lift_plan, of, parts("reference cell"), residuals=twin is not None)
-        blocks |= failures.attempt("reference cell", detail, dict[str, xarray.Dataset]())
+        nothing: dict[str, xarray.Dataset] = {}
+        blocks |= failures.attempt("reference cell", detail, nothing)
     if twin is not None:
         at = reference_of(lift_plan, of)
         columns = where_it_governs(lift_plan, of.governs[CREDITS[0]], (at.Tp, at.beta))

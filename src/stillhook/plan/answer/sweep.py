@@ -314,7 +314,7 @@ class Ladder:
         demand = next((d for d in known if (d.phase, d.alternative, d.tier) == who), None)
         if demand is None:
             return np.full(len(tolerance), np.nan)
-        place = [(T, beta) for T, beta, _ in demand.seas.columns()].index(line.column)
+        place = [(T, beta) for T, beta, _ in demand.seas.columns].index(line.column)
         at = [limits_of(demand, [replace(rule, limit=float(t), by_Hs=())]) for t in tolerance]
         return np.array([of.Hs[rule.rule.key][place] for of in at])
 

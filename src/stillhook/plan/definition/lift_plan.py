@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import wraps
 from itertools import pairwise
 from typing import Any, Concatenate, Literal, NamedTuple, ParamSpec, TypeVar
 
@@ -295,6 +296,16 @@ class LiftPlan:
         }
         fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
         return Lowering(**fields)
+
+
+def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[Concatenate[LiftPlan, P], Value]:
+    """A function of a plan that is calculated once as long as the plan lives, for the same further arguments."""
+
+    @wraps(function)
+    def known(plan: LiftPlan, /, *arguments: P.args, **none: P.kwargs) -> Value:
+        return plan.once(function, *arguments, **none)
+
+    return known
 
 
 def _with_link(plan: LiftPlan, linked: bool) -> LiftPlan:

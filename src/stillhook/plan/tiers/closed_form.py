@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from inspect import unwrap
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.engine.pack.programme import hanging, payload_weight, wire_strength
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import jerk, places, static_tension
-from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.load_chart import CraneChart
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.result import Cause, cause
@@ -117,11 +118,11 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     Quantities that it does not know are left out.
     """
     residual = 1.0 if alternative.stands or not phase.compensated else 1.0 - CAP
-    plan = plan.under(alternative)
-    values = plan.once(_values, phase, seas, residual)
+    values = _values(plan.under(alternative), phase, seas, residual)
     return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, values)
 
 
+@remembered
 def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     """Quantities of a phase with what the winch leaves of the tip's motion, from 1 (all)."""
     tip, T, V = tip_motion(plan, phase, seas), _duration(plan, phase), phase.speed or 0.0
@@ -183,11 +184,12 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
 
 
 def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
-    """What the seas do at the crane tip of a phase; remembered as long as the plan lives."""
+    """What the seas do at the crane tip of a phase."""
     at = plan.tip_of(phase)
-    return plan.once(_tip, seas, at.x, at.y)
+    return _tip(plan, seas, at.x, at.y)
 
 
+@remembered
 def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
     forcing = forcing_at(plan, seas, x, y)
     return Tip(wave_periods(plan, seas), *(forcing.deviation(order) for order in range(3)))
@@ -195,11 +197,12 @@ def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
 
 def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
     """Zero-crossing period of the waves T_m02 [s], (n,), of wind sea and swell together from the moments of their sum;
-    that of a small sea for a calm; remembered as long as the plan lives."""
+    that of a small sea for a calm."""
     pairs = zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True)
-    return np.array([plan.once(_wave_period, H, T) for H, T in pairs])
+    return np.array([_wave_period(plan, H, T) for H, T in pairs])
 
 
+@remembered
 def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
     if plan.environment.swell is None:
         return plan.environment.spectrum(Hs, Tp).T_m02
@@ -207,19 +210,16 @@ def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
     return 2.0 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2))
 
 
-def way(plan: LiftPlan, phase: Phase) -> Way:
-    """Heights of a phase's way, and what is there; remembered as long as the plan lives."""
-    return plan.once(_way, phase)
-
-
 def on_way(plan: LiftPlan, phase: Phase, other: Way) -> LiftPlan:
     """The same plan with another way in one of its phases, such as one with more added mass."""
     changed = replace(plan)
-    changed.memo[_way, phase] = other
+    changed.memo[unwrap(way), phase] = other
     return changed
 
 
-def _way(plan: LiftPlan, phase: Phase) -> Way:
+@remembered
+def way(plan: LiftPlan, phase: Phase) -> Way:
+    """Heights of a phase's way, and what is there."""
     lift = plan.hanging(0.0, plan.tip_of(phase).z)
     load, rho, crane = plan.payload, plan.rho, plan.crane
     z = _heights(phase, load.reach(rho))

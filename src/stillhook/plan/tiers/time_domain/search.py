@@ -100,7 +100,7 @@ class Work:
 
     def prepare(self, predicted: Sequence[Limits]) -> None:
         """Lines of all phases that can be run, and the lowest limit of those that cannot."""
-        columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns()]
+        columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns]
         pilots = pilots_of(columns)
         predictions = least_predicted(predicted)
         self.predicted = predicted_by_rule(predicted)
