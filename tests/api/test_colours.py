@@ -2,7 +2,7 @@
 
 from stillhook.library import cranes, load_crane
 from stillhook.plan.definition.rules import usual_alternatives
-from stillhook.plan.report.figures.style import COLOUR
+from stillhook.plan.report.figures import COLOUR
 from stillhook.report.plots.colours import COLOURS, CONTROLLERS, colours_of
 
 

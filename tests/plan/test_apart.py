@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.plan.answer.apart import apart_remarks, lower_where_apart
 from stillhook.plan.definition.lift_plan import Environment
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits
 from stillhook.plan.report.words import sentence
-from stillhook.plan.table import TIERS, Axes, chosen, gathered
+from stillhook.plan.table import TIERS, Axes, apart_remarks, chosen, gathered, lower_where_apart
 
 pytestmark = pytest.mark.slow
 

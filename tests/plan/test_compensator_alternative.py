@@ -131,9 +131,9 @@ def test_a_rod_that_comes_to_its_ends_limits_the_sea_by_its_own_rule(plan: LiftP
     assert "compensator_share" not in found["landing", NONE].values
     assert not np.isnan(share).any()
     assert np.isnan(linked.values["DAF"]).any()
-    for _, _, rows in seas.columns():
+    for _, _, rows in seas.columns:
         assert np.all(np.diff(share[rows]) >= 0.0)
-    Hs = dict(zip((T for T, _, _ in seas.columns()), limits_in(plan, linked).Hs[ENDS], strict=True))
+    Hs = dict(zip((T for T, _, _ in seas.columns), limits_in(plan, linked).Hs[ENDS], strict=True))
     assert 0.0 < Hs[9.0] < seas.Hs.max()
     assert Hs[9.0] < Hs[6.0]  # the vessel heaves less in short waves
 

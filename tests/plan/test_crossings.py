@@ -12,14 +12,15 @@ from stillhook.plan.file import load_plan
 from stillhook.plan.tiers.time_domain.crossings import (
     EACH,
     FIRST,
+    NAMES,
     ColumnFeatures,
     Feature,
+    Place,
     binned,
     crossing_limits,
     next_heights,
 )
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
-from stillhook.plan.tiers.time_domain.features import NAMES, Place
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure
 from stillhook.sea.vessel.realisation import realise, tip_motion

@@ -17,8 +17,7 @@ from stillhook.formats.lift_file import load_lift
 from stillhook.formats.lift_writer import FILES, LIFT, Run, write_lift
 from stillhook.formats.results import load_run
 from stillhook.plan.answer import cell_run
-from stillhook.plan.answer.cell_run import governing_run
-from stillhook.plan.answer.governing import Governing, Wanted, answer_in, governing, wanted
+from stillhook.plan.answer.cell_run import Governing, Wanted, answer_in, governing, governing_run, wanted
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan

@@ -22,8 +22,7 @@ from stillhook.plan.definition.rules import Alternative, Demand, Level, Limited,
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_in, limits_of, utilisation
 from stillhook.plan.planning import plan as planned
-from stillhook.plan.tiers.closed_form import closed_form
-from stillhook.plan.tiers.wire_lead import leads
+from stillhook.plan.tiers.closed_form import closed_form, leads
 from stillhook.plan.weather.spectral import spectral_persistence
 from stillhook.response import Waves
 from stillhook.sea.spectra.measured import SeaStates
@@ -326,7 +325,7 @@ class TestLeads:
     @pytest.mark.slow
     @pytest.mark.parametrize("omega", [0.3, 0.55, 0.6, 1.4])
     def test_the_swing_is_that_of_a_pendulum_integrated_in_time(self, tmp_path, omega):
-        from stillhook.plan.tiers.wire_lead import _transfer
+        from stillhook.plan.tiers.closed_form import _transfer
 
         lift, L, zeta = self.lift(tmp_path, [0, 1, 0, 0.004, 0, 0]), 28.0, 0.05
         tip = lift.tip_of(lift.phases[0])

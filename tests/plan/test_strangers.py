@@ -19,10 +19,9 @@ from trials.strangers.seas import barge, motions, vessel
 from stillhook import load_crane, load_lift, load_plan
 from stillhook.formats.vessel.csv import read_rao_csv
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.plan.definition.failures import FAILED, cause
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.limits import limited
-from stillhook.plan.result import PlanResult
+from stillhook.plan.result import FAILED, PlanResult, cause
 from stillhook.sea.vessel.floating_body import long_wave_test, verdict_of
 
 DRAWS = 20

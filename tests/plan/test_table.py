@@ -8,11 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook.errors import PlanError
-from stillhook.plan.definition.headings import holdable_headings
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.limits import Limits
-from stillhook.plan.table import TIERS, Axes, LimitTable, chosen, counting, gathered, governed, untold
-from stillhook.plan.weather.value import KeptHeadings
+from stillhook.plan.table import TIERS, Axes, chosen, counting, gathered, governed, untold
+from stillhook.plan.weather.limit_table import KeptHeadings, LimitTable, holdable_headings
 
 NONE, SSC = Alternative.NONE, Alternative.SSC
 AXES = Axes((2.6, math.pi), (6.0, 8.0, 10.0), (NONE, SSC), ("splash", "deep"), ("DAF", "slack"))

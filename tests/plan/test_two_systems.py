@@ -27,9 +27,8 @@ from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution
 from stillhook.plan.tiers.time_domain.lowering import SeaState, Winch
 from stillhook.plan.weather.forecast import plan_forecast
-from stillhook.plan.weather.records import seas_of
+from stillhook.plan.weather.records import FAINT, seas_of, systems
 from stillhook.plan.weather.spectral import spectral_persistence
-from stillhook.plan.weather.two_systems import FAINT, systems
 from stillhook.plan.weather.value import forecast_limits, weather_value
 from stillhook.response import Waves
 from stillhook.sea.spectra.measured import SeaStates
@@ -209,8 +208,8 @@ def operability(lift, weather, limit=2.0):
     shape = (len(axes.alternatives), *axes.columns)
     nan, none = np.full(shape, np.nan), np.full(shape, -1)
     of = Governed(axes, np.full(shape, limit), nan, nan, none, none, none)
-    forecast = forecast_limits(lift, load_alpha_table(), {"twin": of, "credited": of}, 6.0)
-    value = weather_value(lift, axes, forecast, weather, 6.0)
+    forecast = forecast_limits(lift, load_alpha_table(), {"twin": of, "credited": of})
+    value = weather_value(lift, axes, forecast, weather)
     return value.persistence_of["twin", Alternative.NONE].operability, value.notes
 
 

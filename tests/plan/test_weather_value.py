@@ -18,7 +18,6 @@ from stillhook.weather.series import Weather
 
 pytestmark = pytest.mark.slow
 
-HIGHEST = 6.0
 HOURS = 24 * 90
 
 
@@ -53,8 +52,8 @@ def valued(plan, weather, twin, credited=None):
     """Persistence of limits by alternative, and its block."""
     axes = Axes.of(plan)
     limits = {"twin": governs(axes, twin), "credited": governs(axes, credited or twin)}
-    forecast = forecast_limits(plan, load_alpha_table(), limits, HIGHEST)
-    value = weather_value(plan, axes, forecast, weather, HIGHEST)
+    forecast = forecast_limits(plan, load_alpha_table(), limits)
+    value = weather_value(plan, axes, forecast, weather)
     return value, weather_block(plan, value, axes, weather, forecast), forecast
 
 
@@ -177,8 +176,8 @@ def turning(plan, heights, from_, limits):
     Hs = np.broadcast_to(np.array([limits[h] for h in ROUND])[None, :, None], shape).copy()
     nan, none = np.full(shape, np.nan), np.full(shape, -1)
     table = Governed(axes, Hs, nan, nan, none, none, none)
-    forecast = forecast_limits(whole, load_alpha_table(), {"twin": table, "credited": table}, HIGHEST)
-    value = weather_value(whole, axes, forecast, weather, HIGHEST)
+    forecast = forecast_limits(whole, load_alpha_table(), {"twin": table, "credited": table})
+    value = weather_value(whole, axes, forecast, weather)
     op_wf = dict(zip(ROUND, forecast.used[0, 0, :, 0], strict=True))
     return value, value.persistence_of["twin", Alternative.NONE], op_wf, weather, whole, axes, forecast
 
@@ -229,7 +228,7 @@ def test_without_directions_waves_stay_on_one_side_and_that_is_told(plan):
     limits = {h: 3.0 if h == 180 else 1.0 for h in ROUND}  # within 15 deg of 180 the neighbours' 1 m counts
     _, _, _, weather, whole, axes, forecast = turning(plan, [1.5] * n, [20] * n, limits)
     blind = replace(weather, columns={k: v for k, v in weather.columns.items() if k != "come_from"})
-    value = weather_value(whole, axes, forecast, blind, HIGHEST)
+    value = weather_value(whole, axes, forecast, blind)
     assert value.persistence_of["twin", Alternative.NONE].start_share == 0.0
     assert any("no direction of waves: they are taken to stay on one side" in note for note in value.notes)
     assert any("one heading through each operation" in note for note in seas_of(whole, weather)[1])

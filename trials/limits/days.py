@@ -88,7 +88,7 @@ class Scene:
 
     def numbers(self, limits: Sequence[Limits]) -> dict[str, Array]:
         """Operability, mean waiting and days gained with their intervals (3, ...), as the tool prints them."""
-        axes, highest = self.axes, max(self.plan.environment.Hs)
+        axes = self.axes
         of_tiers = gathered(axes, limits)
         modelled = chosen(of_tiers)
         heights = np.unique(self.plan.environment.Hs)
@@ -97,8 +97,8 @@ class Scene:
         seeds = np.zeros((len(axes.alternatives), len(axes.phases), *axes.columns), dtype=np.int64)
         governs = dict.fromkeys(CREDITS, governed(modelled))
         of = Answered(axes, of_tiers, modelled, modelled, governs, seeds, certified)
-        forecast = forecast_limits(self.plan, self.table, governs, highest)
-        value = weather_value(self.plan, axes, forecast, self.weather, highest)
+        forecast = forecast_limits(self.plan, self.table, governs)
+        value = weather_value(self.plan, axes, forecast, self.weather)
         block = weather_block(self.plan, value, axes, self.weather, forecast)
         block = with_intervals(block, self.plan, of, limits, [], forecast, value, threads=1)
         found = {}

@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.plan.definition.failures import FAILED
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited, utilisation
-from stillhook.plan.result import PlanResult
+from stillhook.plan.result import FAILED, PlanResult
 
 HOLDS = ""
 CLOSE = 1e-6
@@ -132,7 +131,7 @@ def agrees_with_runs(result: PlanResult, plan: LiftPlan, demands: Sequence[Deman
             if rule.rule.quantity not in demand.values:
                 continue
             at = {"alternative": demand.alternative.value, "phase": demand.phase, "rule": rule.rule.key}
-            for T, beta, rows in demand.seas.columns():
+            for T, beta, rows in demand.seas.columns:
                 heading = headings[np.abs(np.exp(1j * headings) - np.exp(1j * beta)).argmin()]
                 Hs = float(limits.sel({**at, "heading": heading}).sel(period=T, method="nearest"))
                 where = f"{', '.join(at.values())}, {np.degrees(beta):.0f} deg, {T:g} s"

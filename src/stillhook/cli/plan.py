@@ -119,8 +119,7 @@ def _show_check(lift_plan: LiftPlan, *, json: bool) -> bool:
 
 def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> None:
     """The run that governs a cell: its lift file, lowered, with pictures and animation, in a folder of `out`."""
-    from stillhook.plan.answer.cell_run import governing_run, lowered
-    from stillhook.plan.answer.governing import answer_in, governing, wanted
+    from stillhook.plan.answer.cell_run import answer_in, governing, governing_run, lowered, wanted
     from stillhook.plan.tiers.time_domain.cells import Execution
 
     ask = wanted(text, lift_plan)
@@ -211,14 +210,13 @@ def report(
     Example: stillhook report my-plan
     """
     from stillhook.plan.answer.saved import PLAN_FILES, load_plan_result
-    from stillhook.plan.report.document import check, save_report
+    from stillhook.plan.report.document import save_report
     from stillhook.plan.report.summary_page import verdict
 
     if figures:
         need("matplotlib", "--figures", PlanError)
     result = load_plan_result(results)
     folder = out or (results.parent if results.name in PLAN_FILES else results)
-    check(result)
     say("drawing and setting the report ...")
     names = save_report(result, folder, figures=figures)
     answer = verdict(result)

@@ -8,4 +8,4 @@ from stillhook.plan.file import load_plan as load_plan
 from stillhook.plan.planning import plan as plan
 from stillhook.plan.report.document import save_report as save_report
 from stillhook.plan.result import PlanResult as PlanResult
-from stillhook.plan.table import LimitTable as LimitTable
+from stillhook.plan.weather.limit_table import LimitTable as LimitTable

@@ -35,18 +35,13 @@ def plan_with_weather(name_or_path: str | Path) -> LiftPlan:
 
 
 def days_gained(
-    name_or_path: str | Path, drives: Sequence[Sized], *, full: bool = False, progress: Progress | None = None
+    lift_plan: LiftPlan, drives: Sequence[Sized], *, full: bool = False, progress: Progress | None = None
 ) -> dict[str, Any]:
     """Days that each drive gains in a plan: workable days of a year, and days of waiting of one operation with the
     interval that the plan gives; as modelled, over no compensation and over the flat cap.
 
-    full: the twin in the loop, else the frequency domain. Errors: PlanError for a plan without weather.
+    lift_plan: of `plan_with_weather`; full: the twin in the loop, else the frequency domain.
     """
-    lift_plan = load_plan(name_or_path)
-    if lift_plan.weather is None:
-        raise PlanError(
-            f"--plan {lift_plan.name}: it has no [weather], from which days follow. Add it, or leave --plan."
-        )
     tier = Tier.TIME if full else Tier.FREQUENCY
     rows: dict[str, Any] = {}
     for i, drive in enumerate(drives):

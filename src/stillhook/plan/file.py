@@ -32,15 +32,16 @@ from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
 from stillhook.library.toml.tree import toml_text
 from stillhook.plan.definition.lift_plan import (
     Environment,
+    Holds,
     LiftPlan,
     WeatherUse,
     check_chart,
     check_sinks,
     check_tips,
     check_wire,
+    with_holds,
 )
 from stillhook.plan.definition.load_chart import CraneChart, LoadChartTable, crane_chart
-from stillhook.plan.definition.phases import Holds, with_holds
 from stillhook.plan.definition.rules import Alternative, RuleSet, usual_alternatives
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.weather.records import check_headings

@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue, calm
-from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.plan.definition.rules import QUANTITIES, Alternative, Demand, Limited, Rule, Sense, Tier
 from stillhook.plan.definition.rules_file import rules_of
 from stillhook.spec.lift.phase import Phase
@@ -71,7 +71,7 @@ def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, flo
     with a value, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its limit
     is 0. Ends of the interval are the limits of the demand's own interval.
     """
-    columns = demand.seas.columns()
+    columns = demand.seas.columns
     Tp, beta = (np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1))
     Hs: dict[str, FloatArray] = {}
     low: dict[str, FloatArray] = {}
@@ -98,7 +98,7 @@ def _of_rule(demand: Demand, limited: Limited, values: FloatArray, still: float 
         crossing = np.maximum(_of_limit(demand, replace(limited, limit=limit, by_Hs=()), values, still), bottom)
         result = np.where(np.isposinf(result) & (crossing <= top), crossing, result)
         bottom = top
-    columns = [rows for _, _, rows in demand.seas.columns()]
+    columns = [rows for _, _, rows in demand.seas.columns]
     last = np.array([demand.seas.Hs[rows[-1]] for rows in columns], dtype=np.float64)
     known = np.array([np.isfinite(values[rows]).any() for rows in columns])
     return np.where(known, np.where(result > last * (1.0 + ROUNDING), np.inf, result), np.nan)
@@ -108,7 +108,7 @@ def _of_limit(demand: Demand, limited: Limited, values: FloatArray, still: float
     """Limiting heights in every column by one limit for all heights."""
     used = utilisation(limited, values, demand.seas.Hs) - 1.0
     zero = None if still is None or math.isnan(still) else float(utilisation(limited, np.array([still]), 0.0)[0]) - 1.0
-    result = np.full(len(columns := demand.seas.columns()), math.inf)
+    result = np.full(len(columns := demand.seas.columns), math.inf)
     counts = (np.isnan(used) | (used > ROUNDING)).tolist()  # columns that are inside all the way need no search
     for i, (_, _, rows) in enumerate(columns):
         if any(counts[row] for row in rows) or (zero is not None and zero > ROUNDING):
@@ -167,10 +167,10 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
     Left out are: rules that the phase turns off; in compensated phases those of the winch for none and phc (it stands
     on its brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of
     compensation; those of a passive heave compensator but for phc; quantities and capacities that the winch type does
-    not have, such as an accumulator's on a pure active winch. Remembered as long as the plan lives. Errors: PlanError,
-    UnitError as `stillhook.plan.definition.rules_file.rules_of`.
+    not have, such as an accumulator's on a pure active winch. Errors: PlanError, UnitError as
+    `stillhook.plan.definition.rules_file.rules_of`.
     """
-    return plan.under(alternative).once(_limited, phase, alternative)
+    return _limited(plan.under(alternative), phase, alternative)
 
 
 def limits_in(plan: LiftPlan, demand: Demand) -> Limits:
@@ -182,6 +182,7 @@ def limits_in(plan: LiftPlan, demand: Demand) -> Limits:
     return limits_of(demand, limited(plan, phase, demand.alternative), still)
 
 
+@remembered
 def _limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
     numbers = ("", *(row.name for row in plan.crane.plant.type.numbers))
     applicable = [

@@ -16,25 +16,32 @@ import numpy as np
 from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
 from stillhook.formats.weather.alpha_table import read_alpha_table
-from stillhook.plan.answer.apart import lower_where_apart
-from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
+from stillhook.plan.answer.dataset import Answered, dataset_of, rows_of, seeds_of, summary_of
 from stillhook.plan.answer.metadata import RunInputs, facts_of, not_computed, result_facts
 from stillhook.plan.answer.reference_cell import reference_blocks, reference_of
 from stillhook.plan.answer.spread import with_intervals
-from stillhook.plan.answer.sweep import answer_of, sweep_blocks, where_it_governs
-from stillhook.plan.definition.failures import Failures
+from stillhook.plan.answer.sweep import answer_of, landing_sweep, where_it_governs
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Demand, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limits_in
-from stillhook.plan.result import CREDITS, PlanResult
-from stillhook.plan.table import Axes, Certified, certified_in, check_cap, chosen, credited_of, gathered, governed
+from stillhook.plan.result import CREDITS, Failures, PlanResult
+from stillhook.plan.table import (
+    Axes,
+    Certified,
+    certified_in,
+    check_cap,
+    chosen,
+    credited_of,
+    gathered,
+    governed,
+    lower_where_apart,
+)
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.cells import Execution
 from stillhook.plan.tiers.time_domain.tier import refine
-from stillhook.plan.weather.occurrence import occurrence
-from stillhook.plan.weather.records import seas_of, weather_used
+from stillhook.plan.weather.records import occurrence, seas_of, weather_used
 from stillhook.plan.weather.value import forecast_limits, weather_block, weather_value
 from stillhook.units import quote
 from stillhook.weather.alpha import DEFAULT
@@ -136,25 +143,25 @@ def plan(
         demands, limits = [*demands, *twin.demands], [*limits, *twin.limits]
     parts("weather")
     of = answered(lift_plan, axes, certified, demands, limits)
-    forecast = forecast_limits(lift_plan, table, of.governs, max(lift_plan.environment.Hs))
-    blocks: dict[str, xarray.Dataset] = {"demand": demand_block(lift_plan, axes, demands)}
+    forecast = forecast_limits(lift_plan, table, of.governs)
+    blocks: dict[str, xarray.Dataset] = {}
     failures, value = Failures() if twin is None else twin.failures, None
     if records is not None and forecast.restricted:
-        highest = max(lift_plan.environment.Hs)
-        value = failures.attempt("weather", partial(weather_value, lift_plan, axes, forecast, records, highest), None)
+        value = failures.attempt("weather", partial(weather_value, lift_plan, axes, forecast, records), None)
     if records is not None and value is not None:
         block = weather_block(lift_plan, value, axes, records, forecast)
         spread = partial(with_intervals, block, lift_plan, of, limits, forecast, value, threads=threads)
         blocks["weather"] = failures.attempt("intervals of the weather", spread, block)
     if last is not Tier.CLOSED_FORM:
         detail = partial(reference_blocks, lift_plan, of, parts("reference cell"), residuals=twin is not None)
-        none: Mapping[str, xarray.Dataset] = {}
-        blocks |= failures.attempt("reference cell", detail, none)
+        nothing: dict[str, xarray.Dataset] = {}
+        blocks |= failures.attempt("reference cell", detail, nothing)
     if twin is not None:
         at = reference_of(lift_plan, of)
         columns = where_it_governs(lift_plan, of.governs[CREDITS[0]], (at.Tp, at.beta))
-        sweep = partial(sweep_blocks, lift_plan, columns, execution, demands, parts("sweep"))
-        blocks |= {**twin.blocks, **failures.attempt("landing tolerance, payload and depth", sweep, {})}
+        sweep = partial(landing_sweep, lift_plan, columns, execution, demands, parts("sweep"))
+        swept = failures.attempt("landing tolerance, payload and depth", sweep, None)
+        blocks |= {} if swept is None else {"sweep": swept}
     facts = facts_of(lift_plan, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= result_facts(lift_plan, of, forecast, value, twin, last)
     facts["not_computed"] = not_computed(lift_plan, last, blocks)

@@ -1,36 +1,37 @@
-"""What a plan found: limiting sea states of every alternative and what governs them, which alternatives it
-distinguishes, and whether numbers read from disk have the shape of a plan's."""
+"""What a plan found: limiting sea states of every alternative and what governs them, and which alternatives it
+distinguishes."""
 
 from __future__ import annotations
 
-import datetime
-import tomllib
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.resources import files
-from types import NoneType
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from numpy.typing import NDArray
 
-from stillhook.plan.definition.failures import FAILED, Cause
+from stillhook.errors import StillhookError
 from stillhook.plan.definition.rules import Alternative, Tier
-from stillhook.units import quote
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
 
-
+T = TypeVar("T")
 Key = TypeVar("Key")
 Member = TypeVar("Member")
 Credit = Literal["twin", "credited"]
+Cause = Mapping[str, Any]
+"""Why a result is as it is: its code under "cause", and values [SI]; `stillhook.plan.report.words` makes sentences."""
 Remark = str | Cause
 """A cause, or what a reader of files or a winch type says about its own input in a sentence."""
+NUMERICAL = (ArithmeticError, ValueError, IndexError, KeyError)
+"""What a computation on odd numbers ends in."""
+FAILED = "not-computed"
+"""Code of what failed."""
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
 """The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
 covers the cell."""
-BLOCKS = ("depth", "efficiency", "landing", "sensitivity", "sweep", "convergence", "weather", "demand")
+BLOCKS = ("depth", "sensitivity", "sweep", "weather")
 """Datasets that a result may have in addition to its limits, in the order of the file."""
 
 
@@ -54,10 +55,8 @@ class PlanResult:
     alternatives, operation, inputs, settings) and how it was answered (version, code, date, shown, runs, notes,
     not_covered, remarks). blocks: name of `BLOCKS` -> Dataset, each only where it was made:
         depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta,
-        z_resonance; efficiency (alternative, period): eta_wire, eta_load; landing (alternative, run): v_landed;
-        sensitivity (factor, alternative); sweep (variant, alternative, landing_tolerance): Hs_landing;
-        convergence (cell, n): Hs_limit, low, high; weather (credit, alternative, month; 0 the whole year); demand
-        (tier, alternative, phase, heading, period, height): quantities of the rules.
+        z_resonance; sensitivity (factor, alternative); sweep (variant, alternative, landing_tolerance): Hs_landing;
+        weather (credit, alternative, month; 0 the whole year).
     """
 
     data: xarray.Dataset = field(repr=False)
@@ -166,95 +165,33 @@ def for_print(result: PlanResult) -> PlanResult:
     return PlanResult(result.data.sel(alternative=others), facts, blocks)
 
 
-SHAPE: Mapping[str, Any] = tomllib.loads((files("stillhook.plan") / "facts.toml").read_text(encoding="utf-8"))
-"""Shape of the facts where they are present."""
-TYPES = {"text": str, "true or false": bool, "number": int | float, "null": NoneType, "cause": Mapping}
-ROW = 2
-"""Texts in a payload's row at least: what it is, and its value."""
-CELL = {"credit", "alternative", "heading", "period"}
-COLUMN = {"alternative", "phase", "heading", "period"}
-DATA: Mapping[str, set[str]] = {
-    **dict.fromkeys(
-        ("Hs_limit", "Hs_limit_low", "Hs_limit_high", "governing_phase", "governing_rule", "governing_tier"), CELL
-    ),
-    **dict.fromkeys(("alpha", "op_wf"), CELL),
-    **dict.fromkeys(("counts", "n_seeds", "inside"), COLUMN),
-    "Hs_rule": {"credit", "tier", "rule", *CELL, *COLUMN},
-}
-"""Dimensions of a result's numbers."""
+def cause(code: str, **values: Any) -> Cause:
+    """A cause as plain data for JSON."""
+    return {"cause": code, **values}
 
 
-def odd_fact(facts: Mapping[str, Any]) -> str:
-    """The first fact that is present and has the wrong shape, in words; empty where all are right."""
-    present = {key: shape for key, shape in SHAPE.items() if key.removesuffix("?") in facts}
-    if error := _odd_entry(facts, present, ""):
-        return error
-    if any(len(row) < ROW for row in facts.get("payload", {}).get("rows", ())):
-        return "payload.rows: a row without a value"
-    if "date" in facts:
+def in_words(problem: Exception) -> str:
+    """A failure in a line."""
+    text = " ".join(str(problem).split()).rstrip(".")[:160]
+    return text if isinstance(problem, StillhookError) else f"{type(problem).__name__}: {text}; please report it"
+
+
+@dataclass(eq=False)
+class Failures:
+    """Numbers that could not be computed once the runs were made: what -> reason. Each is named in the answer, and
+    loses no other."""
+
+    reasons: dict[str, str] = field(default_factory=dict)
+
+    def attempt(self, what: str, make: Callable[[], T], otherwise: T) -> T:
+        """What is made, or `otherwise` where that fails: the reason is kept."""
         try:
-            datetime.date.fromisoformat(facts["date"])
-        except ValueError:
-            return f"date = {quote(facts['date'])}: it must be a date"
-    return ""
+            return make()
+        except (StillhookError, *NUMERICAL) as problem:
+            self.reasons[what] = in_words(problem)
+            return otherwise
 
-
-def missing_facts(facts: Mapping[str, Any]) -> str:
-    """Names of the facts that no report can do without and that are missing; empty where none is."""
-    return ", ".join(key for key in SHAPE if not key.endswith("?") and key not in facts)
-
-
-def _odd(value: Any, shape: Any, where: str) -> str:
-    if isinstance(shape, str):
-        types = shape.split(" | ")
-        right = any(isinstance(value, TYPES[name]) for name in types)
-        right &= not isinstance(value, bool) or "true or false" in types
-        return "" if right else f"{where} = {quote(value)}: it must be a {' or '.join(types)}"
-    if isinstance(shape, list):
-        if not isinstance(value, list | tuple):
-            return f"{where} = {quote(value)}: it must be a list"
-        return next((error for i, each in enumerate(value) if (error := _odd(each, shape[0], f"{where}[{i}]"))), "")
-    if not isinstance(value, Mapping):
-        return f"{where} = {quote(value)}: it must be a table"
-    return _odd_entry(value, shape, f"{where}.")
-
-
-def _odd_entry(table: Mapping[str, Any], shape: Mapping[str, Any], where: str) -> str:
-    for key, inner in shape.items():
-        name, null = key.removesuffix("?").removesuffix(" | null"), key.endswith(" | null")
-        if name not in table and not key.endswith("?"):
-            return f"{where}{name}: missing"
-        present = name in table and not (null and table[name] is None)
-        if present and (error := _odd(table[name], inner, f"{where}{name}")):
-            return error
-    return ""
-
-
-def odd_numbers(data: xarray.Dataset) -> str:
-    """The first of a result's numbers that is not what it should be, in words; empty where all are."""
-    for name, dims in DATA.items():
-        if name not in data:
-            return f"{name}: missing"
-        if set(data[name].dims) != dims:
-            return f"{name}: over {', '.join(map(str, data[name].dims))} in place of {', '.join(sorted(dims))}"
-    names = [*dict.fromkeys(("credit", *sorted(DATA["Hs_rule"])))]
-    if missing := [name for name in names if name not in data.coords]:
-        return f"{', '.join(missing)}: missing"
-    return next(
-        (
-            f"alternative {quote(str(a))}: unknown"
-            for a in data["alternative"].values
-            if str(a) not in list(Alternative)
-        ),
-        "",
-    )
-
-
-def of_two(data: xarray.Dataset, facts: Mapping[str, Any]) -> str:
-    """Where facts name other phases, rules or alternatives than the numbers, in words; empty where they do not."""
-    named = {"phase": facts["phases"], "alternative": facts["alternatives"], "rule": facts["rules"]["rows"]}
-    for name, rows in named.items():
-        keys = [row["key" if name == "rule" else "name"] for row in rows]
-        if sorted(keys) != sorted(map(str, data[name].values)):
-            return f"its facts name other {name}s than its numbers"
-    return ""
+    @property
+    def remarks(self) -> list[Cause]:
+        """A cause each."""
+        return [cause(FAILED, what=what, reason=reason) for what, reason in self.reasons.items()]

@@ -14,16 +14,17 @@ from stillhook.engine.certificate import NO_CERTIFICATE, objections
 from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import at_rest, places
-from stillhook.plan.definition.headings import SAME, counted
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.limits import Limits
-from stillhook.plan.result import grouped
+from stillhook.plan.result import Cause, cause, grouped
 from stillhook.plan.tiers.closed_form import tip_motion
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.spec.lift.phase import Phase
 from stillhook.spec.validity import CAP, Conditions
 
+SAME = 1e-9
+"""Part of a period or an angle by which two that are meant to be one may differ."""
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
 """From the least to the most that is known; a later one counts before an earlier."""
 
@@ -130,6 +131,72 @@ def chosen(limits: Gathered) -> Chosen:
     return Chosen(limits.axes, Hs, low, high, tier.astype(np.int64))
 
 
+APART = 1.5
+"""A limit by runs that is more than so many times that of the frequency-domain method does not count."""
+
+
+TOLERATED = ("load_pp", "e_c_pp")
+"""Quantities that a tolerance over the seabed limits, and that both methods determine from the same friction: motion of
+the payload, control error of the wire."""
+
+
+BY_RUNS, BY_FREQUENCY = TIERS.index(Tier.TIME), TIERS.index(Tier.FREQUENCY)
+
+
+def lower_where_apart(plan: LiftPlan, limits: Gathered, modelled: Chosen) -> Chosen:
+    """Limits that count, with those of the frequency-domain method in place of limits by runs far above them.
+
+    The method takes what the winch leaves of a motion about rest. A run in which the wire always goes out has friction
+    that never reverses, and says little of the same load as soon as it stops.
+    """
+    far = _apart(plan, limits)
+    taken = far & (modelled.tier == BY_RUNS)
+    Hs = np.where(taken, limits.Hs[BY_FREQUENCY], modelled.Hs)
+    low, high = (np.where(taken, np.nan, ends) for ends in (modelled.low, modelled.high))
+    return replace(modelled, Hs=Hs, low=low, high=high, tier=np.where(taken, BY_FREQUENCY, modelled.tier))
+
+
+def apart_remarks(plan: LiftPlan, limits: Gathered, modelled: Chosen) -> list[Cause]:
+    """A cause for every phase and rule in which the frequency-domain method counts in place of runs."""
+    axes = limits.axes
+    taken = _apart(plan, limits) & (modelled.tier == BY_FREQUENCY)
+    return [
+        cause(
+            "apart",
+            phase=axes.phases[k],
+            rule=axes.rules[r],
+            alternatives=[a.label for a, each in zip(axes.alternatives, taken[:, k, r], strict=True) if each.any()],
+            n=int(taken[:, k, r].sum()),
+            of=taken[:, k, r][taken[:, k, r].any(axis=(1, 2))].size,
+            factor=APART,
+            runs=_ends(limits.Hs[BY_RUNS, :, k, r][taken[:, k, r]]),
+            frequency=_ends(limits.Hs[BY_FREQUENCY, :, k, r][taken[:, k, r]]),
+        )
+        for k, r in zip(*np.nonzero(taken.any(axis=(0, 3, 4))), strict=True)
+    ]
+
+
+def _apart(plan: LiftPlan, limits: Gathered) -> BoolArray:
+    """Where both are known and too far apart, of compensated phases under a twin (alternative, phase, rule, heading,
+    period)."""
+    of_runs, other = limits.Hs[BY_RUNS], limits.Hs[BY_FREQUENCY]
+    with np.errstate(invalid="ignore"):
+        far = np.isfinite(other) & (of_runs > APART * other)
+    return np.asarray(far & _where(plan, limits.axes)[..., None, None])
+
+
+def _where(plan: LiftPlan, axes: Axes) -> BoolArray:
+    quantity = {rule.key: rule.quantity for rule in plan.rules.rules}
+    twin, follows = np.array([a.twin for a in axes.alternatives]), np.array([p.compensated for p in plan.phases])
+    asks = np.array([quantity[key] in TOLERATED for key in axes.rules])
+    return np.asarray(twin[:, None, None] & follows[:, None] & asks)
+
+
+def _ends(Hs: FloatArray) -> list[float | None]:
+    """Least and largest of heights [m]; None for any."""
+    return [float(x) if np.isfinite(x) else None for x in (Hs.min(), Hs.max())]
+
+
 @dataclass(frozen=True, eq=False)
 class Governed:
     """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes,
@@ -176,59 +243,6 @@ def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
     for i, alternative in enumerate(of.axes.alternatives):
         phases_of[alternative] = tuple(name for k, name in enumerate(of.axes.phases) if silent[i, k].any())
     return {a: phases for a, phases in phases_of.items() if phases}
-
-
-def worst(by_heading: FloatArray, counts: BoolArray, known: BoolArray) -> FloatArray:
-    """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is known (n
-    or 1,)."""
-    return np.asarray(np.where(known, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
-
-
-@dataclass(frozen=True, eq=False)
-class LimitTable:
-    """Limits of one alternative as they are read on board: Hs (heading, period) [m], headings [rad] and periods [s]
-    rising; heading_tolerance [rad]; Hs_highest, the highest sea state analysed [m]: a larger limit is never
-    answered."""
-
-    Hs: FloatArray = field(repr=False)
-    headings: FloatArray = field(repr=False)
-    periods: FloatArray = field(repr=False)
-    heading_tolerance: float
-    Hs_highest: float
-
-    def __post_init__(self) -> None:
-        if self.Hs.shape != (len(self.headings), len(self.periods)):
-            raise PlanError(
-                f"limit table of {self.Hs.shape}: not {len(self.headings)} headings by {len(self.periods)} periods."
-            )
-
-    def at(self, Tp: FloatArray, beta: FloatArray) -> FloatArray:
-        """Limiting significant wave height [m] of seas of peak period Tp [s] that travel in beta [rad from the bow],
-        (n,).
-
-        Between two headings that are no more than twice the tolerance apart the worst of these and of all within the
-        tolerance; at a heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked
-        at, and 0 where beta is NaN. Of the periods see `by_heading`. Limits not in the table are 0. Vessels free
-        to turn: `stillhook.plan.weather.value`.
-        """
-        directions = np.asarray(beta, dtype=float)
-        return worst(
-            self.by_heading(np.asarray(Tp, dtype=float)), *counted(self.headings, self.heading_tolerance, directions)
-        )
-
-    def by_heading(self, Tp: FloatArray) -> FloatArray:
-        """Limits (heading, n) of each heading alone: the worst of the two periods on either side of Tp (the one row
-        where Tp is a row); below the lowest the first row holds, above the highest the limit is 0. Tp NaN: the worst of
-        all periods."""
-        Hs = np.minimum(np.nan_to_num(self.Hs, nan=0.0, posinf=np.inf), self.Hs_highest)
-        slack = SAME * self.periods
-        high = np.searchsorted(self.periods + slack, np.nan_to_num(Tp, nan=0.0))
-        low = np.searchsorted(self.periods - slack, np.nan_to_num(Tp, nan=0.0), side="right") - 1
-        beyond = high >= len(self.periods)
-        rows = [np.clip(k, 0, len(self.periods) - 1) for k in (low, high)]
-        result = np.minimum(Hs[:, rows[0]], Hs[:, rows[1]])
-        result = np.where(beyond, 0.0, result)
-        return np.where(np.isnan(Tp), Hs.min(axis=1, keepdims=True), result)
 
 
 @dataclass(frozen=True, eq=False)

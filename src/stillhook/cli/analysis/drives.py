@@ -46,22 +46,23 @@ def compare_drives(
     crane, settings, names = subject.crane, subject.settings, named(drives)
     check_out(out, (*FILES, *(sankey(name) for name in names)))
     v_top = None if settings.top_speed is None else _speed(settings.top_speed)
+    lift_plan = None
     if plan is not None:
         from stillhook.plan.drives import plan_with_weather
 
-        plan_with_weather(plan)
+        lift_plan = plan_with_weather(plan)
     options: dict[str, Any] = {"seed": settings.seed, "v_top": v_top, "step": subject.step}
     analysis.check_comparison(crane, case, names, settings.draws)
     say("sizing the drives; a winch model that is new to this machine compiles once, in some 20 s each ...")
     with progress_bar("comparing") as bar:
         result = analysis.compare_drives(crane, case, names, n=settings.draws, progress=bar, **options)
     data = result.to_dict()
-    if plan is not None:
+    if lift_plan is not None:
         from stillhook.plan.drives import days_gained
 
         with progress_bar("planning") as bar:
             sized = [run.drive for run in result.ordered()]
-            data["plan"] = days_gained(plan, sized, full=settings.full_plan, progress=bar)
+            data["plan"] = days_gained(lift_plan, sized, full=settings.full_plan, progress=bar)
     title = f"{crane.name}, {fmt(case.load, 'mass')}, {fmt(case.s_w, 'length')} of wire out"
     title += f", tip: {case.tip.describe().split(':')[0]}"
     if json:

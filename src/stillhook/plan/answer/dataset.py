@@ -3,7 +3,7 @@ gives."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -111,29 +111,6 @@ def _coords(axes: Axes) -> dict[str, Any]:
         "heading": ("heading", list(axes.headings), heading),
         "period": ("period", list(axes.periods), {"units": "s", "long_name": "peak period of the waves"}),
     }
-
-
-def demand_block(plan: LiftPlan, axes: Axes, demands: Sequence[Demand]) -> xarray.Dataset:
-    """Quantities of all tiers in the cells of the table (tier, alternative, phase, heading, period, height); NaN where
-    not determined.
-
-    Seas of the twin that are not of the table's heights are left out.
-    """
-    heights = np.unique(plan.environment.Hs)
-    names = sorted({name for demand in demands for name in demand.values})
-    shape = (len(TIERS), len(axes.alternatives), len(axes.phases), *axes.columns, len(heights))
-    tables = {name: np.full(shape, np.nan, dtype=np.float32) for name in names}
-    for demand in demands:
-        heading, period = axes.place(demand.seas.Tp, demand.seas.beta)
-        height = np.abs(demand.seas.Hs[:, None] - heights).argmin(axis=1)
-        on = np.abs(heights[height] - demand.seas.Hs) < 1e-6
-        at = (TIERS.index(demand.tier), axes.alternatives.index(demand.alternative), axes.phases.index(demand.phase))
-        for name, values in demand.values.items():
-            tables[name][(*at, heading[on], period[on], height[on])] = values[on]
-    dims = ("tier", "alternative", "phase", "heading", "period", "height")
-    coords = {name: value for name, value in _coords(axes).items() if name in dims}
-    coords["height"] = ("height", heights, {"units": "m", "long_name": "significant wave height"})
-    return labelled({name: (dims, values) for name, values in tables.items()}, coords)
 
 
 def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:

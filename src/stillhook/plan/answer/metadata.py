@@ -19,17 +19,14 @@ from stillhook.engine.certificate import envelope_line, twin_line
 from stillhook.engine.lowering.summary import held_load
 from stillhook.engine.scenario.checks import type_notes
 from stillhook.kernels.build import results_hash
-from stillhook.plan.answer.apart import apart_remarks
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
-from stillhook.plan.definition.failures import Cause, cause
-from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import described
+from stillhook.plan.definition.lift_plan import LiftPlan, described
 from stillhook.plan.definition.rules import Alternative, Rule, Tier
 from stillhook.plan.limits import by_height, limited
-from stillhook.plan.result import Remark, grouped
-from stillhook.plan.table import TIERS, Chosen, untold
+from stillhook.plan.result import Cause, Remark, cause, grouped
+from stillhook.plan.table import TIERS, Chosen, apart_remarks, untold
 from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier
 from stillhook.plan.weather.value import Forecast, WeatherValue
@@ -278,16 +275,12 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
 def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, Cause]:
     """Causes of missing blocks of a report, by their name."""
     still = not any(phase.compensated for phase in plan.phases)
-    lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
     method = "closed-form-only" if tier is Tier.CLOSED_FORM else "nothing-follows" if still else ""
     runs = "" if tier is Tier.TIME else "no-runs"
     codes = {
         "depth": method,
-        "efficiency": method,
         "sensitivity": method or "nothing-governs",
-        "landing": runs or ("no-limit" if lands else "no-landing"),
         "sweep": runs or "no-compensated-landing",
-        "convergence": runs or "no-limit",
     }
     return {name: cause(code) for name, code in codes.items() if name not in blocks and code}
 

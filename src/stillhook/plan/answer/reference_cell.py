@@ -1,10 +1,10 @@
-"""One cell of the table in detail: tension against depth and efficiency in one sea, and how far a limit moves when
+"""One cell of the table in detail: tension against depth in one sea, and how far a limit moves when
 what is hardly known differs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,16 +15,16 @@ from stillhook.base.progress import Parts, Progress
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.sweep import LATE
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.limits import Limits, limits_in
 from stillhook.plan.result import CREDITS, labelled
 from stillhook.plan.tiers.closed_form import closed_form, on_way, way
 from stillhook.plan.tiers.frequency import Part, demands, forcing_at, forcings, of_load, quantiles, winches_of
 from stillhook.plan.tiers.situations import Looks, Situation, looked_at, natural_period, resonance_depth, thinned
 from stillhook.plan.tiers.winch_residual import Way, ways
-from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import sigmas
 from stillhook.response.suspended_load import SuspendedLoad, natural_periods, suspended_load
+from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase
 from stillhook.units import show
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 ADDED_MASS, DRAG, FRICTION = (0.8, 1.2), (0.5, 1.5), (0.7, 1.3)
 """Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a
 third (assumed)."""
-Judge = Callable[[Sequence[Demand]], list[Limits]]
-"""From demands to limiting heights, by the rules and capacities of a plan."""
 Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 
 
@@ -59,19 +57,18 @@ def sensitivity(
     Tp: float,
     beta: float,
     phase: str,
-    limits: Judge,
     progress: Progress | None = None,
     *,
     ask: Sequence[Alternative] | None = None,
 ) -> xarray.Dataset:
     """Limiting heights of one phase in one period and direction with one number after the other otherwise, by the
     frequency-domain method; by the closed form where the surface cuts the payload: there the winch does not follow the
-    tip, and added mass comes with the slamming that follows from it.
+    tip, and added mass comes with the slamming that follows from it. Rules and capacities are those of the plan as it
+    is; the phase is looked at at its ends and its middle.
 
-    Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives
-    whose winch is identified again with other friction and with a late motion signal, some seconds each unless known
-    (None: the last one of the twin). For the others these two factors give nothing: NaN; a winch on its brake and the
-    flat cap do not change. The phase is looked at at its ends and its middle.
+    ask: alternatives whose winch is identified again with other friction and with a late motion signal, some seconds
+    each unless known (None: the last one of the twin). For the others these two factors give nothing: NaN; a winch on
+    its brake and the flat cap do not change.
     Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords
     low_text, high_text; attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as
     `stillhook.plan.tiers.frequency.frequency`.
@@ -86,9 +83,9 @@ def sensitivity(
     forcing = forcings(plan, seas, at)
 
     def least(of: LiftPlan, places: Looks, run: Sequence[Alternative], winch: Mapping[Alternative, Way]) -> list[Least]:
-        if at:
-            return [_least(each) for each in limits(demands(of, run, seas, places, forcing, winch))]
-        return [_least(each) for each in limits([closed_form(of, plan.phase(phase), seas, a) for a in run])]
+        closed = [] if at else [closed_form(of, plan.phase(phase), seas, a) for a in run]
+        asked = demands(of, run, seas, places, forcing, winch) if at else closed
+        return [_least(limits_in(plan, each)) for each in asked]
 
     base = least(plan, at, alternatives, winches)
     tried = _changes(plan, plan.phase(phase), at)
@@ -193,13 +190,14 @@ def depth_profile(
     is Tp (NaN: nowhere), held [s].
     Errors: as `stillhook.plan.tiers.frequency.frequency`.
     """
-    at, winch = _water_phase(plan), _winch(plan, alternatives, progress)
-    forcing, z = _forcing(plan, at, Hs, [Tp], beta), np.linspace(-plan.payload.reach(plan.rho), -plan.depth, PLACES)
-    hangs = _hanging(plan, at, z)
+    tip, winch = plan.tip_of(_water_phase(plan)), _winch(plan, alternatives, progress)
+    forcing = forcing_at(plan, Seas(np.full(1, Hs), np.full(1, Tp), np.full(1, beta)), tip.x, tip.y)
+    z = np.linspace(-plan.payload.reach(plan.rho), -plan.depth, PLACES)
+    hangs = _hanging(plan, tip, z)
     columns = {name: np.full((len(alternatives), len(z)), np.nan) for name in QUANTITIES}
     over = ("alternative", "z")
     for i, alternative in enumerate(alternatives):
-        below = hangs if alternative is not Alternative.PHC else _hanging(plan.under(alternative), at, z)
+        below = hangs if alternative is not Alternative.PHC else _hanging(plan.under(alternative), tip, z)
         for k, load in enumerate(below if winch[alternative].known else []):
             part = Part(load, HELD, 0.0, forcing, sigmas(forcing, load, winch[alternative].at(load.s_w)))
             values = of_load([part], quantiles(plan))
@@ -212,37 +210,9 @@ def depth_profile(
     return labelled(data, {"alternative": [str(a) for a in alternatives], "z": z}, attrs)
 
 
-def efficiency(
-    plan: LiftPlan,
-    alternatives: Sequence[Alternative],
-    Hs: float,
-    beta: float,
-    z: float,
-    progress: Progress | None = None,
-) -> xarray.Dataset:
-    """Part of the tip's motion that the winch takes, at the wire's upper end and at the load, over the plan's periods.
-
-    eta_wire = 1 - sigma_u/sigma_tip and eta_load = 1 - sigma_load/sigma_tip over alternative and period [s], deviations
-    over the whole sea, the payload's underside at z [m]. Negative where wire and load ring. attrs: Hs [m], beta [rad],
-    z [m].
-    """
-    at, winch, periods = _water_phase(plan), _winch(plan, alternatives, progress), list(plan.environment.Tp)
-    forcing = _forcing(plan, at, Hs, periods, beta)
-    tip = forcing.deviation()
-    columns = {name: np.full((len(alternatives), len(periods)), np.nan) for name in ("eta_wire", "eta_load")}
-    for i, alternative in enumerate(alternatives):
-        if winch[alternative].known:
-            (load,) = _hanging(plan.under(alternative), at, np.array([z]))
-            residual = sigmas(forcing, load, winch[alternative].at(load.s_w))
-            columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - residual.u / tip, 1.0 - residual.load / tip
-    data = {name: (("alternative", "period"), values) for name, values in columns.items()}
-    coords = {"alternative": [str(a) for a in alternatives], "period": np.array(periods)}
-    return labelled(data, coords, {"Hs": Hs, "beta": beta, "z": z})
-
-
-def _hanging(plan: LiftPlan, at: Phase, z: FloatArray) -> list[SuspendedLoad]:
-    """What hangs below the crane tip of a phase, with the underside at heights z [m]."""
-    return [suspended_load(plan.crane, plan.hanging(float(x), plan.tip_of(at).z), float(x)) for x in z]
+def _hanging(plan: LiftPlan, tip: TipPoint, z: FloatArray) -> list[SuspendedLoad]:
+    """What hangs below a crane tip, with the underside at heights z [m]."""
+    return [suspended_load(plan.crane, plan.hanging(float(x), tip.z), float(x)) for x in z]
 
 
 def _water_phase(plan: LiftPlan) -> Phase:
@@ -262,26 +232,15 @@ def _winch(plan: LiftPlan, alternatives: Sequence[Alternative], progress: Progre
     return ways(plan.crane, alternatives, [replace(deep.duty, sensors=plan.sensors)], progress=progress)
 
 
-def _forcing(plan: LiftPlan, at: Phase, Hs: float, periods: Sequence[float], beta: float) -> Forcing:
-    """Seas of one height and direction at the crane tip of a phase."""
-    n, tip = len(periods), plan.tip_of(at)
-    seas = Seas(np.full(n, Hs), np.array(periods), np.full(n, beta))
-    return forcing_at(plan, seas, tip.x, tip.y)
-
-
 class Reference(NamedTuple):
     """A cell: heading and period as rows of the table and as beta [rad] and Tp [s]; Hs [m], the credited limit of the
-    alternative that leads, or the highest sea state analysed where it has none; the compensated phase with its deepest
-    place z [m], None without one.
-    """
+    alternative that leads, or the highest sea state analysed where it has none."""
 
     heading: int
     period: int
     beta: float
     Tp: float
     Hs: float
-    phase: str | None
-    z: float
 
 
 def reference_of(plan: LiftPlan, of: Answered) -> Reference:
@@ -295,14 +254,10 @@ def reference_of(plan: LiftPlan, of: Answered) -> Reference:
     order = between[np.argsort(row[between], kind="stable")] if len(between) else np.arange(len(row))
     period = int(order[len(order) // 2])
     height = float(row[period]) if len(between) else max(env.Hs)
-    ends = {p.name: [z for z in (p.z_start, p.z_end) if z is not None] for p in plan.phases if p.compensated}
-    lowest = {name: min(heights, default=0.0) for name, heights in ends.items()}
-    phase = min(lowest, key=lambda name: lowest[name], default=None)
-    z = math.nan if phase is None else lowest[phase]
-    return Reference(heading, period, axes.headings[heading], axes.periods[period], height, phase, z)
+    return Reference(heading, period, axes.headings[heading], axes.periods[period], height)
 
 
-EXPECTED = {"depth": 0.9, "efficiency": 1.2, "sensitivity": 1.5}
+EXPECTED = {"depth": 2.1, "sensitivity": 1.5}
 """What each block took of the embedded plan [s]: for progress, in ratio to each other."""
 
 
@@ -312,22 +267,18 @@ def reference_blocks(
     progress: Progress | None = None,
     *,
     residuals: bool = True,
-) -> Mapping[str, xarray.Dataset]:
-    """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated.
+) -> dict[str, xarray.Dataset]:
+    """Blocks depth and sensitivity of a result at the reference cell; none where no phase is compensated.
     residuals: identify the winch again with other friction and with a late signal, some seconds."""
     at, parts, alternatives = reference_of(plan, of), Parts(progress, EXPECTED), tuple(of.axes.alternatives)
-    if at.phase is None:
+    if not any(phase.compensated for phase in plan.phases):
         return {}
     datasets = {"depth": depth_profile(plan, alternatives, at.Hs, at.Tp, at.beta, parts("depth"))}
-    datasets["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, parts("efficiency"))
     where = sensitive_at(of)
     if where is not None:
         ask = (of.shown(),) if residuals else ()
 
-        def limits(demands: Sequence[Demand]) -> list[Limits]:
-            return [limits_in(plan, demand) for demand in demands]
-
-        datasets["sensitivity"] = sensitivity(plan, alternatives, *where, limits, parts("sensitivity"), ask=ask)
+        datasets["sensitivity"] = sensitivity(plan, alternatives, *where, parts("sensitivity"), ask=ask)
     return datasets
 
 

@@ -1,5 +1,5 @@
 """A plan's result on disk: plan.nc (labelled arrays, blocks as groups) and plan.json (facts and summary). Written whole
-or not at all."""
+or not at all, each with a hash, so that what is read is what was written."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from stillhook.base.atomic import atomic_folder
 from stillhook.errors import PlanError, UnreadableError
 from stillhook.formats.binary.reader import read_datasets
-from stillhook.formats.results import save_json
-from stillhook.plan.result import BLOCKS, PlanResult, odd_fact
+from stillhook.formats.results import save_json, to_json
+from stillhook.plan.result import BLOCKS, PlanResult
 from stillhook.units import quote
 
 if TYPE_CHECKING:
@@ -21,11 +21,8 @@ if TYPE_CHECKING:
 
 NUMBERS, FACTS = "plan.nc", "plan.json"
 PLAN_FILES = (NUMBERS, FACTS)
-NEEDED = {"name", "Hs_lowest", "Hs_highest", "heading_tolerance"}
-DIGITS = 18
-"""Most digits of a whole number among the facts."""
-HASH = "numbers_sha256"
-"""Key in the file of facts of the hash of the file of numbers that belongs to it."""
+OF_NUMBERS, OF_FACTS = "numbers_sha256", "facts_sha256"
+"""Keys in the file of facts of the hash of the numbers that belong to it, and of that of its other facts."""
 
 
 def save_plan(result: PlanResult, folder: str | Path) -> Path:
@@ -56,11 +53,16 @@ def write_plan(result: PlanResult, part: Path) -> None:
         if name in result:
             block = result[name]
             block.to_netcdf(part / NUMBERS, engine="h5netcdf", mode="a", group=name, encoding=_packed(block))
-    save_json({**result.facts, HASH: _hash(part / NUMBERS)}, part / FACTS)
+    facts = json.loads(to_json({**result.facts, OF_NUMBERS: _hash((part / NUMBERS).read_bytes())}))
+    save_json(facts | {OF_FACTS: _hash_of_facts(facts)}, part / FACTS)
 
 
-def _hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _hash_of_facts(facts: dict[str, Any]) -> str:
+    return _hash(json.dumps(facts, sort_keys=True).encode())
 
 
 def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
@@ -83,7 +85,7 @@ def load_plan_result(folder: str | Path) -> PlanResult:
     Raises
     ------
     PlanError
-        One line, for a folder without one, and for files that are damaged, changed in their shape, or of two plans.
+        One line, for a folder without one, and for files that are damaged, changed or of two plans.
     """
     where = Path(folder)
     if where.name in PLAN_FILES:
@@ -92,16 +94,12 @@ def load_plan_result(folder: str | Path) -> PlanResult:
         if not (where / name).is_file():
             raise PlanError(f"{quote(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
     facts = _facts(where / FACTS)
-    _check_hash(facts.pop(HASH, None), where)
+    _check_numbers(facts.pop(OF_NUMBERS, None), where)
     try:
         data, blocks = read_datasets(where / NUMBERS, BLOCKS)
     except UnreadableError as problem:
         raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({problem}). Run the plan again.") from None
-    if missing := NEEDED - set(data.attrs):
-        raise PlanError(
-            f"{where / NUMBERS}: not the numbers of a plan, {', '.join(sorted(missing))} missing. Run the plan again."
-        )
-    if data.attrs["name"] != facts["name"] or data.attrs.get("digest", "") != facts.get("digest", ""):
+    if data.attrs.get("name") != facts["name"] or data.attrs.get("digest", "") != facts.get("digest", ""):
         raise PlanError(f"{where}: {NUMBERS} and {FACTS} are of two plans. Run the plan again.")
     return PlanResult(data, facts, blocks)
 
@@ -110,10 +108,10 @@ def _in_a_line(e: Exception) -> str:
     return " ".join(str(e).split())[:120] or type(e).__name__
 
 
-def _check_hash(recorded: object, where: Path) -> None:
+def _check_numbers(recorded: object, where: Path) -> None:
     """Refuse numbers other than those that the facts were written with; facts of older versions have no hash."""
     try:
-        same = recorded is None or recorded == _hash(where / NUMBERS)
+        same = recorded is None or recorded == _hash((where / NUMBERS).read_bytes())
     except OSError as e:
         raise PlanError(f"{where / NUMBERS}: cannot be read ({_in_a_line(e)}).") from None
     if not same:
@@ -122,23 +120,18 @@ def _check_hash(recorded: object, where: Path) -> None:
         )
 
 
-def _checked_int(digits: str) -> int:
-    if len(digits) > DIGITS:
-        raise ValueError(f"a number of {len(digits)} digits")
-    return int(digits)
-
-
 def _facts(path: Path) -> dict[str, Any]:
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"), parse_int=_checked_int)
+        facts = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as e:
         raise PlanError(f"{path}: not JSON ({_in_a_line(e)}). Run the plan again.") from None
     if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):
         raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
+    recorded = facts.pop(OF_FACTS, None)
+    if recorded is not None and recorded != _hash_of_facts(facts):
+        raise PlanError(f"{path}: not as it was written: damaged, or changed. Run the plan again.")
     if isinstance(rows := facts.get("phases"), list):
         facts["phases"] = [_in_depths(row) for row in rows]
-    if odd := odd_fact(facts):
-        raise PlanError(f"{path}: not the facts of a plan: {odd}. Run the plan again.")
     return facts
 
 

@@ -47,14 +47,14 @@ def with_intervals(
     draws on its side scatter about their median, for waiting has a long tail, and by as much more as the median is off
     the number: the least of limits that err is too low on the mean, and the number is off by as much as draws are.
     """
-    axes, highest = of.axes, max(plan.environment.Hs)
+    axes = of.axes
     drawn = drawn_limits(axes, found, of.limits.Hs.shape[1:])
     if drawn is None:
         return block
 
     def numbers(governs: Mapping[Credit, Governed]) -> dict[str, FloatArray]:
-        used = forecast_limits(plan, forecast.table, governs, highest).used
-        return _numbers(value, axes, used, highest, window)
+        used = forecast_limits(plan, forecast.table, governs).used
+        return _numbers(value, axes, used, window)
 
     window = Window.of(value.workability.weather.time, value.workability.weather.step, value.T_R)
     with ThreadPoolExecutor(threads) as pool:
@@ -110,9 +110,7 @@ def governs_of_draws(plan: LiftPlan, of: Answered, drawn: FloatArray) -> Iterato
         yield dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
 
 
-def _numbers(
-    value: WeatherValue, axes: Axes, used: FloatArray, highest: float, window: Window
-) -> dict[str, FloatArray]:
+def _numbers(value: WeatherValue, axes: Axes, used: FloatArray, window: Window) -> dict[str, FloatArray]:
     """Operability, mean waiting [s] (credit, alternative) and days gained (credit, alternative, over) by limits used
     (credit, alternative, heading, period) [m]."""
     judge, shape = value.workability, (len(CREDITS), len(axes.alternatives))
@@ -124,7 +122,7 @@ def _numbers(
         op_wf = np.nan_to_num(used[c, a], nan=0.0)
         key = op_wf.tobytes()
         if key not in waited:
-            some, can_start = judge.starts(op_wf, highest, window)
+            some, can_start = judge.starts(op_wf, window)
             waited[key] = float(some[valid].mean()), waits(can_start, time)
         operability[c, a], of[c, a] = waited[key]
         wait[c, a] = _mean(of[c, a])

@@ -24,13 +24,12 @@ from stillhook.engine.pack.capacity import tip_capacity
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import wire_usable
-from stillhook.plan.answer.apart import APART, TOLERATED
 from stillhook.plan.definition.capacities import at_rest, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan, check_sinks, check_wire
 from stillhook.plan.definition.rules import Alternative, Demand, Limited, Tier
 from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.result import NEW, labelled
-from stillhook.plan.table import Governed
+from stillhook.plan.table import APART, TOLERATED, Governed
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, merged
 from stillhook.plan.tiers.time_domain.crossings import OVER_SEABED
 from stillhook.plan.tiers.time_domain.curves import ColumnRuns
@@ -315,7 +314,7 @@ class Ladder:
         demand = next((d for d in known if (d.phase, d.alternative, d.tier) == who), None)
         if demand is None:
             return np.full(len(tolerance), np.nan)
-        place = [(T, beta) for T, beta, _ in demand.seas.columns()].index(line.column)
+        place = [(T, beta) for T, beta, _ in demand.seas.columns].index(line.column)
         at = [limits_of(demand, [replace(rule, limit=float(t), by_Hs=())]) for t in tolerance]
         return np.array([of.Hs[rule.rule.key][place] for of in at])
 
@@ -380,15 +379,3 @@ def answer_of(block: xarray.Dataset) -> dict[str, Any]:
     keys = ("phase", "Tp", "beta", "own", "quantities", "n_seeds", "n_runs")
     left_out = [line for line in str(block.attrs["left_out"]).split("\n") if line]
     return {key: block.attrs[key] for key in keys} | {"left_out": left_out, "pays": rows}
-
-
-def sweep_blocks(
-    plan: LiftPlan,
-    columns: Sequence[Column],
-    execution: Execution,
-    demands: Sequence[Demand],
-    progress: Progress | None = None,
-) -> dict[str, xarray.Dataset]:
-    """The block of a result; none where no landing is compensated."""
-    block = landing_sweep(plan, columns, execution, demands, progress)
-    return {} if block is None else {"sweep": block}

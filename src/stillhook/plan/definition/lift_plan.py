@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import wraps
 from itertools import pairwise
-from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
+from typing import Any, Concatenate, Literal, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
@@ -33,7 +34,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.joining import CLOSE
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
-from stillhook.spec.lift.phase import Phase, WinchMode, called
+from stillhook.spec.lift.phase import OFF, Phase, PhaseKind, WinchMode, called
 from stillhook.spec.scenario import Number, Record, Sensors
 from stillhook.tables.table import Spec
 from stillhook.units import KINDS, parse, quote, show
@@ -297,6 +298,16 @@ class LiftPlan:
         return Lowering(**fields)
 
 
+def remembered(function: Callable[Concatenate[LiftPlan, P], Value]) -> Callable[Concatenate[LiftPlan, P], Value]:
+    """A function of a plan that is calculated once as long as the plan lives, for the same further arguments."""
+
+    @wraps(function)
+    def known(plan: LiftPlan, /, *arguments: P.args, **none: P.kwargs) -> Value:
+        return plan.once(function, *arguments, **none)
+
+    return known
+
+
 def _with_link(plan: LiftPlan, linked: bool) -> LiftPlan:
     """The plan with or without the compensator in the load path."""
     return replace(plan, linked=linked)
@@ -366,3 +377,87 @@ def check_wire(plan: LiftPlan) -> None:
         check_lift(plan.crane, plan.hanging(z))
     except LiftError as e:
         raise PlanError(f"{called(deepest)}: {str(e).replace('start_depth = ', 'underside at ')}") from None
+
+
+class Holds(NamedTuple):
+    """Holds of phases that do not name their own: time at the worst depth of a splash zone, time of the stop before a
+    landing [s], and its height above the seabed [m]."""
+
+    splash: float
+    stop: float
+    stand_off: float
+
+
+def with_holds(phases: Sequence[Phase], usual: Holds, depth: float, standing: Container[str] = ()) -> tuple[Phase, ...]:
+    """Joined phases with a phase for every hold, in water of this depth [m]; standing: rules that there are of one that
+    stands off, whose limits are then those of the landing.
+
+    A passage of the splash zone is followed by one in which the payload is held on its way, with depths, mode, tip
+    and limits of the passage, and no speed. A landing comes after one in which it stands off, in the mode of AHC where
+    the landing is compensated, and is lowered from there; none where a stand-off of the file's own goes before.
+    Errors: PlanError where a name is taken.
+    """
+    names = {phase.name for phase in phases}
+    result: list[Phase] = []
+    for before, phase in zip((None, *phases), phases, strict=False):
+        if phase.kind is PhaseKind.LANDING:
+            own = before is not None and before.kind is PhaseKind.STAND_OFF
+            parts = _stopped(phase, usual, depth, standing, own=own)
+        else:
+            parts = _held(phase, usual.splash if phase.kind is PhaseKind.SPLASH else 0.0)
+        taken = next((part.name for part in parts if part.name != phase.name and part.name in names), None)
+        if taken is not None:
+            raise PlanError(
+                f"phase {quote(taken)}: is the name of the hold of {called(phase)}. Give it another name, or"
+                f' write hold = "{OFF}" there.'
+            )
+        result += parts
+    return tuple(result)
+
+
+def _held(phase: Phase, usual: float) -> list[Phase]:
+    """A passage, and the hold after it."""
+    time = usual if phase.hold is None else phase.hold
+    passage = phase.model_copy(update={"hold": None})
+    held = {"name": f"{phase.name}, held", "speed": None, "time": time, "planned": None, "hold": time}
+    return [passage, phase.model_copy(update=held)] if time > 0.0 else [passage]
+
+
+def _stopped(phase: Phase, usual: Holds, depth: float, standing: Container[str], *, own: bool) -> list[Phase]:
+    """A landing, and its stand-off before it; own: the file has one of its own there."""
+    assert phase.start_depth is not None
+    time = (0.0 if own else usual.stop) if phase.hold is None else phase.hold
+    begins = depth - phase.start_depth
+    height = begins if own and time <= 0.0 else min(phase.stand_off or usual.stand_off, begins)
+    lands = phase.model_copy(update={"hold": None, "stand_off": height if own or time > 0.0 else None})
+    stands = {
+        "name": f"{phase.name}, held",
+        "kind": PhaseKind.STAND_OFF,
+        "mode": WinchMode.AHC if phase.compensated else WinchMode.MANUAL,
+        "start_depth": depth - height,
+        "depth": depth - height,
+        "speed": None,
+        "time": time,
+        "planned": None,
+        "tension": None,
+        "limits": {key: text for key, text in phase.limits.items() if key in standing},
+        "hold": None,
+        "stand_off": None,
+    }
+    return [phase.model_copy(update=stands), lands] if time > 0.0 else [lands]
+
+
+def described(phase: Phase) -> dict[str, Any]:
+    """A phase as plain data."""
+    return {
+        "name": phase.name,
+        "kind": "" if phase.kind is None else phase.kind.value,
+        "mode": phase.mode.value,
+        "start_depth": phase.start_depth,
+        "depth": phase.depth,
+        "speed": phase.speed,
+        "duration": phase.duration,
+        "held": phase.held,
+        "compensated": phase.compensated,
+        "limits": dict(phase.limits),
+    }

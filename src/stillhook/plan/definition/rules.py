@@ -25,6 +25,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import USUAL, Mode
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.phase import PhaseKind
+from stillhook.statistics.extremes import MPM, P90
 from stillhook.units import show
 from stillhook.variables import BY_NAME
 
@@ -76,6 +77,11 @@ class Level(StrEnum):
     MPM = "mpm"
     P90 = "p90"
     MEAN = "mean"
+
+    @property
+    def quantile(self) -> float:
+        """Part of all phases that stay below it."""
+        return MPM if self is Level.MPM else P90
 
 
 @dataclass(frozen=True)
@@ -251,12 +257,9 @@ class Seas:
     def __len__(self) -> int:
         return len(self.Hs)
 
+    @cached_property
     def columns(self) -> list[tuple[float, float, NDArray[np.intp]]]:
         """Every (Tp, beta) that there is, with the rows of its seas by rising Hs."""
-        return self._columns
-
-    @cached_property
-    def _columns(self) -> list[tuple[float, float, NDArray[np.intp]]]:
         pairs = sorted({(float(T), float(b)) for T, b in zip(self.Tp, self.beta, strict=True)})
         result = []
         for T, b in pairs:

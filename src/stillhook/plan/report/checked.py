@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.plan.definition.capacities import calm, static_tension
-from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
-from stillhook.plan.definition.phases import described
+from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse, described
 from stillhook.plan.limits import ROUNDING, by_height, limited, utilisation
 from stillhook.plan.report.basis import LIMITS, limits_of_rules
 from stillhook.plan.result import grouped

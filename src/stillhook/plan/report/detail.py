@@ -42,7 +42,7 @@ from stillhook.units import number
 from stillhook.weather.persistence import MONTHS
 
 GOVERNING = ("governing_phase", "governing_rule")
-BEHIND = ("depth", "efficiency", "landing", "sensitivity", "convergence")
+BEHIND = ("depth", "sensitivity")
 """Blocks behind the limits."""
 FACTORS = {
     "C_A": "added mass",
@@ -243,7 +243,7 @@ def _by_month(result: PlanResult) -> Part:
 
 
 def behind(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
-    """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
+    """Depth and sensitivity, where they were computed."""
     parts: list[Part] = []
     for name in BEHIND:
         if name in result:

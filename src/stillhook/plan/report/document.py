@@ -9,27 +9,25 @@ from pathlib import Path
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
 from stillhook.plan.answer.saved import PLAN_FILES, write_plan
-from stillhook.plan.definition.failures import FAILED
 from stillhook.plan.report import basis, detail
-from stillhook.plan.report.figures.limits import pictures
+from stillhook.plan.report.figures import pictures
 from stillhook.plan.report.summary_page import tables, verdict
 from stillhook.plan.report.sweep import tolerance_sweep
 from stillhook.plan.report.words import TEXTS, named, sentence
-from stillhook.plan.result import PlanResult, for_print, grouped, missing_facts, odd_fact, odd_numbers, of_two
+from stillhook.plan.result import FAILED, PlanResult, for_print, grouped
 from stillhook.report.document import Bullets, Document, Part, Section
 from stillhook.report.formatting import groups
 from stillhook.report.html import html
 from stillhook.report.pdf import Unset, pdf
 from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.validity import SHORT
-from stillhook.units import quote
 
 MISSING = ("not-assessed", FAILED)
 """Causes of remarks that must be seen first."""
 
 
 def document(result: PlanResult, figures: Mapping[str, bytes]) -> Document:
-    """The report. figures: PNG by stem, of `stillhook.plan.report.figures.limits.pictures`."""
+    """The report. figures: PNG by stem, of `stillhook.plan.report.figures.pictures`."""
     facts = result.facts
     sections = {  # the answer's basis, then detail, then inputs, then what is not covered
         "Operation and phases": basis.operation(result),
@@ -91,7 +89,6 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     figures: also every figure as a separate picture. The same result gives the same bytes. Without the extra `report`
     the page alone, without figures. Errors: PlanError where it cannot be set.
     """
-    check(result)
     result = for_print(result)
     images = drawn(lambda: pictures(result))
     report = document(result, images)
@@ -112,16 +109,6 @@ def write_answer(result: PlanResult, folder: Path) -> None:
     with atomic_folder(folder) as part:
         write_plan(result, part)
         write_report(result, part)
-
-
-def check(result: PlanResult) -> None:
-    """Refuse results that no report can be made of. Errors: PlanError."""
-    if missing := missing_facts(result.facts):
-        problem = f"its facts lack {missing}"
-    else:
-        problem = odd_fact(result.facts) or odd_numbers(result.data) or of_two(result.data, result.facts)
-    if problem:
-        raise PlanError(f"report of {quote(result.facts.get('name'))}: {problem}. Run the plan again.")
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:

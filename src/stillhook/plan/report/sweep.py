@@ -9,11 +9,9 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.answer.sweep import Pays, answer_of, pays_at
-from stillhook.plan.report.detail import picture
 from stillhook.plan.report.words import TEXTS, named, names, sentence
 from stillhook.plan.result import PlanResult
 from stillhook.report.document import Bullets, Part, Table, Text
-from stillhook.report.formatting import direction
 from stillhook.units import number
 
 if TYPE_CHECKING:
@@ -37,7 +35,6 @@ def tolerance_sweep(result: PlanResult, figures: Mapping[str, bytes]) -> list[Pa
         Text(text + (control if "e_c_pp" in answer["quantities"] else "")),
         Bullets([f"{line[0].upper()}{line[1:]}." for line in answers(block)]),
         *left_out,
-        *picture(figures, "sweep", f"waves at {direction(block.attrs['beta'])}"),
         *_table(result),
     ]
 

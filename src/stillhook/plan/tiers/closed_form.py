@@ -10,25 +10,28 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from inspect import unwrap
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.engine.pack.programme import hanging, payload_weight, wire_strength
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.capacities import jerk, static_tension
-from stillhook.plan.definition.failures import Cause, cause
-from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.capacities import jerk, places, static_tension
+from stillhook.plan.definition.lift_plan import LiftPlan, remembered
+from stillhook.plan.definition.load_chart import CraneChart
 from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.result import Cause, cause
 from stillhook.plan.tiers.frequency import forcing_at, quantiles
-from stillhook.plan.tiers.wire_lead import LEADS, leads
+from stillhook.response.forcing import HIGHEST, LOWEST, STEP
+from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.lift import simplified as sm
 from stillhook.spec.lift.joining import IN_AIR
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
 from stillhook.spec.validity import CAP
-from stillhook.statistics.extremes import most_probable_maximum, zero_crossing_period
+from stillhook.statistics.extremes import largest_of_parts, most_probable_maximum, zero_crossing_period
 
 Values = dict[str, FloatArray]
 
@@ -115,11 +118,11 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     Quantities that it does not know are left out.
     """
     residual = 1.0 if alternative.stands or not phase.compensated else 1.0 - CAP
-    plan = plan.under(alternative)
-    values = plan.once(_values, phase, seas, residual)
+    values = _values(plan.under(alternative), phase, seas, residual)
     return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, values)
 
 
+@remembered
 def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     """Quantities of a phase with what the winch leaves of the tip's motion, from 1 (all)."""
     tip, T, V = tip_motion(plan, phase, seas), _duration(plan, phase), phase.speed or 0.0
@@ -181,11 +184,12 @@ def remarks(plan: LiftPlan, seas: Seas) -> list[Cause]:
 
 
 def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
-    """What the seas do at the crane tip of a phase; remembered as long as the plan lives."""
+    """What the seas do at the crane tip of a phase."""
     at = plan.tip_of(phase)
-    return plan.once(_tip, seas, at.x, at.y)
+    return _tip(plan, seas, at.x, at.y)
 
 
+@remembered
 def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
     forcing = forcing_at(plan, seas, x, y)
     return Tip(wave_periods(plan, seas), *(forcing.deviation(order) for order in range(3)))
@@ -193,11 +197,12 @@ def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
 
 def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
     """Zero-crossing period of the waves T_m02 [s], (n,), of wind sea and swell together from the moments of their sum;
-    that of a small sea for a calm; remembered as long as the plan lives."""
+    that of a small sea for a calm."""
     pairs = zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True)
-    return np.array([plan.once(_wave_period, H, T) for H, T in pairs])
+    return np.array([_wave_period(plan, H, T) for H, T in pairs])
 
 
+@remembered
 def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
     if plan.environment.swell is None:
         return plan.environment.spectrum(Hs, Tp).T_m02
@@ -205,19 +210,16 @@ def _wave_period(plan: LiftPlan, Hs: float, Tp: float) -> float:
     return 2.0 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2))
 
 
-def way(plan: LiftPlan, phase: Phase) -> Way:
-    """Heights of a phase's way, and what is there; remembered as long as the plan lives."""
-    return plan.once(_way, phase)
-
-
 def on_way(plan: LiftPlan, phase: Phase, other: Way) -> LiftPlan:
     """The same plan with another way in one of its phases, such as one with more added mass."""
     changed = replace(plan)
-    changed.memo[_way, phase] = other
+    changed.memo[unwrap(way), phase] = other
     return changed
 
 
-def _way(plan: LiftPlan, phase: Phase) -> Way:
+@remembered
+def way(plan: LiftPlan, phase: Phase) -> Way:
+    """Heights of a phase's way, and what is there."""
     lift = plan.hanging(0.0, plan.tip_of(phase).z)
     load, rho, crane = plan.payload, plan.rho, plan.crane
     z = _heights(phase, load.reach(rho))
@@ -330,3 +332,70 @@ def _snap(plan: LiftPlan, w: Way, sling: FloatArray, v_r: FloatArray) -> Values:
     v_ff = sm.free_fall_speed(w.W.min(), float(w.B.max())) if w.B.max() > 0.0 else np.zeros(())
     F = sm.snap_tension(w.W, sm.snap_speed(v_ff, v_r), w.K, plan.payload.mass + w.A33)
     return {"snap_load": np.where(sling > w.W, F, 0.0).max(axis=0)}
+
+
+LENGTHS = 5
+"""Lengths of the pendulum that are looked at where the load moves up or down."""
+LEADS = ("off_lead", "side_lead")
+
+
+def leads(
+    plan: LiftPlan, phase: Phase, seas: Seas, duration: float, quantile: Mapping[str, float]
+) -> dict[str, FloatArray]:
+    """Largest off-lead and side-lead (n,) [rad] of a phase in seas, over a duration [s], each with its probability of
+    staying below; empty where they are not determined. The largest over the lengths of the pendulum."""
+    used, tip = plan.load_chart, plan.tip_of(phase)
+    if used is None or not used.judges_leads(phase):
+        return {}
+    still = used.static_leads(tip)
+    largest = {name: np.full(len(seas), still[name]) for name in LEADS}
+    for L in _lengths(plan, phase, tip):
+        for name, (sigma, rate) in _deviations(plan, used, tip, seas, L).items():
+            T = zero_crossing_period(sigma, rate)
+            cycles = duration / np.where(np.isnan(T), np.inf, T)
+            value = still[name] + largest_of_parts(0.0, sigma[None], cycles[None], quantile[name])
+            largest[name] = np.maximum(largest[name], value)
+    return largest
+
+
+def _lengths(plan: LiftPlan, phase: Phase, tip: TipPoint) -> FloatArray:
+    """Lengths from the tip to the middle of the payload along a phase's way [m]."""
+    assert tip.z is not None
+    hangs = [tip.z - z - 0.5 * plan.payload.height for z in places(phase)]
+    return np.unique(np.linspace(min(hangs), max(hangs), LENGTHS))
+
+
+def _deviations(
+    plan: LiftPlan, used: CraneChart, tip: TipPoint, seas: Seas, L: float
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Standard deviations of each lead [rad] and of its rate [rad/s] in seas (n,), by a pendulum of L [m]."""
+    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
+    power: dict[tuple[float, float | None], dict[str, FloatArray]] = {}
+    moments = {name: np.zeros((2, len(seas))) for name in LEADS}
+    for n, row in enumerate(zip(seas.Hs, seas.Tp, seas.beta, strict=True)):
+        for train in plan.environment.sea(*(float(v) for v in row)).trains:
+            key = (train.beta, train.spread)
+            if key not in power:
+                theta, share = train.directions()
+                transfer = _transfer(plan, used, tip, omega, theta, L)
+                power[key] = {name: share @ np.abs(H) ** 2 for name, H in transfer.items()}
+            S = train.spectrum.density(omega) * STEP
+            for name in LEADS:
+                moments[name][:, n] += np.sum(power[key][name] * S), np.sum(power[key][name] * S * omega**2)
+    return {name: (np.sqrt(m[0]), np.sqrt(m[1])) for name, m in moments.items()}
+
+
+def _transfer(
+    plan: LiftPlan, used: CraneChart, tip: TipPoint, omega: FloatArray, beta: FloatArray, L: float
+) -> dict[str, ComplexArray]:
+    """Leads per metre of wave (j, k) at headings (j,) and frequencies (k,) [rad/m]."""
+    assert tip.z is not None
+    psi = used.direction_of(tip)
+    assert psi is not None
+    surge, sway, _, roll, pitch, yaw = plan.vessel.at(omega, beta)
+    X, Y = surge + tip.z * pitch - tip.y * yaw, sway - tip.z * roll + tip.x * yaw
+    omega_0 = math.sqrt(G / L)
+    swing = omega**2 / (omega_0**2 - omega**2 + 2.0j * used.swing_damping * omega_0 * omega) / L
+    forward, port = swing * X + pitch, swing * Y - roll
+    c, s = math.cos(psi), math.sin(psi)
+    return {"off_lead": forward * c + port * s, "side_lead": port * c - forward * s}

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,19 +15,16 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Parts, Progress
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, jerk
-from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Demand, Level, Seas, Tier
+from stillhook.plan.definition.lift_plan import LiftPlan, remembered
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.tiers.situations import Looks, Situation, looked_at
 from stillhook.plan.tiers.winch_residual import BRAKE, Way, ways
 from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.response.frequency_domain import Sigmas, compensated_sigmas, sigmas
 from stillhook.response.suspended_load import SuspendedLoad, mean_drag, suspended_load
-from stillhook.response.winch.duty import Duty
 from stillhook.response.winch.linear_form import Residual
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.statistics.extremes import (
-    MPM,
-    P90,
     largest_of_parts,
     most_probable_maximum,
     rate_below_zero,
@@ -43,8 +41,6 @@ OF_TIP = ("v_tip_max", "s_tip_pp", "v_w_demand")
 OF_ROD = "compensator_share"
 """Share of the time with the rod at an end of its stroke: known also where the rod comes there, as it says so."""
 UNUSABLE = "the controller may not be used at this load and layer: not simulated"
-QUANTILES = {Level.MPM: MPM, Level.P90: P90}
-"""Probability that a largest value stays below its level."""
 
 
 EXPECTED = {"residuals": 13.0, "seas": 5.5}
@@ -83,13 +79,9 @@ def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
     return {(x, y): forcing_at(plan, seas, x, y) for x, y in sorted({(s.x, s.y) for _, parts in phases for s in parts})}
 
 
+@remembered
 def forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
-    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]; remembered as long as the
-    plan lives."""
-    return plan.once(_forcing_at, seas, x, y)
-
-
-def _forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
+    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]."""
     each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
     return forcing_of_seas(each, plan.vessel, x, y)
 
@@ -114,15 +106,8 @@ def winches_of(
     return {**unusable, **known}
 
 
-def _ways(
-    plan: LiftPlan,
-    alternatives: Sequence[Alternative],
-    duties: Sequence[Duty],
-    *,
-    threads: int,
-    progress: Progress | None,
-) -> Mapping[Alternative, Way]:
-    return ways(plan.crane, alternatives, duties, threads=threads, progress=progress)
+def _ways(plan: LiftPlan, *of: Any, **how: Any) -> Mapping[Alternative, Way]:
+    return ways(plan.crane, *of, **how)
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
@@ -173,7 +158,7 @@ def demands(
 def _on_compensator(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip, seas: Seas) -> Demand:
     """Demand of a phase with the compensator in the load path and the winch on its brake. Loads are not
     determined in seas in which its rod comes to an end of its stroke: nothing is linear there."""
-    hangs = [replace(s, load=plan.once(_linked_load, s.z, plan.tip_of(phase).z)) for s in parts]
+    hangs = [replace(s, load=_linked_load(plan, s.z, plan.tip_of(phase).z)) for s in parts]
     values = dict(_phase(plan, phase, Alternative.PHC, hangs, forcing, None))
     beyond = np.zeros(len(seas), dtype=np.bool_)
     shares = []
@@ -190,6 +175,7 @@ def _on_compensator(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], fo
     return Demand(phase.name, Alternative.PHC, Tier.FREQUENCY, seas, of_load)
 
 
+@remembered
 def _linked_load(plan: LiftPlan, z: float, h_tip: float | None) -> SuspendedLoad:
     return suspended_load(plan.crane, plan.hanging(z, h_tip), z)
 
@@ -255,7 +241,7 @@ def _phase(
 
 def quantiles(plan: LiftPlan) -> Levels:
     """Probability level at which a quantity's largest value is reported, by the plan's rules."""
-    return lambda quantity: QUANTILES[plan.rules.level(quantity)]
+    return lambda quantity: plan.rules.level(quantity).quantile
 
 
 def _way_speed(phase: Phase) -> float:

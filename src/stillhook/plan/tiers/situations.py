@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.lift_plan import LiftPlan, remembered
 from stillhook.response.suspended_load import SuspendedLoad, natural_periods, suspended_load
 from stillhook.spec.lift.phase import Phase, PhaseKind
 
@@ -43,17 +43,14 @@ class Situation:
     T_0: float
 
 
+@remembered
 def situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
     """Situations of a phase in the order of its way: both ends, no more than 150 m between two, and where the load's
     natural period is a peak period of the seas analysed. Empty for the splash zone: nothing is linear where the
-    surface cuts the payload. Remembered as long as the plan lives.
+    surface cuts the payload.
 
     Errors: LiftError where the payload cannot hang (`stillhook.response.suspended_load`).
     """
-    return plan.once(_situations, phase)
-
-
-def _situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
     if phase.kind is PhaseKind.SPLASH:
         return ()
     at = plan.tip_of(phase)

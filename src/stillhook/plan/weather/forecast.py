@@ -17,10 +17,8 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.plan.result import Credit, PlanResult
-from stillhook.plan.table import LimitTable
-from stillhook.plan.weather.records import free_to_turn
-from stillhook.plan.weather.two_systems import systems
-from stillhook.plan.weather.value import KeptHeadings
+from stillhook.plan.weather.limit_table import KeptHeadings, LimitTable
+from stillhook.plan.weather.records import free_to_turn, systems
 from stillhook.units import show
 from stillhook.weather.forecast import Bound, bounds, reason_against, rows_of, started, starts_of
 from stillhook.weather.limit_text import Limit, inside

@@ -8,128 +8,70 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import PlanError
-from stillhook.plan.definition.headings import SAME
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.limits import Limits, limited, limits_in, utilisation
-from stillhook.plan.result import labelled
-from stillhook.plan.table import Axes, LimitTable, chosen, gathered, governed
-from stillhook.plan.tiers.closed_form import closed_form
+from stillhook.plan.table import SAME, Axes, chosen, gathered, governed
+from stillhook.plan.tiers.closed_form import LEADS, closed_form
 from stillhook.plan.tiers.frequency import demands, winches_of
-from stillhook.plan.tiers.situations import Looks, looked_at, thinned
-from stillhook.plan.tiers.wire_lead import LEADS
+from stillhook.plan.tiers.situations import looked_at, thinned
+from stillhook.plan.weather.limit_table import limit_table
 from stillhook.response.lift import Waves, forcing_of_waves
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.spec.lift.phase import Phase
 from stillhook.units import show
-from stillhook.variables import attributes
 from stillhook.weather.alpha import AlphaTable, alphas, reference_period
 from stillhook.weather.limit_text import free_headings
 from stillhook.weather.persistence import persistence, stamp
 from stillhook.weather.series import usual_step
 
 if TYPE_CHECKING:
-    import xarray
+    pass
 
 
-def spectral_weather(
+def utilisations(
     plan: LiftPlan,
     alternatives: Sequence[Alternative],
     waves: Waves,
     progress: Progress | None = None,
     *,
     elsewhere: Mapping[Alternative, FloatArray] | None = None,
-) -> xarray.Dataset:
-    """How much of its limits a lift uses in every record of a hindcast, and whether it can be done.
+) -> FloatArray:
+    """How much of its limits a lift uses in every record of a hindcast, the largest over phases and rules (alternative,
+    n) [-]; NaN where the record is missing. Every phase is looked at at its ends and its middle.
 
     Parameters: waves, measured or hindcast spectra or states with a direction, where the bow points for all of them
     (`Waves.ship`), or one direction of travel from the bow (`Waves.beta`). elsewhere: limiting heights (n,) [m] of the
-    phases that the method does not cover, record by record, as a limit table reads them
-    (`stillhook.plan.table.LimitTable.at`); without them the splash zone is left out. Returns over alternative and
-    time: utilisation [-], the largest over phases and rules, NaN where the record is missing; workable_record, 1 where
-    it is 1 at most, else 0 (missing ones: 0); over alternative, phase and time: utilisation_phase. Every phase is
-    looked at at its ends and its middle. attrs: left_out, phases not determined.
+    phases that the method does not cover, record by record, as `LimitTable.at` reads them; without them the splash zone
+    is left out.
     Errors: PlanError for one sea alone; as `stillhook.plan.tiers.frequency.frequency`.
     """
-    if isinstance(waves.of, Sea):
-        raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
-    plan, _ = _without_swell(plan)
+    of, (plan, _) = _records(waves), _without_swell(plan)
     every = looked_at(plan)
     phases = [(phase, thinned(parts)) for phase, parts in every]
     places = sorted({(s.x, s.y) for _, parts in phases for s in parts})
     forcing = {place: forcing_of_waves(waves, plan.vessel, *place) for place in places}
-    H = np.asarray(waves.of.H_m0, dtype=np.float64)
-    seas = Seas(
-        H, np.asarray(waves.of.T_p, dtype=np.float64), np.full(len(H), math.nan if waves.beta is None else waves.beta)
-    )
-    winch = winches_of(plan, every, alternatives, progress)
-    used = np.full((len(alternatives), len(phases), len(H)), np.nan)
-    for k, look in enumerate(phases):
-        for demand in demands(plan, alternatives, seas, [look], forcing, winch):
-            rules = limited(plan, look[0], demand.alternative)
-            values = [
-                utilisation(each, demand.values[each.rule.quantity], H)
-                for each in rules
-                if each.rule.quantity in demand.values
-            ]
-            used[alternatives.index(demand.alternative), k] = _largest(values, len(H))
-    return _labelled(plan, alternatives, waves, phases, used, _with(used.swapaxes(0, 1), alternatives, H, elsewhere))
-
-
-def _largest(rows: Sequence[FloatArray], n: int) -> FloatArray:
-    """Largest of several, undetermined ones left out; NaN where none is determined."""
-    return np.asarray(np.fmax.reduce([np.full(n, np.nan), *rows]))
-
-
-def _with(
-    by_phase: FloatArray,
-    alternatives: Sequence[Alternative],
-    H: FloatArray,
-    elsewhere: Mapping[Alternative, FloatArray] | None,
-) -> FloatArray:
-    """Largest utilisation over phases (phase, alternative, n) and the additional rules, (alternative, n)."""
-    utilisation = np.array(np.fmax.reduce(by_phase), dtype=np.float64)
+    H = np.asarray(of.H_m0, dtype=np.float64)
+    beta = math.nan if waves.beta is None else waves.beta
+    seas = Seas(H, np.asarray(of.T_p, dtype=np.float64), np.full(len(H), beta))
+    used = np.full((len(alternatives), len(H)), np.nan)
+    for demand in demands(plan, alternatives, seas, phases, forcing, winches_of(plan, every, alternatives, progress)):
+        i = alternatives.index(demand.alternative)
+        for each in limited(plan, plan.phase(demand.phase), demand.alternative):
+            if each.rule.quantity in demand.values:
+                used[i] = np.fmax(used[i], utilisation(each, demand.values[each.rule.quantity], H))
     for i, alternative in enumerate(alternatives):
         if elsewhere is not None and alternative in elsewhere:
             limit = elsewhere[alternative]
             share = np.divide(H, limit, out=np.where(H > 0.0, np.inf, 0.0), where=limit > 0.0)
-            utilisation[i] = np.where(
-                np.isnan(utilisation[i]) | np.isnan(limit), np.nan, np.fmax(utilisation[i], share)
-            )
-    return utilisation
-
-
-def _labelled(
-    plan: LiftPlan,
-    alternatives: Sequence[Alternative],
-    waves: Waves,
-    phases: Looks,
-    used: FloatArray,
-    utilisation: FloatArray,
-) -> xarray.Dataset:
-    assert not isinstance(waves.of, Sea)
-    phase_names = [phase.name for phase, _ in phases]
-    with np.errstate(invalid="ignore"):
-        workable = (utilisation <= 1.0).astype(np.int8)
-    columns: dict[str, tuple[tuple[str, str], NDArray[Any]]] = {
-        "utilisation": (("alternative", "time"), utilisation),
-        "workable_record": (("alternative", "time"), workable),
-    }
-    coords = {
-        "alternative": [str(a) for a in alternatives],
-        "phase": phase_names,
-        "time": waves.of.time.astype("datetime64[ns]"),
-    }
-    omitted = ", ".join(phase.name for phase in plan.phases if phase.name not in phase_names)
-    data = labelled(columns, coords, {"waves": waves.describe(), "left_out": omitted})
-    return data.assign(utilisation_phase=(("alternative", "phase", "time"), used, attributes("utilisation")))
+            used[i] = np.where(np.isnan(used[i]) | np.isnan(limit), np.nan, np.fmax(used[i], share))
+    return used
 
 
 FINE = 0.001
@@ -149,23 +91,20 @@ def spectral_persistence(
 
     Errors: PlanError for one sea alone, and for an operation that is not weather restricted.
     """
-    if isinstance(waves.of, Sea):
-        raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
-    plan, swell = _without_swell(plan)
+    of, (plan, swell) = _records(waves), _without_swell(plan)
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     if not restricted:
         times = f"T_POP {plan.T_POP / 3600.0:g} h, T_R {T_R / 3600.0:g} h"
         raise PlanError(f"operation: {times}: not weather restricted. Divide the operation.")
     chosen_ones = tuple(alternatives) or plan.alternatives
-    raised = waves.with_waves(_raised(waves.of, raised_heights(table, np.asarray(waves.of.H_m0), plan.T_POP)))
+    raised = waves.with_waves(_raised(of, raised_heights(table, np.asarray(of.H_m0), plan.T_POP)))
     elsewhere, omitted = _in_the_surface(plan, raised, chosen_ones)
-    data = spectral_weather(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
-    time, step = waves.of.time, usual_step(waves.of.time)
-    valid = np.asarray(waves.of.valid) & ~np.isnan(data["utilisation"].values).all(axis=0)
+    used = utilisations(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
+    time, step = of.time, usual_step(of.time)
+    valid = np.asarray(of.valid) & ~np.isnan(used).all(axis=0)
     rows, (reached, headed) = [], _reached(plan, waves)
-    for alternative in chosen_ones:
-        good = data["workable_record"].sel(alternative=str(alternative)).values.astype(np.bool_)
-        one = persistence(good & reached, time, step, T_R, valid=valid)
+    for alternative, share in zip(chosen_ones, used, strict=True):
+        one = persistence((share <= 1.0) & reached, time, step, T_R, valid=valid)
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
     surface = [f"{omitted}: by the plan's table in closed form"] if omitted else []
     notes = [
@@ -174,11 +113,11 @@ def spectral_persistence(
         *headed,
         "limits as simulated for each alternative, not as credited; alpha is in them",
         f"below Hs {table.Hs[0]:g} m the table has no alpha (case by case): no record is taken for less than that",
-        *waves.of.notes,
+        *of.notes,
     ]
     return {
         "plan": plan.name,
-        "file": waves.of.source,
+        "file": of.source,
         "waves": waves.describe(),
         "start": stamp(time[0]),
         "end": stamp(time[-1]),
@@ -193,6 +132,13 @@ def spectral_persistence(
     }
 
 
+def _records(waves: Waves) -> SpectrumSeries | SeaStates:
+    """Waves over time. Errors: PlanError for one sea alone."""
+    if isinstance(waves.of, Sea):
+        raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
+    return waves.of
+
+
 def _without_swell(plan: LiftPlan) -> tuple[LiftPlan, list[str]]:
     """The plan without the swell of its table, and a note: records hold wind sea and swell as they were."""
     if plan.environment.swell is None:
@@ -204,10 +150,7 @@ def _without_swell(plan: LiftPlan) -> tuple[LiftPlan, list[str]]:
 def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:
     """Whether waves of each record are those that it was judged for, at each heading that a vessel may keep (heading,
     n), and a note."""
-    assert not isinstance(waves.of, Sea)
-    come_from = (
-        np.full(len(waves.of.time), np.nan) if waves.beta is None else np.asarray(waves.of.come_from, dtype=np.float64)
-    )
+    come_from = np.asarray(_records(waves).come_from, dtype=np.float64)
     if waves.beta is None or not np.isfinite(come_from).any():
         return np.ones((1, len(come_from)), dtype=np.bool_), []
     tolerance, side = plan.environment.heading_tolerance, waves.beta
@@ -238,7 +181,6 @@ def _in_the_surface(
 ) -> tuple[dict[Alternative, FloatArray], str]:
     """Limiting heights (n,) of what the method does not cover, record by record, and what that is: phases in the
     surface, and of the others what a load chart limits and the method does not determine."""
-    assert not isinstance(waves.of, Sea)
     names = {phase.name for phase, _ in looked_at(plan)}
     phases = [phase for phase in plan.phases if phase.name not in names]
     charted = [] if plan.load_chart is None else [phase for phase in plan.phases if phase.name in names]
@@ -248,14 +190,12 @@ def _in_the_surface(
     limits = [limits_in(plan, closed_form(plan, phase, seas, a)) for phase in phases for a in alternatives]
     limits += [_by_chart(plan, phase, a, seas) for phase in charted for a in alternatives]
     table = governed(chosen(gathered(axes, limits)))
-    beta = _beta(waves)
-    highest, tolerance = max(plan.environment.Hs), plan.environment.heading_tolerance
-    of = {a: table.Hs[axes.alternatives.index(a)] for a in alternatives}
-    read = {
-        a: LimitTable(Hs, np.array(axes.headings), np.array(axes.periods), tolerance, highest) for a, Hs in of.items()
-    }
+    of = _records(waves)
+    T_p, come_from = np.asarray(of.T_p), np.asarray(of.come_from)
+    beta = np.asarray(relative(come_from, waves.ship or 0.0)) if waves.beta is None else np.full(len(T_p), waves.beta)
+    read = {a: limit_table(plan, axes, table.Hs[axes.alternatives.index(a)]).at(T_p, beta) for a in alternatives}
     covered = [*(phase.name for phase in phases), *(["static load and leads of the load chart"] if charted else [])]
-    return {a: each.at(np.asarray(waves.of.T_p), beta) for a, each in read.items()}, ", ".join(covered)
+    return read, ", ".join(covered)
 
 
 OF_CHART = ("F_top_static", *LEADS)
@@ -267,11 +207,3 @@ def _by_chart(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas
     limits = limits_in(plan, closed_form(plan, phase, seas, alternative))
     keys = {rule.key for rule in plan.rules.rules if rule.quantity in OF_CHART}
     return replace(limits, Hs={key: Hs for key, Hs in limits.Hs.items() if key in keys}, low={}, high={})
-
-
-def _beta(waves: Waves) -> FloatArray:
-    """Direction of travel from the bow, record by record (n,) [rad]."""
-    assert not isinstance(waves.of, Sea)
-    if waves.beta is not None:
-        return np.full(len(waves.of.time), waves.beta)
-    return np.asarray(relative(np.asarray(waves.of.come_from), waves.ship or 0.0))

@@ -3,111 +3,34 @@ the others.
 
 The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts
 err. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free
-to turn keeps one heading through the window (`stillhook.plan.weather.headings`). Below the lowest height of the table
+to turn keeps one heading through the window (`KeptHeadings`). Below the lowest height of the table
 of alpha no factor is given (case by case); so that such limits can be compared at all, the lowest one is taken here,
 which flatters them.
-
-Limits of a plan's table at each heading that a vessel may keep through an operation.
-
-A vessel whose heading is held has one. One that is free to turn keeps one heading from start to end, the best for that
-window: where the weather gives the direction of waves, every `stillhook.weather.limit_text.FREE_STEP` of the compass is
-tried; where it does not, waves are taken to come from one direction throughout, off by the heading tolerance at most,
-and every heading of the table is tried. In neither case is a limit above that of the best heading of the table that can
-be kept within the tolerance.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import BoolArray, FloatArray, IntArray
-from stillhook.plan.definition.headings import SAME, cones, counted, holdable_headings
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.result import CREDITS, Credit, labelled
-from stillhook.plan.table import Axes, Governed, LimitTable, worst
-from stillhook.plan.weather.records import Records, outside, seas_of
-from stillhook.plan.weather.two_systems import swell_forecast
-from stillhook.sea.spectra.directions import relative
+from stillhook.plan.table import Axes, Governed
+from stillhook.plan.weather.limit_table import KeptHeadings, Kinds, limit_table
+from stillhook.plan.weather.records import Records, outside, seas_of, swell_forecast
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
-from stillhook.weather.limit_text import free_headings
 from stillhook.weather.persistence import Persistence, Window, month_of, persistence, waits
 from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
     import xarray
-
-
-@dataclass(frozen=True, eq=False)
-class KeptHeadings:
-    """Which headings of a table count for the waves of a record, at each heading that a vessel may keep.
-
-    counts (kept, heading, direction) and known (kept, direction), as `stillhook.plan.table.counted`; direction
-    (n,): that of each record; best: the same for headings of the table, of which the best is the most that counts, None
-    where nothing else does.
-    """
-
-    counts: BoolArray = field(repr=False)
-    known: BoolArray = field(repr=False)
-    direction: IntArray = field(repr=False)
-    best: KeptHeadings | None = field(default=None, repr=False)
-
-    @classmethod
-    def of(cls, table: LimitTable, n: int, come_from: FloatArray | None, ship: float | None) -> KeptHeadings:
-        """Headings for n records: come_from (n,) [rad from north] or None; ship [rad from north] or None where it is
-        free to turn."""
-        around = cones(table.headings, table.heading_tolerance).T[:, :, None]
-        of_table = cls(
-            around, holdable_headings(table.headings, table.heading_tolerance)[:, None], np.zeros(n, dtype=np.int64)
-        )
-        if come_from is None:
-            return of_table
-        directions, place = np.unique(come_from, return_inverse=True)
-        ships = free_headings() if ship is None else np.array([ship])
-        each = [
-            counted(table.headings, table.heading_tolerance, np.asarray(relative(directions, float(s)))) for s in ships
-        ]
-        counts, known = np.stack([counts for counts, _ in each]), np.stack([known for _, known in each])
-        return cls(counts, known, place.reshape(n).astype(np.int64), of_table if ship is None else None)
-
-    def limits(self, table: LimitTable, periods: Sequence[FloatArray]) -> FloatArray:
-        """Limiting significant wave height [m] of each record at each heading (kept, n), the worst over readings of its
-        period (n,) [s]."""
-        kinds = self.kinds(table, periods)
-        return np.asarray(self.of_kinds(table, periods, kinds)[:, kinds.inverse])
-
-    def kinds(self, table: LimitTable, periods: Sequence[FloatArray]) -> Kinds:
-        """Records between the same periods of the table and of one direction: they have one limit."""
-        rows = [
-            np.searchsorted(table.periods + sign * SAME * table.periods, T) for T in periods for sign in (1.0, -1.0)
-        ]
-        keys = np.stack([self.direction, *rows, *(np.isnan(T).astype(np.int64) for T in periods)])
-        _, first, inverse = np.unique(keys, axis=1, return_index=True, return_inverse=True)
-        return Kinds(first, inverse.reshape(keys.shape[1]))
-
-    def of_kinds(self, table: LimitTable, periods: Sequence[FloatArray], kinds: Kinds) -> FloatArray:
-        """Limits (kept, k) of the kinds of records [m]."""
-        at = kinds.first
-        by_heading = np.min([table.by_heading(T_p[at]) for T_p in periods], axis=0)
-        direction = self.direction[at]
-        pairs = zip(self.counts, self.known, strict=True)
-        limits = np.stack([worst(by_heading, counts[:, direction], known[direction]) for counts, known in pairs])
-        return (
-            limits if self.best is None else np.minimum(limits, self.best.of_kinds(table, periods, kinds).max(axis=0))
-        )
-
-
-class Kinds(NamedTuple):
-    """Kinds of records: first (k,) record of each, and the kind of every record (n,)."""
-
-    first: IntArray
-    inverse: IntArray
 
 
 YEAR = 365.25 * 24.0
@@ -144,11 +67,9 @@ class Forecast:
         return np.asarray(np.isnan(self.alpha) & (self.used > 0.0))
 
 
-def forecast_limits(
-    plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed], Hs_highest: float
-) -> Forecast:
+def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed]) -> Forecast:
     """alpha and OP_WF of every limit; one above the highest sea state analysed is taken as that height."""
-    Hs = np.stack([np.minimum(limits[credit].Hs, Hs_highest) for credit in CREDITS])
+    Hs = np.stack([np.minimum(limits[credit].Hs, max(plan.environment.Hs)) for credit in CREDITS])
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     alpha = np.where(Hs > 0.0, alphas(table, Hs, plan.T_POP), np.nan)
     open_ = Hs[(Hs > 0.0) & np.isnan(alpha)]
@@ -186,7 +107,7 @@ class WeatherValue:
         return Alternative(over) if (credit, Alternative(over)) in self.waits else None
 
 
-def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weather, Hs_highest: float) -> WeatherValue:
+def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weather) -> WeatherValue:
     """How each alternative fares in the weather.
 
     Errors: WeatherError where the weather does not give the height, or no direction though the vessel's heading is
@@ -198,7 +119,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
-            good = judge.workable(np.nan_to_num(forecast.used[c, a], nan=0.0), Hs_highest)
+            good = judge.workable(np.nan_to_num(forecast.used[c, a], nan=0.0))
             persistence_of[credit, alternative] = persistence(
                 good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(judge.seas.Hs)
             )
@@ -227,7 +148,7 @@ class Workability:
     def of(cls, plan: LiftPlan, axes: Axes, weather: Weather, forecast: Forecast) -> Workability:
         """Errors: as `weather_value`."""
         seas, notes = seas_of(plan, weather)
-        table = _table(plan, axes, np.zeros(axes.columns), max(plan.environment.Hs))
+        table = limit_table(plan, axes, np.zeros(axes.columns))
         headings = KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
         kinds = headings.kinds(table, seas.periods)
         kept = len(headings.counts)
@@ -235,15 +156,15 @@ class Workability:
         notes = (*notes, *seas.systems.outside(forecast.swell))
         return cls(plan, axes, weather, seas, headings, kinds, swell, notes)
 
-    def workable(self, op_wf: FloatArray, Hs_highest: float) -> BoolArray:
+    def workable(self, op_wf: FloatArray) -> BoolArray:
         """Whether each record is within limits (heading, period) [m] at each heading that may be kept (kept, n)."""
-        return np.asarray((self.seas.Hs <= self._limits(op_wf, Hs_highest)[:, self.kinds.inverse]) & self.swell)
+        return np.asarray((self.seas.Hs <= self._limits(op_wf)[:, self.kinds.inverse]) & self.swell)
 
-    def starts(self, op_wf: FloatArray, Hs_highest: float, window: Window) -> tuple[BoolArray, BoolArray]:
+    def starts(self, op_wf: FloatArray, window: Window) -> tuple[BoolArray, BoolArray]:
         """Whether each record is within limits (heading, period) [m] at any heading, and whether an operation can start
         in it at one that is kept (n,)."""
         some, start = (np.zeros(len(self.weather), dtype=np.bool_) for _ in range(2))
-        limits, seen = self._limits(op_wf, Hs_highest), set()
+        limits, seen = self._limits(op_wf), set()
         for limit, swell in zip(limits, self.swell, strict=True):
             if (content := limit.tobytes() + swell.tobytes()) not in seen:
                 seen.add(content)
@@ -252,17 +173,12 @@ class Workability:
                 start |= window.starts(good)
         return some, start
 
-    def _limits(self, op_wf: FloatArray, Hs_highest: float) -> FloatArray:
+    def _limits(self, op_wf: FloatArray) -> FloatArray:
         """Limits of the kinds of records at each heading that may be kept (kept, k) [m]; -inf where nothing is
         workable."""
-        table = _table(self.plan, self.axes, op_wf, Hs_highest)
+        table = limit_table(self.plan, self.axes, op_wf)
         limit = self.headings.of_kinds(table, self.seas.periods, self.kinds)
         return np.where(limit > 0.0, limit, -np.inf)
-
-
-def _table(plan: LiftPlan, axes: Axes, op_wf: FloatArray, Hs_highest: float) -> LimitTable:
-    headings, periods = np.array(axes.headings), np.array(axes.periods)
-    return LimitTable(op_wf, headings, periods, plan.environment.heading_tolerance, Hs_highest)
 
 
 def _best(

@@ -337,7 +337,7 @@ def worst_submergences(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float]
     seas = plan.environment.table()
     z, slings = slings_held(plan, phase, seas)
     worst: dict[tuple[float, float], tuple[float, float]] = {}
-    for Tp, beta, rows in seas.columns():
+    for Tp, beta, rows in seas.columns:
         least = slings[:, rows].min(axis=0)
         row = int(np.argmax(least <= 0.0)) if (least <= 0.0).any() else len(least) - 1
         worst[float(Tp), float(beta)] = float(z[np.argmin(slings[:, rows][:, row])]), phase.duration or 0.0
@@ -348,7 +348,7 @@ def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tup
     """(Tp, beta) -> height of a phase's way at which the sling tension swings most with the winch on its brake [m], by
     the frequency-domain method in seas of middle height, and the time that the payload is where it swings hardly less
     [s]."""
-    columns = plan.environment.table().columns()
+    columns = plan.environment.table().columns
     Tp, beta = (np.array([column[i] for column in columns]) for i in (0, 1))
     seas = Seas(np.full(len(Tp), float(np.median(plan.environment.Hs))), Tp, beta)
     parts, at = situations(plan, phase), plan.tip_of(phase)

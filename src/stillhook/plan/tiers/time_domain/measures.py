@@ -13,14 +13,11 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.programme import payload_weight
 from stillhook.plan.definition.capacities import places
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Alternative, Level
+from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.tiers.time_domain.cells import PEAKS, ROD_AT_END, Runs
 from stillhook.plan.tiers.time_domain.lowering import Course, Winch
 from stillhook.spec.lift.phase import Phase, PhaseKind
-from stillhook.statistics.extremes import MPM, P90
-
-QUANTILE = {Level.MPM: MPM, Level.P90: P90}
-"""Part of all phases that stay below a level."""
+from stillhook.statistics.extremes import MPM
 
 
 class Statistic(Enum):
@@ -93,7 +90,7 @@ def measures(
     compensates, stick = phase.compensated, max(abs(each.speed or 0.0) for each in course.programme)
 
     def top(x: str, quantity: str, times: float = course.times, factor: float = 1.0, offset: float = 0.0) -> Measure:
-        q = QUANTILE[plan.rules.level(quantity)]
+        q = plan.rules.level(quantity).quantile
         return Measure(x, q=q, times=times, length=course.counted, factor=factor, offset=offset)
 
     whole = 1.0 / winch.left
@@ -129,7 +126,7 @@ def _slings(plan: LiftPlan, phase: Phase, course: Course) -> dict[str, Measure]:
     rest, level = least_at_rest(plan, phase), plan.rules.level
     lost = Measure(
         "F_sling_min",
-        q=QUANTILE[level("sling_ratio")],
+        q=level("sling_ratio").quantile,
         times=course.swings,
         length=course.counted,
         factor=-1.0 / rest,
@@ -138,7 +135,7 @@ def _slings(plan: LiftPlan, phase: Phase, course: Course) -> dict[str, Measure]:
         falls=True,
     )
     chance = Measure("F_sling_min", Statistic.CHANCE, times=course.swings, length=course.counted, end=rest, falls=True)
-    snap = Measure("snap", q=QUANTILE[level("snap_load")], times=course.swings, length=course.counted)
+    snap = Measure("snap", q=level("snap_load").quantile, times=course.swings, length=course.counted)
     return {"sling_ratio": lost, "slack_chance": chance, "snap_load": snap}
 
 

@@ -17,10 +17,10 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.plan.definition.capacities import calm as _calm
-from stillhook.plan.definition.failures import NUMERICAL, in_words
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Limited
 from stillhook.plan.limits import Limits, limited
+from stillhook.plan.result import NUMERICAL, in_words
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Runs, merged
 from stillhook.plan.tiers.time_domain.crossing_search import CrossingSearch
 from stillhook.plan.tiers.time_domain.crossings import HEIGHT, Feature, binned, crosses, crossing_limits, of_height
@@ -100,7 +100,7 @@ class Work:
 
     def prepare(self, predicted: Sequence[Limits]) -> None:
         """Lines of all phases that can be run, and the lowest limit of those that cannot."""
-        columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns()]
+        columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns]
         pilots = pilots_of(columns)
         predictions = least_predicted(predicted)
         self.predicted = predicted_by_rule(predicted)
@@ -284,10 +284,6 @@ class Work:
         """Lowest limit of a line as it stands [m], and half of its interval in ln."""
         return self._so_far(line).least(line.column)
 
-    def judgement(self, line: LimitSearch) -> Judged:
-        """Limits of a line's phase under its alternative in all columns that have runs."""
-        return self.judge(line.phase.name, line.alternative)
-
     def _so_far(self, line: LimitSearch) -> Judged:
         """The same of those rules that runs came near to."""
         return self.judge(line.phase.name, line.alternative, near=True)
@@ -349,14 +345,6 @@ class Work:
             except NUMERICAL as problem:
                 failed[each.rule.key] = in_words(problem)
         return Judged(columns, curves, limits, failed, features)
-
-    def limits_by_first(self, line: LimitSearch, rule: Limited, judged: Judged, n: int) -> CurveLimits:
-        """A rule's limits in all columns by the first runs alone: n of every cell, or by crossings n of every column in
-        the order in which they were made."""
-        if rule.rule.key not in judged.features:
-            return self.limits_of(rule, [_first(of, n) for of in judged.curves[rule.rule.key].columns])[1]
-        lines = [x for x in self.phases[line.phase.name, line.alternative] if x.column in judged.columns]
-        return self.crossings.by_first(lines, [self.about(x, judged) for x in lines], rule, judged.features, n)
 
     def limits_of(
         self,
@@ -471,8 +459,3 @@ class Work:
             tell(self.share)
 
         return report
-
-
-def _first(of: ColumnRuns, n: int) -> ColumnRuns:
-    """The first n runs of every cell of a column."""
-    return replace(of, cells=tuple((h, {name: x[:n] for name, x in runs.items()}) for h, runs in of.cells))

@@ -3,26 +3,28 @@ alternatives."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report.figures.detail import detail_figures
-from stillhook.plan.report.figures.style import COLOUR, MARKER, THICK, WIDTH, page
-from stillhook.plan.report.figures.sweep import sweep
-from stillhook.plan.report.words import CREDITED, TWIN, codes, differs, height, highest, limits, named, names
+from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
+from stillhook.plan.report.words import CREDITED, TWIN, codes, differs, height, highest, limits, named, names, sea_words
 from stillhook.plan.result import Credit, PlanResult, grouped
 from stillhook.report import kit
-from stillhook.report.formatting import direction
+from stillhook.report.formatting import DAY, direction
 from stillhook.report.pictures import pngs
-from stillhook.report.plots.colours import GREY
+from stillhook.report.plots.colours import COLOURS, GREY, colours_of
+from stillhook.units import in_display
+from stillhook.weather.persistence import MONTHS
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
 
 RESOLUTION = 150
 """Of pictures [dots per inch]."""
@@ -30,14 +32,13 @@ ROWS = 21
 """Rows of cells in one picture at most; more alternatives go to a second one."""
 ROW, PANEL, FRAME = 0.33, 0.42, 0.8
 """Height of a row of cells, of the margins of each strip, and of the margins of the picture [inch]."""
-COLOURS, NOTHING, UNKNOWN, DARK = "YlGnBu", "#E8A598", "#E0E0E0", 0.62
+SCALE, NOTHING, UNKNOWN, DARK = "YlGnBu", "#E8A598", "#E0E0E0", 0.62
 """Scale of limits; colour of a cell with the limit 0, and of an undetermined one; part of the scale from which letters
 are white."""
 MANY = 14
 """Periods beyond which letters of cells are small."""
 PANELS = 3
 """Headings side by side at most."""
-CLOSED = "closed-form"
 
 
 def pictures(result: PlanResult) -> dict[str, bytes]:
@@ -52,9 +53,8 @@ def pictures(result: PlanResult) -> dict[str, bytes]:
 def figures(result: PlanResult) -> dict[str, Figure]:
     """Every figure of a plan by file stem, in the order in which a report shows them."""
     of_limits = {"limits-over-period": curves(result)}
-    swept = {"sweep": sweep(result["sweep"])} if "sweep" in result else {}
     tables = limit_tables(result, CREDITED) | limit_tables(result, TWIN)
-    return of_limits | tables | detail_figures(result) | swept
+    return of_limits | tables | detail_figures(result)
 
 
 def highest_shown(result: PlanResult) -> float:
@@ -124,17 +124,10 @@ def _colours(Hs: FloatArray, part: FloatArray) -> FloatArray:
     from matplotlib import colormaps
     from matplotlib.colors import to_rgba
 
-    colours = colormaps[COLOURS](0.85 * part)
+    colours = colormaps[SCALE](0.85 * part)
     colours[np.isnan(Hs)] = to_rgba(UNKNOWN)
     colours[Hs <= 0.0] = to_rgba(NOTHING)
     return np.asarray(colours)
-
-
-def closed_form(result: PlanResult) -> FloatArray:
-    """Least limit over phases and rules by the closed form alone (alternative, heading, period) [m]; NaN where none
-    is determined."""
-    Hs = result.data["Hs_rule"].sel(credit=TWIN, tier=CLOSED).min(dim=("phase", "rule"))
-    return np.asarray(Hs.transpose("alternative", "heading", "period").values, dtype=float)
 
 
 def telling(result: PlanResult) -> list[int]:
@@ -149,27 +142,111 @@ def telling(result: PlanResult) -> list[int]:
 
 
 def curves(result: PlanResult) -> Figure:
-    """Limiting height over peak period, a panel a heading, all alternatives: credited drawn out, by the twin dashed,
-    closed form dotted."""
+    """Limiting height over peak period, a panel a heading, all alternatives: credited drawn out, by the twin dashed."""
     data, most, chosen = result.data, highest(result), telling(result)
     title = f"Limits over period by alternative (full lines: credited; analysed up to {most:g} m)"
     figure, axes = page(1, len(chosen), 4.1, title, sharey=True)
-    T, closed = data["period"].values, closed_form(result)
+    T = data["period"].values
     for ax, i in zip(axes[0], chosen, strict=True):
-        for a, name in enumerate(names(data)):
+        for name in names(data):
             credited, twin = (np.minimum(limits(result, c, name)[i], most) for c in (CREDITED, TWIN))
             style = {"color": COLOUR[name], "lw": THICK[name]}
             ax.plot(T, credited, marker=MARKER[name], ms=3.5, label=named(name), **style)
             if differs(result, name):
                 ax.plot(T, twin, ls="--", **style)
-            if name in ("none", "cap-80"):
-                ax.plot(T, np.minimum(closed[a, i], most), ls=":", **style)
         kit.axis(ax, "peak period Tp [s]", title=f"waves at {direction(data['heading'].values[i])}", size="small")
         ax.axhline(most, color=GREY, lw=0.8)
     first = axes[0, 0]
     first.set_ylim(0.0, 1.04 * highest_shown(result))
     kit.axis(first, y="limiting significant wave height Hs [m]", size="small")
-    for ls, label in (("--", "simulated (not creditable)"), (":", "closed form alone")):
-        first.plot([], [], color=GREY, ls=ls, label=label)
+    first.plot([], [], color=GREY, ls="--", label="simulated (not creditable)")
     kit.legend_below(figure, [first], 4)
+    return figure
+
+
+WIDTH = 7.5
+"""Of every figure [inch]: about that of a page, so that its letters are of one size."""
+FIRST = (*ALTERNATIVES, *(alternative for alternative in Alternative if alternative not in ALTERNATIVES))
+"""Alternatives in the order in which markers are taken: those of every plan first."""
+COLOUR: Mapping[str, str] = colours_of(FIRST)
+MARKER: Mapping[str, str] = {name: "xsv^oDP*"[i % 8] for i, name in enumerate(FIRST)}
+THICK: Mapping[str, float] = {name: max(3.2 - 0.45 * i, 0.5) for i, name in enumerate(FIRST)}
+"""Widths of lines: the later drawn is the thinner, so that lines that are one on the other are all seen."""
+
+
+def page(rows: int, columns: int, tall: float, title: str, **more: Any) -> tuple[Figure, NDArray[Any]]:
+    """A figure of the width of a page with its axes (rows, columns); tall [inch]."""
+    figure, axes = kit.panels(rows, columns, (WIDTH, tall), title, **more)
+    for ax in axes.flat:
+        ax.tick_params(labelsize="small")
+    return figure, axes
+
+
+def lines(ax: Axes, x: FloatArray, of: xarray.DataArray, factor: float = 1.0, **style: Any) -> None:
+    """A line for every alternative over x; of (alternative, ...)."""
+    for name in names(of.to_dataset(name="value")):
+        y = factor * np.asarray(of.sel(alternative=name).values, dtype=float)
+        if np.isfinite(y).any():
+            ax.plot(x, y, **{"color": COLOUR[name], "lw": THICK[name], "label": named(name), **style})
+
+
+def detail_figures(result: PlanResult) -> dict[str, Figure]:
+    """Figures of the blocks that are there, by file stem."""
+    functions: dict[str, tuple[str, Callable[[xarray.Dataset], Figure]]] = {
+        "waiting-by-month": ("weather", waiting),
+        "depth": ("depth", depth),
+    }
+    return {stem: draw(result[block]) for stem, (block, draw) in functions.items() if block in result}
+
+
+def depth(block: xarray.Dataset) -> Figure:
+    """Tension at the tip, dynamic factor, least sling tension and natural period against depth, with the depth of
+    resonance."""
+    z, at = -np.asarray(block["z"].values, dtype=float), float(block.attrs["z_resonance"])
+    resonance = f"resonance at {-at:.0f} m (dotted)" if math.isfinite(at) else "no resonance on the way"
+    figure, axes = page(1, 4, 4.4, f"Against depth: {sea_words(block.attrs)}; {resonance}", sharey=True)
+    tension, factor, slings, period = row = axes[0]
+    kN = in_display(1.0, "force")
+    for name in names(block):
+        of, style = block.sel(alternative=name), {"color": COLOUR[name], "lw": THICK[name]}
+        tension.plot(kN * of["F_top_max"], z, label=named(name), **style)
+        factor.plot(of["DAF"], z, **style)
+        slings.plot(of["sling_ratio"], z, **style)
+    tension.plot(kN * block["F_top_static"].values, z, color=GREY, lw=1.0, ls="--", label="at rest")
+    slings.axvline(0.0, color=GREY, lw=0.8)
+    period.plot(block["T_0"].values, z, color="black", lw=1.3)
+    kit.threshold(period, float(block.attrs["Tp"]), along="y")
+    titles = (
+        "tension at tip [kN]",
+        "DAF [-]: sling tension\nover weight in air",
+        "least sling tension\nover that at rest [-]",
+        "natural period on\nthe wire [s] (dashed: Tp)",
+    )
+    for ax, title in zip(row, titles, strict=True):
+        kit.axis(ax, title, size="small")
+        if math.isfinite(at):
+            ax.axhline(-at, color=COLOURS[1], lw=0.9, ls=":")
+    kit.axis(tension, y="depth of the payload's underside [m]", size="small")
+    tension.set_ylim(float(z.max()), float(z.min()))
+    kit.legend_below(figure, [tension], 7)
+    return figure
+
+
+def waiting(block: xarray.Dataset) -> Figure:
+    """Operability and waiting by month: lines are means, the mark above each month what 90 % of the starts stay
+    below."""
+    title = "Operability and waiting for a window by month of readiness, credited limits"
+    mark = "SYNTHETIC WEATHER. " if block.attrs["synthetic"] else ""
+    figure, axes = page(2, 1, 5.4, f"{mark}{title}", sharex=True)
+    top, low = axes[:, 0]
+    month = np.arange(1.0, 13.0)
+    months = block.sel(credit=CREDITED, month=month)
+    lines(top, month, months["operability"].transpose("alternative", ...), 100.0, marker="o", ms=3)
+    for key, style in (("wait_mean", {"marker": "o", "ms": 3}), ("wait_p90", {"ls": "none", "marker": "_", "ms": 7})):
+        lines(low, month, months[key].transpose("alternative", ...), 1.0 / DAY, **style)
+    kit.axis(top, y="operability [%]", size="small")
+    kit.axis(low, y="waiting [days]\nline: mean, dash: P90", zero="y", size="small")
+    top.set_ylim(0.0, 100.0)
+    low.set_xticks(month, MONTHS)
+    kit.legend_below(figure, [top])
     return figure
