@@ -59,7 +59,6 @@ REFUSED = {
         ("--loads '100 t' | tip = 'still'", "is stationary"),
         ("--loads '100 t' | duration = '5 s'", "warm_up"),
         ("--metric settling |", "scenario.tip: a settling test"),
-        ("--loads '100 t' --speeds '40 m/min' | [settings] scheduler = 'garbage'", "answers (missing port"),
     ),
     "tune nov-250t": (
         ("--controllers scc", 'did you mean "ssc"?'),
@@ -74,11 +73,7 @@ REFUSED = {
         ("--loads '-1 t'", "below 0"),
         ("--speeds '3 knots'", "knots"),
     ),
-    "tune CASE": (
-        ("| [settings] budget = 3", "from 20 on"),
-        ("--controllers strong-ssc | sensors = { delay = '3 s' }", "0 up to 1 s"),
-        ("| [settings] seed = -1", "settings.seed = -1: it must be greater than or equal to 0"),
-    ),
+    "tune CASE": (("--controllers strong-ssc | sensors = { delay = '3 s' }", "0 up to 1 s"),),
     "uncertainty": (
         ("--draws 0", "draws = 0"),
         ("--draws 1.5", "as an integer. See --help."),
@@ -93,8 +88,7 @@ REFUSED = {
         ("--attribute", "Give it as --limit"),
     ),
     "uncertainty CASE": (
-        ("| [settings] at_most = 2", "settings.at_most = 2"),
-        ("| [settings] scheduler = 'nowhere'", "nowhere"),
+        ("| [settings] scheduler = 'nowhere:1'", "nowhere"),
         ("| [settings] sed = 2", 'did you mean "seed"?'),
     ),
     "compare": (
@@ -106,12 +100,19 @@ REFUSED = {
         ("--plan template-to-1500m", "belongs to --drives"),
         ("--drives pure-active --plan no-such-plan", "no-such-plan"),
     ),
-    "compare CASE": (
-        ("--drives pure-active | [settings] draws = -1", "settings.draws = -1"),
+    "compare CASE": (  # which uses none of these without --drives
         *(
-            (f"--drives electric | [settings] top_speed = '{v}'", "settings.top_speed")
-            for v in ("1e6 m/min", "0 m/s", "-1 m/s", "nan m/s")
+            (f"| [settings] top_speed = '{v}'", "settings.top_speed")
+            for v in ("1.4 s", "1.4", "1e6 m/min", "0 m/s", "-1 m/s", "nan m/s")
         ),
+        ("| [settings] draws = -1", "settings.draws = -1: it must be greater than or equal to 0"),
+        ("| [settings] draws = 5000", "settings.draws = 5000: it must be less than or equal to 4096"),
+        ("| [settings] budget = 3", "settings.budget = 3: it must be greater than or equal to 20"),
+        ("| [settings] seed = -1", "settings.seed = -1: it must be greater than or equal to 0"),
+        ("| [settings] at_most = 2", "settings.at_most = 2"),
+        ("| [settings] full_plan = 1", "settings.full_plan = 1: it must be true or false"),
+        ("| [settings] store = ''", 'settings.store = ""'),
+        ("| [settings] scheduler = 'garbage'", 'such as "tcp://10.0.0.1:8786"'),
     ),
 }
 """Command -> what is added to it, and words of the line in which it is refused; behind a bar fields of the scenario, or

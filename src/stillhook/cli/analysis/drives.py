@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from stillhook.cli.parser import check_out, write_out
 from stillhook.report.formatting import EMPTY, cell, fmt, percent, wrapped
 from stillhook.report.terminal import print_json, print_table, progress_bar, say
-from stillhook.units import in_unit, number, parse
+from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
     from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from stillhook.spec.scenario import Scenario
 
 FILES = ("compare-drives.json", "compare-drives.nc", "compare-drives.png")
-FASTEST = 10.0
-"""Wire speed that a drive may be sized for at most [m/s]: some five times that of fast winches."""
 HEADERS = (
     "drive",
     "error\np-p 30 s",
@@ -45,12 +43,11 @@ def compare_drives(
 
     crane, settings, names = subject.crane, subject.settings, named(drives)
     check_out(out, (*FILES, *(sankey(name) for name in names)))
-    v_top = None if settings.top_speed is None else _speed(settings.top_speed)
     if plan is not None:
         from stillhook.plan.drives import plan_with_weather
 
         plan_with_weather(plan)
-    options: dict[str, Any] = {"seed": settings.seed, "v_top": v_top, "step": subject.step}
+    options: dict[str, Any] = {"seed": settings.seed, "v_top": settings.top_speed, "step": subject.step}
     analysis.check_comparison(crane, case, names, settings.draws)
     say("sizing the drives; a winch model that is new to this machine compiles once, in some 20 s each ...")
     with progress_bar("comparing") as bar:
@@ -76,17 +73,6 @@ def compare_drives(
 def sankey(name: str) -> str:
     """File of the energy picture of a drive."""
     return f"energy-{name}.png"
-
-
-def _speed(text: str) -> float:
-    from stillhook.errors import SpecError
-    from stillhook.units import quote
-
-    v = parse(text, "speed", "settings.top_speed")
-    if not 0.0 < v <= FASTEST:
-        most = fmt(FASTEST, "speed")
-        raise SpecError(f"settings.top_speed = {quote(text)}: it must be greater than 0 and at most {most}.")
-    return v
 
 
 def _print(result: DriveComparison, data: dict[str, Any], title: str) -> None:
