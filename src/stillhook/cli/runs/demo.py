@@ -54,7 +54,7 @@ def demo(
         return
     if example not in (PLAN, QUICK):
         raise PlanError(f"Unknown example {quote(example)}. Choose {PLAN}, {QUICK} or {MOTIONS}.")
-    from stillhook.cli.plan import Work, run
+    from stillhook.cli.runs.plan import Work, run
     from stillhook.plan.file import load_plan
 
     check_out(out, OUT_FILES)
