@@ -15,12 +15,8 @@ CASE = 'crane = "nov-250t"\n[scenario]\nload = "100 t"\ns_w = "100 m"'
 REFUSED = {
     "stability nov-250t": (
         ("--alpha-m 1.2", "alpha_m = 1.2: the displacement over its maximum must be above 0 and at most 1"),
-        ("--layer 13", 'layer = 13: "nov-250t" has layers 1 to 12'),
         ("--delay '-1 s'", "delay = -1 s: allowed is 0 up to 10 s"),
         ("--full", "--full needs --v-tip"),
-        ("--full --v-tip '10 m/min' --layer 3", "--layer: belongs to the published model"),
-        ("--layer 3 --load '100 t'", "--layer applies to the published loop only. Leave one of them out."),
-        ("--layer 3 --controller ns", "--controller: --layer applies to the published loop only"),
         ("--v-tip '200 m/min' --full", "beyond the stop"),
         ("--v-tip '200 m/min'", "the winch comes to none of the places that were looked at"),
         ("--v-tip '0 m/min'", "a winch at rest sticks"),

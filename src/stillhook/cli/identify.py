@@ -3,14 +3,15 @@ tests, friction over speed of any machine that was run to and fro in steps."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, Out, check_out, say_left_out, write_out
+from stillhook.cli.parser import Json, Out, check_out, present, say_left_out, write_out
 from stillhook.errors import IdentifyError, LogError
-from stillhook.report.terminal import print_document, print_json, print_table, progress_bar, say
+from stillhook.report.terminal import print_document, print_table, progress_bar, say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,10 +74,7 @@ def motor(
     if m.synthetic and not json:
         say("SYNTHETIC map: made by a formula, measured on no motor.")
     result = identify_motor(m, model=model, threshold=threshold * PER_CENT, like=like)
-    if json:
-        print_json(to_dict(result))
-    else:
-        print_document(report(result, {}))
+    present(to_dict(result), lambda: print_document(report(result, {})), json=json)
     if out is not None:
         write_out(out, dict(sorted(_motor_files(result).items())), quiet=json)
         say_left_out()
@@ -126,16 +124,12 @@ def friction(
     """
     from stillhook.identify.system_friction.identify import friction as identify
     from stillhook.identify.system_friction.report import report
+    from stillhook.identify.system_friction.result import to_dict
 
     check_out(out, FRICTION_FILES)
     with progress_bar("reading the logs") as bar:
         result = identify(campaign, proposals=proposals, progress=bar)
-    if json:
-        from stillhook.identify.system_friction.result import to_dict
-
-        print_json(to_dict(result))
-    else:
-        print_document(report(result, {}))
+    present(to_dict(result), lambda: print_document(report(result, {})), json=json)
     if out is not None:
         write_out(out, dict(sorted(_friction_files(result).items())), quiet=json)
         say_left_out()
@@ -200,7 +194,7 @@ def curve(
 
     Example: stillhook identify curve bench.csv --mapping bench.toml --out results
     """
-    from stillhook.identify.curve import CurveSettings, curve_settings, friction_curve
+    from stillhook.identify.curve import CurveSettings, curve_figure, curve_settings, friction_curve
     from stillhook.logs.log import describe, read_log, read_mapping
 
     settings = CurveSettings() if mapping is None else curve_settings(mapping)
@@ -218,18 +212,11 @@ def curve(
     result = friction_curve(
         read, speed=speed, effort=effort, position=position, command=command, settings=settings.steady
     )
-    if json:
-        print_json({**result.to_dict(), "findings": [f.to_dict() for f in read.findings]})
-    else:
-        for line in describe(read):
-            print(line)
-        _print_curve(result)
-    if out is not None:
-        from stillhook.identify.curve import curve_figure
-
-        picture, table, numbers = CURVE_FILES
-        files = {table: _csv(result), numbers: result.to_dict()}
-        write_out(out, files, pictures=lambda: {picture: curve_figure(result, read, effort)}, quiet=json)
+    picture, table, numbers = CURVE_FILES
+    answer = {**result.to_dict(), "findings": [f.to_dict() for f in read.findings]}
+    files = {table: _csv(result), numbers: result.to_dict()}
+    pictures = lambda: {picture: curve_figure(result, read, effort)}
+    present(answer, lambda: _print_curve(result, describe(read)), out, files, json=json, pictures=pictures)
 
 
 def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
@@ -253,22 +240,15 @@ def _needed(speed: str, effort: str, position: str | None, command: str | None) 
     )
 
 
-def _print_curve(curve: FrictionCurve) -> None:
+def _print_curve(curve: FrictionCurve, head: Sequence[str]) -> None:
+    for line in head:
+        print(line)
     rows = []
     for p in curve.points:
         way = "-" if p.way is None else " to ".join(curve.text("position", x, 3) for x in p.way)
-        friction, half = curve.text("effort", p.friction), curve.text("effort", p.estimate.half, 2)
-        rows.append(
-            [
-                curve.text("speed", p.speed),
-                friction,
-                half,
-                curve.text("effort", p.load),
-                str(p.up.n),
-                str(p.down.n),
-                way,
-            ]
-        )
+        half, load = curve.text("effort", p.estimate.half, 2), curve.text("effort", p.load)
+        friction = curve.text("effort", p.friction)
+        rows.append([curve.text("speed", p.speed), friction, half, load, str(p.up.n), str(p.down.n), way])
     if curve.adapted:
         print(
             f"no speed was held for 2 s: stretches from {curve.least_length:g} s on are used"
@@ -285,8 +265,6 @@ def _print_curve(curve: FrictionCurve) -> None:
 
 def _csv(curve: FrictionCurve) -> str:
     names = ("speed", "friction", "u_friction", "load", "u_load", "speed up", "speed down")
-    lines = [",".join(f"{name} [SI]" for name in names)]
-    for p in curve.points:
-        row = (p.speed, p.friction, p.u_friction, p.load, p.u_load, p.up.speed, p.down.speed)
-        lines.append(",".join(repr(float(x)) for x in row))
+    rows = [(p.speed, p.friction, p.u_friction, p.load, p.u_load, p.up.speed, p.down.speed) for p in curve.points]
+    lines = [",".join(f"{name} [SI]" for name in names), *(",".join(repr(float(x)) for x in row) for row in rows)]
     return "".join(f"{line}\r\n" for line in lines)

@@ -15,7 +15,7 @@ from stillhook.formats.motion.open import read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
-from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_toml
+from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.library.toml.tree import toml_text
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.text import parse_motion
@@ -157,11 +157,6 @@ def stored_cases(path: str | Path) -> list[CaseFile]:
     cranes, cases = origin(run)
     step, every = stored_steps(run)
     return [CaseFile(crane, case, step, every) for crane, case in zip(cranes, cases, strict=True)]
-
-
-def demo_cases() -> list[CaseFile]:
-    """The package's own cases, in the order of their files."""
-    return [load_case(path) for path in sorted((LIBRARY / "demo").glob("*.toml"))]
 
 
 def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:

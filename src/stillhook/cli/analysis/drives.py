@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.cli.parser import check_out, write_out
+from stillhook.cli.parser import check_out, present
 from stillhook.report.formatting import EMPTY, cell, fmt, percent, wrapped
-from stillhook.report.terminal import print_json, print_table, progress_bar, say
+from stillhook.report.terminal import print_table, progress_bar, say
 from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
@@ -61,12 +61,16 @@ def compare_drives(
             data["plan"] = days_gained(plan, sized, full=settings.full_plan, progress=bar)
     title = f"{crane.name}, {fmt(case.load, 'mass')}, {fmt(case.s_w, 'length')} of wire out"
     title += f", tip: {case.tip.describe().split(':')[0]}"
-    if json:
-        print_json(data)
-    else:
-        _print(result, data, title)
-    if out is not None:
-        _write(out, result, data, title, quiet=json)
+
+    def pictures() -> dict[str, Any]:
+        from stillhook.analysis.drives.figures import bars_figure, sankey_figure
+
+        return {FILES[2]: bars_figure(result, title=title)} | {
+            sankey(run.name): sankey_figure(run) for run in result.runs
+        }
+
+    files = {FILES[0]: data, FILES[1]: result.dataset()} if out is not None else None
+    present(data, lambda: _print(result, data, title), out, files, json=json, pictures=pictures)
     return result.ok
 
 
@@ -146,14 +150,3 @@ def _days(value: Any) -> str:
         ends = f" ({number(value['low'], 3)} to {number(value['high'], 3)})" if "low" in value else ""
         return f"{_days(value['value'])}{ends}"
     return EMPTY if not math.isfinite(value) else number(float(value), 3)
-
-
-def _write(out: Path, result: DriveComparison, data: dict[str, Any], title: str, *, quiet: bool) -> None:
-    def pictures() -> dict[str, Any]:
-        from stillhook.analysis.drives.figures import bars_figure, sankey_figure
-
-        return {FILES[2]: bars_figure(result, title=title)} | {
-            sankey(run.name): sankey_figure(run) for run in result.runs
-        }
-
-    write_out(out, {FILES[0]: data, FILES[1]: result.dataset()}, pictures=pictures, quiet=quiet)

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Controllers, Json, Out, SubjectArgument, check_out, write_out
+from stillhook.cli.parser import Controllers, Json, Out, SubjectArgument, check_out, present, write_out
 from stillhook.cli.runs.simulation import USUAL_CASE
 from stillhook.errors import CommandError
 from stillhook.report.terminal import (
     print_implausible,
-    print_json,
     print_table,
     print_twin,
     progress_bar,
@@ -94,10 +93,7 @@ def tune(
     options |= {"seed": settings.seed, "budget": settings.budget}
     tuned, fronts, trials = _tuned(machine, chosen, objective, options, pareto=pareto)
     report = _Report(machine, tuned, unseen, fronts, cases)
-    if json:
-        print_json(report.data())
-    else:
-        report.print()
+    present(report.data(), report.print, json=json)
     if out is not None:
         _write(report, trials, out, pareto=pareto, quiet=json)
     raise typer.Exit(INTERRUPTED if any(t.interrupted for t in tuned) else 0 if all(t.met for t in tuned) else 1)
