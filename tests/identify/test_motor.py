@@ -22,7 +22,7 @@ from stillhook.library.parameter_sets import load_losses, set_toml
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.report.document import Verdict
 from stillhook.report.html import html
-from stillhook.report.pictures import png
+from stillhook.report.kit import png
 from stillhook.spec.crane import SourceKind
 
 pytestmark = pytest.mark.slow

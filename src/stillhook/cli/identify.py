@@ -87,7 +87,7 @@ def _motor_files(result: MotorLoss) -> dict[str, Any]:
     from stillhook.identify.motor.identify import loss_set, report, to_dict
     from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
-    from stillhook.report.pictures import drawn, pngs
+    from stillhook.report.kit import drawn, pngs
 
     chosen, page, numbers = MOTOR_FILES[:3]
     pictures = drawn(lambda: pngs(figures(result)))
@@ -150,7 +150,7 @@ def _friction_files(result: Friction) -> dict[str, Any]:
     )
     from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
-    from stillhook.report.pictures import drawn, pngs
+    from stillhook.report.kit import drawn, pngs
 
     chosen, page, numbers, points, stretches = FRICTION_FILES
     pictures = drawn(lambda: pngs(figures(result)))

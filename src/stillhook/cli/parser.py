@@ -202,7 +202,7 @@ def write_out(
     from stillhook.formats.results import save_files
 
     if pictures is not None:
-        from stillhook.report.pictures import drawn
+        from stillhook.report.kit import drawn
 
         files = {**drawn(pictures), **files}
     save_files(out, files)
@@ -214,7 +214,7 @@ def write_out(
 def say_left_out(*, pdf: bool = False) -> None:
     """Say on standard error which files were left out because the extra `report` is missing. pdf: whether one belongs
     to what the command writes."""
-    from stillhook.report.pictures import left_out
+    from stillhook.report.kit import left_out
     from stillhook.report.terminal import say
 
     if line := left_out(pdf=pdf):

@@ -11,7 +11,7 @@ from stillhook.cli.parser import check_out
 from stillhook.cli.runs.plan import Work, run, show
 from stillhook.cli.runs.simulation import OUT_FILES, write_comparison
 from stillhook.errors import PlanError
-from stillhook.report.pictures import can_draw
+from stillhook.report.kit import can_draw
 from stillhook.report.terminal import progress_bar, started
 from stillhook.units import quote
 from stillhook.units import show as with_unit

@@ -142,7 +142,7 @@ def response(
 
 
 def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
-    from stillhook.report.plots.response import sea_figure, year_figure
+    from stillhook.report.plots.run import sea_figure, year_figure
     from stillhook.response.lift import spectra
 
     title = (

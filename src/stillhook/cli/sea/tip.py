@@ -26,7 +26,7 @@ from stillhook.cli.parser import (
 )
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import display_number, display_unit, wrapped
-from stillhook.report.pictures import can_draw
+from stillhook.report.kit import can_draw
 from stillhook.report.terminal import print_json, print_table, print_values
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries

@@ -27,8 +27,8 @@ from stillhook.kernels.build import PACKAGE, results_hash
 from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
 from stillhook.library.certificate import FORMAT, canonical, certified_of, digest_of, read_certificate
 from stillhook.report.document import Document
+from stillhook.report.kit import can_set, drawn
 from stillhook.report.pdf import Unset, pdf
-from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
 from stillhook.validate.certificate.document import annex, document

@@ -13,7 +13,7 @@ from stillhook.library import crane_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.report.html import html
-from stillhook.report.pictures import drawn
+from stillhook.report.kit import drawn
 from stillhook.units import quote
 from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
 from stillhook.validate.criteria.results import StepNumber

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from stillhook.report.pictures import pngs
+from stillhook.report.kit import pngs
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.figures import laws, over_time
 from stillhook.validate.validation import Validation
