@@ -39,12 +39,12 @@ def case_for(crane: Crane, file: Path | None) -> Scenario:
         return Scenario(load=load, s_w=s_w, tip="still", mode=crane.plant.type.default_mode)
     from stillhook.formats.case_file import load_case
 
-    found = load_case(file)
-    if found.crane.name != crane.name:
+    stored = load_case(file)
+    if stored.crane.name != crane.name:
         raise CommandError(
-            f'{file.name}: a case of "{found.crane.name}", and the crane is "{crane.name}". Give one crane in both.'
+            f'{file.name}: a case of "{stored.crane.name}", and the crane is "{crane.name}". Give one crane in both.'
         )
-    return found.case
+    return stored.case
 
 
 def platforms_of(text: str) -> list[str]:
@@ -212,14 +212,14 @@ def plc_check(
     """
     from stillhook.export.plc.text import verify
 
-    named, found = verify(file)
-    holds = named == found
+    named, computed = verify(file)
+    holds = named == computed
     if json:
-        print_json({"sha256": found, "sha256_named": named, "holds": holds})
+        print_json({"sha256": computed, "sha256_named": named, "holds": holds})
     elif holds:
-        print(f"{file}: the checksum holds, SHA-256 {found}")
+        print(f"{file}: the checksum holds, SHA-256 {computed}")
     else:
-        print(f"{file}: changed since it was written: it names SHA-256 {named} and has {found}")
+        print(f"{file}: changed since it was written: it names SHA-256 {named} and has {computed}")
     raise typer.Exit(0 if holds else 1)
 
 

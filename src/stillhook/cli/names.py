@@ -72,7 +72,7 @@ WEATHER = "a description of the weather file (stillhook weather COMMAND WEATHER.
 _RUN = _in(CASE, warm_up="scenario.warm_up", step="step")
 _SEED = _in(CASE, seed="settings.seed")
 _DELAY = _in(CASE, delay="scenario.sensors.delay")
-_KEPT = _in(CASE, store="settings.store", scheduler="settings.scheduler")
+_STORED = _in(CASE, store="settings.store", scheduler="settings.scheduler")
 _LOG = {"heave": "scenario.tip.heave", "start": "scenario.tip.start"}
 _TABLE = _in(
     WEATHER,
@@ -90,8 +90,8 @@ MOVED: Mapping[tuple[str, ...], Mapping[str, str]] = {
     | _in(CASE, **_LOG, position="scenario.tip.position", draws="settings.draws")
     | _in(CASE, top_speed="settings.top_speed", full_plan="settings.full_plan"),
     ("lower",): _in("the lift file", step="step"),
-    ("map",): _RUN | _KEPT | _in(CASE, motion="scenario.tip", duration="scenario.duration"),
-    ("uncertainty",): _RUN | _SEED | _KEPT | _in(CASE, at_most="settings.at_most"),
+    ("map",): _RUN | _STORED | _in(CASE, motion="scenario.tip", duration="scenario.duration"),
+    ("uncertainty",): _RUN | _SEED | _STORED | _in(CASE, at_most="settings.at_most"),
     ("tune",): _SEED | _DELAY | _in(CASE, s_w="scenario.s_w", budget="settings.budget"),
     ("friction", "draws"): _in(
         "the case file of --crane", seed="settings.seed", s_w="scenario.s_w", motion="scenario.tip"

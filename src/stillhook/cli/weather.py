@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from stillhook.weather.series import Weather
 
     When = tuple[np.datetime64 | None, float]
-    """First start, and over which time starts are looked for [s]."""
+    """First start, and the time within which starts are examined [s]."""
     Heading = tuple[float | None, bool]
 
 PICTURE, NUMBERS = "weather.png", "weather.json"
@@ -76,7 +76,7 @@ def persistence(
     A record counts one step. Windows break at gaps in time and at records with missing values. Waits are taken from
     every record to the first at or after it from which a window of the requested length is left.
 
-    Exit code 0 whatever the weather is, also where no window is ever long enough.
+    Exit code 0 in any weather, also where no window is ever long enough.
 
     Example: stillhook weather persistence SYNTHETIC-norwegian-sea --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s"
     --window "24 h"
@@ -88,7 +88,7 @@ def persistence(
     limits = [parse_limit(text) for text in limit]
     length = parse(window, "hours", "--window")
     if length <= 0.0:
-        raise WeatherError(f"--window {quote(window)}: is not above 0 h. Say how long the operation takes.")
+        raise WeatherError(f"--window {quote(window)}: is not above 0 h. Give the duration of the operation.")
     heading, free = _heading(ship, limits)
     check_out(out, (PICTURE, NUMBERS))
     result = weather_of_file(file)
@@ -136,7 +136,7 @@ def forecast(
     start: Annotated[
         str | None, typer.Option(help="First start (UTC), 2026-05-01T06:00; default: the forecast's first record.")
     ] = None,
-    horizon: Annotated[str, typer.Option(help="Over which starts are looked for.")] = "72 h",
+    horizon: Annotated[str, typer.Option(help="Time within which starts are examined.")] = "72 h",
     table: Annotated[str | None, typer.Option("--forecast-factors", help=FACTORS_HELP)] = None,
     plan: Annotated[Path | None, typer.Option("--plan", help=PLAN_HELP)] = None,
     alternative: Annotated[
@@ -170,7 +170,9 @@ def forecast(
         parse(horizon, "hours", "--horizon"),
     )
     if when[1] <= 0.0:
-        raise WeatherError(f"--horizon {quote(horizon)}: is not above 0 h. Say over which time starts are looked for.")
+        raise WeatherError(
+            f"--horizon {quote(horizon)}: is not above 0 h. Give the time within which starts are examined."
+        )
     heading = _heading(ship, limits, plan is not None)
     check_out(out, (PICTURE, NUMBERS))
 
@@ -211,8 +213,8 @@ def lift(
     under every alternative.
 
     The window is the plan's T_R, the forecast factor is in the limits. What the method does not cover (the splash zone)
-    is judged by the plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 whatever the
-    weather is.
+    is judged by the plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 in any
+    weather.
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
     """
@@ -269,7 +271,7 @@ def by_limits(
     when: When,
     heading: Heading,
 ) -> tuple[dict[str, Any], Callable[[], Figure]]:
-    """The answer for limits in words, and what draws its picture."""
+    """The answer for limits as text, and what draws its picture."""
     from stillhook.formats.weather.alpha_table import read_alpha_table
     from stillhook.report.plots.sea import forecast_figure
     from stillhook.weather.forecast import check_forecast, numbers

@@ -109,8 +109,8 @@ def band(
     **line: Any,
 ) -> None:
     """A line with its interval as a band of the same colour; where: at which x there is a band."""
-    there = None if where is None else np.asarray(where, dtype=bool).tolist()
-    ax.fill_between(np.asarray(x), np.asarray(low), np.asarray(high), where=there, color=color, alpha=alpha, lw=0)
+    where_drawn = None if where is None else np.asarray(where, dtype=bool).tolist()
+    ax.fill_between(np.asarray(x), np.asarray(low), np.asarray(high), where=where_drawn, color=color, alpha=alpha, lw=0)
     ax.plot(np.asarray(x), np.asarray(y), color=color, label=label or None, **line)
 
 
@@ -164,8 +164,8 @@ def threshold(ax: Axes, value: float, label: str = "", *, along: str = "x", note
     """A dashed grey line at a limit, along the x or the y axis; label for the legend, note at its end."""
     (ax.axhline if along == "x" else ax.axvline)(value, color=GREY, ls="--", lw=1.0, label=label or None)
     if note:
-        beside = ax.get_yaxis_transform()
-        ax.text(1.0, value, f"{note} ", color=GREY, transform=beside, ha="right", va="top", fontsize="small")
+        edge = ax.get_yaxis_transform()
+        ax.text(1.0, value, f"{note} ", color=GREY, transform=edge, ha="right", va="top", fontsize="small")
 
 
 def legend(ax: Axes, loc: str = "best", **more: Any) -> None:

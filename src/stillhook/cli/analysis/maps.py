@@ -60,7 +60,7 @@ def show_map(
 
     Of a case file are taken: tip (a motion other than a sine, made larger or smaller in every cell), s_w, duration and
     warm_up of each run (30 s and 10 s), step, and where results are kept (settings.store), so that an interrupted map
-    goes on.
+    continues.
 
     Example: stillhook map nov-250t --controllers ns,hs,ssc --metric p_max --out maps
     """

@@ -78,8 +78,8 @@ def stability(
     if not closed:
         refuse(
             {"--alpha-m": alpha_m, "--full": full},
-            f'belongs to closed circuits, and winch type "{crane.plant}" is none; its margins are those of the complete'
-            " plant. Leave it out.",
+            f'belongs to closed circuits, and winch type "{crane.plant}" has none; its margins are those of the'
+            " complete plant. Leave it out.",
         )
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
     at = _Place(
@@ -115,7 +115,7 @@ def stability(
 
 
 class _Place(NamedTuple):
-    """What is asked about, SI; None: all that the winch comes to."""
+    """The requested place, SI; None: all that the winch comes to."""
 
     load: float | None
     s_w: float | None
@@ -264,12 +264,12 @@ def _sentence(s: Stability) -> str:
         return f"stable. Gain margin {20.0 * math.log10(least):.3g} dB (K_p can rise by a factor of {least:.3g})."
     if s.K_p_ms == 0.0:
         return (
-            "UNSTABLE, whatever K_p. Friction falls with speed here, so the winch oscillates without feedback. More"
+            "UNSTABLE at every K_p. Friction falls with speed here, so the winch oscillates without feedback. More"
             " displacement or more speed damps it."
         )
     if s.K_p_ms_plc == 0.0 or (s.gain_margin > 1.0 and s.gain_margin_plc > 1.0):
         return (
-            "UNSTABLE, whatever K_p. The PLC's other loops oscillate: SSC on motors without displacement feedback at"
+            "UNSTABLE at every K_p. The PLC's other loops oscillate: SSC on motors without displacement feedback at"
             " this speed, or through the load cell."
         )
     limit = min(s.K_p_ms, s.K_p_ms_plc)
@@ -295,16 +295,16 @@ NAMES = (
 
 
 def _write(
-    out: Path, crane: Crane, asked: list[float | None], table: dict[str, Any], delay: float, *, quiet: bool
+    out: Path, crane: Crane, alphas: list[float | None], table: dict[str, Any], delay: float, *, quiet: bool
 ) -> None:
     """Pictures and sweeps of the published loop and of the slow plant, and the table."""
     from stillhook.analysis.loop_stability.figures import all_figures, all_sweeps
 
-    alphas = tuple(dict.fromkeys(1.0 if a is None else a for a in asked))
-    data = all_sweeps(crane, alphas[0], delay=delay)
+    displacements = tuple(dict.fromkeys(1.0 if a is None else a for a in alphas))
+    data = all_sweeps(crane, displacements[0], delay=delay)
 
     def pictures() -> dict[str, Any]:
-        return {f"{stem}.png": figure for stem, figure in all_figures(crane, alphas, data, delay=delay).items()}
+        return {f"{stem}.png": figure for stem, figure in all_figures(crane, displacements, data, delay=delay).items()}
 
     files: dict[str, Any] = {f"{over}.nc": dataset for over, dataset in data.items()}
     write_out(out, files | {"stability.json": table}, pictures=pictures, quiet=quiet)

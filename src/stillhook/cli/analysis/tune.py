@@ -189,15 +189,15 @@ class _Report:
     def _stability_remarks(self) -> list[str]:
         """What the one margin says of each tuned controller, whatever the limits that it was tuned within."""
         out = []
-        for t, found in zip(self.tuned, self.stable, strict=True):
+        for t, margins in zip(self.tuned, self.stable, strict=True):
             K_p = t.controller.on(self.crane).control.K_p
-            if found.no_gain:
-                more = f" and at {n} more places" if (n := len(found.no_gain) - 1) else ""
+            if margins.no_gain:
+                more = f" and at {n} more places" if (n := len(margins.no_gain) - 1) else ""
                 out.append(
                     f"{t.start.name}: No gain K_p stabilises the complete plant at"
-                    f" {found.no_gain[0].place.describe()}{more} of {len(found.places)}"
+                    f" {margins.no_gain[0].place.describe()}{more} of {len(margins.places)}"
                 )
-            least = found.limit
+            least = margins.limit
             if least is not None and least.gains.high <= K_p:
                 out.append(
                     f"{t.start.name}: above {show(least.gains.high, 'gain_per_length', 2)}"
@@ -266,8 +266,8 @@ class _Report:
         print_table(*_settings_table(self.tuned), title=f"{self.crane.name}: settings, before → after")
         title = f"{len(self.cases)} scenarios with {loads}; objective: {self.tuned[0].objective.value}"
         print_table(*_outcome_table(self.crane, self.available, self.tuned, self.held_out), title=title, left=2)
-        what = "mean error p-p, highest pressure" if "p_max" in self.available else "mean error p-p"
-        header = (what, *(t.controller.name for t in self.tuned))
+        head = "mean error p-p, highest pressure" if "p_max" in self.available else "mean error p-p"
+        header = (head, *(t.controller.name for t in self.tuned))
         varied = [[name, *map(_brief, results)] for name, results in self.varied.items()]
         print_table(header, varied, title="Tuned controllers on a winch that deviates from its crane file")
         for t in self.tuned:

@@ -78,7 +78,7 @@ def _in_waves(out: Path) -> None:
     waves = SEA.removeprefix("jonswap ")
     print(f"A crane tip moves {tip} in 30 s (ship in SIMULATED waves, {waves}), {LOAD} on the hook:")
     for mode, summary in runs.items():
-        kept = f"{with_unit(summary['e_c_pp'], 'length'):>8} of it, {summary['eta_c']:6.1%} compensated"
-        print(f"  {mode.upper():4} the hook keeps {kept}; {summary['status']}")
+        residual = f"{with_unit(summary['e_c_pp'], 'length'):>8} of it, {summary['eta_c']:6.1%} compensated"
+        print(f"  {mode.upper():4} the hook keeps {residual}; {summary['status']}")
     write_comparison(result, out, quiet=True, hint=False, start=result.runs[0].case.duration - 2.0 * SHOWN)
     print(f"  picture: {(out / OUT_FILES[0]).resolve()}\n" if can_draw() else "")

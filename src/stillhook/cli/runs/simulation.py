@@ -114,7 +114,7 @@ def compare(
 ) -> None:
     """Run one motion under several controllers, or with several drives, and put them side by side.
 
-    Without a log of its own the motion is a sine of 2.8 m and 12 s for 120 s, 30 s of them not counted. Warm-up, delay
+    Without --motion the tip moves as a sine of 2.8 m and 12 s for 120 s, 30 s of them not counted. Warm-up, delay
     of the motion signal, place of the tip for a ship log and time step are those of a case file. Exit code 1 if none
     stays inside its limits.
 

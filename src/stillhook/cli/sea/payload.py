@@ -66,6 +66,6 @@ def _print(answer: dict[str, Any]) -> None:
         print(note)
     if answer["shape"] != "levels":
         print(
-            "Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of"
-            " them."
+            "Coefficients follow DNV-RP-N103, not compared with a printed edition: check them against yours. Results of"
+            " a model test or CFD take precedence."
         )

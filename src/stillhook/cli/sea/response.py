@@ -230,7 +230,7 @@ def _hours(answer: dict[str, Any]) -> str:
 def waves_of(
     file: LiftFile, wave: str | None, heading: str | None, spread: float | None, ship: str | None, record: str | None
 ) -> Waves:
-    """The requested waves: those of the lift file, in words, or of a file. Errors: SeaError."""
+    """The requested waves: those of the lift file, as text, or of a file. Errors: SeaError."""
     from stillhook.response.lift import Waves
 
     if wave is not None and (record is not None or not Path(wave).is_file()):

@@ -263,7 +263,7 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
         )
     refuse(
         {"--record": record, "--ship": ship},
-        f"belongs to a file of measured waves, and --wave {quote(wave)} is none. Leave it out.",
+        f"belongs to a file of measured waves, and --wave {quote(wave)} names no file. Leave it out.",
     )
     if heading is not None:
         parse_direction(heading, "--heading")  # so that the line names the option

@@ -135,7 +135,7 @@ def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
     import numpy as np
 
     wrapped(f"{rao.name}, from {rao.source}")
-    wrapped(f"reference point: {rao.origin or 'not said'}", "  ")
+    wrapped(f"reference point: {rao.origin or 'not stated'}", "  ")
     depth = "deep water" if math.isinf(rao.depth) else f"water of {rao.depth:g} m"
     T, beta = np.asarray(answer["period"]), np.degrees(rao.beta)
     gap = float(np.max(np.diff(np.append(beta, beta[0] + 360.0))))
@@ -194,7 +194,7 @@ def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str, notes: list[s
         title=f"{rao.name} in waves of {period:.4g} s, per metre of wave (rotations per slope of the wave)",
         texts=(6,),
     )
-    wrapped(f"reference point: {rao.origin or 'not said'}", "  ")
+    wrapped(f"reference point: {rao.origin or 'not stated'}", "  ")
     for note in notes:
         wrapped(f"note: {note}", "  ")
     wrapped(line)
