@@ -1,4 +1,4 @@
-"""Draw the pictures of README and guides: the demonstration's swell under NS, HS and SSC; moments of a lowering to
+"""Draw the pictures of README and guides: a swell under NS, HS and SSC; moments of a lowering to
 3,000 m.
 
 python docs/images/make.py
@@ -6,9 +6,9 @@ python docs/images/make.py
 
 from pathlib import Path
 
+from stillhook import Scenario, Sine, load_crane
 from stillhook.analysis.controllers import compare
 from stillhook.engine.simulate import simulate
-from stillhook.formats.case_file import demo_cases
 from stillhook.formats.lift_file import load_lift
 from stillhook.report import kit
 from stillhook.report.plots.moments import strip
@@ -29,8 +29,8 @@ def anchor() -> None:
 
 
 def swell() -> None:
-    file = next(f for f in demo_cases() if f.case.name.startswith("swell:"))
-    result = compare(file.crane, file.case)
+    tip = Sine(amplitude="2.8 m", period="12 s")
+    result = compare(load_crane("nov-250t"), Scenario(load="100 t", s_w="100 m", tip=tip, duration="120 s"))
     data = result.dataset()
     runs = {mode.upper(): data.sel(case=mode) for mode in result.table()}
     title = "250 t active/passive crane, 100 t on the hook, 100 m of wire out, tip 2.8 m at 12 s"

@@ -285,11 +285,7 @@ def test_memory_is_limited_as_the_environment_says(tmp_path, monkeypatch):
     [
         ("STILLHOOK_READ_TIME", "60", "STILLHOOK_READ_TIME"),
         ("STILLHOOK_READ_TIME", "0 s", 'STILLHOOK_READ_TIME = "0 s": a time above 0, such as "10 min".'),
-        (
-            "STILLHOOK_READ_MEMORY",
-            "lots",
-            'STILLHOOK_READ_MEMORY = "lots": is not a size. Give one in GB or MB, such as "8 GB".',
-        ),
+        ("STILLHOOK_READ_MEMORY", "lots", 'STILLHOOK_READ_MEMORY = "lots": is not a size. Give one in GB or MB, such'),
     ],
 )
 def test_limits_of_the_environment_are_texts_with_a_unit(tmp_path, monkeypatch, name, text, said):

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -268,6 +269,8 @@ def test_results_that_are_kept_know_the_certificate_they_were_made_with(crane, t
 
 # The command line
 
+HEAVY = "--load '200 t' --s-w '1000 m' --motion 'sine 0.8 m 9 s' --duration '40 s'"
+
 
 @pytest.mark.thorough
 def test_commands_say_how_far_the_twin_is_validated(file, capsys):
@@ -277,19 +280,7 @@ def test_commands_say_how_far_the_twin_is_validated(file, capsys):
     assert "validated for: payload on the hook 82 t to 164 t" in out
     assert command(["crane", "nov-250t", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["twin"] == "twin: not validated (level 1: no certificate)"
-    asked = [
-        str(file),
-        "--load",
-        "200 t",
-        "--s-w",
-        "1000 m",
-        "--motion",
-        "sine 0.8 m 9 s",
-        "--controllers",
-        "ns,ssc",
-        "--duration",
-        "40 s",
-    ]
+    asked = [str(file), *shlex.split(f"{HEAVY} --controllers ns,ssc")]
     command(["compare", *asked])
     out = capsys.readouterr().out
     assert out.count("twin: ") == 1
@@ -300,45 +291,14 @@ def test_commands_say_how_far_the_twin_is_validated(file, capsys):
 
 @pytest.mark.slow
 def test_a_map_counts_the_cells_that_are_not_validated(file, capsys):
-    command(
-        [
-            "map",
-            str(file),
-            "--controllers",
-            "ssc",
-            "--loads",
-            "100 t, 200 t",
-            "--speeds",
-            "30 m/min",
-            "--periods",
-            "9 s",
-            "--s-w",
-            "1000 m",
-        ]
-    )
+    cells = "--controllers ssc --loads '100 t, 200 t' --speeds '30 m/min' --periods '9 s' --s-w '1000 m'"
+    command(["map", str(file), *shlex.split(cells)])
     assert "cells that are not validated: 1 of 2" in capsys.readouterr().out
 
 
 @pytest.mark.thorough
 def test_draws_and_envelope_and_tuning_say_it(file, capsys):
-    command(
-        [
-            "uncertainty",
-            str(file),
-            "--load",
-            "200 t",
-            "--s-w",
-            "1000 m",
-            "--motion",
-            "sine 0.8 m 9 s",
-            "--controllers",
-            "ssc",
-            "--draws",
-            "4",
-            "--duration",
-            "40 s",
-        ]
-    )
+    command(["uncertainty", str(file), *shlex.split(f"{HEAVY} --controllers ssc --draws 4")])
     assert "outside the validated envelope: load 200 t" in capsys.readouterr().out
     command(["envelope", str(file), "--loads", "100 t"])
     assert "validated for: payload on the hook 82 t to 164 t" in capsys.readouterr().out

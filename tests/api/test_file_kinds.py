@@ -15,7 +15,6 @@ LIBRARY = PACKAGE / "library" / "data"
 MAPPING = '[signals]\np_a = { column = "PT101", unit = "bar" }\n'
 FILES = {
     FileKind.LIFT: LIBRARY / "lifts" / "anchor-to-3000m.toml",
-    FileKind.CASE: LIBRARY / "demo" / "2-swell.toml",
     FileKind.CRANE: LIBRARY / "cranes" / "nov-250t.toml",
     FileKind.PAYLOAD: LIBRARY / "payloads" / "manifold-60t.toml",
     FileKind.COMPENSATOR: LIBRARY / "compensators" / "phc-60t.toml",
@@ -26,6 +25,7 @@ FILES = {
     FileKind.ALPHA: PACKAGE / "weather" / "alpha_tables" / "dnv-os-h101.toml",
 }
 TEXTS = {
+    FileKind.CASE: 'crane = "nov-250t"\n[scenario]\nload = "100 t"\ns_w = "100 m"\ntip = "sine 2.8 m 12 s"\n',
     FileKind.FRICTION_CAMPAIGN: 'title = "x"\ncrane = "nov-150t"\n[[test]]\nname = "1"\nlog = "1.csv"\nload = "30 t"\n',
     FileKind.CAMPAIGN: 'crane = "nov-250t"\n[[test]]\nname = "1"\nlog = "1.csv"\nkind = "ahc"\nmode = "ssc"\n',
     FileKind.CONTROLLER: 'mode = "ssc"\n[control]\nK_p = "0.2 1/m"\n',

@@ -193,6 +193,31 @@ class TestOldForms:
     def test_a_sign_that_cannot_be_turned_is_refused_before_anything_is_written(self, text, says):
         assert says in refused(converted, text)
 
+    @NOTE
+    @pytest.mark.parametrize(
+        ("rows", "says"),
+        [
+            (
+                '[[stage]]\nmode = "ahc"\nlower = "6 furlongs"\ntime = "5 s"',
+                'lift.toml: stage 1: lower = "6 furlongs": unit "furlongs"',
+            ),
+            (
+                '[[stage]]\nname = "a"\nmode = "landing"\nlower = "6 m/min"\nhold = "3 t"\ntime = "5 s"',
+                'stage "a": hold = "3 t"',
+            ),
+            ('[[stage]]\nmode = "ahk"\ntime = "5 s"', 'stage 1: mode = "ahk"'),
+            ('[[stage]]\nname = "a"\nmode = "ahk"\ntime = "5 s"', 'stage "a": mode = "ahk"'),
+            (
+                '[[stage]]\nmode = "landing"\nlower = "6 m/min"\ntension = "3 kN"',
+                "In this file tension is",
+            ),
+            ('[[phase]]\nkind = "deep"\nduration = "-5 s"', 'phase 1: duration = "-5 s": it must be greater'),
+        ],
+    )
+    def test_errors_name_the_keys_that_an_old_file_has(self, rows, says, tmp_path):
+        top = TOP if "kind" in rows else f'start = "3 m"\n{TOP}'
+        assert says in refused(load_lift, written(tmp_path, f"{top}{rows}\n"))
+
     def test_what_is_no_lift_file_is_not_called_one_of_today(self):
         assert "no lift file" in refused(converted, 'base = "nov-250t"')
 
@@ -225,8 +250,8 @@ class TestOldForms:
 
 class TestConvert:
     def test_comments_stay_and_every_change_is_printed(self, tmp_path, capsys):
-        new = tmp_path / "new.toml"
-        assert run(["convert", str(OLD / "template-to-1500m.toml"), str(new)]) == 0
+        new = tmp_path / "folder" / "new.toml"
+        assert run(["convert", str(OLD / "template-to-1500m.toml"), str(new)]) == 0  # its folder is made, as of --out
         out = capsys.readouterr().out
         assert 'phase "lift-off": start is start_depth = "-4 m" of the file' in out
         assert 'phase "deep": duration is time' in out

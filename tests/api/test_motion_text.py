@@ -133,20 +133,14 @@ def test_damaged_stores_are_refused_in_one_line(stored: str, says: str) -> None:
     [
         (lambda: Sine(period="12 s"), "neither of amplitude and height given"),
         (lambda: Sine(amplitude="1 m", height="2 m", period="12 s"), "both of amplitude and height given"),
-        (
-            lambda: Sine(height=2, period="12 s"),
-            'Sine: height = 2: a bare number; write it as text with its unit, "2 m"',
-        ),
+        (lambda: Sine(height=2, period="12 s"), 'Sine: height = 2: a bare number; write it as text with its unit, "2'),
         (lambda: Sum([]), "no motions given"),
         (lambda: Sum(["still"]), "'still' is not a motion"),
         (lambda: Profile(points=[]), "Give two or more points"),
         (lambda: Profile(points=["5 s"]), "a point is not a pair"),
         (lambda: Profile(points=[("0 s", "1 m/s"), ("5 s", "0 m/s")]), "starts at 0 s with 1 m/s"),
         (lambda: Profile(points=[("0 s", "0 m/s"), ("5 s", "1 m/s")]), "ends with 1 m/s. End at rest"),
-        (
-            lambda: Profile(points=[("0 s", "0 m/s"), ("5 s", "1 m/s"), ("5 s", "0 m/s")]),
-            "point 3 at 5 s does not come after",
-        ),
+        (lambda: Profile(points=[("0 s", "0 m/s"), ("5 s", "1 m/s"), ("5 s", "0 m/s")]), "point 3 at 5 s does not c"),
         (lambda: Profile(points=[("0 s", "0 m/s"), ("5 m", "0 m/s")]), "time of point 2"),
         (lambda: Ramped(Still(), "0 s"), "t_ramp 0 s is not longer than 0 s"),
         (lambda: Ramped("still", "10 s"), "'still' is not a motion"),

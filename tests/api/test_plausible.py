@@ -13,7 +13,7 @@ import stillhook
 import stillhook.library.catalogue
 from stillhook.cli import run
 from stillhook.engine.simulate import simulate
-from stillhook.errors import LiftError, ScenarioError, SpecError, StillhookError
+from stillhook.errors import LiftError, ScenarioError, SpecError
 from stillhook.formats.lift_file import load_lift
 from stillhook.library import changed, cranes, load_crane, motor, motors
 from stillhook.library.catalogue import payloads, read_payload
@@ -29,7 +29,6 @@ from stillhook.winches.joints.registry import UNITS
 
 COUNTS = {"Sensors.seed", "PowerLoss.unit"}
 """Whole numbers that choose and do not measure."""
-LIBRARY_LIFTS = ("anchor-to-3000m", "template-through-the-surface")
 CASE = {"load": "100 t", "s_w": "100 m", "tip": "sine 1 m 10 s", "duration": "20 s", "warm_up": "5 s"}
 
 
@@ -68,11 +67,11 @@ def every_number() -> list[tuple[type[BaseModel], str, int]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("model", "name", "count"), every_number(), ids=lambda x: getattr(x, "__name__", str(x)))
-def test_every_number_of_crane_scenario_payload_and_lowering_has_a_range(model, name, count):
+def test_every_number_of_crane_scenario_payload_and_lowering_has_a_range():
     """A field without one is found here: add its line to `stillhook/tables/plausible.toml`."""
-    if f"{model.__name__}.{name}" not in COUNTS:
-        assert len(ranges_of(model, name)) == count
+    for model, name, count in every_number():
+        field = f"{model.__name__}.{name}"
+        assert field in COUNTS or len(ranges_of(model, name)) == count, field
 
 
 def test_no_range_is_of_a_field_that_is_gone():
@@ -83,54 +82,39 @@ def test_no_range_is_of_a_field_that_is_gone():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("model", "name", "count"), every_number(), ids=lambda x: getattr(x, "__name__", str(x)))
-def test_what_was_built_lies_within_what_is_possible(model, name, count):
-    for bounds in ranges_of(model, name):
-        assert (
-            bounds.least <= bounds.low < bounds.high <= bounds.most
-            or bounds.least == bounds.low <= bounds.high == bounds.most
-        )
+def test_what_was_built_lies_within_what_is_possible():
+    for bounds in [bounds for model, name, _ in every_number() for bounds in ranges_of(model, name)]:
+        rises = bounds.least <= bounds.low < bounds.high <= bounds.most
+        assert rises or bounds.least == bounds.low <= bounds.high == bounds.most, bounds
         assert bounds.built
         assert bounds.kind in {*KINDS, ""}
 
 
-class TestLibrary:
-    @pytest.mark.parametrize("name", cranes())
-    def test_cranes_are_plausible(self, name):
-        assert implausible_values(load_crane(name)) == ()
-
-    @pytest.mark.parametrize("name", motors())
-    def test_motors_are_plausible(self, name):
-        assert implausible_values(motor(name)) == ()
-
-    @pytest.mark.parametrize("name", payloads())
-    def test_payloads_are_plausible(self, name):
-        assert implausible_values(read_payload(name)) == ()
-
-    @pytest.mark.parametrize("name", LIBRARY_LIFTS)
-    def test_lifts_are_plausible(self, name):
-        assert implausible_values(load_lift(name, moving=False).lift) == ()
+@pytest.mark.parametrize(
+    ("read", "names"),
+    [
+        (load_crane, cranes()),
+        (motor, motors()),
+        (read_payload, payloads()),
+        (lambda name: load_lift(name, moving=False).lift, ("anchor-to-3000m", "template-through-the-surface")),
+    ],
+    ids=("cranes", "motors", "payloads", "lifts"),
+)
+def test_the_library_is_plausible(read, names):
+    for name in names:
+        assert implausible_values(read(name)) == (), name
 
 
 class TestTyposOfAUnit:
     @pytest.mark.parametrize(
         ("changes", "line"),
         [
-            (
-                {"active": {"relief": {"p": "1e6 bar"}}},
-                'active.relief.p = "1e6 bar": it must be between 1 bar and 1000 bar (relief valves',
-            ),
-            (
-                {"active": {"relief": {"p": "380 MPa"}}},
-                'active.relief.p = "380 MPa": it must be between 1 bar and 1000 bar (relief valves',
-            ),
+            ({"active": {"relief": {"p": "1e6 bar"}}}, 'active.relief.p = "1e6 bar": it must be between 1 bar and'),
+            ({"active": {"relief": {"p": "380 MPa"}}}, 'active.relief.p = "380 MPa": it must be between 1 bar and'),
             ({"SWL": "1e9 t"}, 'SWL = "1e9 t": it must be between 0.001 t and 50000 t'),
             ({"wire": {"E": "210 Pa"}}, 'wire.E = "210 Pa": it must be between 0.0001 GPa and 1000 GPa'),
             ({"wire": {"d": "96 m"}}, 'wire.d = "96 m": it must be between 0.1 mm and 2000 mm'),
-            (
-                {"active": {"pump": {"D": ["355 cc/rev", "1 m^3/rad"]}}},
-                "active.pump.D = ['355 cc/rev', '1 m^3/rad']: it must be between",
-            ),
+            ({"active": {"pump": {"D": ["355 cc/rev", "1 m^3/rad"]}}}, "active.pump.D = ['355 cc/rev', '1 m^3/rad']:"),
         ],
     )
     def test_what_is_impossible_is_refused_in_one_line_that_names_the_range(self, changes, line):
@@ -144,16 +128,10 @@ class TestTyposOfAUnit:
     @pytest.mark.parametrize(
         ("changes", "note"),
         [
-            (
-                {"wire": {"E": "90 MPa"}},
-                "wire.E 0.09 GPa is implausible, outside 10 GPa to 250 GPa (fibre ropes to steel): check its unit",
-            ),
+            ({"wire": {"E": "90 MPa"}}, "wire.E 0.09 GPa is implausible, outside 10 GPa to 250 GPa (fibre ropes to"),
             ({"control": {"t_cycle": "1 s"}}, "control.t_cycle 1 s is implausible, outside 0.0001 s to 0.2 s"),
             ({"control": {"K_p": "0 1/m"}}, "control.K_p 0 1/m is implausible, outside 0.005 1/m to 10 1/m"),
-            (
-                {"active": {"relief": {"p": "700 bar"}}},
-                "active.relief.p 700 bar is implausible, outside 100 bar to 500 bar",
-            ),
+            ({"active": {"relief": {"p": "700 bar"}}}, "active.relief.p 700 bar is implausible, outside 100 bar to"),
         ],
     )
     def test_what_was_never_built_is_a_status_and_a_note_of_every_run(self, changes, note):
@@ -227,23 +205,8 @@ class TestCommands:
         assert "wire.E 0.09 GPa is implausible" in out
 
     def test_a_comparison_exits_with_1(self, soft, capsys):
-        assert (
-            run(
-                [
-                    "compare",
-                    soft,
-                    "--load",
-                    "10 t",
-                    "--motion",
-                    "sine 0.5 m 10 s",
-                    "--controllers",
-                    "ns",
-                    "--duration",
-                    "40 s",
-                ]
-            )
-            == 1
-        )
+        lift = ["--load", "10 t", "--motion", "sine 0.5 m 10 s", "--duration", "40 s"]
+        assert run(["compare", soft, *lift, "--controllers", "ns"]) == 1
         out = capsys.readouterr().out
         assert "implausible" in out
         assert "wire.E 0.09 GPa is implausible" in out
@@ -274,11 +237,6 @@ def test_a_plan_remarks_on_its_implausible_crane(tmp_path):
     assert any("crane.control.t_cycle 0.5 s is implausible" in note for note in stillhook.load_plan(path).notes)
 
 
-def test_errors_of_ranges_are_our_own():
-    with pytest.raises(StillhookError):
-        changed(load_crane("nov-250t"), {"drum": {"d": "2.8 km"}})
-
-
 class TestVessel:
     def test_a_table_over_frequencies_that_no_wave_has_is_refused(self):
         from dataclasses import replace
@@ -295,6 +253,6 @@ class TestVessel:
             "rad/s are implausible, outside 0.02 to 10 rad/s" in line for line in remarks(fast, long_wave_test(fast))
         )
 
-    @pytest.mark.parametrize("name", stillhook.library.catalogue.vessels())
-    def test_the_library_has_plausible_ones(self, name):
-        assert not any("implausible" in note for note in stillhook.read_vessel(name).notes)
+    def test_the_library_has_plausible_ones(self):
+        for name in stillhook.library.catalogue.vessels():
+            assert not any("implausible" in note for note in stillhook.read_vessel(name).notes), name

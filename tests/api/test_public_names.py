@@ -67,22 +67,11 @@ def test_there_are_seven_faces() -> None:
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_argument_is_documented(name: str) -> None:
-    documented = re.findall(r"^\**(\w+) : \S", sections(FUNCTIONS[name]).get("Parameters", ""), flags=re.MULTILINE)
-    assert sorted(documented) == sorted(inspect.signature(FUNCTIONS[name]).parameters)
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_function_says_what_it_returns(name: str) -> None:
-    assert sections(FUNCTIONS[name]).get("Returns", "").strip()
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_sections_come_in_the_order_of_numpydoc(name: str) -> None:
-    order = ["Parameters", "Returns", "Raises", "Notes", "Examples"]
-    assert list(sections(FUNCTIONS[name])) == [title for title in order if title in sections(FUNCTIONS[name])]
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_summary_is_one_line(name: str) -> None:
-    assert (inspect.getdoc(FUNCTIONS[name]) or "").splitlines()[1] == ""
+def test_every_function_documents_its_arguments_and_what_it_returns(name: str) -> None:
+    """In sections of numpydoc, in their order, under a summary of one line."""
+    function, of = FUNCTIONS[name], sections(FUNCTIONS[name])
+    documented = re.findall(r"^\**(\w+) : \S", of.get("Parameters", ""), flags=re.MULTILINE)
+    assert sorted(documented) == sorted(inspect.signature(function).parameters)
+    assert of.get("Returns", "").strip()
+    assert list(of) == [title for title in ("Parameters", "Returns", "Raises", "Notes", "Examples") if title in of]
+    assert (inspect.getdoc(function) or "").splitlines()[1] == ""

@@ -1,7 +1,6 @@
 """A scenario: what it accepts, and the one line that each mistake is refused with."""
 
 import json
-import math
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from stillhook.spec.scenario import FrictionModel, Operator, PowerLoss, Sensors,
 BASE = {"load": "80 t", "s_w": "100 m"}
 CRANE = load_crane("nov-250t")
 FIELDS = "name, load, s_w, tip, mode, modes, duration, ramp, warm_up, water, operator, sensors, power_loss, friction, gas_held, commands"
+RECORD = Recorded(np.linspace(0.0, 50.0, 51), np.sin(np.linspace(0.0, 50.0, 51)))
 MODES = "'manual', 'level-1', 'level-2', 'ns', 'hs', 'ssc', 'ssc-cubic' or 'position'"
 
 
@@ -27,10 +27,6 @@ def refusal(make) -> str:
     assert text.endswith(".")
     assert not text.endswith("..")
     return text
-
-
-def refused(**fields) -> str:
-    return refusal(lambda: Scenario(**(BASE | fields)))
 
 
 # What is accepted
@@ -73,10 +69,8 @@ def test_every_control_of_the_motors_displacement_is_run(variant):
 
 
 def test_a_recorded_motion_is_run_to_its_end_unless_a_duration_is_given():
-    t = np.linspace(0.0, 50.0, 51)
-    record = Recorded(t, np.sin(t))
-    assert Scenario(**BASE, tip=record).duration == 50.0
-    assert Scenario(**BASE, tip=record, duration="40 s").duration == 40.0
+    assert Scenario(**BASE, tip=RECORD).duration == 50.0
+    assert Scenario(**BASE, tip=RECORD, duration="40 s").duration == 40.0
 
 
 def test_a_scenario_cannot_be_changed():
@@ -120,64 +114,55 @@ def test_a_scenario_survives_its_own_record(more):
     assert type(again.mode) is Mode
 
 
-# Mistakes in a field
+# Mistakes
 
 
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        (
-            {"load": 100},
-            'Scenario.load = 100: a bare number; write it as text with its unit, "100 t" (allowed: kg, t, te).',
+        ({"load": 100}, 'load = 100: a bare number; write it as text with its unit, "100 t"'),
+        ({"load": "80"}, 'load = "80": no unit; write "80 t" (allowed: kg, t, te).'),
+        ({"load": "12 ton"}, 'load = "12 ton": unit "ton" is not one of kg, t, te.'),
+        ({"load": "-5 t"}, 'load = "-5 t": it must be greater than or equal to 0.'),
+        ({"load": None}, "load = nothing: write a number and a unit as text"),
+        ({"s_w": "-3 m"}, 's_w = "-3 m": it must be greater than or equal to 0.'),
+        ({"duration": "0 s"}, 'duration = "0 s": it must be greater than or equal to 0.01 s.'),
+        ({"duration": "25 h"}, 'duration = "25 h": it must be less than or equal to 24 h.'),
+        ({"ramp": "-1 s"}, 'ramp = "-1 s": it must be greater than or equal to 0.'),
+        ({"mode": "warp"}, f'mode = "warp": it must be {MODES}.'),
+        ({"modes": (("5 s", "fast"),)}, f'modes[0][1] = "fast": it must be {MODES}.'),
+        ({"modes": (("5", "ns"),)}, 'modes[0][0] = "5": no unit; write "5 s"'),
+        ({"friction": "none"}, "friction = \"none\": it must be 'lugre' or 'regularised'."),
+        ({"tip": 3}, "tip = 3: it must be an instance of Motion."),
+        ({"foo": 1, "load": 3}, f"foo: unknown field. Allowed: {FIELDS}."),
+        ({"water": {"volume": "3 m^3", "foo": 1}}, "Water.foo: unknown field. Allowed: volume, added_mass"),
+        ({"water": "wet"}, 'water = "wet": it must be a table, with volume, added_mass, C_D, area, rho.'),
+        ({"s_w": "5 m", "warm_up": "10 s", "duration": "10 s"}, "warm_up 10 s leaves nothing of the duration 10 s."),
+        ({"tip": RECORD, "duration": "60 s"}, "duration 60 s is longer than the recorded motion, 50 s."),
+        *(
+            ({"modes": tuple(zip(times, ("ns", "hs"), strict=True))}, "modes: times must rise and not be negative.")
+            for times in (("5 s", "5 s"), ("9 s", "5 s"), ("-1 s", "5 s"))
         ),
-        ({"load": "80"}, 'Scenario.load = "80": no unit; write "80 t" (allowed: kg, t, te).'),
-        ({"load": "100 m"}, 'Scenario.load = "100 m": unit "m" is not one of kg, t, te.'),
-        ({"load": "12 ton"}, 'Scenario.load = "12 ton": unit "ton" is not one of kg, t, te.'),
-        ({"load": "-5 t"}, 'Scenario.load = "-5 t": it must be greater than or equal to 0.'),
-        (
-            {"load": None},
-            'Scenario.load = nothing: write a number and a unit as text, such as "1 t" (allowed: kg, t, te).',
-        ),
-        ({"s_w": "-3 m"}, 'Scenario.s_w = "-3 m": it must be greater than or equal to 0.'),
-        ({"duration": "0 s"}, 'Scenario.duration = "0 s": it must be greater than or equal to 0.01 s.'),
-        ({"duration": "25 h"}, 'Scenario.duration = "25 h": it must be less than or equal to 24 h.'),
-        ({"ramp": "-1 s"}, 'Scenario.ramp = "-1 s": it must be greater than or equal to 0.'),
-        ({"mode": "warp"}, f'Scenario.mode = "warp": it must be {MODES}.'),
-        ({"modes": (("5 s", "fast"),)}, f'Scenario.modes[0][1] = "fast": it must be {MODES}.'),
-        ({"modes": (("5", "ns"),)}, 'Scenario.modes[0][0] = "5": no unit; write "5 s" (allowed: s, ms, min, h, d).'),
-        ({"friction": "none"}, "Scenario.friction = \"none\": it must be 'lugre' or 'regularised'."),
-        ({"tip": 3}, "Scenario.tip = 3: it must be an instance of Motion."),
-        (
-            {"tip": "sine 60 m 12 s"},
-            'tip: "sine 60 m 12 s": amplitude 60 m is not between 0 m and 50 m. Check its unit; '
-            "a sine is turned over with phase 180 deg.",
-        ),
-        ({"foo": 1}, f"Scenario.foo: unknown field. Allowed: {FIELDS}."),
-        ({"foo": 1, "load": 3}, f"Scenario.foo: unknown field. Allowed: {FIELDS}."),
-        (
-            {"water": {"volume": "3 m^3", "foo": 1}},
-            "Water.foo: unknown field. Allowed: volume, added_mass, C_D, area, rho.",
-        ),
-        ({"water": "wet"}, 'Scenario.water = "wet": it must be a table, with volume, added_mass, C_D, area, rho.'),
     ],
 )
-def test_a_mistake_in_a_field_says_where_what_came_and_what_is_allowed(fields, text):
-    assert refused(**fields) == text
-
-
-def test_a_missing_field_is_named():
-    assert (
-        refusal(lambda: Scenario(load="80 t"))
-        == "Scenario.s_w: missing (wire paid out at the start; in m, cm, mm, km). Add it."
-    )
-    assert (
-        refusal(lambda: Water()) == "Water.volume: missing (displaced volume of payload; in m^3, L, cm^3, cc). Add it."
-    )
+def test_a_mistake_says_where_what_came_and_what_is_allowed(fields, text):
+    line = refusal(lambda: Scenario(**(BASE | fields)))
+    assert text in line
+    assert line.startswith(("Scenario.", "Scenario: ", "Water."))
 
 
 @pytest.mark.parametrize(
     ("make", "text"),
     [
+        (
+            lambda: Scenario(load="80 t"),
+            "Scenario.s_w: missing (wire paid out at the start; in m, cm, mm, km). Add it.",
+        ),
+        (
+            lambda: Scenario(**BASE, tip="sine 60 m 12 s"),
+            'tip: "sine 60 m 12 s": amplitude 60 m is not between 0 m and',
+        ),
+        (lambda: Water(), "Water.volume: missing (displaced volume of payload; in m^3, L, cm^3, cc). Add it."),
         (lambda: Water(volume="0 m^3"), 'Water.volume = "0 m^3": it must be greater than 0.'),
         (lambda: Water(volume="3 m^3", C_D="1"), 'Water.C_D = "1": it must be a number (drag coefficient on `area`).'),
         (lambda: Sensors(delay="-1 s"), 'Sensors.delay = "-1 s": it must be greater than or equal to 0.'),
@@ -185,76 +170,27 @@ def test_a_missing_field_is_named():
         (lambda: Sensors(seed=-1), "Sensors.seed = -1: it must be greater than or equal to 0."),
         (lambda: Sensors(noise_F="1 bar"), 'Sensors.noise_F = "1 bar": unit "bar" is not one of N, kN, MN.'),
         (lambda: PowerLoss(time="5 s", unit=0), "PowerLoss.unit = 0: it must be greater than or equal to 1."),
-        (
-            lambda: PowerLoss(time="5 s", unit=1.5),
-            "PowerLoss.unit = 1.5: it must be a whole number (which unit, counted from 1).",
-        ),
+        (lambda: PowerLoss(time="5 s", unit=1.5), "PowerLoss.unit = 1.5: it must be a whole number (which unit"),
         (lambda: Operator(alpha_m=0.0), "Operator.alpha_m = 0.0: it must be greater than 0."),
         (lambda: Operator(alpha_m=1.1), "Operator.alpha_m = 1.1: it must be less than or equal to 1."),
-        (
-            lambda: Operator(alpha_m="0.7"),
-            'Operator.alpha_m = "0.7": it must be a number (relative displacement of the motors, held in manual mode).',
-        ),
+        (lambda: Operator(alpha_m="0.7"), 'Operator.alpha_m = "0.7": it must be a number (relative displacement'),
         (
             lambda: Operator(profile=(("5 s", "3 knots"),)),
-            'Operator.profile[0][1] = "3 knots": unit "knots" is not one of m/s, m/min, mm/s.',
+            'Operator.profile[0][1] = "3 knots": unit "knots" is not one',
         ),
-        (
-            lambda: Operator(steps=((3, "1 m"),)),
-            'Operator.steps[0][0] = 3: a bare number; write it as text with its unit, "3 s" (allowed: s, ms, min, h, d).',
+        (lambda: Operator(steps=((3, "1 m"),)), "Operator.steps[0][0] = 3: a bare number; write it as text"),
+        *(
+            (lambda rows={name: ((time, f"1 {unit}"), ("4 s", f"1 {unit}"))}: Operator(**rows), "negative nor fall.")
+            for name, unit in (("profile", "m/s"), ("steps", "m"))
+            for time in ("5 s", "-5 s")
         ),
     ],
 )
 def test_a_mistake_in_a_table_is_refused_as_well(make, text):
-    assert refusal(make) == text
-
-
-# Mistakes between fields
-
-
-def test_a_warm_up_that_leaves_nothing_is_refused():
-    assert refused(duration="10 s", warm_up="10 s") == (
-        "Scenario: warm_up 10 s leaves nothing of the duration 10 s. Shorten warm_up or run longer."
-    )
-
-
-@pytest.mark.parametrize("times", [("5 s", "5 s"), ("9 s", "5 s"), ("-1 s", "5 s")])
-def test_mode_changes_that_do_not_rise_in_time_are_refused(times):
-    assert refused(modes=tuple(zip(times, ("ns", "hs"), strict=True))) == (
-        "Scenario: modes: times must rise and not be negative. Sort the mode changes."
-    )
-
-
-@pytest.mark.parametrize("name", ["profile", "steps"])
-@pytest.mark.parametrize("times", [("5 s", "4 s"), ("-5 s", "4 s")])
-def test_an_operator_who_goes_back_in_time_is_refused(name, times):
-    unit = "m/s" if name == "profile" else "m"
-    rows = tuple((t, f"1 {unit}") for t in times)
-    assert (
-        refusal(lambda: Operator(**{name: rows}))
-        == f"Operator: {name}: times must not be negative nor fall. Sort the points."
-    )
-
-
-def test_a_run_longer_than_its_record_is_refused():
-    t = np.linspace(0.0, 50.0, 51)
-    assert refused(tip=Recorded(t, np.sin(t)), duration="60 s") == (
-        "Scenario: duration 60 s is longer than the recorded motion, 50 s. Shorten the run."
-    )
+    assert text in refusal(make)
 
 
 # What no crane of this kind can be asked
-
-
-def asked(crane=CRANE, **case) -> str:
-    return refusal(lambda: simulate(crane, Scenario(**(BASE | case))))
-
-
-def test_a_load_above_the_swl_is_refused():
-    assert (
-        asked(load="320 t")
-        == 'Load 320 t exceeds the SWL 250 t of "nov-250t" (128 %). Lower the load or choose another crane.'
-    )
 
 
 def test_the_swl_itself_is_lifted_and_the_wire_below_it_is_overload():
@@ -264,61 +200,31 @@ def test_the_swl_itself_is_lifted_and_the_wire_below_it_is_overload():
     assert simulate(CRANE, Scenario(load="246 t", s_w="100 m", duration="2 s", warm_up="1 s")).status.item() == "ok"
 
 
-def test_wire_that_the_drum_does_not_hold_is_refused():
-    text = asked(s_w="2900 m")
-    assert text == (
-        's_w 2900 m is more than the 2804 m of wire that "nov-250t" can pay out (drum full, 3 turns kept). '
-        "Lower s_w or choose another crane."
-    )
-    assert math.isfinite(
-        simulate(CRANE, Scenario(load="80 t", s_w="2800 m", duration="2 s", warm_up="1 s")).p_max.item()
-    )
+SINGLE = changed(CRANE, {"active": {"pump": {"D": ["1355 cm^3/rev"]}}})
+OF_ANOTHER = 'winch type "electric" has no motors whose displacement an operator sets. Leave it out.'
 
 
-def test_a_power_unit_that_is_not_there_is_refused():
-    assert (
-        asked(power_loss=PowerLoss(time="5 s", unit=4))
-        == 'power_loss.unit 4: "nov-250t" has 3 hydraulic power units. Give 1 to 3.'
-    )
-
-
-def test_the_loss_of_the_only_power_unit_is_refused():
-    single = changed(CRANE, {"active": {"pump": {"D": ["1355 cm^3/rev"]}}})
-    for unit in (1, 3):
-        assert asked(single, power_loss=PowerLoss(time="5 s", unit=unit)) == (
-            'power_loss: "nov-250t" has a single hydraulic power unit; nothing would be left to hold the load.'
-        )
-
-
-def test_a_displacement_that_the_motors_do_not_have_cannot_be_held():
-    assert asked(mode="manual", operator=Operator(alpha_m=0.5)) == (
-        'operator.alpha_m = 0.5: the motors of "nov-250t" go from 0.6 to 1 of their displacement. '
-        "Give a value in between, or a crane with a smaller active.motor.alpha_min."
-    )
-
-
-def test_a_winch_whose_motors_have_no_setting_says_so():
-    assert asked(load_crane("nov-100t-electric"), mode="manual", operator=Operator(alpha_m=0.5)) == (
-        'operator.alpha_m = 0.5: winch type "electric" has no motors whose displacement an operator sets. Leave it out.'
-    )
-
-
-def test_a_displacement_is_held_in_manual_mode_only():
-    assert asked(mode="ssc", operator=Operator(alpha_m=0.8)) == (
-        'operator.alpha_m = 0.8: held in manual mode only, and this run is in ssc. Set mode = "manual", or leave it out.'
-    )
+@pytest.mark.parametrize(
+    ("crane", "case", "text"),
+    [
+        (CRANE, {"load": "320 t"}, 'Load 320 t exceeds the SWL 250 t of "nov-250t" (128 %). Lower the load'),
+        (CRANE, {"s_w": "2900 m"}, 's_w 2900 m is more than the 2804 m of wire that "nov-250t" can pay out'),
+        (CRANE, {"power_loss": PowerLoss(time="5 s", unit=4)}, 'unit 4: "nov-250t" has 3 hydraulic power units.'),
+        (SINGLE, {"power_loss": PowerLoss(time="5 s", unit=1)}, "nothing would be left to hold the load."),
+        (CRANE, {"mode": "manual", "operator": Operator(alpha_m=0.5)}, "operator.alpha_m = 0.5: the motors of"),
+        (load_crane("nov-100t-electric"), {"mode": "manual", "operator": Operator(alpha_m=0.5)}, OF_ANOTHER),
+        (CRANE, {"mode": "ssc", "operator": Operator(alpha_m=0.8)}, "held in manual mode only, and this run is in ssc"),
+        (CRANE, {"load": "10 t", "water": Water(volume="50 m^3")}, "The payload floats: 10 t in air displaces 50 m^3"),
+    ],
+)
+def test_what_a_crane_cannot_do_is_refused(crane, case, text):
+    assert text in refusal(lambda: simulate(crane, Scenario(**(BASE | case))))
 
 
 def test_a_scenario_stored_before_displacements_could_be_held_is_read():
     old = Scenario(**BASE).to_dict()
     del old["operator"]["alpha_m"]
     assert Scenario.from_dict(old) == Scenario(**BASE)
-
-
-def test_a_payload_that_floats_is_refused():
-    assert asked(load="10 t", water=Water(volume="50 m^3")) == (
-        "The payload floats: 10 t in air displaces 50 m^3 of water. Lower water.volume or raise the load."
-    )
 
 
 def test_in_a_batch_the_refused_case_is_named():

@@ -11,10 +11,10 @@ import pytest
 import typer
 from tests.commands import case_file
 
-from stillhook.cli import COMMANDS, app
+from stillhook.cli import COMMANDS, app, run
 from stillhook.kernels.c99.library import compiler
 
-ALWAYS_HEAVY = (
+ALWAYS_HEAVY = {
     "dask",
     "distributed",
     "pandas",
@@ -25,7 +25,7 @@ ALWAYS_HEAVY = (
     "typst",
     "CoolProp",
     "openpyxl",
-)
+}
 """Libraries that none of these commands needs."""
 PARTS_OF_SCIPY = ("scipy.optimize", "scipy.integrate", "scipy.linalg", "scipy.signal", "scipy.stats", "scipy.special")
 NOT_CHECKED = (
@@ -70,7 +70,7 @@ def test_help_of_the_program_needs_no_numbers_and_no_command() -> None:
 def test_runs_need_no_tables_and_no_search(name: str, options: list[str], tmp_path: Path) -> None:
     """Kernels that are compiled already do not ask for their compiler."""
     command = [name, case_file(tmp_path, duration="10 s", warm_up="2 s"), *options]
-    imported(*command)
+    run(command)
     heavy = {*ALWAYS_HEAVY, *PARTS_OF_SCIPY, "xarray", "polars"}
     if compiler() is None:
         heavy.remove("numba")
@@ -80,7 +80,7 @@ def test_runs_need_no_tables_and_no_search(name: str, options: list[str], tmp_pa
 @pytest.mark.slow
 def test_the_check_of_a_plan_needs_no_search_the_second_time() -> None:
     command = ["plan", "template-to-1500m", "--check"]
-    imported(*command)
+    run(command)
     modules = imported(*command)
     assert {*ALWAYS_HEAVY, *PARTS_OF_SCIPY, "xarray"} & modules == set()
     assert {name for name in modules if name.startswith(NOT_CHECKED)} == set()

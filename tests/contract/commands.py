@@ -149,7 +149,6 @@ OF_WINCH = {
     "stability controller": "stability CRANE --controller MODE --load '30 t' --s-w '100 m' --v-tip '10 m/min'",
     "stability delay": 'stability CRANE --alpha-m 1 --delay "50 ms"',
     "stability full": 'stability CRANE --full --load "30 t" --v-tip "10 m/min"',
-    "stability layer": "stability CRANE --layer 3",
     "tune files": f"tune TUNED --controllers MODE {POINT} --objective error --out OUT",
     "uncertainty files": "uncertainty SHORT --controllers PAIR --draws 8 --sobol --out OUT",
     "uncertainty causes": 'uncertainty SHORT --controllers PAIR --draws 4 --limit "e_c_pp <= 1 cm" --attribute',
@@ -176,7 +175,6 @@ OF_CLOSED_CIRCUITS = {
     "map strong-ssc": "another kind of drive",
     "stability delay": "closed circuits",
     "stability full": "closed circuits",
-    "stability layer": "closed circuits",
     "calc eigenfrequency": "closed circuit",
     "calc gain-limit": "closed circuit",
 }

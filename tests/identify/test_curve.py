@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from tests.identify.refusals import refused
 from typer.testing import CliRunner
 
-from stillhook.cli.identify.curve import curve as command
+from stillhook.cli.identify import curve as command
 from stillhook.identify.curve import CurvePoint, curve_figure, friction_curve, window_figure, with_visits
 from stillhook.identify.steady_state.steps import WindowSettings
 from stillhook.logs.log import Log

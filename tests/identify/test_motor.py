@@ -11,7 +11,7 @@ from tests.identify.refusals import refused
 from trials.campaigns.motor_map import synthetic_map, write_map
 
 from stillhook.cli import run
-from stillhook.cli.identify.motor import OUT_FILES, STEMS
+from stillhook.cli.identify import MOTOR_FILES, STEMS
 from stillhook.formats.results import to_json
 from stillhook.identify.motor.figures import figures
 from stillhook.identify.motor.fit import LossModel
@@ -22,7 +22,7 @@ from stillhook.library.parameter_sets import load_losses, set_toml
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.report.document import Verdict
 from stillhook.report.html import html
-from stillhook.report.pictures import png
+from stillhook.report.kit import png
 from stillhook.spec.crane import SourceKind
 
 pytestmark = pytest.mark.slow
@@ -229,7 +229,7 @@ def test_cli_from_map_to_files(csv, tmp_path, capsys):
     told = capsys.readouterr()
     assert all(words in told.out for words in ("Recommended: MJ4: 5 parameters", "Where it must not be used"))
     assert "SYNTHETIC map" in told.err
-    assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(OUT_FILES)
+    assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(MOTOR_FILES)
     assert load_losses(tmp_path / "o" / "motor.toml").evidence is not None
     assert json.loads((tmp_path / "o" / "models.json").read_text())["recommended"] == "mj4"
     assert run(["identify", "motor", str(csv), "--json"]) == 0

@@ -26,8 +26,8 @@ from stillhook.plan.report.words import between, differs, height, named
 from stillhook.plan.result import PlanResult, cause
 from stillhook.report.document import Document, Table
 from stillhook.report.html import html
+from stillhook.report.kit import png
 from stillhook.report.pdf import pdf
-from stillhook.report.pictures import png
 from stillhook.spec.validity import UNSIGNED
 
 pytestmark = pytest.mark.slow

@@ -132,17 +132,17 @@ class Contract:
         """Arguments that a function must be called with; a contract's own `self` is none."""
         law = self.compiled(function)
         parameters = inspect.signature(function if law is None else law).parameters.values()
-        own = [p for p in parameters if p.kind is not p.KEYWORD_ONLY or p.default is p.empty]
-        return [p.name for p in own if p.name != "self"]
+        required = [p for p in parameters if p.kind is not p.KEYWORD_ONLY or p.default is p.empty]
+        return [p.name for p in required if p.name != "self"]
 
     def _signature(self, module: ModuleType, name: str, member: Any, function: Any) -> None:
         if not inspect.isfunction(function):
             raise fault(module, f"{name} = {quote(function)}", f"Make it a function {name}{self._call(member)}")
         if self.compiled(member) is not None and self.compiled(function) is None:
             raise fault(module, f"{name} is not decorated with @scalar", "Kernels call it: put @scalar above it")
-        came, wanted = self._arguments(function), self._arguments(member)
-        if came != wanted:
-            raise fault(module, f"{name}({', '.join(came)})", f"It must be {name}({', '.join(wanted)})")
+        actual, wanted = self._arguments(function), self._arguments(member)
+        if actual != wanted:
+            raise fault(module, f"{name}({', '.join(actual)})", f"It must be {name}({', '.join(wanted)})")
 
     def _slips(self, module: ModuleType) -> Iterator[tuple[str, str]]:
         """Names of a module's own that are no part of the contract and nearly one that it may have, with that one."""

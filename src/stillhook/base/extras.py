@@ -23,10 +23,10 @@ def installed(library: str) -> bool:
     return find_spec(library) is not None
 
 
-def need(library: str, asked: str, error: type[StillhookError]) -> None:
-    """Refuse what is asked for where its library is missing. Errors: error, one line."""
+def need(library: str, subject: str, error: type[StillhookError]) -> None:
+    """Refuse a request where its library is missing. Errors: error, one line."""
     if not installed(library):
-        raise error(f"{asked}: {library} is not installed. Get it with: {how_to_get(library)}.")
+        raise error(f"{subject}: {library} is not installed. Get it with: {how_to_get(library)}.")
 
 
 def missing(problem: ModuleNotFoundError) -> str:

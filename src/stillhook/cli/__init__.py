@@ -30,8 +30,8 @@ DEBUG = "STILLHOOK_DEBUG"
 """Environment variable that shows the traceback of an internal error."""
 
 COMMANDS: dict[str, Entry | Group] = {
-    "list": Entry("library.listing", "list_kind"),
-    "crane": Entry("library.listing", "show_crane"),
+    "list": Entry("library", "list_kind"),
+    "crane": Entry("library", "show_crane"),
     "run": Entry("runs.simulation", "run"),
     "compare": Entry("runs.simulation", "compare"),
     "envelope": Entry("analysis.envelope", "envelope"),
@@ -44,36 +44,36 @@ COMMANDS: dict[str, Entry | Group] = {
     "tip": Entry("sea.tip", "tip"),
     "lower": Entry("runs.simulation", "lower"),
     "response": Entry("sea.response", "response"),
-    "plan": Entry("plan", "plan"),
+    "plan": Entry("runs.plan", "plan"),
     "demo": Entry("runs.demo", "demo"),
-    "report": Entry("plan", "report"),
-    "fmu": Entry("export.fmu", "fmu"),
-    "convert": Entry("export.convert", "convert"),
-    "external": Entry("export.fmu", "external"),
-    "example": Entry("library.listing", "example"),
-    "calc": Entry("library.calc", "calc"),
+    "report": Entry("runs.plan", "report"),
+    "fmu": Entry("export", "fmu"),
+    "convert": Entry("export", "convert"),
+    "external": Entry("export", "external"),
+    "example": Entry("library", "example"),
+    "calc": Entry("analysis.calc", "calc"),
     "certificate": Entry("validate", "certificate"),
     "identify": Group(
         "Friction from tests: motor loss models from supplier maps, system friction from crane logs.",
         {
-            "motor": Entry("identify.motor", "motor"),
-            "friction": Entry("identify.friction", "friction"),
-            "curve": Entry("identify.curve", "curve"),
+            "motor": Entry("identify", "motor"),
+            "friction": Entry("identify", "friction"),
+            "curve": Entry("identify", "curve"),
         },
     ),
     "friction": Group(
         "Friction sets: sets side by side, their uncertainty in a lift.",
-        {"compare": Entry("identify.friction_sets", "compare"), "draws": Entry("identify.friction_sets", "draws")},
+        {"compare": Entry("analysis.friction_sets", "compare"), "draws": Entry("analysis.friction_sets", "draws")},
     ),
     "vessel": Entry("sea.vessel", "vessel"),
     "payload": Entry("sea.payload", "payload"),
     "plc": Group(
         "PLC: a controller as IEC 61131-3 Structured Text with a test sequence; check such a text.",
-        {"export": Entry("export.plc", "export"), "check": Entry("export.plc", "check")},
+        {"export": Entry("export", "plc_export"), "check": Entry("export", "plc_check")},
     ),
     "weather": Group(
         "Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.",
-        {name: Entry("weather.commands", name) for name in ("persistence", "alpha", "forecast", "lift", "show")},
+        {name: Entry("weather", name) for name in ("persistence", "alpha", "forecast", "lift", "show")},
     ),
 }
 """Commands and groups of commands, in the order of the help."""

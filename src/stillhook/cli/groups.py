@@ -6,7 +6,7 @@ import functools
 import inspect
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -39,45 +39,28 @@ class Group(NamedTuple):
     commands: Mapping[str, Entry]
 
 
-class Commands(Mapping[str, Any]):
-    """Commands and groups by name, each built when it is asked for."""
-
-    def __init__(self, entries: Mapping[str, Entry | Group]) -> None:
-        self.entries = entries
-        self.built: dict[str, Any] = {}
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.entries)
-
-    def __len__(self) -> int:
-        return len(self.entries)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.entries
+class Commands(dict[str, Any]):
+    """Commands and groups by name, each built from its entry when it is looked up first."""
 
     def __getitem__(self, name: str) -> Any:
-        if name not in self.built:
-            self.built[name] = self.build(name, self.entries[name])
-        return self.built[name]
+        built = super().__getitem__(name)
+        if isinstance(built, Entry | Group):
+            self[name] = built = build(name, built)
+        return built
 
-    @staticmethod
-    def build(name: str, entry: Entry | Group) -> Any:
-        """Import a command, or those of a group."""
-        program = typer.Typer(add_completion=False)
-        if isinstance(entry, Entry):
-            program.command(name)(entry.load())
-        else:
-            group = typer.Typer(no_args_is_help=True)
-            for each, of in entry.commands.items():
-                group.command(each)(of.load())
-            program.add_typer(group, name=name, help=entry.help)
-        adopt(program)
-        return typer.main.get_group(program).commands[name]
 
-    def outline(self, name: str) -> TyperCommand:
-        """A command that has a name and the first paragraph of its help, and can do nothing."""
-        entry = self.entries[name]
-        return Command(name, help=first_paragraph(entry) if isinstance(entry, Entry) else entry.help)
+def build(name: str, entry: Entry | Group) -> Any:
+    """Import a command, or those of a group."""
+    program = typer.Typer(add_completion=False)
+    if isinstance(entry, Entry):
+        program.command(name)(entry.load())
+    else:
+        group = typer.Typer(no_args_is_help=True)
+        for each, of in entry.commands.items():
+            group.command(each)(of.load())
+        program.add_typer(group, name=name, help=entry.help)
+    adopt(program)
+    return typer.main.get_group(program).commands[name]
 
 
 def first_paragraph(entry: Entry) -> str:
@@ -97,12 +80,25 @@ def adopt(app: typer.Typer) -> None:
             adopt(group.typer_instance)
 
 
-class Command(TyperCommand):
-    """A command whose help keeps its brackets, and that refuses an option of one value given several times."""
+class Helpful:
+    """A command, or a group of them, whose help keeps its brackets: what rich would take for markup is escaped."""
 
     def __init__(self, *names: Any, **settings: Any) -> None:
+        from rich.markup import escape
+
         super().__init__(*names, **settings)
-        _literal(self)
+        for part in (self, *self.params):  # type: ignore[attr-defined]  # of a command of typer
+            for name in ("help", "short_help", "epilog"):
+                if text := getattr(part, name, None):
+                    setattr(part, name, escape(text))
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        load_pages()
+        super().format_help(ctx, formatter)  # type: ignore[misc]
+
+
+class Command(Helpful, TyperCommand):
+    """A command that refuses an option of one value given several times."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Errors: CommandError for an option of one value that appears several times."""
@@ -110,21 +106,9 @@ class Command(TyperCommand):
         refuse_repeated(order)
         return list(super().parse_args(ctx, args))
 
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        load_pages()
-        super().format_help(ctx, formatter)
 
-
-class HelpfulGroup(TyperGroup):
-    """A group of commands whose help keeps its brackets."""
-
-    def __init__(self, *names: Any, **settings: Any) -> None:
-        super().__init__(*names, **settings)
-        _literal(self)
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        load_pages()
-        super().format_help(ctx, formatter)
+class HelpfulGroup(Helpful, TyperGroup):
+    """A group of such commands."""
 
 
 class Program(HelpfulGroup):
@@ -137,11 +121,13 @@ class Program(HelpfulGroup):
         self.commands: Any = Commands(self.entries)
 
     def list_commands(self, ctx: Any) -> list[str]:
-        return list(self.commands)
+        return list(self.entries)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """What help and completion show of a command."""
-        return self.commands.outline(cmd_name) if cmd_name in self.commands else None
+        """What help and completion show of a command: its name and the first paragraph of its help."""
+        if (entry := self.entries.get(cmd_name)) is None:
+            return None
+        return Command(cmd_name, help=first_paragraph(entry) if isinstance(entry, Entry) else entry.help)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, command, rest = super().resolve_command(ctx, args)
@@ -162,16 +148,6 @@ def refuse_repeated(order: Iterable[Any]) -> None:
                 "Give it once; where it takes a list, with commas between the values."
             )
         seen.append(parameter)
-
-
-def _literal(command: Any) -> None:
-    """Escape what rich would take for markup in the help of a command and of its parameters."""
-    from rich.markup import escape
-
-    for part in (command, *command.params):
-        for name in ("help", "short_help", "epilog"):
-            if text := getattr(part, name, None):
-                setattr(part, name, escape(text))
 
 
 class Later(type):

@@ -1,8 +1,8 @@
-"""One name for one thing on the command line: every option with its meaning, and what older versions called it.
+"""What older versions called commands and options.
 
 Old names work for this version: the command line is rewritten before it is read, and a note on standard error says the
 new one. What moved into a file is refused with the key that it has there. `tests/api/test_command_names.py` holds every
-command against these tables.
+command against these tables, and against that of the options with the one meaning of each (`tests/api/options.toml`).
 """
 
 from __future__ import annotations
@@ -11,99 +11,6 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from stillhook.errors import CommandError
-
-OPTIONS: Mapping[str, str] = {
-    # what is run
-    "--crane": "crane of a command that is about something else",
-    "--controller": "one controller",
-    "--controllers": "several controllers, with commas between them",
-    "--drives": "winch types in place of controllers",
-    "--load": "payload on the hook",
-    "--loads": "payloads on the hook",
-    "--s-w": "wire paid out",
-    "--layer": "layer of wire, counted from the bare drum",
-    "--motion": "motion of the crane tip",
-    "--alpha-m": "displacement of the motors over their largest",
-    "--speed": "one speed",
-    "--speeds": "speeds of the tip",
-    "--periods": "periods of the tip",
-    "--v-tip": "speed of the tip",
-    "--drum-torque": "torque at the drum",
-    "--delay": "delay of the motion signals",
-    "--depth": "depth of the payload's underside",
-    "--rho": "density of the water",
-    # how long, how fine, how often
-    "--duration": "length of the run",
-    "--start": "where in a log or series to begin",
-    "--every": "time between stored values",
-    "--horizon": "how far a forecast is looked at",
-    "--window": "length of a weather window",
-    "--draws": "draws of what is uncertain",
-    "--seed": "seed of random numbers",
-    "--seeds": "several seeds",
-    "--workers": "cores of this machine, or a Dask scheduler",
-    "--store": "folder that keeps results as they finish",
-    "--quick": "the fast answer",
-    "--exact": "without approximation",
-    "--full": "the complete plant",
-    # sea, vessel, weather
-    "--boom": "crane tip by the crane's geometry",
-    "--at": "place of the crane tip, or of a point",
-    "--wave": "waves as text, or a file of spectra",
-    "--heading": "direction in which waves travel, from the bow",
-    "--spread": "exponent of short-crested waves",
-    "--record": "record of a file",
-    "--point": "point of a file",
-    "--ship": "course of the ship",
-    "--amplitudes": "how amplitudes are drawn",
-    "--log": "measured motion",
-    "--hs": "significant wave height",
-    "--t-pop": "planned operation period",
-    "--t-c": "contingency",
-    "--forecast-factors": "table of factors on forecast heights",
-    "--limit": "limit of a quantity",
-    "--plan": "lift plan",
-    "--alternative": "alternative of a plan",
-    "--cell": "governing cell of a plan",
-    "--twin": "certificate of the winch",
-    "--tier": "how far to go",
-    "--check": "test, and print what was found",
-    # analysis, identification, validation
-    "--metric": "number that a map shows",
-    "--objective": "what a search makes small",
-    "--free": "settings that a search may change",
-    "--pareto": "front of two objectives",
-    "--factors": "factors that are uncertain",
-    "--sobol": "variance-based indices",
-    "--attribute": "factor that explains a figure",
-    "--mapping": "columns of a log",
-    "--effort": "column of an effort",
-    "--like": "set whose names and layout are taken",
-    "--model": "model of a loss",
-    "--threshold": "improvement that a term must bring",
-    "--proposals": "tests that are proposed",
-    "--steps": "steps of a validation",
-    "--criteria": "file of criteria",
-    "--all": "everything, also what was not judged",
-    "--campaign": "campaign file",
-    # export and output
-    "--fmi": "version of FMI",
-    "--coupling": "where host and winch meet",
-    "--contents": "what a model holds",
-    "--platforms": "platforms that a library is made for",
-    "--reference": "reference run as well",
-    "--signals": "columns that are written",
-    "--case": "case of a set of runs",
-    "--format": "format of a file",
-    "--language": "language of a text",
-    "--animation": "an animation as well",
-    "--figures": "every figure as a separate file",
-    "--out": "folder for files",
-    "--json": "JSON in SI units",
-    "--version": "version of the program",
-    "--help": "help",
-}
-"""Every option of every command, with the one thing that it means."""
 
 
 class Renamed(NamedTuple):
@@ -165,7 +72,7 @@ WEATHER = "a description of the weather file (stillhook weather COMMAND WEATHER.
 _RUN = _in(CASE, warm_up="scenario.warm_up", step="step")
 _SEED = _in(CASE, seed="settings.seed")
 _DELAY = _in(CASE, delay="scenario.sensors.delay")
-_KEPT = _in(CASE, store="settings.store", scheduler="settings.scheduler")
+_STORED = _in(CASE, store="settings.store", scheduler="settings.scheduler")
 _LOG = {"heave": "scenario.tip.heave", "start": "scenario.tip.start"}
 _TABLE = _in(
     WEATHER,
@@ -183,8 +90,8 @@ MOVED: Mapping[tuple[str, ...], Mapping[str, str]] = {
     | _in(CASE, **_LOG, position="scenario.tip.position", draws="settings.draws")
     | _in(CASE, top_speed="settings.top_speed", full_plan="settings.full_plan"),
     ("lower",): _in("the lift file", step="step"),
-    ("map",): _RUN | _KEPT | _in(CASE, motion="scenario.tip", duration="scenario.duration"),
-    ("uncertainty",): _RUN | _SEED | _KEPT | _in(CASE, at_most="settings.at_most"),
+    ("map",): _RUN | _STORED | _in(CASE, motion="scenario.tip", duration="scenario.duration"),
+    ("uncertainty",): _RUN | _SEED | _STORED | _in(CASE, at_most="settings.at_most"),
     ("tune",): _SEED | _DELAY | _in(CASE, s_w="scenario.s_w", budget="settings.budget"),
     ("friction", "draws"): _in(
         "the case file of --crane", seed="settings.seed", s_w="scenario.s_w", motion="scenario.tip"

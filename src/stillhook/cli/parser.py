@@ -166,6 +166,27 @@ def check_out(out: Path | None, names: Iterable[str]) -> None:
         check_folder(out, tuple(names))
 
 
+def present(
+    answer: Any,
+    show: Callable[[], None],
+    out: Path | None = None,
+    files: Mapping[str, Any] | None = None,
+    *,
+    json: bool,
+    pictures: Callable[[], Mapping[str, Any]] | None = None,
+) -> None:
+    """Print an answer: with json in SI, else as `show` does; and write files and pictures into a folder, as `write_out`
+    does."""
+    from stillhook.report.terminal import print_json
+
+    if json:
+        print_json(answer)
+    else:
+        show()
+    if out is not None and files is not None:
+        write_out(out, files, pictures=pictures, quiet=json)
+
+
 def write_out(
     out: Path,
     files: Mapping[str, Any],
@@ -181,7 +202,7 @@ def write_out(
     from stillhook.formats.results import save_files
 
     if pictures is not None:
-        from stillhook.report.pictures import drawn
+        from stillhook.report.kit import drawn
 
         files = {**drawn(pictures), **files}
     save_files(out, files)
@@ -193,7 +214,7 @@ def write_out(
 def say_left_out(*, pdf: bool = False) -> None:
     """Say on standard error which files were left out because the extra `report` is missing. pdf: whether one belongs
     to what the command writes."""
-    from stillhook.report.pictures import left_out
+    from stillhook.report.kit import left_out
     from stillhook.report.terminal import say
 
     if line := left_out(pdf=pdf):

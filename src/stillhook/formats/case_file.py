@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, TypeVar
 
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 
 from stillhook.engine.arguments import with_usual_controller
 from stillhook.errors import ScenarioError, SpecError
@@ -14,15 +15,25 @@ from stillhook.formats.motion.open import read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
-from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_toml
+from stillhook.library.toml.kinds import FileKind, kind_of_toml
 from stillhook.library.toml.tree import toml_text
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.text import parse_motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.table import Flag, Share, Spec, Text, first_problem
+from stillhook.units import Speed
 
 Read = TypeVar("Read")
+FASTEST = 10.0
+"""Wire speed that a drive may be sized for at most [m/s]: some five times that of fast winches."""
+_ADDRESS = re.compile(r"\S+:[0-9]+|inproc://\S+")
+
+
+def _address(text: str) -> str:
+    if not _ADDRESS.fullmatch(text):
+        raise ValueError('no address of a Dask scheduler. Write it with its port, such as "tcp://10.0.0.1:8786".')
+    return text
 
 
 class TipFile(Spec):
@@ -38,18 +49,24 @@ class TipFile(Spec):
 
 
 class Settings(Spec):
-    """The table [settings]: how commands work on a case; each reads those that it knows."""
+    """The table [settings]: how commands work on a case; all are checked, and each command uses those that it knows."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="seed of random numbers")
-    draws: Annotated[int, Field(strict=True, ge=0)] = Field(default=16, description="draws of compare --drives")
-    top_speed: Text | None = Field(default=None, description="wire speed that compare --drives sizes drives for")
+    draws: Annotated[int, Field(strict=True, ge=0, le=4096)] = Field(
+        default=16, description="draws of compare --drives"
+    )
+    top_speed: Annotated[Speed, Field(gt=0, le=FASTEST)] | None = Field(
+        default=None, description="wire speed that compare --drives sizes drives for"
+    )
     full_plan: Flag = Field(default=False, description="compare --plan: the twin in the loop (hours)")
-    budget: Annotated[int, Field(strict=True)] = Field(default=400, description="runs of each tuning")
+    budget: Annotated[int, Field(strict=True, ge=20)] = Field(default=400, description="runs of each tuning")
     at_most: Share = Field(default=0.05, ge=0, le=1, description="tolerated probability of exceeding a limit")
     store: Text | None = Field(
         default=None, description="folder that keeps results as they finish, seen from this file"
     )
-    scheduler: Text | None = Field(default=None, description='address of a Dask scheduler, "tcp://10.0.0.1:8786"')
+    scheduler: Annotated[Text, AfterValidator(_address)] | None = Field(
+        default=None, description="address of a Dask scheduler"
+    )
 
 
 class CaseTables(Spec):
@@ -140,11 +157,6 @@ def stored_cases(path: str | Path) -> list[CaseFile]:
     cranes, cases = origin(run)
     step, every = stored_steps(run)
     return [CaseFile(crane, case, step, every) for crane, case in zip(cranes, cases, strict=True)]
-
-
-def demo_cases() -> list[CaseFile]:
-    """The package's own cases, in the order of their files."""
-    return [load_case(path) for path in sorted((LIBRARY / "demo").glob("*.toml"))]
 
 
 def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:

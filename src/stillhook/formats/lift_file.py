@@ -11,6 +11,7 @@ from stillhook.engine.arguments import with_usual_controller
 from stillhook.engine.pack.programme import tension_kept
 from stillhook.engine.simulate import End
 from stillhook.errors import LiftError
+from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import place_of, still_place, tip_of
 from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
 from stillhook.formats.results import load_run, lowerings_of, stored_sampling, stored_steps
@@ -134,7 +135,8 @@ def load_lift(
             f"{Path(path).name}: empty. A lift file names crane, payload, start_depth, [water] and phases; copy one of"
             f" {have}."
         )
-    return read_toml(path, FileKind.LIFT, LiftError, lambda table: _lift(table, seed, duration, moving))
+    read = in_written_words(lambda table: _lift(table, seed, duration, moving))
+    return read_toml(path, FileKind.LIFT, LiftError, read)
 
 
 def payload_in(path: str | Path) -> tuple[Payload, float]:
@@ -145,7 +147,7 @@ def payload_in(path: str | Path) -> tuple[Payload, float]:
         return payload_of(file, table), file.water.rho
 
     path = LIBRARY / "lifts" / f"{path}.toml" if str(path) in lifts() else path
-    return read_toml(path, FileKind.LIFT, LiftError, read)
+    return read_toml(path, FileKind.LIFT, LiftError, in_written_words(read))
 
 
 def is_lift(name: str) -> bool:

@@ -20,6 +20,7 @@ from stillhook._version import __version__
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.choice import nearest
 from stillhook.errors import LiftError, PlanError, WeatherError
+from stillhook.formats.lift.forms import in_written_words
 from stillhook.formats.lift.place import depth_notes, still_place
 from stillhook.formats.lift.tables import LiftTables, compensator_of, payload_of, read_lift
 from stillhook.formats.lift_file import lifts
@@ -167,7 +168,7 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     if not toml_text(Path(name_or_path)).strip():
         needs = "crane, vessel, payload, [water], [environment] and phases"
         raise PlanError(f"{Path(name_or_path).name}: empty. A plan names {needs}; copy {', '.join(plans())}.")
-    return read_toml(name_or_path, FileKind.LIFT, PlanError, _plan)
+    return read_toml(name_or_path, FileKind.LIFT, PlanError, in_written_words(_plan))
 
 
 def _plan(table: TomlTable) -> LiftPlan:

@@ -1,4 +1,5 @@
-"""One way to draw: canvases, axes with units, lines with bands, bars with intervals, heat maps, legends, saving.
+"""One way to draw: canvases, axes with units, lines with bands, bars with intervals, heat maps, legends, saving;
+and what is left out where a library that draws, or one that sets a PDF, is not installed.
 
 Pictures are made of these, so that sizes of letters, grids and legends are alike in all of them. Colours are those of
 `stillhook.report.plots.colours`. Nothing here imports matplotlib before the first picture is wanted.
@@ -6,16 +7,18 @@ Pictures are made of these, so that sizes of letters, grids and legends are alik
 
 from __future__ import annotations
 
+import io
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
+from stillhook.base.extras import how_to_get, installed
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import KINDS, in_display
 
@@ -23,8 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+T = TypeVar("T")
 RESOLUTION = 120
-"""Of pictures in files [dots per inch]."""
+"""Of pictures [dots per inch]."""
 WRAP = 110
 """Characters of a line of a title."""
 
@@ -105,8 +109,8 @@ def band(
     **line: Any,
 ) -> None:
     """A line with its interval as a band of the same colour; where: at which x there is a band."""
-    there = None if where is None else np.asarray(where, dtype=bool).tolist()
-    ax.fill_between(np.asarray(x), np.asarray(low), np.asarray(high), where=there, color=color, alpha=alpha, lw=0)
+    where_drawn = None if where is None else np.asarray(where, dtype=bool).tolist()
+    ax.fill_between(np.asarray(x), np.asarray(low), np.asarray(high), where=where_drawn, color=color, alpha=alpha, lw=0)
     ax.plot(np.asarray(x), np.asarray(y), color=color, label=label or None, **line)
 
 
@@ -160,8 +164,8 @@ def threshold(ax: Axes, value: float, label: str = "", *, along: str = "x", note
     """A dashed grey line at a limit, along the x or the y axis; label for the legend, note at its end."""
     (ax.axhline if along == "x" else ax.axvline)(value, color=GREY, ls="--", lw=1.0, label=label or None)
     if note:
-        beside = ax.get_yaxis_transform()
-        ax.text(1.0, value, f"{note} ", color=GREY, transform=beside, ha="right", va="top", fontsize="small")
+        edge = ax.get_yaxis_transform()
+        ax.text(1.0, value, f"{note} ", color=GREY, transform=edge, ha="right", va="top", fontsize="small")
 
 
 def legend(ax: Axes, loc: str = "best", **more: Any) -> None:
@@ -182,6 +186,47 @@ def legend_below(figure: Figure, axes: Iterable[Axes], columns: int = 6, *, plac
     style: dict[str, Any] = {"loc": f"outside {place}", "ncols": columns, "fontsize": "small", "frameon": False}
     if pairs:
         figure.legend(list(pairs.values()), list(pairs), **style)
+
+
+def can_draw() -> bool:
+    """Whether pictures can be drawn."""
+    return installed("matplotlib")
+
+
+def can_set() -> bool:
+    """Whether a PDF can be set."""
+    return installed("typst")
+
+
+def drawn(draw: Callable[[], Mapping[str, T]]) -> dict[str, T]:
+    """Pictures or figures by name, as `draw` gives them; none where they cannot be drawn."""
+    return dict(draw()) if can_draw() else {}
+
+
+def left_out(*, pdf: bool = False) -> str:
+    """A line on what a command leaves out, and how to get it; empty where it leaves out nothing. pdf: whether one
+    belongs to what it writes."""
+    parts = [] if can_draw() else ["Pictures"]
+    parts += ["the PDF"] if pdf and not can_set() else []
+    if not parts:
+        return ""
+    line = f"{' and '.join(parts)} {'are' if parts != ['the PDF'] else 'is'} left out. Install what makes them:"
+    return f"{line[0].upper()}{line[1:]} {how_to_get('matplotlib')}."
+
+
+def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:
+    """A figure as PNG at this resolution in dots per inch, for a file and for a page."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # heavy
+
+    memory = io.BytesIO()
+    figure.set_dpi(resolution)
+    FigureCanvasAgg(figure).print_png(memory)  # type: ignore[no-untyped-call]  # savefig draws twice, once for the layout
+    return memory.getvalue()
+
+
+def pngs(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[str, bytes]:
+    """Figures as PNG by name, in their order, at this resolution in dots per inch."""
+    return {name: png(figure, resolution) for name, figure in figures.items()}
 
 
 def save(figure: Figure, path: str | Path) -> Path:

@@ -18,10 +18,10 @@ from stillhook.formats.lift_file import LiftFile, describe_phase
 from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G
 from stillhook.report import kit
-from stillhook.report.pictures import drawn
+from stillhook.report.kit import drawn
 from stillhook.report.plots.moments import save_animation, strip
 from stillhook.report.plots.run import Limits, lowering_panels
-from stillhook.report.plots.tip import tip_figure
+from stillhook.report.plots.sea import tip_figure
 from stillhook.sea.motion.text import motion_to_json
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao

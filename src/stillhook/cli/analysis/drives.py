@@ -6,10 +6,10 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.cli.parser import check_out, write_out
+from stillhook.cli.parser import check_out, present
 from stillhook.report.formatting import EMPTY, cell, fmt, percent, wrapped
-from stillhook.report.terminal import print_json, print_table, progress_bar, say
-from stillhook.units import in_unit, number, parse
+from stillhook.report.terminal import print_table, progress_bar, say
+from stillhook.units import in_unit, number
 
 if TYPE_CHECKING:
     from stillhook.analysis.drives.comparison import DriveComparison, DriveRun
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from stillhook.spec.scenario import Scenario
 
 FILES = ("compare-drives.json", "compare-drives.nc", "compare-drives.png")
-FASTEST = 10.0
-"""Wire speed that a drive may be sized for at most [m/s]: some five times that of fast winches."""
 HEADERS = (
     "drive",
     "error\np-p 30 s",
@@ -45,13 +43,12 @@ def compare_drives(
 
     crane, settings, names = subject.crane, subject.settings, named(drives)
     check_out(out, (*FILES, *(sankey(name) for name in names)))
-    v_top = None if settings.top_speed is None else _speed(settings.top_speed)
     lift_plan = None
     if plan is not None:
         from stillhook.plan.drives import plan_with_weather
 
         lift_plan = plan_with_weather(plan)
-    options: dict[str, Any] = {"seed": settings.seed, "v_top": v_top, "step": subject.step}
+    options: dict[str, Any] = {"seed": settings.seed, "v_top": settings.top_speed, "step": subject.step}
     analysis.check_comparison(crane, case, names, settings.draws)
     say("sizing the drives; a winch model that is new to this machine compiles once, in some 20 s each ...")
     with progress_bar("comparing") as bar:
@@ -65,29 +62,22 @@ def compare_drives(
             data["plan"] = days_gained(lift_plan, sized, full=settings.full_plan, progress=bar)
     title = f"{crane.name}, {fmt(case.load, 'mass')}, {fmt(case.s_w, 'length')} of wire out"
     title += f", tip: {case.tip.describe().split(':')[0]}"
-    if json:
-        print_json(data)
-    else:
-        _print(result, data, title)
-    if out is not None:
-        _write(out, result, data, title, quiet=json)
+
+    def pictures() -> dict[str, Any]:
+        from stillhook.analysis.drives.figures import bars_figure, sankey_figure
+
+        return {FILES[2]: bars_figure(result, title=title)} | {
+            sankey(run.name): sankey_figure(run) for run in result.runs
+        }
+
+    files = {FILES[0]: data, FILES[1]: result.dataset()} if out is not None else None
+    present(data, lambda: _print(result, data, title), out, files, json=json, pictures=pictures)
     return result.ok
 
 
 def sankey(name: str) -> str:
     """File of the energy picture of a drive."""
     return f"energy-{name}.png"
-
-
-def _speed(text: str) -> float:
-    from stillhook.errors import SpecError
-    from stillhook.units import quote
-
-    v = parse(text, "speed", "settings.top_speed")
-    if not 0.0 < v <= FASTEST:
-        most = fmt(FASTEST, "speed")
-        raise SpecError(f"settings.top_speed = {quote(text)}: it must be greater than 0 and at most {most}.")
-    return v
 
 
 def _print(result: DriveComparison, data: dict[str, Any], title: str) -> None:
@@ -161,14 +151,3 @@ def _days(value: Any) -> str:
         ends = f" ({number(value['low'], 3)} to {number(value['high'], 3)})" if "low" in value else ""
         return f"{_days(value['value'])}{ends}"
     return EMPTY if not math.isfinite(value) else number(float(value), 3)
-
-
-def _write(out: Path, result: DriveComparison, data: dict[str, Any], title: str, *, quiet: bool) -> None:
-    def pictures() -> dict[str, Any]:
-        from stillhook.analysis.drives.figures import bars_figure, sankey_figure
-
-        return {FILES[2]: bars_figure(result, title=title)} | {
-            sankey(run.name): sankey_figure(run) for run in result.runs
-        }
-
-    write_out(out, {FILES[0]: data, FILES[1]: result.dataset()}, pictures=pictures, quiet=quiet)

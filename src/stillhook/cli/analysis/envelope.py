@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Controllers, CraneArgument, Json, Out, check_out, write_out
+from stillhook.cli.parser import Controllers, CraneArgument, Json, Out, check_out, present, write_out
 from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
-from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar
+from stillhook.report.terminal import print_table, print_twin, progress_bar
 
 if TYPE_CHECKING:
     import xarray
@@ -64,12 +64,10 @@ def envelope(
     with progress_bar(crane.name) as bar:
         data = envelope_at(crane, loads, modes=chosen, layers=layers, progress=bar)
     table = rows(data)
-    if json:
-        print_json(_answer(crane, data, table))
-    else:
-        _print(crane, data, table)
+    answer = _answer(crane, data, table)
+    present(answer, lambda: _print(crane, data, table), json=json)
     if out is not None:
-        _write(out, crane, chosen, layer, _answer(crane, data, table), quiet=json)
+        _write(out, crane, chosen, layer, answer, quiet=json)
     if any(all(math.isnan(r["v_w_top"]) for r in table if r["load"] == x and r["mode"] != "physical") for x in loads):
         raise typer.Exit(1)
 
@@ -81,12 +79,8 @@ def rows(data: xarray.Dataset) -> list[dict[str, Any]]:
         for j, layer in enumerate(data["layer"].values):
             for i, mode in enumerate(data["mode"].values):
                 n = _slower(data["v_w_top"].values[i, j, k])
-                fields = {
-                    v: data[v].values[i, j, k, n]
-                    for v in ("v_w_top", "binds", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
-                    if v in data
-                }
-                numbers = {v: float(x) if v != "binds" else str(x) for v, x in fields.items()}
+                names = [v for v in ("v_w_top", "binds", *list(_SHOWN)[1:]) if v in data]
+                numbers = {v: (str if v == "binds" else float)(data[v].values[i, j, k, n]) for v in names}
                 place = {
                     "load": float(load),
                     "layer": int(layer),
@@ -187,13 +181,7 @@ _SHOWN = {
 
 
 def _write(
-    out: Path,
-    crane: Crane,
-    chosen: list[Controller],
-    layer: int | None,
-    answer: dict[str, Any],
-    *,
-    quiet: bool,
+    out: Path, crane: Crane, chosen: list[Controller], layer: int | None, answer: dict[str, Any], *, quiet: bool
 ) -> None:
     from stillhook.analysis.operating_envelope import figures
     from stillhook.analysis.operating_envelope.load_speed import LOADS, envelope_at, setting_curves

@@ -14,12 +14,12 @@ from stillhook.cli.parser import (
     SubjectArgument,
     check_out,
     client_of,
+    present,
     refuse,
-    write_out,
 )
 from stillhook.control.registry import CLASSIC
 from stillhook.errors import SpecError
-from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
+from stillhook.report.terminal import print_implausible, print_table, print_twin, progress_bar, started
 from stillhook.units import in_display, number, quote, show
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def show_map(
 
     Of a case file are taken: tip (a motion other than a sine, made larger or smaller in every cell), s_w, duration and
     warm_up of each run (30 s and 10 s), step, and where results are kept (settings.store), so that an interrupted map
-    goes on.
+    continues.
 
     Example: stillhook map nov-250t --controllers ns,hs,ssc --metric p_max --out maps
     """
@@ -84,20 +84,15 @@ def show_map(
     arguments = {name: value for name, value in arguments.items() if value is not None}
     with client_of(subject.settings.scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
         result = _run(machine, controllers, metric, arguments | {"client": client, "progress": started(machine, bar)})
-    if json:
-        print_json(result.record())
-    else:
-        _print(result, metric)
-    if out is not None:
+
+    def pictures() -> dict[str, Any]:
         from stillhook.analysis.maps.figures import figures
 
-        files = dict(zip(FILES, (result.dataset(), result.record()), strict=True))
-        write_out(
-            out,
-            files,
-            pictures=lambda: {f"{name}.png": figure for name, figure in figures(result).items()},
-            quiet=json,
-        )
+        return {f"{name}.png": figure for name, figure in figures(result).items()}
+
+    record = result.record()
+    files = None if out is None else dict(zip(FILES, (result.dataset(), record), strict=True))
+    present(record, lambda: _print(result, metric), out, files, json=json, pictures=pictures)
     raise typer.Exit(0 if bool(result.applicable.any()) else 1)
 
 
@@ -188,7 +183,6 @@ def _print_validated(result: Map) -> None:
 
 
 def _wave(result: Map, period: float | None) -> list[str]:
-
     motion = result.about.get("motion")
     return [] if motion is None else [f"{motion} of {show(period, 'time')}" if period is not None else str(motion)]
 

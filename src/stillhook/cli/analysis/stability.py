@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, CraneArgument, Json, Out, check_out, refuse, write_out
+from stillhook.cli.parser import CONTROLLERS, CraneArgument, Json, Out, check_out, present, refuse, write_out
 from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import print_implausible, print_json, print_table
+from stillhook.report.terminal import print_implausible, print_table
 from stillhook.units import parse, show
 from stillhook.variables import BY_NAME
 
@@ -46,9 +46,6 @@ def stability(
     name: CraneArgument,
     controller: Annotated[str | None, typer.Option("--controller", help=CONTROLLER_HELP)] = None,
     alpha_m: Annotated[list[float] | None, typer.Option("--alpha-m", help=ALPHA_HELP)] = None,
-    layer: Annotated[
-        int | None, typer.Option(help="The published loop alone, on a layer of the drum, as a table (a reference).")
-    ] = None,
     delay: Annotated[str, typer.Option(help=DELAY_HELP)] = "0 s",
     v_tip: Annotated[str | None, typer.Option("--v-tip", help=SPEED_HELP)] = None,
     full: Annotated[bool, typer.Option("--full", help=FULL_HELP)] = False,
@@ -69,7 +66,6 @@ def stability(
     """
     from stillhook.analysis.controllers import controller as named
     from stillhook.analysis.loop_stability.governing import by_engine
-    from stillhook.analysis.loop_stability.stability import stability as stability_of
     from stillhook.library import load_crane
     from stillhook.spec.settings import left_out
     from stillhook.tables.plausible import implausible_values
@@ -81,9 +77,9 @@ def stability(
     closed = not by_engine(crane)
     if not closed:
         refuse(
-            {"--alpha-m": alpha_m, "--layer": layer, "--full": full},
-            f'belongs to closed circuits, and winch type "{crane.plant}" is none; its margins are those of the complete'
-            " plant. Leave it out.",
+            {"--alpha-m": alpha_m, "--full": full},
+            f'belongs to closed circuits, and winch type "{crane.plant}" has none; its margins are those of the'
+            " complete plant. Leave it out.",
         )
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
     at = _Place(
@@ -92,39 +88,24 @@ def stability(
         v_tip=None if v_tip is None else parse(v_tip, "speed", "--v-tip"),
         delay=parse(delay, "time", "--delay"),
     )
-    result: list[Any]
-    if full:
-        refuse(
-            {"--layer": layer},
-            "belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
-        )
-        result, title = _full(crane, chosen.mode, alphas, at)
-    elif layer is not None:
-        refuse(
-            {"--load": load, "--s-w": s_w, "--controller": controller},
-            "--layer applies to the published loop only. Leave one of them out.",
-        )
-        result, title = [stability_of(crane, a, layer=layer, v_tip=at.v_tip or 0.0, delay=at.delay) for a in alphas], ""
-    else:
-        result, title = [_verdict(crane, chosen.mode, a, at) for a in alphas], None
+    loops, where = _full(crane, chosen.mode, alphas, at) if full else ([], "")
+    verdicts = [] if full else [_verdict(crane, chosen.mode, a, at) for a in alphas]
+    result: list[Any] = [*loops, *verdicts]
     tables = [each.table() for each in result]
     table = tables[0] if len(tables) == 1 else {key: [t[key] for t in tables] for key in tables[0]}
     notes = left_out(crane.sensors)
     table |= {"controller": chosen.name, "notes": [*implausible_values(crane), *notes]}
-    if json:
-        print_json(table)
-    elif title is None:
-        for alpha, v in zip(alphas, result, strict=True):
+
+    def show_answer() -> None:
+        if full:
+            _print_loops(crane, loops, where)
+        for alpha, v in zip(alphas, verdicts, strict=False):
             _print_verdict(v, chosen.name, alpha)
         print_implausible(crane)
-    else:
-        _print_loops(crane, result, title or f"layer {layer}")
-        if not title:
-            print(
-                "Published loop only, a reference: what the crane is judged by is the complete plant, without --layer."
-            )
-    for note in () if json else notes:
-        print(note)
+        for note in notes:
+            print(note)
+
+    present(table, show_answer, json=json)
     if out is not None:
         if closed:
             _write(out, crane, alphas, table, at.delay, quiet=json)
@@ -134,7 +115,7 @@ def stability(
 
 
 class _Place(NamedTuple):
-    """What is asked about, SI; None: all that the winch comes to."""
+    """The requested place, SI; None: all that the winch comes to."""
 
     load: float | None
     s_w: float | None
@@ -266,7 +247,6 @@ def _print_loops(crane: Crane, loops: list[Stability], where: str) -> None:
     names = [f"motors {s.alpha_m:.3g}" for s in loops]
     times = f"PLC cycle {show(loops[0].t_cycle, 'time')}, delay {show(loops[0].delay, 'time')}"
     print_table(["", *names, "unit", "meaning"], rows, title=f"{crane.name}, {where}; {times}")
-    print_implausible(crane)
     for name, s in zip(names, loops, strict=True):
         print(f"{name}: {_sentence(s)}")
 
@@ -284,12 +264,12 @@ def _sentence(s: Stability) -> str:
         return f"stable. Gain margin {20.0 * math.log10(least):.3g} dB (K_p can rise by a factor of {least:.3g})."
     if s.K_p_ms == 0.0:
         return (
-            "UNSTABLE, whatever K_p. Friction falls with speed here, so the winch oscillates without feedback. More"
+            "UNSTABLE at every K_p. Friction falls with speed here, so the winch oscillates without feedback. More"
             " displacement or more speed damps it."
         )
     if s.K_p_ms_plc == 0.0 or (s.gain_margin > 1.0 and s.gain_margin_plc > 1.0):
         return (
-            "UNSTABLE, whatever K_p. The PLC's other loops oscillate: SSC on motors without displacement feedback at"
+            "UNSTABLE at every K_p. The PLC's other loops oscillate: SSC on motors without displacement feedback at"
             " this speed, or through the load cell."
         )
     limit = min(s.K_p_ms, s.K_p_ms_plc)
@@ -315,16 +295,16 @@ NAMES = (
 
 
 def _write(
-    out: Path, crane: Crane, asked: list[float | None], table: dict[str, Any], delay: float, *, quiet: bool
+    out: Path, crane: Crane, alphas: list[float | None], table: dict[str, Any], delay: float, *, quiet: bool
 ) -> None:
     """Pictures and sweeps of the published loop and of the slow plant, and the table."""
     from stillhook.analysis.loop_stability.figures import all_figures, all_sweeps
 
-    alphas = tuple(dict.fromkeys(1.0 if a is None else a for a in asked))
-    data = all_sweeps(crane, alphas[0], delay=delay)
+    displacements = tuple(dict.fromkeys(1.0 if a is None else a for a in alphas))
+    data = all_sweeps(crane, displacements[0], delay=delay)
 
     def pictures() -> dict[str, Any]:
-        return {f"{stem}.png": figure for stem, figure in all_figures(crane, alphas, data, delay=delay).items()}
+        return {f"{stem}.png": figure for stem, figure in all_figures(crane, displacements, data, delay=delay).items()}
 
     files: dict[str, Any] = {f"{over}.nc": dataset for over, dataset in data.items()}
     write_out(out, files | {"stability.json": table}, pictures=pictures, quiet=quiet)

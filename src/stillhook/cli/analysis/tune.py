@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Controllers, Json, Out, SubjectArgument, check_out, write_out
+from stillhook.cli.parser import Controllers, Json, Out, SubjectArgument, check_out, present, write_out
 from stillhook.cli.runs.simulation import USUAL_CASE
 from stillhook.errors import CommandError
 from stillhook.report.terminal import (
     print_implausible,
-    print_json,
     print_table,
     print_twin,
     progress_bar,
@@ -94,10 +93,7 @@ def tune(
     options |= {"seed": settings.seed, "budget": settings.budget}
     tuned, fronts, trials = _tuned(machine, chosen, objective, options, pareto=pareto)
     report = _Report(machine, tuned, unseen, fronts, cases)
-    if json:
-        print_json(report.data())
-    else:
-        report.print()
+    present(report.data(), report.print, json=json)
     if out is not None:
         _write(report, trials, out, pareto=pareto, quiet=json)
     raise typer.Exit(INTERRUPTED if any(t.interrupted for t in tuned) else 0 if all(t.met for t in tuned) else 1)
@@ -193,15 +189,15 @@ class _Report:
     def _stability_remarks(self) -> list[str]:
         """What the one margin says of each tuned controller, whatever the limits that it was tuned within."""
         out = []
-        for t, found in zip(self.tuned, self.stable, strict=True):
+        for t, margins in zip(self.tuned, self.stable, strict=True):
             K_p = t.controller.on(self.crane).control.K_p
-            if found.no_gain:
-                more = f" and at {n} more places" if (n := len(found.no_gain) - 1) else ""
+            if margins.no_gain:
+                more = f" and at {n} more places" if (n := len(margins.no_gain) - 1) else ""
                 out.append(
                     f"{t.start.name}: No gain K_p stabilises the complete plant at"
-                    f" {found.no_gain[0].place.describe()}{more} of {len(found.places)}"
+                    f" {margins.no_gain[0].place.describe()}{more} of {len(margins.places)}"
                 )
-            least = found.limit
+            least = margins.limit
             if least is not None and least.gains.high <= K_p:
                 out.append(
                     f"{t.start.name}: above {show(least.gains.high, 'gain_per_length', 2)}"
@@ -270,8 +266,8 @@ class _Report:
         print_table(*_settings_table(self.tuned), title=f"{self.crane.name}: settings, before → after")
         title = f"{len(self.cases)} scenarios with {loads}; objective: {self.tuned[0].objective.value}"
         print_table(*_outcome_table(self.crane, self.available, self.tuned, self.held_out), title=title, left=2)
-        what = "mean error p-p, highest pressure" if "p_max" in self.available else "mean error p-p"
-        header = (what, *(t.controller.name for t in self.tuned))
+        head = "mean error p-p, highest pressure" if "p_max" in self.available else "mean error p-p"
+        header = (head, *(t.controller.name for t in self.tuned))
         varied = [[name, *map(_brief, results)] for name, results in self.varied.items()]
         print_table(header, varied, title="Tuned controllers on a winch that deviates from its crane file")
         for t in self.tuned:

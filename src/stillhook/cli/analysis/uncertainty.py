@@ -21,6 +21,7 @@ from stillhook.cli.parser import (
     case_of,
     check_out,
     client_of,
+    present,
     write_out,
 )
 from stillhook.cli.runs import simulation
@@ -29,7 +30,6 @@ from stillhook.errors import ScenarioError, SpecError
 from stillhook.report.terminal import (
     print_document,
     print_implausible,
-    print_json,
     print_twin,
     progress_bar,
     started,
@@ -130,10 +130,7 @@ def uncertainty(
     causes = _causes(request, limits, None if factors is None else request.factors_table) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
-    if json:
-        print_json(data)
-    else:
-        _print(request, data, indices, causes)
+    present(data, lambda: _print(request, data, indices, causes), json=json)
     if out is not None:
         _write(out, run, data, limits, indices, quiet=json)
     cases = data["cases"].values()

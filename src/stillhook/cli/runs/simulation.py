@@ -24,6 +24,7 @@ from stillhook.cli.parser import (
     announce,
     case_of,
     check_out,
+    present,
     refuse,
     say_left_out,
     write_out,
@@ -31,7 +32,7 @@ from stillhook.cli.parser import (
 from stillhook.errors import LiftError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, wrapped
-from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
+from stillhook.report.terminal import print_table, print_twin, progress_bar, started
 from stillhook.units import show
 from stillhook.winches.registry import WINCH_TYPES
 
@@ -45,15 +46,6 @@ DRIVES = ", ".join(WINCH_TYPES)
 USUAL_CASE = {"load": "100 t", "s_w": "100 m", "tip": "sine 2.8 m 12 s", "warm_up": "30 s"}
 """What is compared where neither a case file nor an option says it."""
 OUT_FILES = ("panels.png", "runs.nc", "summary.json")
-COLUMNS = (
-    "e_c_pp",
-    "eta_c",
-    "e_c_max",
-    "e_c_mean",
-    "u_p_max",
-    "saturation_time",
-)
-"""Numbers of every winch in a table of runs; those of its type follow (`stillhook.winches.interface`, SHOWN)."""
 HEADERS = {
     "e_c_pp": "error\np-p 30 s",
     "eta_c": "effi-\nciency",
@@ -62,25 +54,9 @@ HEADERS = {
     "u_p_max": "pump\nuse",
     "saturation_time": "pump\nsaturated",
 }
+"""Numbers of every winch in a table of runs with their heads; those of its type follow (`shown`)."""
 OF_DRIVE = {"u_p_max": "command\nused", "saturation_time": "command\nsaturated"}
 """Heads of the same where a drive takes a speed command."""
-
-
-def headers(crane: Crane) -> list[str]:
-    """Heads of the columns of a table of runs."""
-    common = HEADERS if crane.circuits else HEADERS | OF_DRIVE
-    return [*common.values(), *crane.plant.type.shown.values(), "status"]
-
-
-def row(crane: Crane, summary: dict[str, Any]) -> list[str]:
-    """A run's cells under `headers`."""
-    return [cell(name, summary[name]) for name in (*COLUMNS, *crane.plant.type.shown, "status")]
-
-
-def print_notes(summaries: dict[str, dict[str, Any]]) -> None:
-    for label, summary in summaries.items():
-        for note in summary["notes"]:
-            print(f"{label}: {note}")
 
 
 def run(
@@ -110,17 +86,13 @@ def run(
     except StillhookError as e:
         raise type(e)(f"{case_file.name}: {e}") from None
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
-    if json:
-        print_json(runs[0].summary if len(runs) == 1 else summaries)
-    else:
-        rows = [[label, *row(crane, s)] for label, s in summaries.items()]
-        print_table(["case", *headers(crane)], rows, title=title_of(crane, case))
-        print_twin(crane)
-        print_notes(summaries)
+    title = title_of(crane, case)
+    answer = runs[0].summary if len(runs) == 1 else summaries
+    present(answer, lambda: _print_runs("case", crane, summaries, title), json=json)
     if out is not None:
         data = {label: dataset_of([r]) for label, r in zip(labels, runs, strict=True)}
-        all_cases = dataset_of(runs, labels) if len(runs) > 1 else None
-        _write(out, data, summaries, quiet=json, crane=crane, title=title_of(crane, case), all_cases=all_cases)
+        all_cases = dataset_of(runs, labels) if len(runs) > 1 else data[labels[0]]
+        _write(out, data, summaries, all_cases, quiet=json, crane=crane, title=title)
     raise typer.Exit(0 if all(r.ok for r in runs) else 1)
 
 
@@ -142,7 +114,7 @@ def compare(
 ) -> None:
     """Run one motion under several controllers, or with several drives, and put them side by side.
 
-    Without a log of its own the motion is a sine of 2.8 m and 12 s for 120 s, 30 s of them not counted. Warm-up, delay
+    Without --motion the tip moves as a sine of 2.8 m and 12 s for 120 s, 30 s of them not counted. Warm-up, delay
     of the motion signal, place of the tip for a ship log and time step are those of a case file. Exit code 1 if none
     stays inside its limits.
 
@@ -168,7 +140,8 @@ def compare(
     with progress_bar("comparing") as bar:
         progress = started(subject.crane, bar, series=True, report=getattr(case.tip, "report", ""))
         result = side_by_side(subject.crane, case, chosen, step=subject.step, progress=progress)
-    _report(result, json=json)
+    title = title_of(result.crane, result.runs[0].case)
+    present(result.table(), lambda: _print_runs("mode", result.crane, result.table(), title), json=json)
     if out is not None:
         write_comparison(result, out, quiet=json)
     raise typer.Exit(0 if result.ok else 1)
@@ -181,54 +154,45 @@ def title_of(crane: Crane, case: Any) -> str:
     return f"{crane.name}, {show(case.load, 'mass')} {medium}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
 
 
-def _report(result: Comparison, *, json: bool) -> None:
-    if json:
-        print_json(result.table())
-        return
-    rows = [[mode, *row(result.crane, summary)] for mode, summary in result.table().items()]
-    print_table(["mode", *headers(result.crane)], rows, title=title_of(result.crane, result.runs[0].case))
-    print_twin(result.crane)
-    print_notes(result.table())
+def _print_runs(head: str, crane: Crane, summaries: dict[str, dict[str, Any]], title: str) -> None:
+    """A table with a row for each run, and their notes; head of its first column."""
+    common = HEADERS if crane.circuits else HEADERS | OF_DRIVE
+    heads = [head, *common.values(), *crane.plant.type.shown.values(), "status"]
+    names = (*HEADERS, *crane.plant.type.shown, "status")
+    print_table(heads, [[label, *(cell(n, s[n]) for n in names)] for label, s in summaries.items()], title=title)
+    print_twin(crane)
+    for label, summary in summaries.items():
+        for note in summary["notes"]:
+            print(f"{label}: {note}")
 
 
 def write_comparison(result: Comparison, out: Path, *, quiet: bool, hint: bool = True, start: float = 0.0) -> None:
     """hint: say where pictures are left out."""
-    data = result.dataset()
+    data, title = result.dataset(), title_of(result.crane, result.runs[0].case)
     runs = {mode.upper(): data.sel(case=mode) for mode in result.table()}
-    _write(
-        out,
-        runs,
-        result.table(),
-        quiet=quiet,
-        hint=hint,
-        crane=result.crane,
-        title=title_of(result.crane, result.runs[0].case),
-        start=start,
-        all_cases=data,
-    )
+    _write(out, runs, result.table(), data, quiet=quiet, hint=hint, crane=result.crane, title=title, start=start)
 
 
 def _write(
     out: Path,
     runs: dict[str, Any],
     summary: dict[str, Any],
+    all_cases: Any,
     *,
     quiet: bool,
     hint: bool = True,
     crane: Crane,
     title: str,
     start: float = 0.0,
-    all_cases: Any = None,
 ) -> None:
     """Picture, NetCDF and summary of a set of runs."""
     from stillhook.report.plots.run import four_panels
 
     picture, series, numbers = OUT_FILES
     p_relief = crane.active.relief.p if "active" in crane.circuits else None
-    data = next(iter(runs.values())) if all_cases is None else all_cases
     write_out(
         out,
-        {series: data, numbers: summary},
+        {series: all_cases, numbers: summary},
         pictures=lambda: {picture: four_panels(runs, title=title, start=start, p_relief=p_relief)},
         quiet=quiet,
         hint=hint,
@@ -241,28 +205,18 @@ def _labels(names: list[str], stem: str) -> list[str]:
     return [f"{label} ({i})" if labels.count(label) > 1 else label for i, label in enumerate(labels)]
 
 
-LOWERING_COLUMNS = (
-    "t_begin",
-    "s_tip_pp",
-    "e_c_pp",
-    "load_pp",
-    "F_sling_min",
-    "F_sling_max",
-    "DAF",
-    "sling_slack_time",
-    "saturation_time",
-)
-LOWERING_HEADERS = (
-    "from",
-    "tip\np-p 30 s",
-    "error\np-p 30 s",
-    "load\np-p 30 s",
-    "slings\nleast",
-    "slings\nmost",
-    "DAF",
-    "slings\nslack",
-    "pumps\nsaturated",
-)
+OF_LOWERING = {
+    "t_begin": "from",
+    "s_tip_pp": "tip\np-p 30 s",
+    "e_c_pp": "error\np-p 30 s",
+    "load_pp": "load\np-p 30 s",
+    "F_sling_min": "slings\nleast",
+    "F_sling_max": "slings\nmost",
+    "DAF": "DAF",
+    "sling_slack_time": "slings\nslack",
+    "saturation_time": "pumps\nsaturated",
+}
+"""Numbers of a phase of a lowering, with their heads."""
 
 
 def lower(
@@ -315,28 +269,22 @@ def lower(
         raise type(e)(f"{Path(lift).name}: {e}") from None
     answer = lowering_answer(run, file)
     written = write_lowering(out, run, file, answer, animation=animation) if out is not None else ()
-    if json:
-        print_json(answer)
-    else:
-        _print(file, answer)
+    present(answer, lambda: _print_lowering(file, answer), json=json)
     if out is not None:
         announce(out, written, quiet=json)
         say_left_out()
     raise typer.Exit(0 if answer["status"] == "ok" else 1)
 
 
-def _print(file: LiftFile, answer: dict[str, Any]) -> None:
-
+def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
     wrapped(f"{answer['lift']}: {answer['crane']}, {file.place}")
     load = file.lift.payload
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")
     rows = [
-        [row["name"], row["described"], *(cell(name, row[name]) for name in LOWERING_COLUMNS)]
-        for row in answer["phases"]
+        [row["name"], row["described"], *(cell(name, row[name]) for name in OF_LOWERING)] for row in answer["phases"]
     ]
-    of_command = () if file.crane.circuits else (OF_DRIVE["saturation_time"],)
-    heads = (*LOWERING_HEADERS[: -1 if of_command else None], *of_command)
-    print_table(["phase", "description", *heads], rows, left=2)
+    heads = OF_LOWERING if file.crane.circuits else OF_LOWERING | {"saturation_time": OF_DRIVE["saturation_time"]}
+    print_table(["phase", "description", *heads.values()], rows, left=2)
     print(f"status: {answer['status']}")
     allowed = (file.crane.SWL + file.crane.hook_mass) * G
     print(

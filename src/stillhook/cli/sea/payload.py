@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, Out, check_out, write_out
+from stillhook.cli.parser import Json, Out, check_out, present
 from stillhook.errors import LiftError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import print_json, print_table, print_values
+from stillhook.report.terminal import print_table, print_values
 from stillhook.units import parse, quote
 
 RHO = "1025 kg/m^3"
@@ -44,13 +44,9 @@ def payload(
         )
     check_out(out, OUT_FILES)
     answer = payload_numbers(load, density) | {"notes": list(implausible_values(load))}
-    if json:
-        print_json(answer)
-    else:
-        _print(answer)
-    if out is not None:
-        picture, numbers = OUT_FILES
-        write_out(out, {numbers: answer}, pictures=lambda: {picture: payload_figure(load, density)}, quiet=json)
+    picture, numbers = OUT_FILES
+    pictures = lambda: {picture: payload_figure(load, density)}
+    present(answer, lambda: _print(answer), out, {numbers: answer}, json=json, pictures=pictures)
 
 
 def _print(answer: dict[str, Any]) -> None:
@@ -70,6 +66,6 @@ def _print(answer: dict[str, Any]) -> None:
         print(note)
     if answer["shape"] != "levels":
         print(
-            "Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of"
-            " them."
+            "Coefficients follow DNV-RP-N103, not compared with a printed edition: check them against yours. Results of"
+            " a model test or CFD take precedence."
         )

@@ -21,13 +21,14 @@ from stillhook.cli.parser import (
     Spread,
     announce,
     check_out,
+    present,
     refuse,
     say_left_out,
 )
 from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, display_number, wrapped
-from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
+from stillhook.report.terminal import print_table, print_twin, progress_bar, started
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
@@ -133,10 +134,7 @@ def response(
     if out is not None:
         short = {name: value for name, value in answer.items() if name != "records"}
         written = write_response(out, stamped(response.data, answer), short, partial(_figure, response, answer))
-    if json:
-        print_json(answer)
-    else:
-        _print(file, response, answer)
+    present(answer, lambda: _print(file, response, answer), json=json)
     if out is not None:
         announce(out, written, quiet=json)
         say_left_out()
@@ -144,7 +142,7 @@ def response(
 
 
 def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
-    from stillhook.report.plots.response import sea_figure, year_figure
+    from stillhook.report.plots.run import sea_figure, year_figure
     from stillhook.response.lift import spectra
 
     title = (
@@ -157,7 +155,6 @@ def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
 
 
 def _print(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> None:
-
     wrapped(f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {answer['place']}")
     load = file.lift.payload
     where = f"{show(-response.z, 'length')} below" if response.z < 0.0 else f"{show(response.z, 'length')} above"
@@ -233,7 +230,7 @@ def _hours(answer: dict[str, Any]) -> str:
 def waves_of(
     file: LiftFile, wave: str | None, heading: str | None, spread: float | None, ship: str | None, record: str | None
 ) -> Waves:
-    """The requested waves: those of the lift file, in words, or of a file. Errors: SeaError."""
+    """The requested waves: those of the lift file, as text, or of a file. Errors: SeaError."""
     from stillhook.response.lift import Waves
 
     if wave is not None and (record is not None or not Path(wave).is_file()):

@@ -26,7 +26,7 @@ from stillhook.cli.parser import (
 )
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import display_number, display_unit, wrapped
-from stillhook.report.pictures import can_draw
+from stillhook.report.kit import can_draw
 from stillhook.report.terminal import print_json, print_table, print_values
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
@@ -263,7 +263,7 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
         )
     refuse(
         {"--record": record, "--ship": ship},
-        f"belongs to a file of measured waves, and --wave {quote(wave)} is none. Leave it out.",
+        f"belongs to a file of measured waves, and --wave {quote(wave)} names no file. Leave it out.",
     )
     if heading is not None:
         parse_direction(heading, "--heading")  # so that the line names the option

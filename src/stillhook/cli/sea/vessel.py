@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, Out, check_out, refuse, write_out
+from stillhook.cli.parser import Json, Out, check_out, present, refuse
 from stillhook.report.formatting import wrapped
-from stillhook.report.terminal import print_json, print_table
+from stillhook.report.terminal import print_table
 from stillhook.units import number
 
 if TYPE_CHECKING:
@@ -61,15 +61,14 @@ def vessel(
     check_out(out, OUT_FILES)
     rao = read_vessel(name)
     answer = _sheet(rao, place)
-    if json:
-        print_json(answer)
-    else:
-        _print_sheet(rao, answer, place)
-    if out is not None:
+    picture, numbers = OUT_FILES
+
+    def pictures() -> dict[str, Any]:
         from stillhook.report.plots.sea import vessel_figure
 
-        picture, numbers = OUT_FILES
-        write_out(out, {numbers: answer}, pictures=lambda: {picture: vessel_figure(rao, place)}, quiet=json)
+        return {picture: vessel_figure(rao, place)}
+
+    present(answer, lambda: _print_sheet(rao, answer, place), out, {numbers: answer}, json=json, pictures=pictures)
 
 
 def _check(name: str, *, json: bool) -> bool:
@@ -81,18 +80,17 @@ def _check(name: str, *, json: bool) -> bool:
     tests = long_wave_test(rao)
     word, line = verdict_of(rao, tests)
     notes = [*rao.notes, *(note for note in remarks(rao, tests) if note != line)]
-    if json:
-        period = 2.0 * math.pi / float(rao.omega[0])
-        sheet = {"vessel": rao.name, "source": rao.source, "origin": rao.origin}
-        answer = {
-            "passed": word == "fits",
-            "verdict": line,
-            "longest_wave": period,
-            "motions": [_tested(t) for t in tests],
-        }
-        print_json({**sheet, **answer, "notes": notes})
-    else:
-        _print_check(rao, tests, line, notes)
+    answer = {
+        "vessel": rao.name,
+        "source": rao.source,
+        "origin": rao.origin,
+        "passed": word == "fits",
+        "verdict": line,
+        "longest_wave": 2.0 * math.pi / float(rao.omega[0]),
+        "motions": [_tested(t) for t in tests],
+        "notes": notes,
+    }
+    present(answer, lambda: _print_check(rao, tests, line, notes), json=json)
     return word == "fits"
 
 
@@ -137,7 +135,7 @@ def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
     import numpy as np
 
     wrapped(f"{rao.name}, from {rao.source}")
-    wrapped(f"reference point: {rao.origin or 'not said'}", "  ")
+    wrapped(f"reference point: {rao.origin or 'not stated'}", "  ")
     depth = "deep water" if math.isinf(rao.depth) else f"water of {rao.depth:g} m"
     T, beta = np.asarray(answer["period"]), np.degrees(rao.beta)
     gap = float(np.max(np.diff(np.append(beta, beta[0] + 360.0))))
@@ -196,7 +194,7 @@ def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str, notes: list[s
         title=f"{rao.name} in waves of {period:.4g} s, per metre of wave (rotations per slope of the wave)",
         texts=(6,),
     )
-    wrapped(f"reference point: {rao.origin or 'not said'}", "  ")
+    wrapped(f"reference point: {rao.origin or 'not stated'}", "  ")
     for note in notes:
         wrapped(f"note: {note}", "  ")
     wrapped(line)

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json, Out, check_out, refuse, write_out
+from stillhook.cli.parser import Json, Out, check_out, present, refuse
 from stillhook.errors import SeaError
 from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.terminal import print_json, print_table, print_values
+from stillhook.report.terminal import print_table, print_values
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import WaveSpectrum, doubts, steepness
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
-    from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
+    from stillhook.sea.spectra.measured import SeaStates
 
 OUT_FILES = ("sea.png", "sea.json")
 OF_SPECTRUM = ("H_m0", "T_p", "T_m01", "T_m02", "T_e")
@@ -56,20 +56,16 @@ def sea(
     check_out(out, OUT_FILES)
     waves_read = _read_waves(waves, record, form, point)
     answer = _of_spectrum(waves_read) if isinstance(waves_read, WaveSpectrum) else _of_file(waves_read)
-    if json:
-        print_json(answer)
-    elif isinstance(waves_read, WaveSpectrum):
-        _print_spectrum(answer)
-    else:
-        _print_file(answer)
-    if out is not None:
+    show = _print_spectrum if isinstance(waves_read, WaveSpectrum) else _print_file
+    picture, numbers = OUT_FILES
+
+    def pictures() -> dict[str, Any]:
         from stillhook.report.plots.sea import series_figure, spectrum_figure
 
-        def figure() -> Any:
-            return spectrum_figure(waves_read) if isinstance(waves_read, WaveSpectrum) else series_figure(waves_read)
+        draw = spectrum_figure(waves_read) if isinstance(waves_read, WaveSpectrum) else series_figure(waves_read)
+        return {picture: draw}
 
-        picture, numbers = OUT_FILES
-        write_out(out, {numbers: answer}, pictures=lambda: {picture: figure()}, quiet=json)
+    present(answer, lambda: show(answer), out, {numbers: answer}, json=json, pictures=pictures)
 
 
 def _read_waves(
@@ -99,7 +95,6 @@ def _read_waves(
 
 
 def _of_spectrum(wave: Any) -> dict[str, Any]:
-
     numbers = {"H_m0": wave.H_m0, "T_p": wave.peak_period, "T_m01": wave.T_m01, "T_m02": wave.T_m02, "T_e": wave.T_e}
     moments = {f"m_{n}": wave.moment(n) for n in range(5)}
     steep = {"S_p": steepness(numbers["H_m0"], numbers["T_p"]), "S_s": steepness(numbers["H_m0"], numbers["T_m02"])}

@@ -9,15 +9,18 @@ import math
 import re
 import tomllib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
-from stillhook.errors import ConvertError, LiftError
+from stillhook.errors import ConvertError, LiftError, StillhookError
 from stillhook.library.toml.file import TomlTable
 from stillhook.spec.lift.joining import CLOSE, STANDS
-from stillhook.units import parse, quote
+from stillhook.tables.table import place_of
+from stillhook.units import parse, quote, text_at
+
+Read = TypeVar("Read")
 
 OLD_OF_STAGES = {"lower": "speed", "hold": "tension", "tension": "end_tension"}
 NEW_OF_STAGES = ("kind", "speed", "planned", "end_tension", "start_depth")
@@ -164,6 +167,44 @@ def today(table: TomlTable) -> TomlTable:
     line = f"{name}: an old form; stillhook convert {name} NEW.toml writes it in the words of today."
     warnings.warn(line, FutureWarning, stacklevel=2)
     return replace(table, data=changed(table.data, these))
+
+
+def in_written_words(read: Callable[[TomlTable], Read]) -> Callable[[TomlTable], Read]:
+    """A reader of lift files whose errors name the keys that the file has: an old one has other names than today's."""
+
+    def reading(table: TomlTable) -> Read:
+        try:
+            return read(table)
+        except StillhookError as problem:
+            raise type(problem)(_in_old_words(str(problem), table.data)) from None
+
+    return reading
+
+
+def _in_old_words(line: str, data: Mapping[str, Any]) -> str:
+    """A line on a phase in the words of an old file: its place as it is there, and old names of the words behind it."""
+    try:
+        these = changes(data)
+    except StillhookError:  # this line, in words of the file already
+        return line
+    name = "stage" if "stage" in data else "phase"
+    if not these and name == "phase":
+        return line
+    today_of = OLD_OF_STAGES if name == "stage" else {"start": "start_depth", "end": "depth", "duration": "time"}
+    written = changed(data, these)
+    for change in these:
+        loc: tuple[int | str, ...] = (change.old,) if change.phase is None else (name, change.phase, change.old)
+        place = place_of((change.new,) if change.target is None else ("phase", change.target, change.new), written)
+        if line.startswith((f"{place} ", f"{place}:")):
+            text = line.removeprefix(place)
+            value = quote(text_at(data, loc, None))
+            return place_of(loc, data) + (text if change.value is None else text.replace(quote(change.value), value, 1))
+    if not line.startswith("phase "):
+        return line
+    words = set(re.findall(r"\w+", line))
+    names = ", ".join(f"{today} is {old}" for old, today in today_of.items() if today in words)
+    line = name + line.removeprefix("phase")
+    return f"{line} In this file {names}." if names else line
 
 
 _HEADER = re.compile(r"\s*\[")

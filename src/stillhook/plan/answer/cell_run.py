@@ -31,7 +31,7 @@ from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure, measures
 from stillhook.plan.tiers.time_domain.placing import FINE, Search, snapped
 from stillhook.report.formatting import cell as shown
-from stillhook.report.pictures import can_draw
+from stillhook.report.kit import can_draw
 from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
 from stillhook.spec.lift.phase import Phase
 from stillhook.units import number, parse, quote, show

@@ -18,8 +18,8 @@ from stillhook.plan.result import FAILED, PlanResult, for_print, grouped
 from stillhook.report.document import Bullets, Document, Part, Section
 from stillhook.report.formatting import groups
 from stillhook.report.html import html
+from stillhook.report.kit import can_set, drawn
 from stillhook.report.pdf import Unset, pdf
-from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.validity import SHORT
 
 MISSING = ("not-assessed", FAILED)

@@ -16,7 +16,7 @@ from stillhook.plan.report.words import CREDITED, TWIN, codes, differs, height, 
 from stillhook.plan.result import Credit, PlanResult, grouped
 from stillhook.report import kit
 from stillhook.report.formatting import DAY, direction
-from stillhook.report.pictures import pngs
+from stillhook.report.kit import pngs
 from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.units import in_display
 from stillhook.weather.persistence import MONTHS

@@ -31,8 +31,8 @@ from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.report.document import Document
 from stillhook.report.html import html
+from stillhook.report.kit import can_set, drawn
 from stillhook.report.pdf import Unset, pdf
-from stillhook.report.pictures import can_set, drawn
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
 from stillhook.units import quote

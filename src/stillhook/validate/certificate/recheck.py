@@ -14,7 +14,7 @@ from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.library.certificate import digest_of
 from stillhook.library.write import items
-from stillhook.report.pictures import can_draw, can_set
+from stillhook.report.kit import can_draw, can_set
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import UNSIGNED
 from stillhook.units import number, quote, show

@@ -12,7 +12,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.report import kit
-from stillhook.report.pictures import pngs
+from stillhook.report.kit import pngs
 from stillhook.report.plots.colours import BLACK, BLUE, COLOURS, GREEN, GREY, RED
 from stillhook.units import KINDS, in_display
 from stillhook.validate.ahc.check import AhcEstimates

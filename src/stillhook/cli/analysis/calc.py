@@ -46,8 +46,8 @@ def _motor_loss(name: str, D_m: float, omega_m: float, dp_m: float) -> Rows:
     losses = load_losses(name)
     m, evidence = losses.motor, losses.evidence
     if not 0.0 < D_m <= m.D_max * (1.0 + 1e-9):
-        given, full = show(D_m, "displacement"), show(m.D_max, "displacement")
-        raise CommandError(f"D_m = {given}: {name} has above 0 up to {full}. Give a value in between.")
+        requested, full = show(D_m, "displacement"), show(m.D_max, "displacement")
+        raise CommandError(f"D_m = {requested}: {name} has above 0 up to {full}. Give a value in between.")
     ranges = (
         (abs(omega_m), (evidence and evidence.omega_m) or VALID_SPEED, "rotation"),
         (abs(dp_m), (evidence and evidence.dp_m) or VALID_DP, "pressure"),
@@ -94,8 +94,8 @@ def _inertia(name: str, s_w: float | None = None) -> Rows:
     if s_w is None:
         return [inertia_parts(crane, 0.0), inertia_parts(crane, L_full)]
     if not 0.0 <= s_w <= L_full:
-        given, full = show(s_w, "length"), show(L_full, "length")
-        raise CommandError(f's_w = {given}: "{crane.name}" has 0 to {full} of wire. Give a value in between.')
+        requested, full = show(s_w, "length"), show(L_full, "length")
+        raise CommandError(f's_w = {requested}: "{crane.name}" has 0 to {full} of wire. Give a value in between.')
     return inertia_parts(crane, s_w)
 
 

@@ -129,16 +129,21 @@ def _show_cell(lift_plan: LiftPlan, text: str, work: Work, *, json: bool) -> Non
         answer = run(lift_plan, "time", work)
     governs = governing(lift_plan, answer, ask)
     with client_of(work.scheduler) as client, progress_bar(f"{lift_plan.name}: {ask.text}") as bar:
-        found = governing_run(lift_plan, governs, ask, Execution(work.store, client, work.threads, work.seed), bar)
-    folder = work.out / found.folder
-    say(f"lowering {found.of.phase.name} again, and drawing it ...")
-    written = lowered(found, folder)
+        execution = Execution(work.store, client, work.threads, work.seed)
+        selected = governing_run(lift_plan, governs, ask, execution, bar)
+    folder = work.out / selected.folder
+    say(f"lowering {selected.of.phase.name} again, and drawing it ...")
+    written = lowered(selected, folder)
     if json:
         print_json(
-            {**found.facts(), "repeats": written.repeats, "files": [str(folder / name) for name in written.files]}
+            {
+                **selected.facts(),
+                "repeats": written.repeats,
+                "files": [str(folder / name) for name in written.files],
+            }
         )
         return
-    wrapped(found.line)
+    wrapped(selected.line)
     wrapped(written.line)
     announce(folder, written.files)
     say_left_out()
@@ -205,7 +210,7 @@ def report(
 ) -> None:
     """Write report.pdf and report.html of a lift plan from its saved results; nothing is computed again.
 
-    The same results give the same bytes. Exit code 1 where the plan found no workable sea.
+    The same results give the same bytes. Exit code 1 where the plan has no workable sea.
 
     Example: stillhook report my-plan
     """

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import MODES, Draws, Json, Load, Out, case_of, check_out, write_out
+from stillhook.cli.parser import MODES, Draws, Json, Load, Out, case_of, check_out, present
 from stillhook.cli.runs.simulation import USUAL_CASE, title_of
 from stillhook.errors import IdentifyError
 from stillhook.report.formatting import cell
-from stillhook.report.terminal import print_json, print_table, progress_bar
+from stillhook.report.terminal import print_table, progress_bar
 from stillhook.units import number, parse, show
 from stillhook.variables import BY_NAME
 
@@ -58,18 +58,12 @@ def compare(
     splits: list[Split] = [split(item, T_d, speeds()) for item in distinct]
     rows = table(splits)
     remarks = notes(splits, T_d)
-    data = {"T_d": T_d, "sets": rows, "notes": remarks}
-    if json:
-        print_json(data)
-    else:
-        _print(rows, T_d, description)
-        for note in remarks:
-            print(note)
-        if all(s.half is None for s in splits):
-            print("No set here has a stated uncertainty.")
-    if out is not None:
-        picture, numbers = FILES
-        write_out(out, {numbers: data}, pictures=lambda: {picture: figure(splits, T_d, description)}, quiet=json)
+    data = {"T_d": T_d, "sets": rows, "notes": [*remarks]}
+    if all(s.half is None for s in splits):
+        remarks.append("No set here has a stated uncertainty.")
+    picture, numbers = FILES
+    pictures = lambda: {picture: figure(splits, T_d, description)}
+    present(data, lambda: _print(rows, T_d, description, remarks), out, {numbers: data}, json=json, pictures=pictures)
 
 
 def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:
@@ -88,8 +82,7 @@ def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -
     return drum_torque(machine, mass, layer), f"{show(mass, 'mass')} and the hook on layer {n} of {machine.name}"
 
 
-def _print(rows: list[dict[str, Any]], T_d: float, description: str) -> None:
-
+def _print(rows: list[dict[str, Any]], T_d: float, description: str, remarks: list[str]) -> None:
     speeds = list(rows[0]["total"])
     header = ("set", "Coulomb", "stiction\nat rest", "viscous at\n1000 rev/min", *(f"total at\n{s}" for s in speeds))
     body = []
@@ -107,6 +100,8 @@ def _print(rows: list[dict[str, Any]], T_d: float, description: str) -> None:
     )
     for r in rows:
         print(f"{r['set']}: {r['title']} ({'; '.join(r['sources'])})")
+    for remark in remarks:
+        print(remark)
 
 
 def draws(
@@ -150,25 +145,13 @@ def draws(
     at_values = {name: float(run[name][0]) for name in spread}
     notes = [note for note in str(run.notes.values[0]).split("; ") if note]
     beyond = [str(s) for s in run.status.values[1:] if s != "ok"]
-    if json:
-        print_json(
-            {
-                "draws": n,
-                "seed": seed,
-                "at_values": at_values,
-                "band_90": spread,
-                "beyond_limits": len(beyond),
-                "notes": notes,
-            }
-        )
-    else:
-        _print_draws(
-            spread, at_values, f"{n} draws of {' and '.join(sets)}, {title_of(machine, case)}, {case.mode.value}"
-        )
-        for note in notes:
-            print(f"note: {note}")
-        if beyond:
-            print(f"{len(beyond)} of {n} draws go beyond a limit: {', '.join(sorted(set(beyond)))}")
+    answer = {"draws": n, "seed": seed, "at_values": at_values, "band_90": spread, "beyond_limits": len(beyond)}
+    answer["notes"] = notes
+    title = f"{n} draws of {' and '.join(sets)}, {title_of(machine, case)}, {case.mode.value}"
+    lines = [f"note: {note}" for note in notes]
+    if beyond:
+        lines.append(f"{len(beyond)} of {n} draws go beyond a limit: {', '.join(sorted(set(beyond)))}")
+    present(answer, lambda: _print_draws(spread, at_values, title, lines), json=json)
     raise typer.Exit(1 if beyond else 0)
 
 
@@ -193,9 +176,13 @@ def _one_of_each(items: list[Any]) -> tuple[Any, Any]:
     return (friction[0] if friction else None), (loss[0] if loss else None)
 
 
-def _print_draws(spread: dict[str, dict[str, float]], at_values: dict[str, float], title: str) -> None:
+def _print_draws(
+    spread: dict[str, dict[str, float]], at_values: dict[str, float], title: str, lines: list[str]
+) -> None:
     rows = []
     for name, q in spread.items():
         shown = [cell(name, x) for x in (at_values[name], q["median"], q["low"], q["high"])]
         rows.append((BY_NAME[name].meaning, *shown))
     print_table(("", "at the set's\nvalues", "median", "5 %", "95 %"), rows, title=title)
+    for line in lines:
+        print(line)

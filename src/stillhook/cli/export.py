@@ -1,0 +1,327 @@
+"""What other programs read: a crane's winch for simulators, OrcaFlex and SIMO, without Python; a controller as text for
+a PLC; runs and logs in their formats, and old lift files in the words of today."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stillhook.cli.parser import CraneArgument, Json, check_out, refuse, write_out
+from stillhook.errors import CommandError, ConvertError, StillhookError
+from stillhook.report.terminal import print_json, say
+from stillhook.units import KINDS, quote, show
+from stillhook.variables import BY_NAME
+
+if TYPE_CHECKING:
+    from stillhook.formats.out.table import Content
+    from stillhook.spec.crane import Crane
+    from stillhook.spec.scenario import Scenario
+
+WIRE_OUT = 100.0
+"""Wire out with which a model begins where no case says it [m], as in `stillhook compare`."""
+SSP = "ssp"
+"""Contents: plant and controller as two FMUs in one system (SSP)."""
+CaseArgument = Annotated[
+    Path | None,
+    typer.Argument(metavar="CASE", help="Case file: load, wire out, water and mode that the model begins with."),
+]
+
+
+def case_for(crane: Crane, file: Path | None) -> Scenario:
+    """The case of a file, or half the SWL on 100 m of wire with the usual controller."""
+    from stillhook.spec.scenario import Scenario
+
+    if file is None:
+        load, s_w = f"{0.5 * crane.SWL!r} kg", f"{WIRE_OUT!r} m"
+        return Scenario(load=load, s_w=s_w, tip="still", mode=crane.plant.type.default_mode)
+    from stillhook.formats.case_file import load_case
+
+    stored = load_case(file)
+    if stored.crane.name != crane.name:
+        raise CommandError(
+            f'{file.name}: a case of "{stored.crane.name}", and the crane is "{crane.name}". Give one crane in both.'
+        )
+    return stored.case
+
+
+def platforms_of(text: str) -> list[str]:
+    """Platforms by name, with a message where the first library for one takes longer. Errors: CommandError for none."""
+    from stillhook.export.twin import first_of
+
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if not names:
+        raise CommandError(f"--platforms {quote(text)}: give at least one name, such as linux64,win64,source.")
+    if first := first_of([name for name in names if name != "source"]):
+        say(f"compiling for {', '.join(first)}: the first time takes a minute or two, then seconds ...")
+    return names
+
+
+def fmu(
+    name: CraneArgument,
+    case_file: CaseArgument = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="File to write (default CRANE.fmu, or CRANE.ssp of a system).")
+    ] = None,
+    fmi: Annotated[str, typer.Option("--fmi", help="Version of FMI: 2 or 3.")] = "2",
+    coupling: Annotated[
+        str,
+        typer.Option(
+            help='"tip": motion of the crane tip in. "wire": also the tension in, wire out and its speed out.'
+        ),
+    ] = "tip",
+    contents: Annotated[
+        str, typer.Option(help="plant+controller, plant, controller; or ssp: both as two FMUs in one system.")
+    ] = "plant+controller",
+    platforms: Annotated[
+        str | None,
+        typer.Option(help="linux64,win64,macos-arm64,source (default: this machine's; the source is always there)."),
+    ] = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="Folder for inputs and results of the case, as in the FMI cross-check."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Write a crane's winch as a Functional Mock-up Unit: C code without Python, with its crane file and validity.
+
+    Without a case it begins with half the SWL on 100 m of wire and the usual controller; load, wire out, mode and gains
+    are set in the host.
+
+    Example: stillhook fmu nov-250t --fmi 2 --platforms linux64,win64
+    """
+    from stillhook.export.fmu import write_fmu, write_reference, write_ssp
+    from stillhook.export.fmu.package import check_choice, facts
+    from stillhook.export.twin import export, own_platform
+    from stillhook.library import load_crane
+
+    crane = load_crane(name)
+    case = case_for(crane, case_file)
+    chosen = platforms_of(f"{own_platform() or 'source'},source" if platforms is None else platforms)
+    check_choice(fmi, chosen)
+    if contents == SSP:
+        refuse({"--reference": reference}, "a system of two FMUs has no reference results. Leave it out.")
+        made = export(crane, case, "plant", coupling)
+        target = out or Path(f"{crane.name}.ssp")
+        files: tuple[Path, ...] = (
+            write_ssp(made, export(crane, case, "controller"), target, fmi=fmi, platforms=chosen),
+        )
+    else:
+        made = export(crane, case, contents, coupling)
+        target = out or Path(f"{crane.name}.fmu")
+        files = write_fmu(made, target, fmi=fmi, platforms=chosen)
+        if reference is not None:
+            files += write_reference(made, reference)
+    if json:
+        print_json({**facts(made), "fmi": fmi, "platforms": chosen, "files": [str(f) for f in files]})
+        return
+    print(
+        f"{crane.name}, {made.contents}, coupled at the {made.coupling}: {len(made.ports)} variables, PLC cycle "
+        f"{show(made.t_cycle, 'time')}; begins with {show(case.load, 'mass')} on {show(case.s_w, 'length')} of wire, "
+        f"mode {case.mode.value}"
+    )
+    print("steps are whole PLC cycles; inputs are those of the start of a step (input_time 1), or of its end (0)")
+    print("written: " + ", ".join(str(f) for f in files))
+
+
+def external(
+    host: Annotated[str, typer.Argument(metavar="HOST", help="orcaflex or simo.")],
+    name: CraneArgument,
+    case_file: CaseArgument = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder to write (default CRANE-HOST).")] = None,
+    platform: Annotated[
+        str, typer.Option("--platforms", help="Libraries: win64, linux64, macos-arm64, or source for none.")
+    ] = "win64",
+    json: Json = False,
+) -> None:
+    """Write a crane's winch for OrcaFlex (external function) or SIMO (external DLL force), in a folder.
+
+    Without a case it begins with half the SWL on 100 m of wire and the usual controller.
+
+    Example: stillhook external orcaflex nov-250t --out winch
+    """
+    from stillhook.export.hosts import write_host
+    from stillhook.library import load_crane
+
+    crane = load_crane(name)
+    case = case_for(crane, case_file)
+    chosen = [each for each in platforms_of(platform) if each != "source"]
+    files = write_host(host, crane, case, out or Path(f"{crane.name}-{host}"), platforms=chosen)
+    if json:
+        print_json({"crane": crane.name, "host": host, "platforms": chosen, "files": [str(f) for f in files]})
+        return
+    print(
+        f"{crane.name} for {host}: begins with {show(case.s_w, 'length')} of wire, mode {case.mode.value}; PLC cycle "
+        f"{show(crane.control.t_cycle, 'time')}"
+    )
+    print("written: " + ", ".join(str(f) for f in files))
+
+
+LANGUAGES = ("st",)
+
+
+def plc_export(
+    crane: CraneArgument,
+    controller: Annotated[
+        str | None, typer.Option(help="Controller, such as ssc or position (default: the usual one of the drive).")
+    ] = None,
+    language: Annotated[str, typer.Option(help="st: IEC 61131-3 Structured Text, with PLCopen XML beside it.")] = "st",
+    out: Annotated[Path, typer.Option("--out", help="Folder for the files.")] = Path(),
+    json: Json = False,
+) -> None:
+    """Write a controller for a PLC: text, PLCopen XML, settings, and a test sequence with its expected outputs.
+
+    Example: stillhook plc export nov-250t --controller ssc --language st --out plc
+    """
+    from stillhook.control.registry import default_of
+    from stillhook.export.plc.block import PlcError, controller_block
+    from stillhook.export.plc.plcopen import plcopen_xml
+    from stillhook.export.plc.sequence import sequence_csv
+    from stillhook.export.plc.text import settings, structured_text
+    from stillhook.library import load_crane
+
+    if language not in LANGUAGES:
+        raise PlcError(f"--language {quote(language)}: unknown. Choose {' or '.join(LANGUAGES)}.")
+    machine = load_crane(crane)
+    chosen = controller if controller is not None else default_of(machine.plant.type.control).value
+    block = controller_block(machine, chosen)
+    stem = re.sub(r"[^\w.-]+", "-", f"{machine.name}-{block.controller}")
+    names = (f"{stem}.st", f"{stem}.xml", f"{stem}-settings.json", f"{stem}-test.csv")
+    check_out(out, names)
+    text = structured_text(block)
+    facts = settings(block, text)
+    write_out(out, dict(zip(names, (text, plcopen_xml(block), facts, sequence_csv(block)), strict=True)), quiet=json)
+    if json:
+        print_json({**facts, "files": [str(out / name) for name in names]})
+    else:
+        print(f"function block {block.block.name}, mode {block.code:g}, every {block.t_cycle:g} s")
+        print(f"SHA-256 {facts['sha256']}")
+
+
+def plc_check(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Text that stillhook plc export wrote.")],
+    json: Json = False,
+) -> None:
+    """Check whether a text is still as it was written: the checksum that it names against that of its lines.
+
+    Exit code 1 if they differ, such as after a setting was changed in the text.
+
+    Example: stillhook plc check plc/nov-250t-ssc.st
+    """
+    from stillhook.export.plc.text import verify
+
+    named, computed = verify(file)
+    holds = named == computed
+    if json:
+        print_json({"sha256": computed, "sha256_named": named, "holds": holds})
+    elif holds:
+        print(f"{file}: the checksum holds, SHA-256 {computed}")
+    else:
+        print(f"{file}: changed since it was written: it names SHA-256 {named} and has {computed}")
+    raise typer.Exit(0 if holds else 1)
+
+
+def convert(
+    source: Annotated[
+        Path, typer.Argument(metavar="RUN", help="NetCDF of a run (--out, save_run), a log, or an old lift file.")
+    ],
+    target: Annotated[Path, typer.Argument(metavar="OUT", help="File to write; its ending says the format.")],
+    signals: Annotated[str | None, typer.Option(help="Signals by name, in this order (default: all).")] = None,
+    case: Annotated[str | None, typer.Option(help="A case by name, or by number from 0 (default: all).")] = None,
+    every: Annotated[
+        str | None, typer.Option(help='Every so much time, such as "0.1 s"; of a log the width of its means.')
+    ] = None,
+    form: Annotated[
+        str | None, typer.Option("--format", help="csv, parquet, mat, mdf, orcaflex or sima (default: by the ending).")
+    ] = None,
+    mapping: Annotated[Path | None, typer.Option(help="Mapping of a log's columns (TOML).")] = None,
+    json: Json = False,
+) -> None:
+    """Write a run or a log as CSV, Parquet, MAT, MDF 4, or as a time series that OrcaFlex and SIMA read; or a lift file
+    of version 0.10 in the words of today.
+
+    A run with series gives its series, any other its numbers with a row for each case. Numbers are SI; OrcaFlex and
+    SIMA get kN and t. A lift file keeps its comments, and every change is printed.
+
+    Example: stillhook convert results/runs.nc runs.mf4
+
+    Example: stillhook convert results/runs.nc tip.txt --format orcaflex --case SSC --signals s_tip,F_w
+
+    Example: stillhook convert old.toml new.toml
+    """
+    from stillhook.formats.out.table import chosen, of_run
+    from stillhook.formats.out.write import format_of, write_table
+    from stillhook.formats.results import load_run
+
+    if target.resolve() == source.resolve():
+        raise ConvertError(f"{target}: is the source itself. Give another name.")
+    if source.suffix.lower() == ".toml":
+        options = {"--signals": signals, "--case": case, "--every": every, "--format": form, "--mapping": mapping}
+        refuse(options, "belongs to a run or a log, and this is a lift file. Leave it out.")
+        changes = _lift_file(source, target)
+        if json:
+            print_json({"file": str(target), "format": "lift file", "changes": changes})
+        else:
+            print("\n".join((*changes, f"written: {target}")))
+        return
+    kind = format_of(target, form)
+    names = [s.strip() for s in signals.split(",") if s.strip()] if signals is not None else []
+    if source.suffix.lower() == ".nc":
+        refuse({"--mapping": mapping}, "belongs to a log, and this is a run. Leave it out.")
+        content = chosen(of_run(load_run(source)), signals=names, case=case, every=every)
+    else:
+        refuse({"--case": case}, "belongs to a run, and this is a log. Leave it out.")
+        content = chosen(_log(source, mapping, every), signals=names)
+    write_table(content, target, kind)
+    rows, columns = sum(map(len, content.tables.values())), list(content.first.columns)
+    if json:
+        print_json({"file": str(target), "format": kind, "rows": rows, "columns": columns})
+    else:
+        print(f"written: {target} ({kind}, {rows} rows, {len(columns)} columns)")
+
+
+def _lift_file(source: Path, target: Path) -> tuple[str, ...]:
+    """Write an old lift file in the words of today; what was changed, a line each."""
+    from stillhook.base.atomic import atomic_file
+    from stillhook.formats.lift.forms import converted
+    from stillhook.library.toml.kinds import FileKind
+    from stillhook.library.toml.tree import parsed, toml_text
+
+    text = toml_text(source)
+    parsed(text, source.name, FileKind.LIFT)
+    if target.suffix.lower() != ".toml":
+        raise ConvertError(f"{target}: a lift file is written as one. Give a name that ends in .toml.")
+    if target.exists():
+        raise ConvertError(f"{target}: is there already, and may be yours. Give another name.")
+    try:
+        new, changes = converted(text)
+    except StillhookError as problem:
+        raise ConvertError(f"{source.name}: {problem}") from None
+    with atomic_file(target) as part:
+        part.write_text(new, encoding="utf-8")
+    moved = target.resolve().parent != source.resolve().parent
+    return (*changes, *(("files that it names are seen from its new folder",) if moved else ()))
+
+
+def _log(source: Path, mapping: Path | None, every: str | None) -> Content:
+    import pandas as pd
+
+    from stillhook.formats.out.table import TIME, Content
+    from stillhook.logs.log import read_log
+    from stillhook.logs.mapping import read_mapping
+
+    if not source.is_file():
+        raise StillhookError(f"{source}: no such file. Give a run (NetCDF) or a log.")
+    rows = read_mapping(mapping) if mapping is not None else None
+    log = read_log(source, rows) if every is None else read_log(source, rows, every=every)
+    kinds = {name: log.kind(name) for name in log.signals}
+    units = {name: KINDS[kind].si if kind else "1" for name, kind in kinds.items()}
+    meanings = {name: BY_NAME[name].meaning if name in BY_NAME else "" for name in log.signals}
+    return Content(
+        {"": pd.DataFrame({TIME: log.t, **log.signals})},
+        {TIME: "s"} | units,
+        {TIME: "time from the first sample"} | meanings,
+        {"title": f"means of {log.source}"},
+    )

@@ -1,1 +1,0 @@
-"""Commands that write models, controllers and results for other programs."""

@@ -1,0 +1,270 @@
+"""`stillhook identify motor|friction|curve`: torque-loss models from a supplier's map, system friction from crane
+tests, friction over speed of any machine that was run to and fro in steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.parser import Json, Out, check_out, present, say_left_out, write_out
+from stillhook.errors import IdentifyError, LogError
+from stillhook.report.terminal import print_document, print_table, progress_bar, say
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stillhook.identify.curve import FrictionCurve
+    from stillhook.identify.motor.identify import MotorLoss
+    from stillhook.identify.system_friction.campaign.measure import Measured
+    from stillhook.identify.system_friction.identify import Friction
+    from stillhook.logs.log import Log
+
+STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
+MOTOR_FILES = ("motor.toml", "report.html", "models.json", *(f"{stem}.png" for stem in STEMS))
+MAP_HELP = (
+    "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the"
+    " headings."
+)
+LIKE_HELP = (
+    "Motor (library name or file) that lends inertia, speed limits, leakage; default: the library's of the same size."
+)
+PER_CENT = 0.01
+FRICTION_FILES = ("friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv")
+LOG_DPI = 80  # pictures of complete logs in the report: a dozen of them, each a thousand points wide
+CURVE_FILES = ("curve.png", "curve.csv", "curve.json")
+MOST_REASONS = 8
+"""Rejected stretches that are reported on the screen; all are in curve.json and in the figure."""
+
+
+def motor(
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help=MAP_HELP)],
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML file that names columns and units, for headings of other kinds.")
+    ] = None,
+    out: Out = None,
+    like: Annotated[str | None, typer.Option(help=LIKE_HELP)] = None,
+    model: Annotated[
+        str | None, typer.Option(help="Model to look at instead of the recommended one: wilson ... mj6.")
+    ] = None,
+    threshold: Annotated[
+        float, typer.Option(help="Error in % of nominal torque beyond which a model must not be used.")
+    ] = 1.0,
+    json: Json = False,
+) -> None:
+    """Fit and rank torque-loss models on a supplier's map, recommend one, say where it must not be used (paper A).
+
+    Exit code 1 if no model holds on most of the map, or the map does not determine MJ4, which the twin runs.
+
+    Example: stillhook identify motor A6VM215.csv --out A6VM215
+    """
+    from stillhook.identify.motor.identify import identify_motor, report, to_dict
+    from stillhook.identify.motor.map import read_map
+    from stillhook.library.parameter_sets import load_losses
+
+    check_out(out, MOTOR_FILES)
+    if not 0.0 < threshold < 100.0:
+        raise IdentifyError(
+            f"--threshold = {threshold:g}: give per cent of nominal torque between 0 and 100, such as 1."
+        )
+    D_max = None if like is None else f"{load_losses(like).motor.D_max!r} m^3/rad"
+    m = read_map(map_file, mapping=mapping, D_max=D_max)
+    if m.synthetic and not json:
+        say("SYNTHETIC map: made by a formula, measured on no motor.")
+    result = identify_motor(m, model=model, threshold=threshold * PER_CENT, like=like)
+    present(to_dict(result), lambda: print_document(report(result, {})), json=json)
+    if out is not None:
+        write_out(out, dict(sorted(_motor_files(result).items())), quiet=json)
+        say_left_out()
+    raise typer.Exit(0 if result.usable else 1)
+
+
+def _motor_files(result: MotorLoss) -> dict[str, Any]:
+    """Motor file, report, all models and figures by file. A motor file that must not be used is left out."""
+    from stillhook.identify.motor.figures import figures
+    from stillhook.identify.motor.identify import loss_set, report, to_dict
+    from stillhook.library.parameter_sets import set_toml
+    from stillhook.report.html import html
+    from stillhook.report.kit import drawn, pngs
+
+    chosen, page, numbers = MOTOR_FILES[:3]
+    pictures = drawn(lambda: pngs(figures(result)))
+    files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
+    files |= {page: html(report(result, pictures)), numbers: to_dict(result)}
+    if not result.drops_in:
+        say(f"{chosen} is not written: MJ4 is not determined by this map, or wrong on most of it.")
+    elif result.like is None:
+        say(
+            f"{chosen} is not written: no motor of the library has this size. Give --like MOTOR, which lends inertia"
+            " and speed limits."
+        )
+    else:
+        files[chosen] = set_toml(loss_set(result, chosen.removesuffix(".toml")))
+    return files
+
+
+def friction(
+    campaign: Annotated[
+        Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")
+    ],
+    out: Out = None,
+    proposals: Annotated[int, typer.Option(min=0, max=20, help="How many further tests to propose.")] = 3,
+    json: Json = False,
+) -> None:
+    """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
+
+    The campaign's table [fit] has like (set of a similar winch, for what the tests cannot determine), loops of the
+    second loop, map (supplier's, to compare with the fitted motor), keep_Y_2, variant and seed.
+
+    Exit code 1 if the data cannot determine what a winch model needs.
+
+    Example: stillhook identify friction my-tests/campaign.toml --out results
+    """
+    from stillhook.identify.system_friction.identify import friction as identify
+    from stillhook.identify.system_friction.report import report
+    from stillhook.identify.system_friction.result import to_dict
+
+    check_out(out, FRICTION_FILES)
+    with progress_bar("reading the logs") as bar:
+        result = identify(campaign, proposals=proposals, progress=bar)
+    present(to_dict(result), lambda: print_document(report(result, {})), json=json)
+    if out is not None:
+        write_out(out, dict(sorted(_friction_files(result).items())), quiet=json)
+        say_left_out()
+    raise typer.Exit(0 if result.usable else 1)
+
+
+def _friction_files(result: Friction) -> dict[str, Any]:
+    """Set, report, numbers, tables and figures by file. A set that must not be used is left out."""
+    from stillhook.identify.system_friction.figures import figures
+    from stillhook.identify.system_friction.report import report
+    from stillhook.identify.system_friction.result import (
+        friction_set,
+        points_table,
+        second_loop_sets,
+        stretches_table,
+        to_dict,
+        warnings,
+    )
+    from stillhook.library.parameter_sets import set_toml
+    from stillhook.report.html import html
+    from stillhook.report.kit import drawn, pngs
+
+    chosen, page, numbers, points, stretches = FRICTION_FILES
+    pictures = drawn(lambda: pngs(figures(result)))
+    logs = drawn(lambda: pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI))
+    files: dict[str, Any] = {f"{stem}.png": data for stem, data in pictures.items()}
+    files |= {page: html(report(result, pictures, logs)), numbers: to_dict(result)}
+    files |= {points: points_table(result).to_csv(index=False), stretches: stretches_table(result).to_csv(index=False)}
+    if not result.usable:
+        say(f"{chosen} is not written: the data cannot determine what a winch model needs.")
+        return files
+    files[chosen] = warnings(result) + set_toml(friction_set(result, "friction"))
+    for item in second_loop_sets(result) if result.second is not None else ():
+        files[f"{item.name}.toml"] = set_toml(item)
+    return files
+
+
+def _log_figure(m: Measured) -> Figure:
+    from stillhook.identify.curve import window_figure
+
+    return window_figure(
+        m.log, "omega_m", "dp_m", m.steady, unpaired=m.pairs.unpaired, title=f"test {m.test.name}: {m.log.source}"
+    )
+
+
+def curve(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of the test: CSV, Parquet, MDF4, TDMS or MAT.")],
+    mapping: Annotated[
+        Path | None, typer.Option(help="Mapping file (TOML): which column is which signal, unit, sign.")
+    ] = None,
+    speed: Annotated[str, typer.Option(help="Signal whose sign is the direction.")] = "speed",
+    effort: Annotated[
+        str, typer.Option(help="Signal that friction shows in: force, torque, pressure drop.")
+    ] = "effort",
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Friction over speed from a staircase log, with 95 % intervals: half the difference of both directions.
+
+    A table [curve] of the mapping file has position (signal on which the load depends: compares place by place),
+    command (set signal whose changes begin new steps), and what counts as steady: least_length, least_speed and more.
+
+    Example: stillhook identify curve bench.csv --mapping bench.toml --out results
+    """
+    from stillhook.identify.curve import CurveSettings, curve_figure, curve_settings, friction_curve
+    from stillhook.logs.log import describe, read_log, read_mapping
+
+    settings = CurveSettings() if mapping is None else curve_settings(mapping)
+    position, command = settings.position, settings.command
+    check_out(out, CURVE_FILES)
+    with progress_bar(log.name) as bar:
+        try:
+            read = read_log(log, None if mapping is None else read_mapping(mapping), progress=bar)
+        except LogError as problem:
+            line, mark, _ = str(problem).partition(" Give a mapping")
+            if mapping is None and mark and "no heading names a signal" in line:
+                raise LogError(f"{line} {_needed(speed, effort, position, command)}") from None
+            raise
+    _signals(read, speed, effort, position, command)
+    result = friction_curve(
+        read, speed=speed, effort=effort, position=position, command=command, settings=settings.steady
+    )
+    picture, table, numbers = CURVE_FILES
+    answer = {**result.to_dict(), "findings": [f.to_dict() for f in read.findings]}
+    files = {table: _csv(result), numbers: result.to_dict()}
+    pictures = lambda: {picture: curve_figure(result, read, effort)}
+    present(answer, lambda: _print_curve(result, describe(read)), out, files, json=json, pictures=pictures)
+
+
+def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
+    """Refuse a log without the signals that the options name. Errors: LogError that names all of them."""
+    requested = {"--speed": speed, "--effort": effort, "--position": position, "--command": command}
+    available = {*log.signals, *(("dp_m",) if {"p_a", "p_b"} <= set(log.signals) else ())}
+    missing = [f"{name} ({option})" for option, name in requested.items() if name is not None and name not in available]
+    if missing:
+        have, way = ", ".join(sorted(available)), _needed(speed, effort, position, command)
+        raise LogError(
+            f"{log.source}: no signal {', '.join(missing)}. It has {have}: name one of these with the option. {way}"
+        )
+
+
+def _needed(speed: str, effort: str, position: str | None, command: str | None) -> str:
+    """Columns that a mapping must name, with a row to write."""
+    names = ["time", speed, effort, *(n for n in (position, command) if n is not None)]
+    row = f'{speed} = {{ column = "...", quantity = "speed", unit = "m/s" }}'
+    return (
+        f"Give a mapping (--mapping file.toml) with the columns of {', '.join(names)} under [signals], such as {row}."
+    )
+
+
+def _print_curve(curve: FrictionCurve, head: Sequence[str]) -> None:
+    for line in head:
+        print(line)
+    rows = []
+    for p in curve.points:
+        way = "-" if p.way is None else " to ".join(curve.text("position", x, 3) for x in p.way)
+        half, load = curve.text("effort", p.estimate.half, 2), curve.text("effort", p.load)
+        friction = curve.text("effort", p.friction)
+        rows.append([curve.text("speed", p.speed), friction, half, load, str(p.up.n), str(p.down.n), way])
+    if curve.adapted:
+        print(
+            f"no speed was held for 2 s: stretches from {curve.least_length:g} s on are used"
+            " (curve.least_length of the mapping sets it)"
+        )
+    head = ["speed", "friction", "+- (95 %)", "load", "bins up", "bins down", "way"]
+    print_table(head, rows, title=f"{curve.source}: half the difference of both directions")
+    rejected = [*curve.steady.rejected, *curve.unpaired]
+    for r in rejected[:MOST_REASONS]:
+        print(f"not used, {r.start:.1f} to {r.end:.1f} s: {r.reason}")
+    if len(rejected) > MOST_REASONS:
+        print(f"not used: {len(rejected) - MOST_REASONS} more stretches (see --json or --out)")
+
+
+def _csv(curve: FrictionCurve) -> str:
+    names = ("speed", "friction", "u_friction", "load", "u_load", "speed up", "speed down")
+    rows = [(p.speed, p.friction, p.u_friction, p.load, p.u_load, p.up.speed, p.down.speed) for p in curve.points]
+    lines = [",".join(f"{name} [SI]" for name in names), *(",".join(repr(float(x)) for x in row) for row in rows)]
+    return "".join(f"{line}\r\n" for line in lines)

@@ -1,1 +1,0 @@
-"""Commands that identify friction, from supplier maps and from crane tests."""

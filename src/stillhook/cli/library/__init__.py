@@ -1,1 +1,0 @@
-"""Commands about what the library holds."""
