@@ -93,7 +93,7 @@ def compile_all(folder: Path, targets: Mapping[str, Target] = TARGETS) -> None:
     """Translate the kernels, compile them for each target, write the index."""
     from stillhook.kernels.build import kernel_hash
     from stillhook.kernels.c99.library import FLAGS
-    from stillhook.kernels.c99.shipped import INDEX, Index, code_hash
+    from stillhook.kernels.c99.library import INDEX, Index, code_hash
 
     kernels: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as work:

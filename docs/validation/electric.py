@@ -16,8 +16,8 @@ from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
 from stillhook.engine.simulate import run_cases, whole
 from stillhook.library import changed
-from stillhook.physics.electric import drive, machine
-from stillhook.physics.electric.heating import Body, time_to_limit
+from stillhook.physics.electric import machine
+from stillhook.physics.electric.machine import Body, time_to_limit
 from stillhook.physics.scalar import G
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
@@ -225,11 +225,11 @@ def step_table() -> Rows:
             result = run(n_sub=n, **(WAVE | case))
             cells = (1e3 * off(result, "s_w"), off(result, "T_m"), off(result, "E_store"))
             rows.append((name, f"{10.0 / n:g} ms", f"{cells[0]:.4f} mm", f"{cells[1]:.2f} N m", f"{cells[2]:.0f} J"))
-        drive.CURRENT_RATE, kept = UNREDUCED, drive.CURRENT_RATE
+        machine.CURRENT_RATE, kept = UNREDUCED, machine.CURRENT_RATE
         try:
             result = run(n_sub=FINEST, **(WAVE | case))
         finally:
-            drive.CURRENT_RATE = kept
+            machine.CURRENT_RATE = kept
         cells = (1e3 * off(result, "s_w"), off(result, "T_m"), off(result, "E_store"))
         current = "0.1 ms, current loop at 300 Hz"
         rows.append((name, current, f"{cells[0]:.4f} mm", f"{cells[1]:.2f} N m", f"{cells[2]:.0f} J"))

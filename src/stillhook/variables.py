@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from stillhook.base.variable import Variable as Variable
-from stillhook.control.sensors.registry import sensor_rows
+from stillhook.control.sensors import sensor_rows
 from stillhook.winches.joints.registry import joint_rows
 from stillhook.winches.registry import own_rows
 

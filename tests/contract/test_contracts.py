@@ -16,7 +16,7 @@ from stillhook import Scenario, load_crane
 from stillhook.base.extensions import load, modules_in
 from stillhook.control import controllers
 from stillhook.control import registry as of_controllers
-from stillhook.control.sensors import registry as of_sensors
+from stillhook.control import sensors as of_sensors
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
 from stillhook.library import cranes

@@ -17,7 +17,7 @@ from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
 from stillhook.engine.simulate import run_cases, whole
 from stillhook.library import changed
 from stillhook.physics.electric import machine, supply
-from stillhook.physics.electric.heating import Body, time_to_limit
+from stillhook.physics.electric.machine import Body, time_to_limit
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane

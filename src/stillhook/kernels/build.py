@@ -25,7 +25,7 @@ from stillhook.base.extensions import extension_sources
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.control.registry import CONTROLLERS
 from stillhook.errors import SimulationError
-from stillhook.kernels import control_laws, sensing
+from stillhook.kernels import control_laws
 from stillhook.kernels.c99.library import Entry, Library, native
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.cache import kernel_folder
@@ -119,7 +119,7 @@ def _folder(plant: str, setup: Setup, extra_controllers: tuple[str, ...], prefix
         own = [] if files[0].is_relative_to(PACKAGE) else sorted(files[0].parent.glob("*.py"))
     sources = b"\0".join(path.read_bytes() for path in own)
     of_user = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
-    modules = control_laws.label(extra_controllers) + sensing.label(setup.sensors)
+    modules = control_laws.label(extra_controllers) + control_laws.sensors_label(setup.sensors)
     return f"{prefix}{setup.label}{plant}{of_user}{modules}"
 
 

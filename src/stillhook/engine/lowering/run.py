@@ -20,7 +20,7 @@ from stillhook.engine.scenario.run import first_lane
 from stillhook.kernels.build import Setup
 from stillhook.kernels.drivers.lift import NP, SIGNALS
 from stillhook.kernels.lanes import aligned, flatten, offset, room_for, size
-from stillhook.kernels.statistics.cycles import blank
+from stillhook.kernels.statistics import blank
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering

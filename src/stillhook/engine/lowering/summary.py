@@ -27,7 +27,7 @@ from stillhook.engine.scenario.checks import (
 )
 from stillhook.engine.scenario.summary import OF_OSCILLATION, limits_passed, oscillation_notes, winch_numbers
 from stillhook.engine.store import Summary
-from stillhook.kernels.statistics.oscillation import joined
+from stillhook.kernels.oscillation import joined
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.phase import WinchMode

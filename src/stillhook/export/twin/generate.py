@@ -13,7 +13,7 @@ from stillhook.control.guard import FINITE, guard_at_start
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import ControlLaw
-from stillhook.control.sensors.registry import SENSORS, Sensor
+from stillhook.control.sensors import SENSORS, Sensor
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.certificate import objections
 from stillhook.engine.inputs import hermite_weights, scale_weights

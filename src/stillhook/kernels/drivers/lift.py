@@ -9,7 +9,7 @@ from stillhook.kernels.drivers.water import water_at_payload
 from stillhook.kernels.drivers.winch import Driver, LaneParts
 from stillhook.kernels.drivers.wire import below_winch
 from stillhook.kernels.lanes import Array, access, offset
-from stillhook.kernels.statistics.cycles import window_add, window_turn
+from stillhook.kernels.statistics import window_add, window_turn
 from stillhook.physics.load_path.payload import Heights, Water, submergence
 from stillhook.physics.scalar import align_stack, fmax, scalar
 from stillhook.winches.elements.lift import Course, Hanging, Lift, LiftSignals, Windowed, relative, signals_of

@@ -11,8 +11,8 @@ from typing import Any
 from stillhook.control.plc import Memory
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import Array, access, offset
-from stillhook.kernels.statistics.cycles import SIGNALS, window_add, window_turn
-from stillhook.kernels.statistics.oscillation import Oscillation, Watched, fold_period, fold_watched
+from stillhook.kernels.oscillation import Oscillation, Watched, fold_period, fold_watched
+from stillhook.kernels.statistics import SIGNALS, window_add, window_turn
 from stillhook.physics.records import record
 from stillhook.physics.scalar import align_stack, clip, fmax, scalar
 from stillhook.winches.records import THIN, Geometry, Tick, Tip

@@ -13,12 +13,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stillhook.control.plc import Memory
-from stillhook.kernels.control_laws import ControlLaws
-from stillhook.kernels.lanes import access, joined
-from stillhook.kernels.sensing import shown
-from stillhook.kernels.statistics.cycles import SIGNALS, CommonStats, fold_common
-from stillhook.kernels.statistics.oscillation import Oscillation
-from stillhook.physics.records import inflow, record, replace
+from stillhook.kernels.control_laws import ControlLaws, shown
+from stillhook.kernels.lanes import access
+from stillhook.kernels.oscillation import Oscillation
+from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common
+from stillhook.physics.records import inflow, joined, record, replace
 from stillhook.physics.scalar import fmax, scalar
 from stillhook.winches.records import CommonSignals, Geometry, Tick, Tip
 

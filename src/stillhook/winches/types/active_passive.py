@@ -8,7 +8,7 @@ from stillhook.control.commands import displacement_for_weight, make_up, within_
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import dry_torque
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
-from stillhook.physics.hydraulics.cavitation import line_pressure
+from stillhook.physics.hydraulics.lines import line_pressure
 from stillhook.physics.hydraulics.motor import motor_torque, motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.records import replace, zeros_but
@@ -59,7 +59,7 @@ class State(NamedTuple):
     alpha_pp_dot: float  # its rate [1/s]
     alpha_pm: float  # setting of the passive motors [-]
     alpha_pm_dot: float  # its rate [1/s]
-    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.lines`
     p_b: float  # that of line B, lowering [Pa]
     V_o: float  # oil in the accumulator [m^3]
     omega_m: float  # motor speed, hoisting positive [rad/s]

@@ -18,8 +18,14 @@ from stillhook.control.plc import MANUAL, ActuatorCommands, Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics import cylinder as rod
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void, piston_loss, port_pressure
-from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
-from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
+from stillhook.physics.hydraulics.lines import (
+    external_leakage,
+    internal_leakage,
+    line_pressure,
+    relief_flow,
+    void_energy,
+    void_volume,
+)
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
 from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import clip, fmax, scalar
@@ -76,7 +82,7 @@ class State(NamedTuple):
 
     alpha_p: float  # setting of the pumps [-]
     alpha_p_dot: float  # its rate [1/s]
-    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.lines`
     p_b: float  # that of line B, lowering [Pa]
     V_o: float  # oil in the accumulator [m^3]
     x_rod: float  # how far the rod is out [m]

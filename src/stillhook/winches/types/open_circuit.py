@@ -7,9 +7,9 @@ from stillhook.base.variable import Row
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import Plc, hold, low_pass
 from stillhook.physics.friction import system_friction
-from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
-from stillhook.physics.hydraulics.load_sensing import power_limited_setting, pump_setting_rate
+from stillhook.physics.hydraulics.lines import line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, motors_dry, motors_moving, torque_loss
+from stillhook.physics.hydraulics.pump import power_limited_setting, pump_setting_rate
 from stillhook.physics.hydraulics.swash import swash_acceleration, swash_rate
 from stillhook.physics.hydraulics.valves import in_series, orifice_flow, pilot_pressure_rate, spool_for_opening
 from stillhook.physics.records import replace, zeros_but
@@ -74,7 +74,7 @@ class State(NamedTuple):
     x_v: float  # spool position, hoisting positive [-]
     x_v_dot: float  # its rate [1/s]
     alpha_p: float  # setting of the pumps [-]
-    p_a: float  # linear pressure of line A, hoisting, at the motors [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_a: float  # linear pressure of line A, hoisting, at the motors [Pa], see `stillhook.physics.hydraulics.lines`
     p_b: float  # that of line B, lowering [Pa]
     p_s: float  # that of the supply [Pa]
     p_pilot: float  # pressure in the pilot line of the counterbalance valve [Pa]

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import dry_torque
-from stillhook.physics.hydraulics.cavitation import line_pressure
+from stillhook.physics.hydraulics.lines import line_pressure
 from stillhook.physics.hydraulics.motor import motor_torque, motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.records import zeros_but
@@ -39,7 +39,7 @@ class State(NamedTuple):
     alpha_p_dot: float  # its rate [1/s]
     alpha_m: float  # setting of the motors [-]
     alpha_m_dot: float  # its rate [1/s]
-    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.lines`
     p_b: float  # that of line B, lowering [Pa]
     omega_m: float  # motor speed, hoisting positive [rad/s]
     z: float  # bristle, half a step ahead [rad]
