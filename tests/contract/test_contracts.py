@@ -98,7 +98,7 @@ def test_a_type_checker_checks_a_module_against_its_contract(tmp_path: Path) -> 
 OWN = """
 from stillhook.physics.friction import bristle_update
 from stillhook.physics.scalar import fmax
-from stillhook.winches.load_path import drum_geometry
+from stillhook.winches.load_path.load import drum_geometry
 
 BLANK = Extremes(0.0, 0.0)
 

@@ -27,7 +27,7 @@ from stillhook.physics.hydraulics.valves import (
 )
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Operator, PowerLoss
-from stillhook.winches.load_path import shaft_inertia_without_wire
+from stillhook.winches.load_path.load import shaft_inertia_without_wire
 from stillhook.winches.types import open_circuit
 
 NAME = "utility-20t-open-circuit"

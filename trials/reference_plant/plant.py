@@ -33,7 +33,7 @@ from stillhook.winches.circuits.active import (
     relieves,
 )
 from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.load_path import Hoist
+from stillhook.winches.load_path.load import Hoist
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.types import active_passive
 from stillhook.winches.types.active_passive import SUPPLIED, Limits, Powers, Signals

@@ -130,9 +130,9 @@ def _called(module: ModuleType, name: str, *arguments: Any) -> Any:
         raise fault(module, f"{name} at 1, with the settings by default: {wrong}", "Correct it") from problem
 
 
-def _check(module: ModuleType, name: str, given: Any, holds: Callable[[Any], bool], allowed: str) -> None:
-    if not holds(given):
-        raise fault(module, f"{name} gave {quote(given)}", f"It must give {allowed}")
+def _check(module: ModuleType, name: str, value: Any, holds: Callable[[Any], bool], allowed: str) -> None:
+    if not holds(value):
+        raise fault(module, f"{name} gave {quote(value)}", f"It must give {allowed}")
 
 
 def _value(setting: Setting) -> float:

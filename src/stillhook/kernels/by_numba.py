@@ -33,8 +33,8 @@ _typeof_any = typeof_impl.dispatch(object)
 
 @typeof_impl.register(FunctionType)
 def _typeof_function(value: FunctionType, context: Any) -> Any:
-    found = scalar_of(value)
-    return types.Dispatcher(kernel_of(found)) if found else _typeof_any(value, context)
+    kernel = scalar_of(value)
+    return types.Dispatcher(kernel_of(kernel)) if kernel else _typeof_any(value, context)
 
 
 @intrinsic

@@ -129,12 +129,12 @@ def _demand(laws: list[ControlLaw], read: list[str], guarded: bool) -> str:
     and how many of its fields are none."""
     lines = ["def demand(r, laws, plc):", "    code = r.y.mode"]
     u_p = u_m = ""
-    kept, wrong = ["code"], ["0.0"]
+    after, wrong = ["code"], ["0.0"]
     for i, law in enumerate(laws):
         on, arguments = f"code == {law.code!r}", "r, plc"
         if law.record is not None:
             arguments += f", laws.{law.field}_settings"
-            kept.append(f"laws.{law.field}_settings")
+            after.append(f"laws.{law.field}_settings")
         if law.memory is None:
             lines.append(f"    d_{i} = cycle_{law.field}({arguments})")
         else:
@@ -145,11 +145,11 @@ def _demand(laws: list[ControlLaw], read: list[str], guarded: bool) -> str:
             if guarded:
                 lines.append(f"    wrong_{i} = {parts} if {on} else 0.0")
                 wrong.append(f"wrong_{i}")
-            kept.append(f"n_{i} if {on}{f' and wrong_{i} < 0.5' if guarded else ''} else {start}")
+            after.append(f"n_{i} if {on}{f' and wrong_{i} < 0.5' if guarded else ''} else {start}")
         u_p = f"d_{i}.u_p if {on} else {u_p}" if u_p else f"d_{i}.u_p"
         u_m = f"d_{i}.u_m if {on} else {u_m}" if u_m else f"d_{i}.u_m"
-    kept += [f"laws.{field}" for field in (*read, *(["guard"] if guarded else []))]
-    made = [f"Demand({u_p}, {u_m})", f"Record({', '.join(kept)})", *([" + ".join(wrong)] if guarded else [])]
+    after += [f"laws.{field}" for field in (*read, *(["guard"] if guarded else []))]
+    made = [f"Demand({u_p}, {u_m})", f"Record({', '.join(after)})", *([" + ".join(wrong)] if guarded else [])]
     lines.append(f"    return {', '.join(made)}")
     return "\n".join(lines)
 
@@ -262,13 +262,13 @@ def shown(names: tuple[str, ...], Signals: Any) -> Shown:
     join_drive = joined("Drive", ActuatorCommands, Measured).join
     used = {"Measured": Measured, "join_drive": join_drive, "join_signals": row.join}
     read = ", ".join(f"sensed.{quantity}" for quantity in quantities)
-    kept = ", ".join(f"drive.{name}" for name in Measured._fields)
+    measurements = ", ".join(f"drive.{name}" for name in Measured._fields)
     source = f"""\
 def keep(drive, sensed):
     return join_drive(drive, Measured({read}))
 
 def show(signals, drive):
-    return join_signals(signals, Measured({kept}))
+    return join_signals(signals, Measured({measurements}))
 """
     define(source, used, f"<signals of {of}>")
     return Shown(row.record, scalar(used["keep"]), scalar(used["show"]))

@@ -86,7 +86,8 @@ class Joined(typing.NamedTuple):
 def joined(name: str, first: type, second: type) -> Joined:
     """The record of the fields of both, in this order, and join(a, b)."""
     of = f"{first.__module__} and {second.__module__}"
-    made = record(name, of, **dict(fields(first)), **dict(fields(second)))
+    hints = [typing.get_type_hints(cls, include_extras=True) for cls in (first, second)]
+    made = record(name, of, **hints[0], **hints[1])
     args = [f"a.{f}" for f, _ in fields(first)] + [f"b.{f}" for f, _ in fields(second)]
     names: dict[str, Any] = {"record": made}
     file = f"<{name} of {of}>"

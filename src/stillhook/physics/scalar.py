@@ -46,8 +46,8 @@ def in_kernels(python: Function, kernel: Scalar) -> Function:
 
 def scalar_of(function: Any) -> Scalar | None:
     """What a kernel inlines for this function; None where it is no scalar function."""
-    found = getattr(function, "scalar", None)
-    return found if isinstance(found, Scalar) else None
+    kernel = getattr(function, "scalar", None)
+    return kernel if isinstance(kernel, Scalar) else None
 
 
 G = 9.80665

@@ -29,7 +29,7 @@ from stillhook.winches.circuits import tables as circuits
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.interface import Parts
-from stillhook.winches.load_path import Hoist
+from stillhook.winches.load_path.load import Hoist
 from stillhook.winches.records import Sensors
 
 HELD = 1.0e4

@@ -176,7 +176,7 @@ def winch_numbers(winch: WinchType, stats: Any, t_cycle: float) -> dict[str, flo
         "slack_time": st.slack_cycles * t_cycle,
         "wire_time": st.wire_cycles * t_cycle,
         **oscillation_numbers(stats.oscillation.largest),
-        **winch.own_numbers(stats, t_cycle),
+        **winch.run_numbers(stats, t_cycle),
     }
 
 

@@ -134,14 +134,14 @@ class Library:
     """A shared library of some kernels: that of the wheel, else translated and compiled when the first of them is
     called.
 
-    entries: kernels by the name of their symbol; folder: of the cache, for this state of the sources; kept: folder of
+    entries: kernels by the name of their symbol; folder: of the cache, for this state of the sources; store: folder of
     libraries under the hash of their source; sources: hash of what the kernels are translated from.
     """
 
     def __init__(
-        self, entries: Mapping[str, Callable[..., Any]], folder: Path, kept: Path, *, sources: str = ""
+        self, entries: Mapping[str, Callable[..., Any]], folder: Path, store: Path, *, sources: str = ""
     ) -> None:
-        self.entries, self.folder, self.kept, self.sources = entries, folder, kept, sources
+        self.entries, self.folder, self.store, self.sources = entries, folder, store, sources
         self.lock = threading.Lock()
         self.loaded: ctypes.CDLL | None = None
         self.failed = False
@@ -204,7 +204,7 @@ class Library:
         if compiler() is None:
             raise NoCompilerError("Zig is not installed.")
         parts = (source, *FLAGS, target(), version("ziglang"), sysconfig.get_platform())
-        file = self.kept / f"{hashlib.sha256(chr(0).join(parts).encode()).hexdigest()[:24]}{SUFFIX}"
+        file = self.store / f"{hashlib.sha256(chr(0).join(parts).encode()).hexdigest()[:24]}{SUFFIX}"
         self._compile(source, file)
         self.folder.mkdir(parents=True, exist_ok=True)
         with atomic_file(self._pointer()) as pointer:
@@ -217,7 +217,7 @@ class Library:
 
     def _known(self) -> Path | None:
         try:
-            return self.kept / self._pointer().read_text(encoding="utf-8")
+            return self.store / self._pointer().read_text(encoding="utf-8")
         except OSError:
             return None
 
@@ -232,7 +232,7 @@ class Library:
             with atomic_file(file) as library:
                 code = library.with_suffix(".c")
                 code.write_text(source, encoding="utf-8")
-                caches = {f"ZIG_{which}_CACHE_DIR": str(self.kept.with_name("zig")) for which in ("LOCAL", "GLOBAL")}
+                caches = {f"ZIG_{scope}_CACHE_DIR": str(self.store.with_name("zig")) for scope in ("LOCAL", "GLOBAL")}
                 try:
                     subprocess.run(
                         [*command, *FLAGS, target(), "-o", str(library), str(code)],

@@ -10,7 +10,7 @@ from stillhook.kernels.lanes import Array, access, offset
 from stillhook.physics.load_path.drum import suspended_load
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import scalar
-from stillhook.winches.load_path import Hoist
+from stillhook.winches.load_path.load import Hoist
 from stillhook.winches.records import Tip
 
 

@@ -85,7 +85,7 @@ def winch_driver(
     Command, Params, LawRecord = plant.Command, plant.Params, laws.Record
     circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
     sensing, actuate = laws.sensing(plant.sense), plant.actuate
-    own_signals, winch_powers = plant.signals, plant.powers
+    winch_signals, winch_powers = plant.signals, plant.powers
     limits, fold_extremes = plant.limits, plant.fold_extremes
     supplied = inflow(plant.Powers, *(n for n in plant.SUPPLIED if n not in getattr(plant, "WITHIN", ())))
     point, path_rates, path_powers = path.at, path.rates, path.powers
@@ -187,7 +187,7 @@ def winch_driver(
             v_op=tick.v_op,
             brake=u.brake,
         )
-        return show_measured(join_signals(common, own_signals(c, x.winch, q, u, geo, p)), drive)
+        return show_measured(join_signals(common, winch_signals(c, x.winch, q, u, geo, p)), drive)
 
     @scalar
     def through(power, q):

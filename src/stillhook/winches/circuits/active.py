@@ -130,6 +130,38 @@ def out_of_boost(f, A):
     return 1.0 if f.Q_boost_a + f.Q_boost_b >= NEAR_LIMIT * A.boost.Q_max else 0.0
 
 
+class Signals(NamedTuple):
+    """Signals of the active circuit, and of the shaft that it turns."""
+
+    alpha_p: rows.AlphaP
+    alpha_m: rows.AlphaM
+    p_a: rows.PressureA
+    p_b: rows.PressureB
+    V_void: rows.VoidVolume
+    omega_m: rows.OmegaM
+    Q_relief: rows.ReliefFlow
+    T_f: rows.FrictionTorque
+    f_pump: rows.PumpShare
+    P_hpu: rows.HydraulicPower
+
+
+@scalar
+def signals_of(c, x, u, P_hpu, p):
+    """The Signals at an instant; P_hpu hydraulic power of all power units [W]."""
+    return Signals(
+        alpha_p=c.alpha_p,
+        alpha_m=c.alpha_m,
+        p_a=c.p_a,
+        p_b=c.p_b,
+        V_void=c.V_void,
+        omega_m=x.omega_m,
+        Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
+        T_f=shaft.friction(c, x, p),
+        f_pump=u.f_pump,
+        P_hpu=P_hpu,
+    )
+
+
 class Extremes(NamedTuple):
     """Extremes of the active circuit over a run."""
 

@@ -342,7 +342,7 @@ def pilot_pressure(Q: float, dp: float, A: ValveCircuit) -> float:
     for _ in range(30):
         drop = max(p_b + dp - A.tank.p_T, 1.0)
         K_2 = Q * Q / drop
-        rest = 1.0 / max(K_2, 1e-30) - 1.0 / A.edges.K_v**2
-        y = min(1.0 / (rest**0.5 * A.cb.K_v), 1.0) if rest > 0.0 else 1.0
+        others = 1.0 / max(K_2, 1e-30) - 1.0 / A.edges.K_v**2
+        y = min(1.0 / (others**0.5 * A.cb.K_v), 1.0) if others > 0.0 else 1.0
         p_b = max((A.cb.p_crack + y / A.cb.i_dp_open - dp) / (1.0 + A.cb.psi), A.tank.p_T)
     return p_b

@@ -29,7 +29,7 @@ from stillhook.physics.hydraulics.lines import (
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
 from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import clip, fmax, scalar
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.active import ActiveFlows, cavitates, out_of_boost, out_of_power, relieves
 from stillhook.winches.circuits.cylinder import (
@@ -60,12 +60,13 @@ from stillhook.winches.circuits.cylinder import (
 )
 from stillhook.winches.circuits.passive import at_an_end
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, drum_geometry
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, drum_geometry
 from stillhook.winches.records import Geometry, Sensors, apply_override
 
 NAME = "cylinder"
 TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates heave, the drum stands on its brake"
-PATH = load_path
+PATH = load
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
 

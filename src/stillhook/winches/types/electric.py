@@ -9,17 +9,18 @@ from stillhook.physics.electric import machine, supply
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
 from stillhook.units import show
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.electric import BLANK, Drive, Electric, Extremes, fold_extremes, records
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.shaft import bristle_after, friction, geometry, sense, wire_speed
 
 NAME = "electric"
 TITLE = "electric winch: machines with inverters on a DC link with a store"
-PATH = load_path
+PATH = load
 CONTROL = "speed"
 TUNED = {"electric.speed.K": (20.0, 2000.0), "electric.speed.T_i": (0.02, 2.0)}
 SHOWN = {"T_m_max": "peak\ntorque", "P_el_max": "peak grid\npower", "theta_max": "highest\ntemperature"}
@@ -148,9 +149,15 @@ def circuit(x, q, u, geo, p):
     point of the load path. Where the holding brake closes it takes the load over, and the drive lets go."""
     h, d, M = p.hoist, p.drive, p.drive.machines
     held = fmax(u.brake, x.trip)
-    give, take = supply.supply_limit(x.E, x.heat, d.store, d.grid), supply.take_limit(x.E, x.heat, d.store, d.grid)
+    P_supply, P_back = (
+        supply.supply_limit(x.E, x.heat, d.store, d.grid),
+        supply.take_limit(x.E, x.heat, d.store, d.grid),
+    )
     T_demand = (1.0 - held) * machine.torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, d.speed)
-    T_most, T_least = machine.torque_limit(x.omega_m, give, take, M), -machine.torque_limit(-x.omega_m, give, take, M)
+    T_most, T_least = (
+        machine.torque_limit(x.omega_m, P_supply, P_back, M),
+        -machine.torque_limit(-x.omega_m, P_supply, P_back, M),
+    )
     T_ref = clip(T_demand, T_least, T_most)
     P_dc = machine.link_power(x.i, x.omega_m, M)
     P_resistor = supply.resistor_power(P_dc, x.E, x.heat, d.store, d.grid)

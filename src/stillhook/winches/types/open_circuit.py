@@ -15,7 +15,7 @@ from stillhook.physics.hydraulics.valves import in_series, orifice_flow, pilot_p
 from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.units import show
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.active import (
     NEAR_LIMIT,
@@ -40,13 +40,14 @@ from stillhook.winches.circuits.valve_controlled import (
     valve_rates,
 )
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.shaft import bristle_after, friction, geometry, wire_speed
 
 NAME = "open-circuit"
 TITLE = "open-circuit winch: a proportional directional valve moves the drum, a counterbalance valve holds the load"
-PATH = load_path
+PATH = load
 CONTROL = "speed"
 TABLES = {"open": OpenCircuit}
 TUNED = {
