@@ -38,9 +38,8 @@ class WinchType:
         """What its module declares, or what holds where it does not. What a function of the user gives is checked."""
         declared = getattr(self.module, name, None)
         value = getattr(Undeclared, name) if declared is None else declared
-        return (
-            value if self.shipped or not callable(value) else functools.partial(check_result, self.module, name, value)
-        )
+        checked = callable(value) and not self.shipped
+        return functools.partial(check_result, self.module, name, value) if checked else value
 
     def pack(self, crane: Any, case: Any, parts: Any) -> Any:
         """Params of a run. Errors: SpecError where a module of the user gives something else, or no `Stiffness`."""

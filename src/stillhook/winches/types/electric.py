@@ -149,15 +149,11 @@ def circuit(x, q, u, geo, p):
     point of the load path. Where the holding brake closes it takes the load over, and the drive lets go."""
     h, d, M = p.hoist, p.drive, p.drive.machines
     held = fmax(u.brake, x.trip)
-    P_supply, P_back = (
-        supply.supply_limit(x.E, x.heat, d.store, d.grid),
-        supply.take_limit(x.E, x.heat, d.store, d.grid),
-    )
+    P_most = supply.supply_limit(x.E, x.heat, d.store, d.grid)
+    P_back = supply.take_limit(x.E, x.heat, d.store, d.grid)
     T_demand = (1.0 - held) * machine.torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, d.speed)
-    T_most, T_least = (
-        machine.torque_limit(x.omega_m, P_supply, P_back, M),
-        -machine.torque_limit(-x.omega_m, P_supply, P_back, M),
-    )
+    T_most = machine.torque_limit(x.omega_m, P_most, P_back, M)
+    T_least = -machine.torque_limit(-x.omega_m, P_most, P_back, M)
     T_ref = clip(T_demand, T_least, T_most)
     P_dc = machine.link_power(x.i, x.omega_m, M)
     P_resistor = supply.resistor_power(P_dc, x.E, x.heat, d.store, d.grid)
