@@ -177,8 +177,8 @@ OF_A_WINCH = [
     ),
     ("circuit(x, q, u, geo, p)", "circuit(*every)", "circuit(every). It must be"),
     ("lag(crane: Any)", "lag(machine: Any)", "lag(machine). It must be lag(crane)"),
-    ("PATH = load_path", 'PATH = "load_path"', 'PATH = "load_path". It must be a module'),
-    ("PATH = load_path", "import math\nPATH = math", "PATH: math"),
+    ("PATH = load", 'PATH = "load_path"', 'PATH = "load_path". It must be a module'),
+    ("PATH = load", "import math\nPATH = math", "PATH: math"),
     ('{"torque_drive": TorqueDrive}', '"active"', 'TABLES = "active"'),
     ('{"torque_drive": TorqueDrive}', '{"torque_drive": dict}', "each a stillhook.tables.table.Spec"),
     ("folded(Extremes)\n", "(0.0, 0.0), folded(Extremes)[1]\n", "BLANK = (0.0, 0.0)"),
@@ -199,7 +199,7 @@ OF_A_WINCH = [
     ("    z: float  # bristle, half a step ahead [rad]\n", "", "bristle_after without State.z"),
     ('"torque-drive"', '"truth"', "and not truth"),
     ("def pack(", "@scalar\ndef cycle(r, plc):\n    return 0\n\n\ndef pack(", "both cycle and rates"),
-    ("NAME = ", "raise SystemExit(3)\nNAME = ", "line 18: SystemExit: 3"),
+    ("NAME = ", "raise SystemExit(3)\nNAME = ", "line 19: SystemExit: 3"),
 ]
 NAME = 'NAME = "ssc-pi"\n'
 OF_A_CONTROLLER = [
