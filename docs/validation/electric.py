@@ -70,7 +70,7 @@ def poles(crane: Crane) -> tuple[np.ndarray, np.ndarray]:
     """Of the linearised rates with the position loop closed, and of the polynomial of the cascade [1/s]."""
     p = pack(crane, Scenario(load="47 t", s_w="100 m")).params
     geo, F = electric.geometry(100.0, p), p.hoist.load.W
-    q = electric.load_path.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
+    q = electric.load.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
     T = F * geo.r_eff
     names = ("i", "omega_m", "omega_ref", "T_n")
     middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.drive.machines), T_ff=T)
