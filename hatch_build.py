@@ -78,11 +78,12 @@ class CustomBuildHook(BuildHookInterface):
 def libraries() -> list[Library]:
     """Every kernel that the package calls without a winch or controller of the user."""
     from stillhook.kernels import plc_alone, tip_sampling
-    from stillhook.kernels.build import JOINTS, Setup, driver, equations
+    from stillhook.kernels.build import Setup, driver, equations
     from stillhook.kernels.lanes import VL
+    from stillhook.winches.load_path.registry import UNITS
     from stillhook.winches.registry import WINCH_TYPES
 
-    setups = [Setup(), *(Setup(joint=name) for name in JOINTS)]
+    setups = [Setup(), *(Setup(("wire", name, "payload")) for name in ("slings", *UNITS))]
     kinds = [(plant, setup) for plant in WINCH_TYPES for setup in setups]
     runs = [driver(plant, lanes, setup).run for plant, setup in kinds for lanes in (1, VL)]
     rates = [equations(driver(plant, 1)).rates_at for plant in WINCH_TYPES]
@@ -92,8 +93,7 @@ def libraries() -> list[Library]:
 def compile_all(folder: Path, targets: Mapping[str, Target] = TARGETS) -> None:
     """Translate the kernels, compile them for each target, write the index."""
     from stillhook.kernels.build import kernel_hash
-    from stillhook.kernels.c99.library import FLAGS
-    from stillhook.kernels.c99.shipped import INDEX, Index, code_hash
+    from stillhook.kernels.c99.library import FLAGS, INDEX, Index, code_hash
 
     kernels: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as work:

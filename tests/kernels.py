@@ -40,7 +40,7 @@ class Kernel(NamedTuple):
 PROCESSES = (
     (
         Kernel("active-passive", VL),
-        Kernel("active-passive", VL, Setup(joint="slings")),
+        Kernel("active-passive", VL, Setup(("wire", "slings", "payload"))),
         Kernel("reference", 1),
         Kernel("electric", VL),
         Kernel("electric", 1),
@@ -50,7 +50,7 @@ PROCESSES = (
         Kernel("pure-active", VL),
         Kernel("pure-active", 1),
         Kernel("active-passive", 1),
-        Kernel("active-passive", 1, Setup(joint="slings")),
+        Kernel("active-passive", 1, Setup(("wire", "slings", "payload"))),
         Kernel("secondary", VL),
         Kernel("secondary", 1),
         Kernel("open-circuit", VL),

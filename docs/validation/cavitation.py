@@ -12,7 +12,7 @@ from blocks import Blocks, picture, save
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
-from stillhook.physics.hydraulics.cavitation import P_VAPOUR, line_pressure, void_volume
+from stillhook.physics.hydraulics.lines import P_VAPOUR, line_pressure, void_volume
 from stillhook.physics.hydraulics.pump import PumpLeak
 from stillhook.report.plots.colours import COLOURS
 from stillhook.winches.circuits.active import ActiveCircuit, active_flows

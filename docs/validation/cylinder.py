@@ -15,7 +15,7 @@ from stillhook.library.crane_file import changed
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.scenario import Operator
 from stillhook.units import show
-from stillhook.winches.load_path import Point
+from stillhook.winches.load_path.load import Point
 from stillhook.winches.types import cylinder as winch
 
 SLOW_PAGE = True

@@ -16,8 +16,8 @@ from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
 from stillhook.engine.simulate import run_cases, whole
 from stillhook.library import changed
-from stillhook.physics.electric import drive, machine
-from stillhook.physics.electric.heating import Body, time_to_limit
+from stillhook.physics.electric import machine
+from stillhook.physics.electric.machine import Body, time_to_limit
 from stillhook.physics.scalar import G
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
@@ -70,7 +70,7 @@ def poles(crane: Crane) -> tuple[np.ndarray, np.ndarray]:
     """Of the linearised rates with the position loop closed, and of the polynomial of the cascade [1/s]."""
     p = pack(crane, Scenario(load="47 t", s_w="100 m")).params
     geo, F = electric.geometry(100.0, p), p.hoist.load.W
-    q = electric.load_path.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
+    q = electric.load.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
     T = F * geo.r_eff
     names = ("i", "omega_m", "omega_ref", "T_n")
     middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.drive.machines), T_ff=T)
@@ -225,11 +225,11 @@ def step_table() -> Rows:
             result = run(n_sub=n, **(WAVE | case))
             cells = (1e3 * off(result, "s_w"), off(result, "T_m"), off(result, "E_store"))
             rows.append((name, f"{10.0 / n:g} ms", f"{cells[0]:.4f} mm", f"{cells[1]:.2f} N m", f"{cells[2]:.0f} J"))
-        drive.CURRENT_RATE, kept = UNREDUCED, drive.CURRENT_RATE
+        machine.CURRENT_RATE, kept = UNREDUCED, machine.CURRENT_RATE
         try:
             result = run(n_sub=FINEST, **(WAVE | case))
         finally:
-            drive.CURRENT_RATE = kept
+            machine.CURRENT_RATE = kept
         cells = (1e3 * off(result, "s_w"), off(result, "T_m"), off(result, "E_store"))
         current = "0.1 ms, current loop at 300 Hz"
         rows.append((name, current, f"{cells[0]:.4f} mm", f"{cells[1]:.2f} N m", f"{cells[2]:.0f} J"))

@@ -15,7 +15,7 @@ from stillhook.analysis.loop_stability.governing import place_limits
 from stillhook.analysis.loop_stability.places import Place
 from stillhook.engine.scenario.summary import OSCILLATES
 from stillhook.engine.simulate import simulate
-from stillhook.kernels.statistics.oscillation import SMALLEST
+from stillhook.kernels.oscillation import SMALLEST
 from stillhook.library import load_crane
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.motion.irregular import IrregularTip

@@ -27,7 +27,7 @@ from stillhook.sea.vessel.realisation import Amplitudes
 from stillhook.spec.lift.lowering import InSea, Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase
-from stillhook.winches.joints.types.gas_spring import Compensator
+from stillhook.winches.load_path.gas_spring import Compensator
 
 SLOW_PAGE = True
 CRANE = load_crane("nov-250t")

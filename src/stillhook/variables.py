@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from stillhook.base.variable import Variable as Variable
-from stillhook.control.sensors.registry import sensor_rows
-from stillhook.winches.joints.registry import joint_rows
-from stillhook.winches.registry import own_rows
+from stillhook.control.sensors import sensor_rows
+from stillhook.winches.load_path.registry import joint_rows
+from stillhook.winches.registry import winch_rows
 
 WINDOW = 30.0
 """Moving window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
@@ -29,7 +29,7 @@ def _groups() -> dict[str, tuple[Variable, ...]]:
 
 
 _GROUPS = _groups()
-_SIGNALS, _NUMBERS = own_rows({row.name for group in ("series", "summary", "lift") for row in _GROUPS[group]})
+_SIGNALS, _NUMBERS = winch_rows({row.name for group in ("series", "summary", "lift") for row in _GROUPS[group]})
 SERIES = (*_GROUPS["series"], *_SIGNALS, *sensor_rows())
 COMMON_SUMMARY = _GROUPS["summary"]
 """Numbers of a run that every winch type has."""

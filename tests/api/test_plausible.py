@@ -25,7 +25,7 @@ from stillhook.spec.lift.shapes import Shape
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.plausible import RANGES, implausible_values, marked, ranges_of
 from stillhook.units import KINDS, show
-from stillhook.winches.joints.registry import UNITS
+from stillhook.winches.load_path.registry import UNITS
 
 COUNTS = {"Sensors.seed", "PowerLoss.unit"}
 """Whole numbers that choose and do not measure."""

@@ -14,7 +14,7 @@ from stillhook.engine.scenario import warm_up
 from stillhook.engine.scenario.case import ScenarioType
 from stillhook.engine.scenario.warm_up import LOOK
 from stillhook.library.crane_file import changed
-from stillhook.physics.hydraulics.cavitation import P_VAPOUR
+from stillhook.physics.hydraulics.lines import P_VAPOUR
 from stillhook.winches.circuits.active import active_flows
 
 AUDIT = 1.0e-3

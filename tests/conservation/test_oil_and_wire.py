@@ -10,9 +10,9 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import drum_record, pack
 from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.spec.scenario import Operator, PowerLoss
-from stillhook.winches import load_path
 from stillhook.winches.circuits.active import ActiveFlows, active_flows
-from stillhook.winches.load_path import drum_geometry
+from stillhook.winches.load_path import load as load_path
+from stillhook.winches.load_path.load import drum_geometry
 from stillhook.winches.records import Tip
 from stillhook.winches.types.active_passive import Command, State, circuit
 

@@ -11,7 +11,7 @@ from tests.export.twin.host import OK, Host
 from tests.export.twin.test_core import TIP, case_of, hosted, rows, series
 
 import stillhook
-from stillhook.control.sensors.interface import QUANTITIES
+from stillhook.control.interface import QUANTITIES
 from stillhook.export.twin import export
 from stillhook.library import changed, cranes
 

@@ -16,12 +16,15 @@ from stillhook import Scenario, load_crane
 from stillhook.base.extensions import load, modules_in
 from stillhook.control import controllers
 from stillhook.control import registry as of_controllers
-from stillhook.control.sensors import registry as of_sensors
+from stillhook.control import sensors as of_sensors
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import StillhookError
 from stillhook.library import cranes
 from stillhook.winches import checks as of_winches
-from stillhook.winches import imposed_tension, load_path, types
+from stillhook.winches import types
+from stillhook.winches.load_path import host
+from stillhook.winches.load_path import load as load_on_wire
+from stillhook.winches.load_path.registry import check_path
 
 TEXTS = printed_files()
 NAMES = {"controller": "ssc_pi.py", "winch": "torque_drive.py", "sensor": "measuring_wheel.py"}
@@ -68,25 +71,27 @@ def test_shipped_winches_give_what_the_contract_says_at_rest(crane: str) -> None
     of_winches.check_params(machine.plant.type.module, pack(machine, case).params)
 
 
-@pytest.mark.parametrize("path", [load_path, imposed_tension], ids=["load", "host"])
+@pytest.mark.parametrize("path", [load_on_wire, host], ids=["load", "host"])
 def test_shipped_load_paths_keep_the_contract(path: ModuleType) -> None:
-    of_winches.check_path(path)
+    check_path(path)
 
 
 @pytest.mark.thorough
 def test_a_type_checker_checks_a_module_against_its_contract(tmp_path: Path) -> None:
     """Every shipped winch type is assigned to the protocol; one whose arguments are in another order is not one."""
-    lines = ["from stillhook.winches.interface import LoadPath, Winch", "from stillhook.winches import load_path"]
+    lines = [
+        "from stillhook.winches.interface import Winch",
+        "from stillhook.winches.load_path import load",
+        "from stillhook.winches.load_path.interface import LoadPath",
+    ]
     for module in modules_in(types):
         name = module.__name__.rpartition(".")[2]
         lines += [f"from stillhook.winches.types import {name}", f"winch_{name}: Winch = {name}"]
-    lines += ["path: LoadPath = load_path", "from stillhook.control import interface"]
+    lines += ["path: LoadPath = load", "from stillhook.control import interface"]
     for module in modules_in(controllers):
         name, kind = module.__name__.rpartition(".")[2], of_controllers.contract_of(module).needed_by.__name__
         lines += [f"from stillhook.control.controllers import {name}", f"law_{name}: interface.{kind} = {name}"]
-    wrong = (
-        "from stillhook.winches.interface import LoadPath\nfrom stillhook.physics import scalar\nx: LoadPath = scalar\n"
-    )
+    wrong = "from stillhook.winches.load_path.interface import LoadPath\nfrom stillhook.physics import scalar\nx: LoadPath = scalar\n"
     for text, errors in (("\n".join(lines) + "\n", 0), (wrong, 1)):
         (tmp_path / "assigned.py").write_text(text, encoding="utf-8")
         config = ("--config-file", str(DOCS.parent / "pyproject.toml"), "--cache-dir", str(DOCS.parent / ".mypy_cache"))
@@ -98,7 +103,7 @@ def test_a_type_checker_checks_a_module_against_its_contract(tmp_path: Path) -> 
 OWN = """
 from stillhook.physics.friction import bristle_update
 from stillhook.physics.scalar import fmax
-from stillhook.winches.load_path import drum_geometry
+from stillhook.winches.load_path.load import drum_geometry
 
 BLANK = Extremes(0.0, 0.0)
 
@@ -172,8 +177,8 @@ OF_A_WINCH = [
     ),
     ("circuit(x, q, u, geo, p)", "circuit(*every)", "circuit(every). It must be"),
     ("lag(crane: Any)", "lag(machine: Any)", "lag(machine). It must be lag(crane)"),
-    ("PATH = load_path", 'PATH = "load_path"', 'PATH = "load_path". It must be a module'),
-    ("PATH = load_path", "import math\nPATH = math", "PATH: math"),
+    ("PATH = load", 'PATH = "load_path"', 'PATH = "load_path". It must be a module'),
+    ("PATH = load", "import math\nPATH = math", "PATH: math"),
     ('{"torque_drive": TorqueDrive}', '"active"', 'TABLES = "active"'),
     ('{"torque_drive": TorqueDrive}', '{"torque_drive": dict}', "each a stillhook.tables.table.Spec"),
     ("folded(Extremes)\n", "(0.0, 0.0), folded(Extremes)[1]\n", "BLANK = (0.0, 0.0)"),
@@ -194,7 +199,7 @@ OF_A_WINCH = [
     ("    z: float  # bristle, half a step ahead [rad]\n", "", "bristle_after without State.z"),
     ('"torque-drive"', '"truth"', "and not truth"),
     ("def pack(", "@scalar\ndef cycle(r, plc):\n    return 0\n\n\ndef pack(", "both cycle and rates"),
-    ("NAME = ", "raise SystemExit(3)\nNAME = ", "line 18: SystemExit: 3"),
+    ("NAME = ", "raise SystemExit(3)\nNAME = ", "line 19: SystemExit: 3"),
 ]
 NAME = 'NAME = "ssc-pi"\n'
 OF_A_CONTROLLER = [

@@ -11,7 +11,7 @@ import pytest
 from tests.contract.commands import printed_files
 
 from stillhook.errors import SpecError
-from stillhook.winches.joints.registry import UNITS, check_module
+from stillhook.winches.load_path.registry import UNITS, check_module
 
 TEXT, WITH_BODY = (printed_files()[name] for name in ("shock_absorber.py", "upper_load.py"))
 

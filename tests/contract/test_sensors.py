@@ -15,7 +15,7 @@ FACTOR = '''"""Every quantity that a sensor may read, times k."""
 from typing import Annotated, NamedTuple
 
 from stillhook.control.interface import Setting
-from stillhook.control.sensors.interface import QUANTITIES
+from stillhook.control.interface import QUANTITIES
 from stillhook.physics.scalar import scalar
 
 NAME, TITLE, QUANTITY = "factor", "all quantities by a factor", QUANTITIES

@@ -25,7 +25,7 @@ from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.errors import SimulationError, SpecError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL, flatten, size, unflatten
-from stillhook.kernels.statistics.cycles import SIGNALS, blank_window, window_add, window_turn
+from stillhook.kernels.statistics import SIGNALS, blank_window, window_add, window_turn
 from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
 from stillhook.spec.crane import Crane

@@ -8,8 +8,8 @@ import pytest
 from tests.engine.test_lowering import box
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
-from stillhook.kernels.statistics import oscillation
-from stillhook.kernels.statistics.oscillation import (
+from stillhook.kernels import oscillation
+from stillhook.kernels.oscillation import (
     Oscillation,
     begun_again,
     blank_oscillation,

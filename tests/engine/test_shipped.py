@@ -20,8 +20,7 @@ from stillhook.errors import SimulationError
 from stillhook.kernels import build
 from stillhook.kernels.c99 import library as native
 from stillhook.kernels.c99 import shipped
-from stillhook.kernels.c99.library import Entry, Library
-from stillhook.kernels.c99.shipped import INDEX, SYSTEMS, Index, code_hash, level, shipped_library
+from stillhook.kernels.c99.library import INDEX, SYSTEMS, Entry, Index, Library, code_hash, level, shipped_library
 from stillhook.kernels.lanes import VL, Array
 
 ROOT = Path(__file__).resolve().parents[2]

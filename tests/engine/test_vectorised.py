@@ -18,10 +18,12 @@ from tests.engine.runs import run_one
 from stillhook import Scenario, load_crane
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.summary import ScenarioRun
-from stillhook.kernels import build
+from stillhook.kernels import (
+    build,
+    by_numba,  # noqa: F401  (Numba learns what scalar functions are)
+)
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL
-from stillhook.physics import intrinsics  # noqa: F401  (Numba learns what scalar functions are)
 from stillhook.physics.scalar import STRICT
 from stillhook.spec.crane import Crane
 

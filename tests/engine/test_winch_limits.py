@@ -85,7 +85,7 @@ def test_simulate_and_lower_damp_the_same_load_on_the_same_wire_alike():
 def test_the_damper_follows_the_length_of_the_wire():
     """The ratio is that of the swing on the wire that is out, not of that at the start of the run."""
     from stillhook.engine.pack.winch import pack
-    from stillhook.winches.load_path import drum_geometry
+    from stillhook.winches.load_path.load import drum_geometry
 
     began_short, began_long = (pack(crane(), Scenario(load="100 t", s_w=s)).params.hoist for s in ("50 m", "900 m"))
     for s_w in (50.0, 400.0, 900.0):

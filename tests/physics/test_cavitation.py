@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from stillhook import Scenario, load_crane
 from stillhook.engine.pack.winch import pack
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
-from stillhook.physics.hydraulics.cavitation import P_VAPOUR, line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.cylinder import Chambers, chamber_a, pressure_rate
+from stillhook.physics.hydraulics.lines import P_VAPOUR, line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.pump import PumpLeak
 from stillhook.winches.circuits.active import active_flows
 from stillhook.winches.types.active_passive import NAME as ACTIVE_PASSIVE

@@ -24,7 +24,7 @@ from stillhook.spec.lift.lowering import Lowering, Rigging, WinchSettings
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import Mode
-from stillhook.winches.joints.types.gas_spring import Compensator, notes
+from stillhook.winches.load_path.gas_spring import Compensator, notes
 
 TRANSFER = 1e-3
 """Asked of the issue at small amplitudes; measured 3e-5, which is the bend of the gas over 5 mm and the fit."""
@@ -346,7 +346,7 @@ def test_it_works_below_every_winch_of_the_library(name: str) -> None:
 @pytest.mark.parametrize("joint", ["slings", "gas-spring"])
 def test_kernels_of_lowerings_are_translated_to_c(joint: str) -> None:
     """Else they would run by Numba alone, and not where only a C compiler is installed."""
-    run_of = driver("pure-active", 1, Setup(joint=joint)).run
+    run_of = driver("pure-active", 1, Setup(("wire", joint, "payload"))).run
     if not isinstance(run_of, Entry):
         pytest.skip("kernels are compiled by Numba here")
     for kernel in run_of.library.entries.values():

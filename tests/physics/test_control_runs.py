@@ -16,7 +16,7 @@ from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torq
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
-from stillhook.winches.load_path import drum_geometry
+from stillhook.winches.load_path.load import drum_geometry
 from stillhook.winches.records import Tick
 
 pytestmark = pytest.mark.slow

@@ -13,7 +13,7 @@ from stillhook.library.crane_file import changed
 from stillhook.physics.hydraulics import cylinder as phys
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Operator
-from stillhook.winches.load_path import Point
+from stillhook.winches.load_path.load import Point
 from stillhook.winches.types import cylinder as winch
 
 CRANE = load_crane("nov-100t-cylinder")

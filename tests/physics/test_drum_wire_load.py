@@ -27,8 +27,8 @@ from stillhook.physics.load_path.drum import (
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import wire_inertia as full_wire_inertia
 from stillhook.spec.scenario import Scenario, Water
-from stillhook.winches import load_path
-from stillhook.winches.load_path import Hoist, drag_loss, drum_geometry, wire_loss
+from stillhook.winches.load_path import load as load_path
+from stillhook.winches.load_path.load import Hoist, drag_loss, drum_geometry, wire_loss
 from stillhook.winches.records import Geometry, Tip
 
 NAMES = ("nov-250t", "nov-150t", "nov-100t-pure-active")

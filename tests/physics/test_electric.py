@@ -17,7 +17,7 @@ from stillhook.engine.scenario.summary import ScenarioRun, limits_passed
 from stillhook.engine.simulate import run_cases, whole
 from stillhook.library import changed
 from stillhook.physics.electric import machine, supply
-from stillhook.physics.electric.heating import Body, time_to_limit
+from stillhook.physics.electric.machine import Body, time_to_limit
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane
@@ -173,7 +173,7 @@ def cascade_poles() -> tuple[np.ndarray, np.ndarray]:
     crane = changed(CRANE, NO_FRICTION)
     p = pack(crane, Scenario(load="47 t", s_w="100 m")).params
     geo, F = electric.geometry(100.0, p), p.hoist.load.W
-    q = electric.load_path.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
+    q = electric.load.Point(v_w=0.0, F_w=F, a_load=0.0, k=1.0, stretch=0.0, stretch_rate=0.0)
     T = F * geo.r_eff
     names = ("i", "omega_m", "omega_ref", "T_n")
     middle = electric.start(100.0, None, p)._replace(i=machine.current(T, p.drive.machines), T_ff=T)

@@ -15,7 +15,7 @@ from tests.physics.slopes import jacobian
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
-from stillhook.physics.hydraulics.load_sensing import load_pressure, pressure_wanted
+from stillhook.physics.hydraulics.pump import load_pressure, pressure_wanted
 from stillhook.physics.hydraulics.valves import (
     counterbalance_opening,
     in_series,
@@ -27,7 +27,7 @@ from stillhook.physics.hydraulics.valves import (
 )
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Operator, PowerLoss
-from stillhook.winches.load_path import shaft_inertia_without_wire
+from stillhook.winches.load_path.load import shaft_inertia_without_wire
 from stillhook.winches.types import open_circuit
 
 NAME = "utility-20t-open-circuit"

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stillhook.physics.intrinsics import kernel_of
-from stillhook.physics.scalar import clip, copysign, exp, scalar_of, tanh
-from stillhook.physics.sensor import quantise
+from stillhook.kernels.by_numba import kernel_of
+from stillhook.physics.scalar import clip, copysign, exp, quantise, scalar_of, tanh
 
 EXP = 1.0e-14
 """Relative error that the vectorising exponential promises."""

@@ -19,7 +19,7 @@ from stillhook.sea.motion.motion import Motion, Sine, Still
 from stillhook.spec.lift.lowering import Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase
-from stillhook.winches.joints.types.gas_spring import Compensator
+from stillhook.winches.load_path.gas_spring import Compensator
 
 SMALL = 3e-3
 """Of an amplitude at 5 mm: brake, drag at that speed and the wire's elements."""

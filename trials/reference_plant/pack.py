@@ -21,7 +21,7 @@ from stillhook.spec.lift.payload import RHO_STEEL
 from stillhook.spec.scenario import RHO_SEA, Scenario
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.load_path import Hoist
+from stillhook.winches.load_path.load import Hoist
 from trials.reference_plant import plant
 from trials.reference_plant.drum import TrueDrum
 from trials.reference_plant.laws import Lines, Oil

@@ -14,14 +14,13 @@ from stillhook.control.commands import displacement_for_weight, make_up
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, Plc
 from stillhook.physics.friction import bristle_update, dry_torque
-from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
+from stillhook.physics.hydraulics.lines import line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow
 from stillhook.physics.hydraulics.swash import displacement, known_displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.records import replace
-from stillhook.physics.scalar import clip, fmax, scalar
-from stillhook.physics.sensor import quantise
+from stillhook.physics.scalar import clip, fmax, quantise, scalar
 from stillhook.winches.circuits.active import (
     BLANK,
     ActiveCircuit,
@@ -34,7 +33,7 @@ from stillhook.winches.circuits.active import (
     relieves,
 )
 from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.load_path import Hoist
+from stillhook.winches.load_path.load import Hoist
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.types import active_passive
 from stillhook.winches.types.active_passive import SUPPLIED, Limits, Powers, Signals

@@ -1,4 +1,4 @@
-"""Wire of the reference plant, a load path (`stillhook.winches.load_path`): two lengths with a mass between them,
+"""Wire of the reference plant, a load path (`stillhook.winches.load_path.load`): two lengths with a mass between them,
 stiffer under load, with a damping of its strands in addition to its oil.
 
 Written for the reference plant alone: nothing here comes from the twin's wire (`stillhook.physics.load_path.drum`).
@@ -7,7 +7,7 @@ Written for the reference plant alone: nothing here comes from the twin's wire (
 from typing import NamedTuple
 
 from stillhook.physics.scalar import fmax, scalar, sqrt
-from stillhook.winches.load_path import SUPPLIED, Powers, at_its_end, motion, weight
+from stillhook.winches.load_path.load import SUPPLIED, Powers, at_its_end, motion, weight
 
 __all__ = ["SUPPLIED", "Point", "Powers", "State", "at_its_end", "motion", "weight"]
 

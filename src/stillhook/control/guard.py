@@ -211,9 +211,9 @@ def towards_zero(x, step):
 
 
 @scalar
-def again(well, well_before, t_back, x, stand_in):
+def again(well, well_before, t_back, x, substitute):
     """By how much an input that is used again differs from what would have replaced it; else 0."""
-    return x - stand_in if well >= t_back and well_before < t_back else 0.0
+    return x - substitute if well >= t_back and well_before < t_back else 0.0
 
 
 code_of = coded(Sensed)
@@ -245,7 +245,7 @@ def sound_memory(m, F, p_hp, fitted):
         + outside(m.stroke, 0.0, 1.0)
     )
     closed = 1.0 if fitted > 0.5 else 0.0
-    rest = Memory(
+    at_standstill = Memory(
         mode=MANUAL,
         datum=0.0,
         F=F,
@@ -259,7 +259,7 @@ def sound_memory(m, F, p_hp, fitted):
         idle=0.0,
         stroke=0.0,
     )
-    return m if wrong < 0.5 else rest, 0.0 if wrong < 0.5 else 1.0
+    return m if wrong < 0.5 else at_standstill, 0.0 if wrong < 0.5 else 1.0
 
 
 @scalar
@@ -286,11 +286,11 @@ def check(y, quality, reset, known, m, g, s, plc):
     alarm = code_of(each_replaced(well, s.t_back)) + fault
 
     # Whether the winch is stopped: until the operator acknowledges, at rest, with the joystick released.
-    asked = inside(reset, 0.5, 1.5) and inside(g.reset, -0.5, 0.5)
+    requested = inside(reset, 0.5, 1.5) and inside(g.reset, -0.5, 0.5)
     released = ok.v_op > 0.5 and well.v_op >= s.t_back and inside(y.v_op, -s.v_zero, s.v_zero)
     at_rest = abs(m.u_p) <= SMALL and (m.brake >= 1.0 or plc.brake.fitted < 0.5)
     manual = well.mode >= s.t_back and is_code(y.mode, MANUAL)
-    free = asked and released and at_rest and manual and code_of(each_wanting(well, s.stops, s.t_back)) < 0.5
+    free = requested and released and at_rest and manual and code_of(each_wanting(well, s.stops, s.t_back)) < 0.5
     stops = code_of(each_lasting(well, bad, s.stops, s.t_back, s.t_hold)) + fault > 0.5
     stopped = 1.0 if stops or (was_stopped and not free) else 0.0
     cause = 0.0

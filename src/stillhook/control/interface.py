@@ -1,13 +1,14 @@
-"""What a controller is: one module with its name, its settings, what it remembers, and one `cycle`.
+"""What a controller is: one module with its name, its settings, what it remembers, and one `cycle`; and a sensor: one
+module of the user with its name, the quantity that it reads, its settings, and one `reading`.
 
 `Controller` is the contract of the least, and the three below it of a module with its own `Settings`, with a `Memory`,
-and with both; `Undeclared` is what a module may say besides, and what holds where it does not. A type checker checks a
-module against it: `law: Controller = my_law`. `stillhook.control.registry` loads the modules of
-`stillhook.control.controllers` and of the user, and checks them.
+and with both; `Sensor` and `SensorWithMemory` are those of sensors; `Undeclared` and `SensorUndeclared` are what a
+module may say besides, and what holds where it does not. A type checker checks a module against them:
+`law: Controller = my_law`. `stillhook.control.registry` and `stillhook.control.sensors` do when they are loaded.
 
-A cycle is a `scalar` function: SI, hoisting positive, floats and records in, floats and records out. It must not keep
-anything but its `Memory`, read a clock or a file, draw random numbers, or branch with work on one side only: sixteen
-runs go side by side. Limits, torque control and bumpless transfer follow behind it.
+Cycles and readings are `scalar` functions: SI, hoisting positive, floats and records in, floats and records out. They
+must not keep anything but their `Memory`, read a clock or a file, draw random numbers, or branch with work on one side
+only: sixteen runs go side by side. Limits, torque control and bumpless transfer follow behind a cycle.
 """
 
 from typing import Any, NamedTuple, Protocol
@@ -66,7 +67,7 @@ class Demand(NamedTuple):
 
 
 class Named(Protocol):
-    """What every controller says of itself."""
+    """What every controller and sensor says of itself."""
 
     @property
     def NAME(self) -> str:
@@ -144,3 +145,53 @@ class Undeclared:
 
 USABLE = ("u_thr", "alpha_min", "alpha_ns", "alpha_hs", "alpha_swl")
 """Settings of a crane file's [control] and [active.motor] that `Undeclared.USES` may name."""
+
+BEFORE = ("s_tip", "v_tip", "a_tip", "s_w", "F")
+"""Fields of `Sensed` of motion unit, encoder and load cell: their signals are read before the winch uses them."""
+AFTER = ("alpha_m", "dp", "p_hp")
+"""Those of transmitters in the circuits, which the winch type reads by itself."""
+QUANTITIES = (*BEFORE, *AFTER)
+"""Fields of `stillhook.control.interface.Sensed` that a sensor may read; the others are orders, or calculated."""
+
+
+class NamedSensor(Named, Protocol):
+    """What every sensor says of itself; NAME is that of its table in a crane file, [sensors.NAME]."""
+
+    @property
+    def QUANTITY(self) -> Any:
+        """Field of Sensed that it reads, one of QUANTITIES, or a tuple of some, each read by itself."""
+
+    @property
+    def Settings(self) -> type[tuple[Any, ...]]:
+        """NamedTuple whose fields are annotated with a Setting, given in the table [sensors.NAME]."""
+
+
+class Sensor(NamedSensor, Protocol):
+    """A sensor whose signal follows from the present value alone."""
+
+    @scalar
+    def reading(self, true: float, h: float, s: Any) -> Any:
+        """The signal, from the true value and the settings s; h time since the last one, a PLC cycle [s]."""
+
+
+class SensorWithMemory(NamedSensor, Protocol):
+    """A sensor that remembers."""
+
+    @property
+    def Memory(self) -> type[tuple[Any, ...]]:
+        """NamedTuple of floats."""
+
+    @scalar
+    def begin(self, true: float, s: Any) -> Any:
+        """The Memory at rest at a true value, with which its first reading is made."""
+
+    @scalar
+    def reading(self, true: float, h: float, s: Any, m: Any) -> Any:
+        """The signal, and the new Memory; h time since the last one, a PLC cycle [s]."""
+
+
+class SensorUndeclared:
+    """What a sensor may declare besides."""
+
+    Memory: Any = None  # see `SensorWithMemory`
+    begin: Any = None  # as well

@@ -26,8 +26,8 @@ def source_of(function: Any) -> Callable[..., Any] | None:
 
 
 CONTRACTS = {
-    (own, remembers): Contract("A controller", needed, Undeclared, source_of)
-    for (own, remembers), needed in {
+    (settings, memory): Contract("A controller", needed, Undeclared, source_of)
+    for (settings, memory), needed in {
         (False, False): interface.Controller,
         (True, False): interface.ControllerWithSettings,
         (False, True): interface.ControllerWithMemory,
@@ -125,23 +125,23 @@ def _law(module: ModuleType, shipped: bool) -> ControlLaw:
     """A module as a controller, without its code. Errors: SpecError of one line with file and attribute."""
     if not shipped:
         check_module(module)
-    said = {name: getattr(module, name, value) for name, value in vars(Undeclared).items() if name.isupper()}
+    declared = {name: getattr(module, name, value) for name, value in vars(Undeclared).items() if name.isupper()}
     return ControlLaw(
         name=module.NAME,
         title=module.TITLE,
-        label=said["LABEL"] or module.NAME,
+        label=declared["LABEL"] or module.NAME,
         code=-1.0,
-        order=said["ORDER"],
+        order=declared["ORDER"],
         cycle=module.cycle,
         record=getattr(module, "Settings", None),
         memory=getattr(module, "Memory", None),
         settings=contract.marks_of(module.Settings, Setting) if hasattr(module, "Settings") else {},
-        uses=said["USES"],
-        family=said["FAMILY"],
-        usual=said["USUAL"],
-        swl_share=said["SWL_SHARE"],
-        compensates=said["COMPENSATES"],
-        drives=said["DRIVES"],
+        uses=declared["USES"],
+        family=declared["FAMILY"],
+        usual=declared["USUAL"],
+        swl_share=declared["SWL_SHARE"],
+        compensates=declared["COMPENSATES"],
+        drives=declared["DRIVES"],
         file=contract.file_of(module),
         shipped=shipped,
     )

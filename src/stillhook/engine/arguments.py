@@ -24,7 +24,7 @@ from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.scenario import Scenario
 from stillhook.variables import attributes
 from stillhook.winches.interface import Stiffness
-from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.load_path.load import Hoist, drum_geometry, shaft_inertia_without_wire
 
 if TYPE_CHECKING:
     import xarray

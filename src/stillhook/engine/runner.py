@@ -21,7 +21,7 @@ from stillhook.engine.store import Summary
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import Setup, driver
 from stillhook.kernels.lanes import access, aligned, offset, size, unflatten
-from stillhook.kernels.statistics.cycles import blank_window
+from stillhook.kernels.statistics import blank_window
 from stillhook.physics.records import fields
 from stillhook.spec.crane import Crane
 from stillhook.variables import WINDOW

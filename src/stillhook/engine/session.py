@@ -62,7 +62,7 @@ class WireBlock(ScenarioBlock):
 
     @staticmethod
     def setup(r: Ready) -> Setup:
-        return Setup(host=True, sensors=r.winch.sensors)
+        return Setup(path=("host",), sensors=r.winch.sensors)
 
     def record(self, r: Ready) -> list[float]:
         tick = Tick(*r.drive.first_row())._replace(s=r.winch.params.hoist.load.W, v=0.0, a=0.0)

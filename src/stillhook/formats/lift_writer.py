@@ -29,7 +29,7 @@ from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.payload import Payload
 from stillhook.tables.table import Source
 from stillhook.units import exact
-from stillhook.winches.joints.interface import JointUnit
+from stillhook.winches.load_path.interface import JointUnit
 
 LIFT, CRANE, PAYLOAD, COMPENSATOR, VESSEL = "lift.toml", "crane.toml", "payload.toml", "compensator.toml", "vessel.csv"
 FILES = (LIFT, CRANE, PAYLOAD, COMPENSATOR, VESSEL)

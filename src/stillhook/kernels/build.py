@@ -25,7 +25,7 @@ from stillhook.base.extensions import extension_sources
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.control.registry import CONTROLLERS
 from stillhook.errors import SimulationError
-from stillhook.kernels import control_laws, sensing
+from stillhook.kernels import control_laws
 from stillhook.kernels.c99.library import Entry, Library, native
 from stillhook.kernels.c99.source import Translator, entry_types
 from stillhook.kernels.cache import kernel_folder
@@ -34,8 +34,7 @@ from stillhook.kernels.drivers.equations import Equations, equations_of
 from stillhook.kernels.drivers.rest import rest_of
 from stillhook.kernels.drivers.winch import Driver, LaneParts, winch_driver
 from stillhook.physics.records import fields
-from stillhook.winches import imposed_tension
-from stillhook.winches.joints.registry import JOINTS
+from stillhook.winches.load_path.registry import ELEMENTS
 from stillhook.winches.registry import WINCH_TYPES
 
 PLANTS: dict[str, ModuleType] = {name: each.module for name, each in WINCH_TYPES.items()}
@@ -47,20 +46,19 @@ LOCK = threading.RLock()
 
 
 class Setup(NamedTuple):
-    """What a kernel runs besides a winch: the load on its wire (default); a wire whose tension comes from outside
-    (host); or a lowering, with what joins hook and payload (joint, by name). guarded: what the PLC reads comes from
-    outside, and `stillhook.control.guard` stands before it. sensors: those of the crane, by name."""
+    """What a kernel runs besides a winch. path: names of the elements below it from the drum down, of
+    `stillhook.winches.load_path.registry`: one that moves with the winch's own state, such as a host's tension, or the
+    three of a lowering; () what the winch type names as its PATH. guarded: what the PLC reads comes from outside, and
+    `stillhook.control.guard` stands before it. sensors: those of the crane, by name."""
 
-    host: bool = False
-    joint: str = ""
+    path: tuple[str, ...] = ()
     guarded: bool = False
     sensors: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
         """What files of such kernels are called."""
-        of_lift = f"lift-{self.joint}-" if self.joint else ""
-        return f"{'guarded-' if self.guarded else ''}{'hosted-' if self.host else ''}{of_lift}"
+        return "".join(f"{word}-" for word in (*["guarded"] * self.guarded, *self.path))
 
 
 LOAD_ON_WIRE = Setup()
@@ -110,17 +108,16 @@ def cache_folder(plant: str, lanes: int) -> Path:
 
 
 def _folder(plant: str, setup: Setup, extra_controllers: tuple[str, ...], prefix: str = "") -> str:
-    """What the folder of a kernel is called; it holds the hash of the user's modules where winch or joint are theirs,
+    """What the folder of a kernel is called; it holds the hash of the user's modules where winch or element are theirs,
     and of the files beside any other plant from outside the package."""
-    joint = setup.joint
-    own = extension_sources()
-    files = [Path(str(module.__file__)) for module in (PLANTS[plant], *((JOINTS[joint],) if joint else ()))]
-    if not any(file in own for file in files):
-        own = [] if files[0].is_relative_to(PACKAGE) else sorted(files[0].parent.glob("*.py"))
-    sources = b"\0".join(path.read_bytes() for path in own)
-    of_user = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
-    modules = control_laws.label(extra_controllers) + sensing.label(setup.sensors)
-    return f"{prefix}{setup.label}{plant}{of_user}{modules}"
+    of_user = extension_sources()
+    files = [Path(str(module.__file__)) for module in (PLANTS[plant], *(ELEMENTS[name] for name in setup.path))]
+    if not any(file in of_user for file in files):
+        of_user = [] if files[0].is_relative_to(PACKAGE) else sorted(files[0].parent.glob("*.py"))
+    sources = b"\0".join(path.read_bytes() for path in of_user)
+    digest = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
+    modules = control_laws.label(extra_controllers) + control_laws.sensors_label(setup.sensors)
+    return f"{prefix}{setup.label}{plant}{digest}{modules}"
 
 
 def interpreted() -> bool:
@@ -152,11 +149,12 @@ def _driver(plant: str, lanes: int, setup: Setup, extra_controllers: tuple[str, 
     module = PLANTS[plant]
     drive = getattr(module, "CONTROL", DISPLACEMENT)
     laws = control_laws.control_laws(extra_controllers, drive, setup.guarded, setup.sensors)
-    path = imposed_tension if setup.host else module.PATH
-    joint = JOINTS[setup.joint] if setup.joint else None
-    parts = LaneParts() if joint is None else lift.lane_parts(joint)
+    below = [ELEMENTS[name] for name in setup.path]
+    lowers = len(below) > 1
+    path = module.PATH if lowers or not below else below[0]
+    parts = lift.lane_parts(*below) if lowers else LaneParts()
     made = winch_driver(module, path, laws, lanes, (plant, extra_controllers), parts)
-    rest, run = rest_of(made), loop.run_of(made) if joint is None else lift.run_of(made, joint)
+    rest, run = rest_of(made), lift.run_of(made, *below) if lowers else loop.run_of(made)
     folder = _folder(plant, setup, extra_controllers)
     code = _machine_code({"run": run, "at_rest": rest.at_rest}, folder, lanes)
     return dataclasses.replace(made, prepare=rest.prepare, read=rest.read, **code)

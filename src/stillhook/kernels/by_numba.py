@@ -1,16 +1,70 @@
-"""Kernels as Numba compiles them, their machine code cached in a folder that only the user can enter."""
+"""Numba: scalar functions as it inlines them, the operations of machine code that they use, and kernels as it compiles
+them, their machine code cached in a folder that only the user can enter."""
 
 import contextlib
+import functools
 from collections.abc import Iterator
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numba
+from llvmlite import ir
+from numba import njit, types
 from numba.core.caching import FunctionCache
+from numba.extending import intrinsic, typeof_impl
 
 from stillhook.kernels.cache import make_private
-from stillhook.physics import intrinsics as intrinsics
-from stillhook.physics.scalar import STRICT
+from stillhook.physics.scalar import STRICT, Operation, Scalar, scalar_of
+
+
+@functools.cache
+def kernel_of(scalar: Scalar) -> Any:
+    """The function that is inlined into the kernels that call it.
+
+    It has no wrapper for calls of the machine code from Python: building those takes half of the compile time.
+    """
+    source = OPERATIONS[scalar.source.__name__] if isinstance(scalar, Operation) else scalar.source
+    return njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **scalar.options)(source)
+
+
+_typeof_any = typeof_impl.dispatch(object)
+
+
+@typeof_impl.register(FunctionType)
+def _typeof_function(value: FunctionType, context: Any) -> Any:
+    kernel = scalar_of(value)
+    return types.Dispatcher(kernel_of(kernel)) if kernel else _typeof_any(value, context)
+
+
+@intrinsic
+def bits(typingctx, x):
+    """The 64 bits of a double as an integer."""
+    return types.int64(types.float64), lambda c, b, s, a: b.bitcast(a[0], ir.IntType(64))
+
+
+@intrinsic
+def double(typingctx, x):
+    """The double that has these 64 bits."""
+    return types.float64(types.int64), lambda c, b, s, a: b.bitcast(a[0], ir.DoubleType())
+
+
+@intrinsic
+def slot(typingctx):
+    """Eight doubles on the stack, on a boundary of their own size; never used."""
+
+    def generate(context, builder, signature, args):
+        with builder.goto_entry_block():
+            place = builder.alloca(ir.ArrayType(ir.DoubleType(), 8))
+        place.align = 64
+        builder.asm(ir.FunctionType(ir.VoidType(), [place.type]), "", "r", [place], side_effect=True)
+        return context.get_dummy_value()
+
+    return types.void(), generate
+
+
+OPERATIONS: dict[str, Any] = {"bits": lambda x: bits(x), "double": lambda n: double(n), "slot": lambda: slot()}
+"""Operations of `stillhook.physics.scalar` by name, as machine code."""
 
 
 def machine_code(function: Any, folder: Path) -> Any:

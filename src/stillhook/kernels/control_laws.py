@@ -1,7 +1,9 @@
-"""The controllers as one function inside a kernel: fixed when it is compiled, chosen by the mode's code while it runs.
+"""The controllers as one function inside a kernel, and what the PLC reads as another, through the sensors of the crane
+where it has some: fixed when a kernel is compiled, controllers chosen by the mode's code while it runs.
 
 Every kernel holds the shipped controllers that have neither settings nor a memory of their own. A case that uses any
-other one is run by a kernel that holds this one too.
+other one is run by a kernel that holds this one too. Settings and memories of controllers and sensors are fields of one
+record, which is carried from cycle to cycle. A kernel without sensors holds nothing of them.
 """
 
 import functools
@@ -10,18 +12,19 @@ from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from stillhook.control.guard import FINITE, Guard, check, is_code, known_mode, limited, outside, sound_demand
-from stillhook.control.interface import DISPLACEMENT, Demand
-from stillhook.control.plc import command, observe
+from stillhook.control.interface import AFTER, BEFORE, DISPLACEMENT, Demand, Sensed
+from stillhook.control.plc import ActuatorCommands, command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
-from stillhook.kernels.sensing import blank_parts, parts_of, sensing
-from stillhook.physics.records import define, record, replace
+from stillhook.control.sensors import SENSORS, Sensor, measured
+from stillhook.physics.records import define, joined, record, replace
 from stillhook.physics.scalar import scalar
+from stillhook.winches.records import Tick
 
 
 class ControlLaws(NamedTuple):
     """Record: class of what the controllers carry from cycle to cycle, `code` of the one in force, then settings and
     memory of each that has them, those of the crane's sensors, and a `Guard` where they are guarded; sensing(sense) is
-    what the PLC reads by the `sense` of a winch, see `stillhook.kernels.sensing`; check(sensed, m, laws, plc) gives
+    what the PLC reads by the `sense` of a winch, see `sensing`; check(sensed, m, laws, plc) gives
     what the controllers may be called with (all as it is where they are not guarded); cycle(sensed, m, laws, plc) gives
     the actuators' commands, the PLC's memory and the new record."""
 
@@ -126,12 +129,12 @@ def _demand(laws: list[ControlLaw], read: list[str], guarded: bool) -> str:
     and how many of its fields are none."""
     lines = ["def demand(r, laws, plc):", "    code = r.y.mode"]
     u_p = u_m = ""
-    kept, wrong = ["code"], ["0.0"]
+    after, wrong = ["code"], ["0.0"]
     for i, law in enumerate(laws):
         on, arguments = f"code == {law.code!r}", "r, plc"
         if law.record is not None:
             arguments += f", laws.{law.field}_settings"
-            kept.append(f"laws.{law.field}_settings")
+            after.append(f"laws.{law.field}_settings")
         if law.memory is None:
             lines.append(f"    d_{i} = cycle_{law.field}({arguments})")
         else:
@@ -142,10 +145,130 @@ def _demand(laws: list[ControlLaw], read: list[str], guarded: bool) -> str:
             if guarded:
                 lines.append(f"    wrong_{i} = {parts} if {on} else 0.0")
                 wrong.append(f"wrong_{i}")
-            kept.append(f"n_{i} if {on}{f' and wrong_{i} < 0.5' if guarded else ''} else {start}")
+            after.append(f"n_{i} if {on}{f' and wrong_{i} < 0.5' if guarded else ''} else {start}")
         u_p = f"d_{i}.u_p if {on} else {u_p}" if u_p else f"d_{i}.u_p"
         u_m = f"d_{i}.u_m if {on} else {u_m}" if u_m else f"d_{i}.u_m"
-    kept += [f"laws.{field}" for field in (*read, *(["guard"] if guarded else []))]
-    made = [f"Demand({u_p}, {u_m})", f"Record({', '.join(kept)})", *([" + ".join(wrong)] if guarded else [])]
+    after += [f"laws.{field}" for field in (*read, *(["guard"] if guarded else []))]
+    made = [f"Demand({u_p}, {u_m})", f"Record({', '.join(after)})", *([" + ".join(wrong)] if guarded else [])]
     lines.append(f"    return {', '.join(made)}")
     return "\n".join(lines)
+
+
+PLACES = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m", "s_w": "n_s", "F": "n_F"}
+"""Where a `Tick` has what becomes a signal: the motion as it comes, or noise that is added to the true value."""
+TRUE = {"s_w": "y.s_w", "F": "q.F_w"}
+"""What encoder and load cell measure, of the load path."""
+
+
+def sensors_label(names: tuple[str, ...]) -> str:
+    """What the folder of a kernel with these sensors is called: their names and sources; "" for none."""
+    if not names:
+        return ""
+    digest = hashlib.sha256(b"\0".join(SENSORS[name].file.read_bytes() for name in names))
+    return f"-{'-'.join(names)}-{digest.hexdigest()[:12]}"
+
+
+def parts_of(names: tuple[str, ...]) -> dict[str, Any]:
+    """Settings, and a memory for each quantity, of these sensors, by their field in the record of the controllers."""
+    parts: dict[str, Any] = {}
+    for sensor in (SENSORS[name] for name in names):
+        parts[sensor.settings_field] = sensor.record
+        if sensor.memory is not None:
+            parts |= {sensor.memory_field(quantity): sensor.memory for quantity in sensor.quantities}
+    return parts
+
+
+def blank_parts(names: tuple[str, ...], settings: dict[str, Any]) -> dict[str, Any]:
+    """The parts of these sensors before their first reading, with the settings of each by its name; memories are made
+    with the first reading."""
+    made = {SENSORS[name].settings_field: settings[name] for name in names}
+    return {part: made.get(part) or cls(*(0.0,) * len(cls._fields)) for part, cls in parts_of(names).items()}
+
+
+def sensing(sense: Callable[..., Any], names: tuple[str, ...], LawRecord: Any) -> Callable[..., Any]:
+    """A scalar function (x, y, q, m, tick, geo, laws, p) -> (sensed, tick, laws) around the `sense` of a winch type:
+    what the PLC reads, the tick with the signals of motion unit, encoder and load cell, and the record with the
+    memories of the sensors. A memory begins at the value that is read when no controller was in force yet."""
+    if not names:
+
+        @scalar
+        def ideal(x, y, q, m, tick, geo, laws, p):
+            return sense(x, y, q, m, tick, geo, p), tick, laws
+
+        return ideal
+    used: dict[str, Any] = {"sense": sense}
+    pairs = [(SENSORS[name], quantity) for name in names for quantity in SENSORS[name].quantities]
+    memories = [
+        (sensor.memory_field(quantity), f"n_{i}") for i, (sensor, quantity) in enumerate(pairs) if sensor.memory
+    ]
+    lines = ["def sensing(x, y, q, m, tick, geo, laws, p):", "    h, begun = p.plc.t_cycle, laws.code >= 0.0"]
+    for kind, holder, of in ((BEFORE, "tick", Tick), (AFTER, "sensed", Sensed)):
+        new = {}
+        for i, (sensor, quantity) in enumerate(pairs):
+            if quantity not in kind:
+                continue
+            place = PLACES.get(quantity, quantity)
+            true = TRUE.get(quantity, f"{holder}.{place}")
+            lines += _reading(i, sensor, quantity, true, used)
+            new[place] = f"tick.{place} + (r_{i} - {true})" if quantity in TRUE else f"r_{i}"
+        if new:
+            used[f"with_{holder}"] = replace(of, *new)
+            lines.append(f"    {holder} = with_{holder}({holder}, {', '.join(new.values())})")
+        if holder == "tick":
+            lines.append("    sensed = sense(x, y, q, m, tick, geo, p)")
+    if memories:
+        used["with_laws"] = replace(LawRecord, *(field for field, _ in memories))
+        lines.append(f"    laws = with_laws(laws, {', '.join(value for _, value in memories)})")
+    lines.append("    return sensed, tick, laws\n")
+    define("\n".join(lines), used, f"<sensing of {sense.__module__} {LawRecord.__module__}>")
+    made: Callable[..., Any] = scalar(used["sensing"])
+    return made
+
+
+def _reading(i: int, sensor: Sensor, quantity: str, true: str, used: dict[str, Any]) -> list[str]:
+    """Lines that make the signal r_i, and the memory n_i where the sensor remembers."""
+    used[f"reading_{i}"], settings = sensor.reading, f"laws.{sensor.settings_field}"
+    if sensor.begin is None:
+        return [f"    r_{i} = reading_{i}({true}, h, {settings})"]
+    used[f"begin_{i}"] = sensor.begin
+    return [
+        f"    m_{i} = laws.{sensor.memory_field(quantity)} if begun else begin_{i}({true}, {settings})",
+        f"    r_{i}, n_{i} = reading_{i}({true}, h, {settings}, m_{i})",
+    ]
+
+
+class Shown(NamedTuple):
+    """How a series shows what sensors give: the record of its signals; keep(drive, sensed), the active drive's signals
+    with those of the sensors; show(signals, drive), one row of the series."""
+
+    Signals: Any
+    keep: Callable[..., Any]
+    show: Callable[..., Any]
+
+
+def shown(names: tuple[str, ...], Signals: Any) -> Shown:
+    """The signals of a winch with one for each quantity that these sensors read."""
+    if not names:
+
+        @scalar
+        def first(a, b):
+            return a
+
+        return Shown(Signals, first, first)
+    quantities = [quantity for name in names for quantity in SENSORS[name].quantities]
+    of = f"{Signals.__module__} by {' '.join(names)}"
+    Measured = record("Measured", of, **{measured(quantity): float for quantity in quantities})
+    row = joined("Signals", Signals, Measured)
+    join_drive = joined("Drive", ActuatorCommands, Measured).join
+    used = {"Measured": Measured, "join_drive": join_drive, "join_signals": row.join}
+    read = ", ".join(f"sensed.{quantity}" for quantity in quantities)
+    measurements = ", ".join(f"drive.{name}" for name in Measured._fields)
+    source = f"""\
+def keep(drive, sensed):
+    return join_drive(drive, Measured({read}))
+
+def show(signals, drive):
+    return join_signals(signals, Measured({measurements}))
+"""
+    define(source, used, f"<signals of {of}>")
+    return Shown(row.record, scalar(used["keep"]), scalar(used["show"]))

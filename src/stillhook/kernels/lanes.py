@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.physics.records import define, fields, record
+from stillhook.physics.records import define, fields
 from stillhook.physics.scalar import scalar
 
 if typing.TYPE_CHECKING:
@@ -88,24 +88,6 @@ def access(cls: type, lanes: int) -> Access:
     src += f"def mix(x, y, w): return cls({', '.join(mix)})\n"
     define(src, names, f"<{cls.__name__} on {lanes} lanes of {cls.__module__}>")
     return Access(*(scalar(names[f]) for f in ("load", "store", "axpy", "mix")))
-
-
-class Joined(typing.NamedTuple):
-    """A record with the fields of two others, and the compiled function that makes it of them."""
-
-    record: Any
-    join: Callable[..., Any]
-
-
-def joined(name: str, first: type, second: type) -> Joined:
-    """The record of the fields of both, in this order, and join(a, b)."""
-    of = f"{first.__module__} and {second.__module__}"
-    made = record(name, of, **dict(fields(first)), **dict(fields(second)))
-    args = [f"a.{f}" for f, _ in fields(first)] + [f"b.{f}" for f, _ in fields(second)]
-    names: dict[str, Any] = {"record": made}
-    file = f"<{name} of {of}>"
-    define(f"def join(a, b): return record({', '.join(args)})\n", names, file)
-    return Joined(made, scalar(names["join"]))
 
 
 def room_for(shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -33,8 +33,8 @@ from stillhook.spec.lift.payload import Payload
 from stillhook.tables.table import Spec
 from stillhook.units import quote
 from stillhook.winches.circuits.tables import Motor
-from stillhook.winches.joints.interface import JointUnit
-from stillhook.winches.joints.registry import unit_of
+from stillhook.winches.load_path.interface import JointUnit
+from stillhook.winches.load_path.registry import unit_of
 
 _Table = TypeVar("_Table", bound=Spec)
 

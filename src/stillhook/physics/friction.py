@@ -95,9 +95,3 @@ def dry_torque(omega_m, z, g, held, bristle):
     E = exp(-(2.0 * a * bristle.i_omega_r if regular else q * q))
     stick = bristle.sigma_0 * z + bristle.sigma_1 * E * bristle_rate(omega_m, z, g, held, bristle)
     return g * copysign((1.0 - E) / (1.0 + E), omega_m) if regular else stick
-
-
-@scalar
-def bristle_energy(z, bristle):
-    """Elastic energy of the bristle [J]."""
-    return 0.5 * bristle.sigma_0 * z * z

@@ -74,3 +74,22 @@ def inflow(cls: type, *names: str) -> Callable[..., Any]:
     file = f"<inflow of {' '.join(names)} of {cls.__module__}>"
     define(f"def inflow(x): return {terms}\n", made, file)
     return typing.cast(Callable[..., Any], scalar(made["inflow"]))
+
+
+class Joined(typing.NamedTuple):
+    """A record with the fields of two others, and the compiled function that makes it of them."""
+
+    record: Any
+    join: Callable[..., Any]
+
+
+def joined(name: str, first: type, second: type) -> Joined:
+    """The record of the fields of both, in this order, and join(a, b)."""
+    of = f"{first.__module__} and {second.__module__}"
+    hints = [typing.get_type_hints(cls, include_extras=True) for cls in (first, second)]
+    made = record(name, of, **hints[0], **hints[1])
+    args = [f"a.{f}" for f, _ in fields(first)] + [f"b.{f}" for f, _ in fields(second)]
+    names: dict[str, Any] = {"record": made}
+    file = f"<{name} of {of}>"
+    define(f"def join(a, b): return record({', '.join(args)})\n", names, file)
+    return Joined(made, scalar(names["join"]))

@@ -22,7 +22,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 class Scalar:
     """What a kernel inlines where it calls a scalar function: source and options of Numba; see
-    `stillhook.physics.intrinsics`."""
+    `stillhook.kernels.by_numba`."""
 
     def __init__(self, source: Callable[..., Any], **options: Any) -> None:
         self.source = source
@@ -46,8 +46,8 @@ def in_kernels(python: Function, kernel: Scalar) -> Function:
 
 def scalar_of(function: Any) -> Scalar | None:
     """What a kernel inlines for this function; None where it is no scalar function."""
-    found = getattr(function, "scalar", None)
-    return found if isinstance(found, Scalar) else None
+    kernel = getattr(function, "scalar", None)
+    return kernel if isinstance(kernel, Scalar) else None
 
 
 G = 9.80665
@@ -143,3 +143,9 @@ Called from Python it takes arrays as well, so that measured data can be put int
 def tanh(x):
     q = exp(-2.0 * abs(x))
     return copysign((1.0 - q) / (1.0 + q), x)
+
+
+@scalar
+def quantise(x, step):
+    """The nearest multiple of step; x itself where step is 0."""
+    return x if step <= 0.0 else step * ceil(x / step - 0.5)

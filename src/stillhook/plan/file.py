@@ -57,7 +57,7 @@ from stillhook.tables.plausible import implausible_values
 from stillhook.tables.table import Part, Spec, Text
 from stillhook.units import number, quote
 from stillhook.weather.limit_text import mapped
-from stillhook.winches.joints.interface import JointUnit
+from stillhook.winches.load_path.interface import JointUnit
 
 SHELF = "lifts"
 EXAMPLE_CHART = "SYNTHETIC-load-chart.csv"

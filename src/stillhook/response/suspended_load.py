@@ -23,7 +23,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.scenario import Sensors
 from stillhook.units import show
-from stillhook.winches.joints.interface import LinearJoint
+from stillhook.winches.load_path.interface import LinearJoint
 
 SCAN = 1.0 / 64.0
 """Steps of the wire's own angle p, in half turns, on which natural frequencies are looked for; two of them are further

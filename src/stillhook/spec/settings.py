@@ -10,7 +10,7 @@ from pydantic import Field, create_model, model_validator
 from stillhook import units as u
 from stillhook.base.extensions import VARIABLE
 from stillhook.control.interface import Setting
-from stillhook.control.sensors.registry import SENSORS, Sensor, twice
+from stillhook.control.sensors import SENSORS, Sensor, twice
 from stillhook.tables.table import Number, Spec
 
 

@@ -17,11 +17,8 @@ from stillhook.control.registry import source_of
 from stillhook.errors import SpecError
 from stillhook.tables.table import Spec
 from stillhook.units import KINDS, quote
-from stillhook.winches import imposed_tension
 from stillhook.winches.interface import (
-    OF_A_PATH,
     RECORDS,
-    LoadPath,
     OtherMotors,
     PartSpeed,
     Stiffness,
@@ -29,10 +26,11 @@ from stillhook.winches.interface import (
     Undeclared,
     Winch,
 )
+from stillhook.winches.load_path import host
+from stillhook.winches.load_path.registry import check_path
 from stillhook.winches.records import CommonSignals, Geometry, Tick, Tip
 
 WINCH = Contract("A winch type", Winch, Undeclared, source_of)
-PATH = Contract("A load path", LoadPath, type("Nothing", (), {}), source_of)
 RESERVED = ("truth",)
 """Names of plants that are no winch type: the reference plant for synthetic logs."""
 
@@ -126,7 +124,7 @@ def check_params(module: ModuleType, params: Any) -> None:
 def _check_at_rest(module: ModuleType, p: Any) -> None:
     """What the equations give for a load at rest, called as the engine does before a run. Errors: SpecError."""
 
-    def given(name: str, kind: Any, *arguments: Any) -> Any:
+    def result_of(name: str, kind: Any, *arguments: Any) -> Any:
         value = getattr(module, name)(*arguments)
         if not (is_number(value) if kind is float else isinstance(value, kind)):
             raise fault(module, f"{name} gave {quote(value)}", f"It must give a {kind.__name__}")
@@ -136,26 +134,26 @@ def _check_at_rest(module: ModuleType, p: Any) -> None:
     tick = Tick(**dict.fromkeys(Tick._fields, 0.0))._replace(f_pump=1.0, f_known=1.0, f_passive=1.0)
     m = Memory(**dict.fromkeys(Memory._fields, 0.0))._replace(F=p.hoist.load.W, u_m=1.0, held=1.0, stroke=1.0)
     drive = ActuatorCommands(u_p=0.0, u_m=1.0, u_ff=0.0, u_raw=0.0, e_c=0.0, brake=0.0)
-    geo = given("geometry", Geometry, s_w, p)
-    x, y = given("start", module.State, s_w, tick, p), path.start(s_w, tick, p)
-    q = path.at(given("wire_speed", float, x, geo), y, geo, Tip(0.0, 0.0), p)
-    r = given("sense", Sensed, x, y, q, m, tick, geo, p)
-    commanded = given("actuate", tuple, drive, r, x, m, m, tick, geo, p)
+    geo = result_of("geometry", Geometry, s_w, p)
+    x, y = result_of("start", module.State, s_w, tick, p), path.start(s_w, tick, p)
+    q = path.at(result_of("wire_speed", float, x, geo), y, geo, Tip(0.0, 0.0), p)
+    r = result_of("sense", Sensed, x, y, q, m, tick, geo, p)
+    commanded = result_of("actuate", tuple, drive, r, x, m, m, tick, geo, p)
     kinds = (module.Command, Memory, ActuatorCommands)
     if len(commanded) != len(kinds) or not all(map(isinstance, commanded, kinds)):
         raise fault(module, f"actuate gave {quote(commanded)}", "It must give (Command, Memory, ActuatorCommands)")
     u = commanded[0]
-    x = given("settle", module.State, x, q, u, tick, geo, p)
-    c = given("circuit", module.Circuit, x, q, u, geo, p)
-    given("rates", module.State, c, x, q, u, geo, p)
-    given("limits", module.Limits, c, x, q, u, p)
-    given("powers", module.Powers, c, x, q, p)
-    given("stored_energy", float, c, x, geo, p)
+    x = result_of("settle", module.State, x, q, u, tick, geo, p)
+    c = result_of("circuit", module.Circuit, x, q, u, geo, p)
+    result_of("rates", module.State, c, x, q, u, geo, p)
+    result_of("limits", module.Limits, c, x, q, u, p)
+    result_of("powers", module.Powers, c, x, q, p)
+    result_of("stored_energy", float, c, x, geo, p)
     if hasattr(module, "bristle_after"):
-        given("bristle_after", float, c, x, p, 1.0e-3)
-    own = given("signals", module.Signals, c, x, q, u, geo, p)
-    every = SimpleNamespace(**dict.fromkeys(CommonSignals._fields, 0.0), **own._asdict())
-    given("fold_extremes", module.Extremes, module.BLANK, every)
+        result_of("bristle_after", float, c, x, p, 1.0e-3)
+    signals = result_of("signals", module.Signals, c, x, q, u, geo, p)
+    every = SimpleNamespace(**dict.fromkeys(CommonSignals._fields, 0.0), **signals._asdict())
+    result_of("fold_extremes", module.Extremes, module.BLANK, every)
 
 
 def _values(module: ModuleType) -> dict[str, Rule]:
@@ -169,7 +167,7 @@ def _values(module: ModuleType) -> dict[str, Rule]:
             lambda v: _is_models(v) or (isinstance(v, tuple) and all(map(contract.is_text, v))),
             "models of tables by name, each a stillhook.tables.table.Spec, or a tuple of names of known tables",
         ),
-        "PATH": Rule(lambda v: isinstance(v, ModuleType), "a module, such as stillhook.winches.load_path"),
+        "PATH": Rule(lambda v: isinstance(v, ModuleType), "a module, such as stillhook.winches.load_path.load"),
         "SUPPLIED": contract.names_of(module.Powers._fields, "fields of Powers", least=1),
         "WITHIN": powers,
         "BLANK": Rule(lambda v: isinstance(v, module.Extremes) and _finite(v), "an Extremes of numbers"),
@@ -215,14 +213,6 @@ def _is_field(module: ModuleType, path: Any) -> bool:
     return head in module.TABLES
 
 
-def check_path(path: ModuleType) -> None:
-    """A module is a load path. Errors: SpecError."""
-    PATH.check(path)
-    for name, rule in OF_A_PATH.items():
-        contract.check_record(path, name, rule)
-    contract.check_values(path, {"SUPPLIED": contract.names_of(path.Powers._fields, "fields of Powers")})
-
-
 def _numbers(module: ModuleType) -> list[str]:
     """Names of its own numbers of a run."""
     return [*module.Extremes._fields, *(f"{name}_time" for name in module.Limits._fields)]
@@ -230,7 +220,7 @@ def _numbers(module: ModuleType) -> list[str]:
 
 def _check_names(module: ModuleType) -> None:
     """No name of a record is one of those that it is joined with. Errors: SpecError."""
-    powers = (*module.PATH.Powers._fields, *imposed_tension.Powers._fields)
+    powers = (*module.PATH.Powers._fields, *host.Powers._fields)
     for record, taken in (("Signals", CommonSignals._fields), ("Powers", powers)):
         for name in getattr(module, record)._fields:
             if name in taken:
@@ -277,5 +267,5 @@ def _check_pairs(module: ModuleType) -> None:
         raise fault(module, f"WITHIN = {within!r}, SUPPLIED = {module.SUPPLIED!r}", do)
     has_z, advances = "z" in module.State._fields, hasattr(module, "bristle_after")
     if has_z != advances:
-        came = "State.z without bristle_after" if has_z else "bristle_after without State.z"
-        raise fault(module, came, "A bristle needs both: State.z, and the function that advances it")
+        wrong = "State.z without bristle_after" if has_z else "bristle_after without State.z"
+        raise fault(module, wrong, "A bristle needs both: State.z, and the function that advances it")

@@ -1,8 +1,8 @@
 """What a winch type is: one module with its tables, records, equations and what it says before a run.
 
 `Winch` is the contract: what every module has; `Undeclared` is what a module may declare besides, and what holds where
-it does not. `LoadPath` is the contract of what is below the winch, which it names as its PATH. A type checker checks a
-module against them: `winch: Winch = my_winch`; `stillhook.winches.registry` does when it is loaded.
+it does not. What is below the winch it names as its PATH, see `stillhook.winches.load_path.interface`. A type checker
+checks a module against them: `winch: Winch = my_winch`; `stillhook.winches.registry` does when it is loaded.
 
 Functions with `@scalar` are compiled: SI, hoisting positive, floats and records in, floats and records out. They must
 not keep anything between calls, read a clock or a file, draw random numbers, or branch with work on one side only:
@@ -16,15 +16,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, NoReturn, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from stillhook.base.contract import Needed, Record
 from stillhook.base.variable import Row, Variable
 from stillhook.control.interface import DISPLACEMENT, Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, Plc
 from stillhook.physics.scalar import scalar
-from stillhook.winches.load_path import Hoist
-from stillhook.winches.records import Geometry, Motion, Sensors, Tick, Tip
+from stillhook.winches.load_path.interface import LoadPath
+from stillhook.winches.load_path.load import Hoist
+from stillhook.winches.records import Geometry, Sensors, Tick
 
 
 class Parts(NamedTuple):
@@ -95,58 +96,6 @@ class Cause(NamedTuple):
         return Variable(f"{limit}_time", self.symbol or f"{limit}_time", "s", "time", "", self.meaning, self.source)
 
 
-class LoadPath(Protocol):
-    """What is below a winch, a module: it takes the speed of the wire at the top and gives the tension there."""
-
-    @property
-    def State(self) -> type[tuple[Any, ...]]:
-        """Its state: s_w wire paid out [m], s_load height of the load [m], v_load its speed [m/s], and more."""
-
-    @property
-    def Point(self) -> type[tuple[Any, ...]]:
-        """The path at an instant: v_w wire speed [m/s], F_w tension at the top [N], a_load of the load, and more."""
-
-    @property
-    def Powers(self) -> type[tuple[Any, ...]]:
-        """Its powers [W], each annotated with a Row; they must not include what passes between winch and path."""
-
-    @property
-    def SUPPLIED(self) -> tuple[str, ...]:
-        """Powers that go in; the others go out."""
-
-    @scalar
-    def motion(self, tick: Tick) -> Motion:
-        """True motion of the crane tip."""
-
-    @scalar
-    def weight(self, tick: Tick, p: Any) -> float:
-        """Tension while all stands still [N]."""
-
-    @scalar
-    def start(self, s_w: float, tick: Tick, p: Any) -> Any:
-        """State at rest with s_w of wire out [m]."""
-
-    @scalar
-    def at(self, v_w: float, y: Any, geo: Geometry, tip: Tip, p: Any) -> Any:
-        """The Point at wire speed v_w [m/s]."""
-
-    @scalar
-    def rates(self, q: Any, y: Any, p: Any) -> Any:
-        """Time derivatives of the state."""
-
-    @scalar
-    def powers(self, q: Any, y: Any, tip: Tip, p: Any) -> Any:
-        """Its Powers [W]."""
-
-    @scalar
-    def energy(self, q: Any, y: Any, p: Any) -> float:
-        """Energy stored in it [J]."""
-
-    @scalar
-    def at_its_end(self, y: Any, p: Any) -> float:
-        """1 where the last turns of wire leave the drum, or the hook is at the tip, else 0."""
-
-
 class Winch(Protocol):
     """A winch type, as its module declares it."""
 
@@ -164,7 +113,7 @@ class Winch(Protocol):
 
     @property
     def PATH(self) -> LoadPath:
-        """Load path below it, `stillhook.winches.load_path` for wire and load."""
+        """Load path below it, `stillhook.winches.load_path.load` for wire and load."""
 
     @property
     def SUPPLIED(self) -> tuple[str, ...]:
@@ -273,7 +222,7 @@ class Winch(Protocol):
         """Stiffness, from which the longest step follows."""
 
 
-class Undeclared:
+class Undeclared(Protocol):
     """What a winch type may declare, with what holds where it does not."""
 
     SHOWN: Mapping[str, str] | None = None
@@ -290,9 +239,8 @@ class Undeclared:
 
     @staticmethod
     @scalar
-    def bristle_after(c: Any, x: Any, p: Any, tau: float) -> NoReturn:
+    def bristle_after(c: Any, x: Any, p: Any, tau: float) -> float:
         """Where the State has a bristle z: its value tau [s] later, exactly."""
-        raise NotImplementedError
 
     @staticmethod
     def lag(crane: Any) -> float:
@@ -347,10 +295,9 @@ class Undeclared:
         return []
 
     @staticmethod
-    def sized(crane: Any, reference: Any, v_top: float) -> NoReturn:
+    def sized(crane: Any, reference: Any, v_top: float) -> dict[str, float]:
         """Where its size is not a number of motors: size of its tables for the load of another crane and a wire speed
         at full command [m/s], over their size now, by path of the table."""
-        raise NotImplementedError
 
     @staticmethod
     def part_speeds(crane: Any) -> list[PartSpeed]:
@@ -363,16 +310,14 @@ class Undeclared:
         return None
 
     @staticmethod
-    def speed_limit(p: Any, geo: Geometry, F_w: float, lowering: bool) -> NoReturn:
+    def speed_limit(p: Any, geo: Geometry, F_w: float, lowering: bool) -> tuple[float, str]:
         """Highest steady motor speed with tension F_w [N] at the top, hoisting or lowering [rad/s], and the word of the
         limit that stops it; of types without `steady`, for the envelope and the speeds of a plan."""
-        raise NotImplementedError
 
     @staticmethod
-    def steady(p: Any, geo: Geometry, F_w: float, omega_m: float, v_op: float, alpha_m: float) -> NoReturn:
+    def steady(p: Any, geo: Geometry, F_w: float, omega_m: float, v_op: float, alpha_m: float) -> tuple[Any, Any]:
         """State and Command of a steady speed. Without it the type has no operating point, and margins are those of the
         linearised engine."""
-        raise NotImplementedError
 
     @staticmethod
     def carried(p: Any, geo: Geometry, F_w: float) -> Carried:
@@ -402,21 +347,3 @@ RECORDS: Mapping[str, Record] = {
     "Powers": Record(nested=False),
 }
 """What each record of a winch type must be."""
-OF_A_PATH: Mapping[str, Record] = {
-    "State": Record(
-        needs={
-            "s_w": Needed(float, "wire paid out [m]"),
-            "s_load": Needed(float, "height of the load above its unstretched start [m]"),
-            "v_load": Needed(float, "upward speed of the load [m/s]"),
-        }
-    ),
-    "Point": Record(
-        needs={
-            "v_w": Needed(float, "wire speed, hoisting positive [m/s]"),
-            "F_w": Needed(float, "tension at the top [N]"),
-            "a_load": Needed(float, "upward acceleration of the load [m/s^2]"),
-        }
-    ),
-    "Powers": Record(mark=Row, nested=False),
-}
-"""What each record of a load path must be."""

@@ -36,9 +36,10 @@ class WinchType:
 
     def __getattr__(self, name: str) -> Any:
         """What its module declares, or what holds where it does not. What a function of the user gives is checked."""
-        said = getattr(self.module, name, None)
-        said = getattr(Undeclared, name) if said is None else said
-        return said if self.shipped or not callable(said) else functools.partial(check_result, self.module, name, said)
+        declared = getattr(self.module, name, None)
+        value = getattr(Undeclared, name) if declared is None else declared
+        checked = callable(value) and not self.shipped
+        return functools.partial(check_result, self.module, name, value) if checked else value
 
     def pack(self, crane: Any, case: Any, parts: Any) -> Any:
         """Params of a run. Errors: SpecError where a module of the user gives something else, or no `Stiffness`."""
@@ -96,7 +97,7 @@ class WinchType:
         declared: Mapping[str, str] | None = self.SHOWN
         return {row.name: row.name.replace("_", "\n", 1) for row in self.numbers} if declared is None else declared
 
-    def own_numbers(self, stats: Any, t_cycle: float) -> dict[str, float]:
+    def run_numbers(self, stats: Any, t_cycle: float) -> dict[str, float]:
         """Its own numbers of a run, from the statistics."""
         limits = {f"{name}_time": cycles * t_cycle for name, cycles in stats.limits._asdict().items()}
         return {**stats.extremes._asdict(), **limits}
@@ -135,9 +136,9 @@ def _type(module: ModuleType, shipped: bool) -> WinchType:
 
 
 def _all() -> dict[str, WinchType]:
-    found = [_type(module, True) for module in modules_in(types)]
-    found += [_type(module, False) for module in extensions() if hasattr(module, "rates")]
-    return contract.by_name(found, "winch type")
+    every = [_type(module, True) for module in modules_in(types)]
+    every += [_type(module, False) for module in extensions() if hasattr(module, "rates")]
+    return contract.by_name(every, "winch type")
 
 
 WINCH_TYPES: Mapping[str, WinchType] = _all()
@@ -155,7 +156,7 @@ class Plant(StrEnum):
         return WINCH_TYPES[self.value]
 
 
-def own_rows(common: Collection[str]) -> tuple[list[Variable], list[Variable]]:
+def winch_rows(common: Collection[str]) -> tuple[list[Variable], list[Variable]]:
     """Rows of the own signals, and of the own numbers of a run, of all winch types; each name once.
 
     common: names of what every winch has. Errors: SpecError for a type of the user that takes one of these names, or
@@ -164,8 +165,8 @@ def own_rows(common: Collection[str]) -> tuple[list[Variable], list[Variable]]:
     rows: dict[str, Variable] = {}
     numbers: dict[str, Variable] = {}
     for each in WINCH_TYPES.values():
-        for known, own in ((rows, each.rows), (numbers, each.numbers)):
-            for row in own:
+        for known, declared in ((rows, each.rows), (numbers, each.numbers)):
+            for row in declared:
                 if not each.shipped and row.name in common:
                     raise contract.fault(each.module, f"{row.name} is a number of every winch", "Rename yours")
                 if (kind := known.setdefault(row.name, row).kind) != row.kind:

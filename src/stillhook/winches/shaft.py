@@ -9,9 +9,8 @@ friction has besides, against hoisting positive [N m]. Torques are at the motor 
 from stillhook.control.interface import Sensed
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.load_path.drum import K_wire
-from stillhook.physics.scalar import copysign, scalar
-from stillhook.physics.sensor import quantise
-from stillhook.winches.load_path import drum_geometry
+from stillhook.physics.scalar import copysign, quantise, scalar
+from stillhook.winches.load_path.load import drum_geometry
 
 
 @scalar

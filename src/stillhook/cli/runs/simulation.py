@@ -291,7 +291,7 @@ def _print_lowering(file: LiftFile, answer: dict[str, Any]) -> None:
         f"largest tension at the crane tip: {show(answer['F_w_max'], 'force')}, SWL and hook: {show(allowed, 'force')}"
     )
     if (unit := file.lift.compensator) is not None:
-        from stillhook.winches.joints.registry import UNITS
+        from stillhook.winches.load_path.registry import UNITS
 
         print(UNITS[unit.type].summary(unit, answer))
     if not math.isnan(answer["t_landed"]):

@@ -20,13 +20,13 @@ from stillhook.engine.scenario.run import first_lane
 from stillhook.kernels.build import Setup
 from stillhook.kernels.drivers.lift import NP, SIGNALS
 from stillhook.kernels.lanes import aligned, flatten, offset, room_for, size
-from stillhook.kernels.statistics.cycles import blank
+from stillhook.kernels.statistics import blank
 from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
-from stillhook.winches.elements.lift import Course, Hanging
-from stillhook.winches.elements.payload import Field, Momentum, blank_lift_stats
-from stillhook.winches.joints.registry import JOINTS, joint_of
+from stillhook.winches.load_path.lift import Course, Hanging
+from stillhook.winches.load_path.payload import Field, Momentum, blank_lift_stats
+from stillhook.winches.load_path.registry import joint_of, path_of
 from stillhook.winches.records import Tick
 
 MAY_END = 0.6
@@ -87,13 +87,13 @@ def longest_step(crane: Crane, case: Lowering) -> float:
     return 1.0 / fastest_of_lift(packed_lift(crane, case, s_tip_0))[1]
 
 
-ON_SLINGS = Setup(joint=joint_of(None))
+ON_SLINGS = Setup(path_of(None))
 """What the kernel of a lowering without a unit between hook and slings runs besides its winch."""
 
 
 def setup_of(lift: Lowering) -> Setup:
     """What the kernel of a lowering runs besides its winch."""
-    return Setup(joint=joint_of(lift.compensator))
+    return Setup(path_of(lift.compensator))
 
 
 class LiftBlock(Block[Ready]):
@@ -170,7 +170,7 @@ class LiftBlock(Block[Ready]):
 
     def of_joint(self) -> tuple[Any, ...]:
         """Blank statistics of a unit between hook and slings, where there is one."""
-        return tuple(JOINTS[joint_of(r.case.compensator)].blank() for r in self.ready[:1] if r.packed.link is not None)
+        return tuple(joint_of(r.case.compensator).blank() for r in self.ready[:1] if r.packed.link is not None)
 
     def _rows(self, r: Ready) -> FloatArray:
         """Nodes of one lane at rest."""

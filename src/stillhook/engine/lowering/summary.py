@@ -27,16 +27,16 @@ from stillhook.engine.scenario.checks import (
 )
 from stillhook.engine.scenario.summary import OF_OSCILLATION, limits_passed, oscillation_notes, winch_numbers
 from stillhook.engine.store import Summary
-from stillhook.kernels.statistics.oscillation import joined
+from stillhook.kernels.oscillation import joined
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
-from stillhook.winches.elements.lift import Hanging
-from stillhook.winches.elements.payload import NEVER, LiftStats
-from stillhook.winches.joints.interface import happened
-from stillhook.winches.joints.registry import JOINTS
+from stillhook.winches.load_path.interface import happened
+from stillhook.winches.load_path.lift import Hanging
+from stillhook.winches.load_path.payload import NEVER, LiftStats
+from stillhook.winches.load_path.registry import UNITS
 from stillhook.winches.registry import WINCH_TYPES, WinchType
 
 PEAKS = ("F_w_max", "F_sling_max", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp", "s_tip_pp", "load_pp", "hook_pp")
@@ -114,7 +114,7 @@ def peak_interval(duration: float) -> float:
 
 def numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Numbers that the whole run and each stage have alike; joints: types of units between hook and slings."""
-    of_joints = dict.fromkeys(name for joint in joints for name in JOINTS[joint].NUMBERS)
+    of_joints = dict.fromkeys(name for joint in joints for name in UNITS[joint].NUMBERS)
     return (*NUMBERS, *of_joints, *(row.name for row in winch.numbers))
 
 
@@ -352,7 +352,7 @@ def stage_numbers(run: LoweringRun, r: StageResult) -> dict[str, float]:
 
 def unit_of_joint(case: Lowering) -> Any:
     """Module of the unit between hook and slings; None where slings alone join hook and payload."""
-    return None if case.compensator is None else JOINTS[case.compensator.type]
+    return None if case.compensator is None else UNITS[case.compensator.type]
 
 
 def lift_summary(run: LoweringRun) -> tuple[dict[str, Any], list[dict[str, Any]]]:

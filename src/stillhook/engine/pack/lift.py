@@ -33,12 +33,11 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.phase import WinchMode
 from stillhook.spec.scenario import RHO_SEA, Operator, Scenario
-from stillhook.winches.elements.lift import Course, Hanging, Lift
-from stillhook.winches.elements.payload import Body, Field, level_of
-from stillhook.winches.elements.wire import Hook
-from stillhook.winches.elements.wire import Wire as LongWire
-from stillhook.winches.elements.works import Works
-from stillhook.winches.joints.registry import JOINTS, joint_of
+from stillhook.winches.load_path.lift import Course, Hanging, Lift, Works
+from stillhook.winches.load_path.payload import Body, Field, level_of
+from stillhook.winches.load_path.registry import joint_of
+from stillhook.winches.load_path.wire import Hook
+from stillhook.winches.load_path.wire import Wire as LongWire
 
 FIXED = 1.0e12
 """Factor on stiffness and length that keeps the plant's wire, the part from drum to crane tip, as it is however much
@@ -160,7 +159,7 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float, field: Field) -> Packe
     levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
     still, untouched = Water(*[0.0] * len(Water._fields)), WettedLevel(*[0.0] * len(WettedLevel._fields))
     E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2))
-    E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else JOINTS[joint_of(unit)].energy(stretch, sling, link)
+    E += 0.5 * sling.k * (q[-2] - q[-1]) ** 2 if link is None else joint_of(unit).energy(stretch, sling, link)
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
         course=Course(sup, s_joy=0.0, e_held=0.0, stage=0.0, k_stage=0.0, datum=float(q[-1])),

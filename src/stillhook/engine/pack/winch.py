@@ -18,7 +18,7 @@ from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import Motors
 from stillhook.physics.hydraulics.pump import Pumps
 from stillhook.physics.hydraulics.swash import MotorControl
-from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, hung, layer_diameter
+from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, Load, Wire, layer_diameter, suspended_load
 from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane, own_settings
@@ -29,7 +29,7 @@ from stillhook.winches.circuits import tables as circuits
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.interface import Parts
-from stillhook.winches.load_path import Hoist
+from stillhook.winches.load_path.load import Hoist
 from stillhook.winches.records import Sensors
 
 HELD = 1.0e4
@@ -205,7 +205,7 @@ def inertia_record(crane: Crane) -> Inertia:
 
 def load_record(crane: Crane, case: Scenario) -> Load:
     """Hook and payload."""
-    return hung(case.load, crane.hook_mass, *water_around(case))
+    return suspended_load(case.load, crane.hook_mass, *water_around(case))
 
 
 def water_around(case: Scenario) -> tuple[float, float, float]:

@@ -13,8 +13,8 @@ from stillhook.engine.runner import Block, nothing
 from stillhook.engine.scenario.summary import ScenarioRun
 from stillhook.engine.scenario.warm_up import WarmUp, Watch
 from stillhook.kernels.lanes import flatten, offset
-from stillhook.kernels.statistics.cycles import SIGNALS, blank
-from stillhook.kernels.statistics.oscillation import begun_again
+from stillhook.kernels.oscillation import begun_again
+from stillhook.kernels.statistics import SIGNALS, blank
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.winches.records import Tick, Tip

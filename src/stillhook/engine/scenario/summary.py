@@ -12,7 +12,7 @@ from stillhook.engine.runner import OK, Run
 from stillhook.engine.scenario.checks import Foreseen, foresee
 from stillhook.engine.scenario.warm_up import WarmUp, warm_up_notes
 from stillhook.engine.store import Summary
-from stillhook.kernels.statistics.oscillation import Largest
+from stillhook.kernels.oscillation import Largest
 from stillhook.spec.crane import Crane
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
@@ -23,7 +23,7 @@ OSCILLATES = "oscillates"
 """Word for an oscillation in a run's status."""
 OF_OSCILLATION = ("oscillation_time", "oscillation_period", "oscillation_v_w", "oscillation_F_w")
 """Numbers of an oscillation that the motion of the tip does not explain: see
-`stillhook.kernels.statistics.oscillation`."""
+`stillhook.kernels.oscillation`."""
 OFFSET = 0.05
 """Mean error from which a hook that never passes its place counts as standing off [m]; paper F accepts 5 cm of
 error."""
@@ -133,7 +133,7 @@ def status(run: ScenarioRun, foreseen: Foreseen) -> str:
 
     "overload", "peak load": more at the crane tip than it carries, at rest or in a peak, the wire included
     (`stillhook.engine.pack.capacity`).
-    "oscillates": the wire's speed swings by itself (`stillhook.kernels.statistics.oscillation`). "unstable": K_p is
+    "oscillates": the wire's speed swings by itself (`stillhook.kernels.oscillation`). "unstable": K_p is
     above the limit of the published loop of closed circuits; its absence says nothing. "audit": energy does not add up,
     so the numbers are wrong; judged only for runs as long as the window, and not where a wire snaps taut within a cycle
     of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; judged only for
@@ -176,7 +176,7 @@ def winch_numbers(winch: WinchType, stats: Any, t_cycle: float) -> dict[str, flo
         "slack_time": st.slack_cycles * t_cycle,
         "wire_time": st.wire_cycles * t_cycle,
         **oscillation_numbers(stats.oscillation.largest),
-        **winch.own_numbers(stats, t_cycle),
+        **winch.run_numbers(stats, t_cycle),
     }
 
 

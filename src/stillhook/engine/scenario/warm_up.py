@@ -104,7 +104,7 @@ def warm_up_notes(winch: WinchType, before: WarmUp | None, t_cycle: float) -> li
     """One line on the limits that were passed during the warm-up; none where there is nothing to say."""
     if before is None or not before.excursions:
         return []
-    numbers = winch.own_numbers(before.stats, t_cycle)
+    numbers = winch.run_numbers(before.stats, t_cycle)
     words = OF_EVERY_WINCH | dict(winch.causes)
     told = []
     for name, e in before.excursions.items():

@@ -13,7 +13,7 @@ from stillhook.control.guard import FINITE, guard_at_start
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import ControlLaw
-from stillhook.control.sensors.registry import SENSORS, Sensor
+from stillhook.control.sensors import SENSORS, Sensor
 from stillhook.engine.arguments import SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.certificate import objections
 from stillhook.engine.inputs import hermite_weights, scale_weights
@@ -184,7 +184,12 @@ def _winch(crane: Crane, ready: Ready, contents: str, coupling: str, n_sub: int)
     wire = coupling == WIRE
     winch, case = ready.winch, ready.drive.case
     both = contents == BOTH
-    d = driver(winch.name, 1, Setup(host=wire, guarded=both, sensors=winch.sensors), winch.extra_controllers)
+    d = driver(
+        winch.name,
+        1,
+        Setup(path=("host",) if wire else (), guarded=both, sensors=winch.sensors),
+        winch.extra_controllers,
+    )
     tick = Tick(*ready.drive.full_row(0, still=True))._replace(v_op=0.0, s_op=0.0)
     if contents == PLANT:
         tick = tick._replace(override=1.0, u_m=1.0)

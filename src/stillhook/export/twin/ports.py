@@ -15,7 +15,7 @@ from stillhook.control.guard import Guard
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
 from stillhook.control.registry import CONTROLLERS, ControlLaw
-from stillhook.control.sensors.registry import Sensor
+from stillhook.control.sensors import Sensor
 from stillhook.engine.pack.winch import drum_record
 from stillhook.kernels.lanes import offset, paths
 from stillhook.physics.load_path.drum import wire_usable

@@ -21,8 +21,8 @@ from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
 from stillhook.tables.table import Flag, Number, Part, Spec, Text, with_place
-from stillhook.winches.joints.interface import JointUnit
-from stillhook.winches.joints.registry import unit_of
+from stillhook.winches.load_path.interface import JointUnit
+from stillhook.winches.load_path.registry import unit_of
 
 DEEPEST = 12_000.0  # m
 LIGHTEST, HEAVIEST = 900.0, 1300.0  # kg/m^3: of fresh water that is warm, and of brine

@@ -76,8 +76,8 @@ def bare(text: str) -> str:
 
 def plain(fn: Any) -> Callable[..., Any]:
     """The Python function that a kernel inlines for a scalar function, or that was compiled."""
-    found = scalar_of(fn)
-    source: Callable[..., Any] = found.source if found else getattr(fn, "py_func", fn)
+    inlined = scalar_of(fn)
+    source: Callable[..., Any] = inlined.source if inlined else getattr(fn, "py_func", fn)
     return source
 
 
@@ -109,7 +109,7 @@ class Expressions:
         method = getattr(self, f"expr_{type(e).__name__}", None)
         return Value(*(method(e) if method else self.refuse(e, f"the expression {type(e).__name__}")))
 
-    def truth(self, e: ast.expr) -> str:
+    def condition(self, e: ast.expr) -> str:
         v = self.expr(e)
         if v.type is not bool:
             self.refuse(e, "a condition that is a number")
@@ -188,7 +188,7 @@ class Expressions:
 
     def expr_UnaryOp(self, e: ast.UnaryOp) -> Value:
         if isinstance(e.op, ast.Not):
-            return Value(f"(!{self.truth(e.operand)})", bool)
+            return Value(f"(!{self.condition(e.operand)})", bool)
         v = self.number(e.operand)
         if not isinstance(e.op, ast.USub):
             self.refuse(e, f"the operator {type(e.op).__name__}")
@@ -202,15 +202,14 @@ class Expressions:
         return Value(f"({' && '.join(pairs)})" if len(pairs) > 1 else pairs[0], bool)
 
     def expr_BoolOp(self, e: ast.BoolOp) -> Value:
-        return Value(
-            "(" + (" && " if isinstance(e.op, ast.And) else " || ").join(self.truth(v) for v in e.values) + ")", bool
-        )
+        operator = " && " if isinstance(e.op, ast.And) else " || "
+        return Value(f"({operator.join(self.condition(v) for v in e.values)})", bool)
 
     def expr_IfExp(self, e: ast.IfExp) -> Value:
         a, b = self.expr(e.body), self.expr(e.orelse)
         if a.type != b.type and {a.type, b.type} != {int, float}:
             self.refuse(e, "a choice between two types")
-        return Value(f"({self.truth(e.test)} ? {a.text} : {b.text})", a.type if a.type == b.type else float)
+        return Value(f"({self.condition(e.test)} ? {a.text} : {b.text})", a.type if a.type == b.type else float)
 
     def expr_Tuple(self, e: ast.Tuple) -> Value:
         v = [self.expr(x) for x in e.elts]

@@ -1,10 +1,13 @@
-"""Kernels as native libraries: their C99 (`stillhook.kernels.c99`), compiled by Zig when a wheel is made, or on this
-machine where the extra `native` is installed: in a quarter of the time that Numba takes and with the same bits.
+"""Kernels as native libraries: their C99 (`stillhook.kernels.c99.source`), compiled by Zig when a wheel is made, or on
+this machine where the extra `native` is installed: in a quarter of the time that Numba takes and with the same bits.
 
-A library is kept under the hash of its C source, so that an edit of one kernel leaves the others as they are; one
-process compiles it and the others wait. Where Zig is missing or fails, or a winch or controller of the user is outside
-the subset of Python that is translated, Numba compiles the kernel. `STILLHOOK_KERNELS=numba` leaves native libraries
-out.
+A wheel holds libraries, one for each platform and level of processor; its index names what they were made from, and one
+is used only where that is what is installed: all sources, or the C source of a kernel. A checkout holds none.
+
+What is compiled here is kept under the hash of its C source, so that an edit of one kernel leaves the others as they
+are; one process compiles it and the others wait. Where Zig is missing or fails, or a winch or controller of the user is
+outside the subset of Python that is translated, Numba compiles the kernel. `STILLHOOK_KERNELS=numba` leaves native
+libraries out.
 """
 
 from __future__ import annotations
@@ -12,26 +15,87 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
+import importlib
 import importlib.util
+import json
 import logging
 import os
+import platform
 import subprocess
 import sys
 import sysconfig
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from stillhook.base.atomic import atomic_file
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.c99.expressions import SubsetError
-from stillhook.kernels.c99.shipped import V2, V3, code_hash, level, shipped_library
 from stillhook.kernels.c99.source import Translator, entry_types
+from stillhook.kernels.cache import SHIPPED
 from stillhook.kernels.lanes import Array
+
+INDEX = "kernels.json"
+SYSTEMS = {"linux": "linux", "win32": "windows", "darwin": "macos"}
+X86 = ("amd64", "x86_64")
+V2, V3, ARM = "x86_64_v2", "x86_64_v3", "aarch64"
+
+
+class Index(NamedTuple):
+    """sources: hash of everything that the kernels were translated from; kernels: symbol -> hash of its C source;
+    libraries: platform -> file."""
+
+    sources: str
+    kernels: Mapping[str, str]
+    libraries: Mapping[str, str]
+
+
+def code_hash(source: str) -> str:
+    """Identity of a C source."""
+    return hashlib.sha256(source.encode()).hexdigest()[:24]
+
+
+@functools.cache
+def level() -> str:
+    """Processor that code is made for: x86-64 with AVX2 where this one has it, else with SSE4.2; "aarch64"; "" for
+    any other."""
+    machine = platform.machine().lower()
+    if machine not in X86:
+        return ARM if machine in ("arm64", "aarch64") else ""
+    core = "numpy._core" if importlib.util.find_spec("numpy._core") else "numpy.core"
+    features = importlib.import_module(f"{core}._multiarray_umath").__cpu_features__
+    return V3 if features["AVX2"] and features["FMA3"] else V2
+
+
+@functools.cache
+def index(folder: Path) -> Index | None:
+    """Index of the libraries in a folder; None where it holds none that can be read."""
+    try:
+        return Index(**json.loads((folder / INDEX).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def shipped_library(
+    symbols: Iterable[str], *, sources: str = "", code: str = "", folder: Path = SHIPPED
+) -> Path | None:
+    """File of the library with these kernels for this machine.
+
+    sources: hash of the installed sources, code: hash of the kernels' C source; None where neither is what the library
+    was made from.
+    """
+    known, system = index(folder), SYSTEMS.get(sys.platform)
+    if known is None or (name := known.libraries.get(f"{system}-{level()}")) is None:
+        return None
+    codes = {known.kernels.get(symbol) for symbol in symbols}
+    if None in codes or not (known.sources == sources or codes == {code}):
+        return None
+    return folder / name
+
 
 VARIABLE = "STILLHOOK_KERNELS"
 NATIVE, NUMBA = "native", "numba"
@@ -70,14 +134,14 @@ class Library:
     """A shared library of some kernels: that of the wheel, else translated and compiled when the first of them is
     called.
 
-    entries: kernels by the name of their symbol; folder: of the cache, for this state of the sources; kept: folder of
+    entries: kernels by the name of their symbol; folder: of the cache, for this state of the sources; store: folder of
     libraries under the hash of their source; sources: hash of what the kernels are translated from.
     """
 
     def __init__(
-        self, entries: Mapping[str, Callable[..., Any]], folder: Path, kept: Path, *, sources: str = ""
+        self, entries: Mapping[str, Callable[..., Any]], folder: Path, store: Path, *, sources: str = ""
     ) -> None:
-        self.entries, self.folder, self.kept, self.sources = entries, folder, kept, sources
+        self.entries, self.folder, self.store, self.sources = entries, folder, store, sources
         self.lock = threading.Lock()
         self.loaded: ctypes.CDLL | None = None
         self.failed = False
@@ -140,7 +204,7 @@ class Library:
         if compiler() is None:
             raise NoCompilerError("Zig is not installed.")
         parts = (source, *FLAGS, target(), version("ziglang"), sysconfig.get_platform())
-        file = self.kept / f"{hashlib.sha256(chr(0).join(parts).encode()).hexdigest()[:24]}{SUFFIX}"
+        file = self.store / f"{hashlib.sha256(chr(0).join(parts).encode()).hexdigest()[:24]}{SUFFIX}"
         self._compile(source, file)
         self.folder.mkdir(parents=True, exist_ok=True)
         with atomic_file(self._pointer()) as pointer:
@@ -153,7 +217,7 @@ class Library:
 
     def _known(self) -> Path | None:
         try:
-            return self.kept / self._pointer().read_text(encoding="utf-8")
+            return self.store / self._pointer().read_text(encoding="utf-8")
         except OSError:
             return None
 
@@ -168,7 +232,7 @@ class Library:
             with atomic_file(file) as library:
                 code = library.with_suffix(".c")
                 code.write_text(source, encoding="utf-8")
-                caches = {f"ZIG_{which}_CACHE_DIR": str(self.kept.with_name("zig")) for which in ("LOCAL", "GLOBAL")}
+                caches = {f"ZIG_{scope}_CACHE_DIR": str(self.store.with_name("zig")) for scope in ("LOCAL", "GLOBAL")}
                 try:
                     subprocess.run(
                         [*command, *FLAGS, target(), "-o", str(library), str(code)],

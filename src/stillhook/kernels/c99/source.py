@@ -149,13 +149,13 @@ class Translator:
                 body.refuse(d, "an end without a result")
             name = export or self.unused(self.c_name(fn))
             args = ", ".join(f"{self.parameter(t)} {safe(a.arg)}" for a, t in zip(d.args.args, types, strict=True))
-            kept = FUSED if fuses(scalar) else ""
-            kept += "".join(f"    {self.ctype(t)} {safe(v)};\n" for v, t in body.local.items())
+            start = FUSED if fuses(scalar) else ""
+            start += "".join(f"    {self.ctype(t)} {safe(v)};\n" for v, t in body.local.items())
             used = set(re.findall(r"\w+", lines))
             lines = "".join(f"    (void){safe(a)};\n" for a in body.args if safe(a) not in used) + lines
             kind = ("static " if self.static else "") if export else "INLINED "
             head = f"{kind}{self.ctype(body.result)} {name}({args})"
-            self.functions[key] = CFunction(name, body.result, f"{head}\n{{\n{kept}{lines}}}\n")
+            self.functions[key] = CFunction(name, body.result, f"{head}\n{{\n{start}{lines}}}\n")
         return self.functions[key]
 
     @staticmethod
@@ -207,7 +207,7 @@ class Body(Expressions):
             value = ast.copy_location(ast.BinOp(_read(s.target), s.op, s.value), s)
             return self.assign(s, s.target, value, pad)
         if isinstance(s, ast.While) and not s.orelse:
-            return f"{pad}while ({bare(self.truth(s.test))}) {{\n{self.block(s.body, depth + 1)}{pad}}}\n"
+            return f"{pad}while ({bare(self.condition(s.test))}) {{\n{self.block(s.body, depth + 1)}{pad}}}\n"
         if isinstance(s, ast.Break | ast.Continue):
             return f"{pad}{'break' if isinstance(s, ast.Break) else 'continue'};\n"
         if isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant):
@@ -229,7 +229,7 @@ class Body(Expressions):
 
     def branch(self, s: ast.If, pad: str, depth: int) -> str:
         otherwise = f" else {{\n{self.block(s.orelse, depth + 1)}{pad}}}" if s.orelse else ""
-        return f"{pad}if ({bare(self.truth(s.test))}) {{\n{self.block(s.body, depth + 1)}{pad}}}{otherwise}\n"
+        return f"{pad}if ({bare(self.condition(s.test))}) {{\n{self.block(s.body, depth + 1)}{pad}}}{otherwise}\n"
 
     def loop(self, s: ast.For, pad: str, depth: int) -> str:
         call, target = s.iter, s.target

@@ -9,12 +9,12 @@ from stillhook.kernels.drivers.water import water_at_payload
 from stillhook.kernels.drivers.winch import Driver, LaneParts
 from stillhook.kernels.drivers.wire import below_winch
 from stillhook.kernels.lanes import Array, access, offset
-from stillhook.kernels.statistics.cycles import window_add, window_turn
+from stillhook.kernels.statistics import window_add, window_turn
 from stillhook.physics.load_path.payload import Heights, Water, submergence
 from stillhook.physics.scalar import align_stack, fmax, scalar
-from stillhook.winches.elements.lift import Course, Hanging, Lift, LiftSignals, Windowed, relative, signals_of
-from stillhook.winches.elements.payload import Body, LiftStats, Momentum, take_weights
-from stillhook.winches.elements.wire import Rows, Sums, Wire
+from stillhook.winches.load_path.lift import Course, Hanging, Lift, LiftSignals, Windowed, relative, signals_of
+from stillhook.winches.load_path.payload import Body, take_weights
+from stillhook.winches.load_path.wire import Wire
 
 SIGNALS = 4
 """Windowed signals: control error while compensating, tip, payload and hook against the path that the joystick
@@ -25,7 +25,7 @@ largest speeds of tip and wire either way, and the windowed signals' largest pea
 it."""
 
 
-class Given(NamedTuple):
+class LiftArrays(NamedTuple):
     """What the kernel of a lowering is given besides a run's: B rows of the wires with N elements each; S rows of
     n_stages stages; T levels of the payload; E samples of the water every dt_w [s] from number i_0 on, with `levels`
     levels (0: still water), H_w room for weights; G numbers kept of every stage and starts when each began [s], first
@@ -48,20 +48,20 @@ class Given(NamedTuple):
     n_peak: int
 
 
-def lane_parts(joint: Any) -> LaneParts:
-    """What a lane of a lowering holds besides, with this joint between hook and payload."""
-    own = {name: getattr(joint, name) for name in ("Link", "Signals", "Stats") if getattr(joint, name) is not None}
+def lane_parts(wire: Any, joint: Any, body: Any) -> LaneParts:
+    """What a lane of a lowering holds besides, with these elements."""
+    of_joint = {name: getattr(joint, name) for name in ("Link", "Signals", "Stats") if getattr(joint, name) is not None}
     return LaneParts(
-        stats={"ls": LiftStats} | ({"cs": own["Stats"]} if "Stats" in own else {}),
-        signals={"ly": LiftSignals} | ({"cy": own["Signals"]} if "Signals" in own else {}),
+        stats={"ls": body.LiftStats} | ({"cs": of_joint["Stats"]} if "Stats" in of_joint else {}),
+        signals={"ly": LiftSignals} | ({"cy": of_joint["Signals"]} if "Signals" in of_joint else {}),
         others={
             "hang": Hanging,
-            "rows": Rows,
-            "momentum": Momentum,
-            "sums": Sums,
+            "rows": wire.Rows,
+            "momentum": body.Momentum,
+            "sums": wire.Sums,
             "F_s": float,
             "lift": Lift,
-            **({"link": own["Link"]} if "Link" in own else {}),
+            **({"link": of_joint["Link"]} if "Link" in of_joint else {}),
             **({"unit_water": Water, "unit_level": Heights} if hasattr(joint, "heights") else {}),
             "stage": Stage,
             "seen": Windowed,
@@ -70,11 +70,11 @@ def lane_parts(joint: Any) -> LaneParts:
     )
 
 
-def run_of(d: Driver, joint: Any) -> Any:
-    """The kernel of lowerings with the winch of a driver and what joins hook and payload, as plain Python."""
+def run_of(d: Driver, wire: Any, joint: Any, body: Any) -> Any:
+    """The kernel of lowerings with the winch of a driver on a path of these elements, as plain Python."""
     LANES, Lane = d.lanes, d.Lane
     water, course = water_at_payload(d, joint), supervised(d)
-    below = below_winch(d, joint, water)
+    below = below_winch(d, wire, joint, body, water)
     look_up, take_water, relay, move = water.look_up, water.take_water, below.relay, below.step
     new_stages, take_stage = course.new_stages, course.take_stage
     load = access(Lane, LANES).load
@@ -245,9 +245,9 @@ def run_of(d: Driver, joint: Any) -> Any:
         n_sub: int,
         t_cycle: float,
     ):
-        """See `Given` and `cycles_of`; every and n_peak are multiples of `sampled`."""
+        """See `LiftArrays` and `cycles_of`; every and n_peak are multiples of `sampled`."""
         align_stack()
-        given = Given(B, N, S, n_stages, T, E, H_w, levels, dt_w, i_0, G, starts, first, P, n_peak)
-        cycles(A, given, D_, cols, H, W, out, every, k_0, n, 0, last, n_win, sampled, n_sub, t_cycle)
+        arrays = LiftArrays(B, N, S, n_stages, T, E, H_w, levels, dt_w, i_0, G, starts, first, P, n_peak)
+        cycles(A, arrays, D_, cols, H, W, out, every, k_0, n, 0, last, n_win, sampled, n_sub, t_cycle)
 
     return run

@@ -11,9 +11,9 @@ from typing import Any
 from stillhook.control.plc import Memory
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import Array, access, offset
-from stillhook.kernels.statistics.cycles import SIGNALS, window_add, window_turn
-from stillhook.kernels.statistics.oscillation import Oscillation, Watched, fold_period, fold_watched
-from stillhook.physics.records import record
+from stillhook.kernels.oscillation import Oscillation, Watched, fold_period, fold_watched
+from stillhook.kernels.statistics import SIGNALS, window_add, window_turn
+from stillhook.physics.records import define, record
 from stillhook.physics.scalar import align_stack, clip, fmax, scalar
 from stillhook.winches.records import THIN, Geometry, Tick, Tip
 
@@ -21,23 +21,39 @@ NH = 12
 """Weights of a quintic at one place, see `tip_between`."""
 
 
+def idle(n: int) -> Any:
+    """A hook of n arguments that does nothing."""
+    names: dict[str, Any] = {}
+    define(f'def idle({", ".join(f"a_{i}" for i in range(n))}):\n    """Nothing."""\n', names, f"<idle of {n}>")
+    return scalar(names["idle"])
+
+
+IDLE = {n: idle(n) for n in (2, 4, 5, 7)}
+
+
+@scalar
+def all_energy(E, b):
+    """All that winch and load path have [J]."""
+    return E
+
+
 @dataclass(frozen=True)
 class Hooks:
-    """What joins the loop of a run, functions that change the lanes A; `at` is what its kernel was given besides.
+    """What joins the loop of a run, functions that change the lanes A; `at` is what its kernel was called with besides.
 
     A lane is b where it is loaded, of number l; t time and tau time into the cycle [s], h step [s], k number of the
     cycle.
     """
 
-    arrive: Any  # (A, at, W, k, n_win, t_cycle, watched): before the PLC's cycle
     ordered: Any  # (b, t): `Ordered`, what the PLC works with
-    keep: Any  # (A, l, b, o): who orders remembers
-    watch: Any  # (A, l, b, o, y): the same in a cycle that is watched; y signals
-    energy: Any  # (E, b): energy that the audit counts, of that in winch and load path E [J]
-    show: Any  # (A, at): signals besides those of the winch
     take: Any  # (A, at, W, i, n_win, full, k): windows take a sample
-    before: Any  # (A, at, t, tau, h): before the winch's step
-    after: Any  # (A, at)
+    arrive: Any = IDLE[7]  # (A, at, W, k, n_win, t_cycle, watched): before the PLC's cycle
+    keep: Any = IDLE[4]  # (A, l, b, o): who orders remembers
+    watch: Any = IDLE[5]  # (A, l, b, o, y): the same in a cycle that is watched; y signals
+    energy: Any = all_energy  # (E, b): energy that the audit counts, of that in winch and load path E [J]
+    show: Any = IDLE[2]  # (A, at): signals besides those of the winch
+    before: Any = IDLE[5]  # (A, at, t, tau, h): before the winch's step
+    after: Any = IDLE[2]  # (A, at)
     skips: bool = False  # whether there may be cycles that are not watched
 
 
@@ -235,44 +251,7 @@ def run_of(d: Driver) -> Any:
         if i == n_win - 1:
             window_turn(W, w, n_win)
 
-    @scalar
-    def energy(E, b):
-        return E
-
-    @scalar
-    def arrive(A, at, W, k, n_win, t_cycle, watched):
-        """Nothing."""
-
-    @scalar
-    def keep(A, l, b, o):
-        """Nothing."""
-
-    @scalar
-    def seen(A, l, b, o, y):
-        """Nothing."""
-
-    @scalar
-    def before(A, at, t, tau, h):
-        """Nothing."""
-
-    @scalar
-    def nothing(A, at):
-        """Nothing."""
-
-    cycles = cycles_of(
-        d,
-        Hooks(
-            arrive=arrive,
-            ordered=ordered,
-            keep=keep,
-            watch=seen,
-            energy=energy,
-            show=nothing,
-            take=take,
-            before=before,
-            after=nothing,
-        ),
-    )
+    cycles = cycles_of(d, Hooks(ordered=ordered, take=take))
 
     def run(
         A: Array,

@@ -7,10 +7,10 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plc import Memory, memory_before
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import Array, access, offset
-from stillhook.physics.load_path.drum import hung
+from stillhook.physics.load_path.drum import suspended_load
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import scalar
-from stillhook.winches.load_path import Hoist
+from stillhook.winches.load_path.load import Hoist
 from stillhook.winches.records import Tip
 
 
@@ -72,7 +72,7 @@ def rest_of(d: Driver) -> Rest:
     @scalar
     def prepared(b, o):
         """A lane before its rest as o says: the reference is where the wire is."""
-        h = with_load(b.p.hoist, hung(o.payload, o.hook, o.displaced, o.added, o.drag), o.s_w)
+        h = with_load(b.p.hoist, suspended_load(o.payload, o.hook, o.displaced, o.added, o.drag), o.s_w)
         p = with_hoist(b.p, h)
         m = memory_before(b.m, path_weight(b.tick, p), o.s_w, b.tick.s_m, b.tick.mode, b.tick.v_op, p.plc)
         return with_start(b, with_path(b.x, with_wire_out(b.x.path, o.s_w)), m, p)

@@ -11,8 +11,8 @@ from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import access, offset, size
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import scalar
-from stillhook.winches.elements.lift import Course, Hanging, compensating
-from stillhook.winches.elements.payload import NEVER
+from stillhook.winches.load_path.lift import Course, Hanging, compensating
+from stillhook.winches.load_path.payload import NEVER
 from stillhook.winches.records import Geometry, Tick, Tip
 
 STAGE_SIZE = size(Stage)

@@ -16,8 +16,8 @@ from stillhook.physics.load_path.payload import (
     wetted,
 )
 from stillhook.physics.scalar import scalar
-from stillhook.winches.elements.lift import Hanging, Lift
-from stillhook.winches.elements.payload import Body, cubic, level_of, place
+from stillhook.winches.load_path.lift import Hanging, Lift
+from stillhook.winches.load_path.payload import Body, cubic, level_of, place
 
 HALF = (LEVELS - 1) // 2
 """First stride of the search for a level."""

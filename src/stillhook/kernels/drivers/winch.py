@@ -13,12 +13,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stillhook.control.plc import Memory
-from stillhook.kernels.control_laws import ControlLaws
-from stillhook.kernels.lanes import access, joined
-from stillhook.kernels.sensing import shown
-from stillhook.kernels.statistics.cycles import SIGNALS, CommonStats, fold_common
-from stillhook.kernels.statistics.oscillation import Oscillation
-from stillhook.physics.records import inflow, record, replace
+from stillhook.kernels.control_laws import ControlLaws, shown
+from stillhook.kernels.lanes import access
+from stillhook.kernels.oscillation import Oscillation
+from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common
+from stillhook.physics.records import inflow, joined, record, replace
 from stillhook.physics.scalar import fmax, scalar
 from stillhook.winches.records import CommonSignals, Geometry, Tick, Tip
 
@@ -86,7 +85,7 @@ def winch_driver(
     Command, Params, LawRecord = plant.Command, plant.Params, laws.Record
     circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
     sensing, actuate = laws.sensing(plant.sense), plant.actuate
-    own_signals, winch_powers = plant.signals, plant.powers
+    winch_signals, winch_powers = plant.signals, plant.powers
     limits, fold_extremes = plant.limits, plant.fold_extremes
     supplied = inflow(plant.Powers, *(n for n in plant.SUPPLIED if n not in getattr(plant, "WITHIN", ())))
     point, path_rates, path_powers = path.at, path.rates, path.powers
@@ -188,7 +187,7 @@ def winch_driver(
             v_op=tick.v_op,
             brake=u.brake,
         )
-        return show_measured(join_signals(common, own_signals(c, x.winch, q, u, geo, p)), drive)
+        return show_measured(join_signals(common, winch_signals(c, x.winch, q, u, geo, p)), drive)
 
     @scalar
     def through(power, q):

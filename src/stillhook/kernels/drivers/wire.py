@@ -14,21 +14,9 @@ from stillhook.kernels.lanes import access, offset
 from stillhook.physics.load_path.payload import water_force, wetted
 from stillhook.physics.load_path.rope import Element, element, element_weight
 from stillhook.physics.scalar import scalar
-from stillhook.winches.elements.lift import Hanging, Lift
-from stillhook.winches.elements.payload import (
-    SNAP,
-    Body,
-    LiftStats,
-    Momentum,
-    ahead,
-    depth_ahead,
-    fold_step,
-    later,
-    momentum,
-    on_ground,
-)
-from stillhook.winches.elements.wire import Rows, Sums, Wire, first_row, hook_row, inner_row, rows_of
-from stillhook.winches.elements.works import Works, of_body, of_joint, of_wire, with_relay
+from stillhook.winches.load_path.lift import Hanging, Lift, Works, of_body, of_joint, of_wire, with_relay
+from stillhook.winches.load_path.payload import SNAP, Body, ahead, later
+from stillhook.winches.load_path.wire import Wire
 from stillhook.winches.records import Geometry
 
 NODE = ("Q", "V", "W", "C", "D")
@@ -44,11 +32,13 @@ class BelowWinch:
     step: Any
 
 
-def below_winch(d: Driver, joint: Any, water: WaterAt) -> BelowWinch:
-    """See `BelowWinch`: a wire and a payload, joined by slings or what a module puts above them; as plain Python."""
+def below_winch(d: Driver, wire: Any, joint: Any, body: Any, water: WaterAt) -> BelowWinch:
+    """See `BelowWinch`: elements wire and body, and what joins them; as plain Python."""
     LANES = d.lanes
     Lane, wire_speed, look_up = d.Lane, d.plant.wire_speed, water.look_up
     pull_joint, mean, energy = joint.pull, joint.mean, joint.energy
+    rows_of, first_row, inner_row, hook_row = wire.rows_of, wire.first_row, wire.inner_row, wire.hook_row
+    depth_ahead, momentum, fold_step, on_ground = body.depth_ahead, body.momentum, body.fold_step, body.on_ground
     Q, V, W, C, D = (f * LANES for f in range(5))
     ROW = 5 * LANES
 
@@ -56,10 +46,10 @@ def below_winch(d: Driver, joint: Any, water: WaterAt) -> BelowWinch:
         return access(cls, LANES).store
 
     load = access(Lane, LANES).load
-    get_element, get_rows, get_lift, get_body = (access(c, LANES).load for c in (Element, Rows, Lift, Body))
-    get_momentum, get_sums, get_works = (access(c, LANES).load for c in (Momentum, Sums, Works))
+    get_element, get_rows, get_lift, get_body = (access(c, LANES).load for c in (Element, wire.Rows, Lift, Body))
+    get_momentum, get_sums, get_works = (access(c, LANES).load for c in (body.Momentum, wire.Sums, Works))
     get_x, get_geo = access(d.State, LANES).load, access(Geometry, LANES).load
-    put_ls, put_rows, put_momentum = store(LiftStats), store(Rows), store(Momentum)
+    put_ls, put_rows, put_momentum = store(body.LiftStats), store(wire.Rows), store(body.Momentum)
     put_works, put_element = store(Works), store(Element)
     X, GEO, LS, HANG, ROWS, MOMENTUM, SUMS, F_S, LIFT = (
         offset(Lane, f, LANES) for f in ("x", "geo", "ls", "hang", "rows", "momentum", "sums", "F_s", "lift")

@@ -1,10 +1,13 @@
-"""An electric machine with its inverter: torque, losses, and the current that its power allows.
+"""An electric machine with its inverter: torque, losses, the current that its power allows, the loops of its drive, and
+its temperature.
 
 One machine stands for its three phases: its current i is the torque-producing one, scaled so that torque constant and
 voltage constant are one number in SI (K_e = K_t). Flux and with it K_t are constant; the current that weakens the field
-above the corner speed and its copper loss are left out.
+above the corner speed and its copper loss are left out. Its current loop is a first-order lag, its speed loop a PI with
+anti-windup: both run at a millisecond or faster and are continuous here.
 """
 
+import math
 from typing import NamedTuple
 
 from stillhook.physics.scalar import fmax, fmin, scalar, sqrt
@@ -117,3 +120,93 @@ def torque_limit(omega_m, P_supply, P_back, machines):
     i = fmin(motoring_current(omega_m, P_supply, machines), regenerating_current(fmax(-omega_m, 0.0), P_back, machines))
     at_shaft = fmin(machines.T_max, machines.P_max / fmax(abs(omega_m), STILL))
     return fmin(at_shaft, fmax(torque(i, machines), 0.0))
+
+
+CURRENT_RATE = 450.0
+"""Fastest rate at which the current loop is integrated [1/s], so that a step of 5 ms follows it (limit 2.6/h).
+
+A loop of 300 Hz has 1885 1/s; its torque is then late by 2.2 ms in place of 0.5 ms. docs/validation/electric.md
+shows what that costs."""
+
+
+class SpeedLoop(NamedTuple):
+    """K torque of all machines over missing speed [N m s/rad]; i_T inverse of integral time and of tracking time, i_tau
+    inverse of the time in which set-points are smoothed [1/s]."""
+
+    K: float
+    i_T: float
+    i_tau: float
+
+
+def current_loop_rate(omega_i: float) -> float:
+    """Rate of the current loop of a bandwidth omega_i [rad/s], as it is integrated [1/s]."""
+    return min(omega_i, CURRENT_RATE)
+
+
+@scalar
+def current_rate(i, i_ref, rate):
+    r"""Rate of the current [A/s], a first-order lag: :math:`\dot i = \lambda (i_{ref} - i)`; rate lambda [1/s]."""
+    return rate * (i_ref - i)
+
+
+@scalar
+def smoothing_rate(x, target, loop):
+    """Rate of a smoothed set-point, per second: the PLC's steps, one a cycle, would be steps of torque."""
+    return loop.i_tau * (target - x)
+
+
+@scalar
+def torque_demand(omega_ref, omega_m, T_ff, T_n, loop):
+    r"""Torque that the speed loop demands [N m]: :math:`T_{ff} + K(\omega_{ref} - \omega_m) + T_n`.
+
+    T_ff feedforward of load and acceleration, T_n integral part [N m]; speeds [rad/s].
+    """
+    return T_ff + loop.K * (omega_ref - omega_m) + T_n
+
+
+@scalar
+def integral_rate(omega_ref, omega_m, T_demand, T_ref, loop):
+    r"""Rate of the integral part [N m/s], with back-calculation at the torque limit.
+
+    .. math:: \dot T_n = \frac{K (\omega_{ref} - \omega_m) + T_{ref} - T_{demand}}{T_i}
+
+    T_demand torque demanded, T_ref the same within the limits [N m]. The tracking time is the integral time.
+    Source: back-calculation as in Astrom and Hagglund, PID Controllers, 1995.
+    """
+    return loop.i_T * (loop.K * (omega_ref - omega_m) + T_ref - T_demand)
+
+
+class Body(NamedTuple):
+    """theta_c coolant [K]; R_th temperature rise over loss, of one machine or of the whole store [K/W]; i_tau inverse
+    of the thermal time constant [1/s]; theta_max highest temperature [K]."""
+
+    theta_c: float
+    R_th: float
+    i_tau: float
+    theta_max: float
+
+
+@scalar
+def heating_rate(theta, P_loss, body):
+    r"""Rate of the body's temperature [K/s]; theta [K], P_loss what heats it [W]: copper and iron loss of one machine,
+    loss of the store.
+
+    .. math:: \tau_{th}\dot\theta = R_{th} P - (\theta - \theta_c)
+
+    Source: Siemens, 1FW6 built-in torque motors, configuration manual 05/2009, section 5.3 (one body, first order).
+    Differs from print: iron loss heats the same body.
+    """
+    return body.i_tau * (body.R_th * P_loss - (theta - body.theta_c))
+
+
+def time_to_limit(theta: float, P_loss: float, body: Body) -> float:
+    r"""Time for which a steady loss P_loss [W] may last from the temperature theta [K], in s.
+
+    .. math:: t = \tau_{th} \ln\frac{\theta_\infty - \theta}{\theta_\infty - \theta_{max}}
+
+    0 above the limit, infinite where it is never reached.
+    """
+    end = body.theta_c + body.R_th * P_loss
+    if theta >= body.theta_max:
+        return 0.0
+    return math.log((end - theta) / (end - body.theta_max)) / body.i_tau if end > body.theta_max else math.inf

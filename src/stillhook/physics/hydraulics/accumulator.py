@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.hydraulics.cavitation import P_VAPOUR, line_pressure, vapour_share, void_volume
+from stillhook.physics.hydraulics.lines import P_VAPOUR, line_pressure, vapour_share, void_volume
 from stillhook.physics.scalar import fmax, fmin, scalar
 
 
@@ -76,7 +76,7 @@ def accumulator_pressure(V_o, acc):
 
     Within 0 < V_o < V_stroke the oil has the pressure of the gas. At the ends the piston stands and further oil loads
     or unloads the line alone: the pressure rises or falls with the stiffness of the trapped oil, and not below that of
-    vapour (`stillhook.physics.hydraulics.cavitation`).
+    vapour (`stillhook.physics.hydraulics.lines`).
     """
     return line_pressure(linear_pressure(V_o, acc))
 

@@ -65,7 +65,7 @@ def pressure_rate(Q, swept, V, below, beta):
 
     Parameters: Q net flow into the chamber [m^3/s]; swept A v, positive where the chamber grows [m^3/s]; V its oil now
     [m^3]; below p - P, which is 0 without a void: the second term keeps V_v = V (p - P) / beta from growing with V [Pa]
-    (`stillhook.physics.hydraulics.cavitation`); beta effective bulk modulus [Pa].
+    (`stillhook.physics.hydraulics.lines`); beta effective bulk modulus [Pa].
     Source: continuity as in Moslatt 2020 eq. 2.14, with the volume of the chamber in place of a constant one (Merritt,
     Hydraulic Control Systems, on valve-controlled pistons).
     """

@@ -9,7 +9,7 @@ scale parameters: oil that is warmer than the map's is another map.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss, torque_loss_dry
 
@@ -165,38 +165,10 @@ class Huhtala14(NamedTuple):
     p_2: float
 
 
-class Huhtala28(NamedTuple):
-    """Every coefficient of `Huhtala14` as x + x_D D_m/D_max: first the fourteen x, then the fourteen x_D in the same
-    units."""
-
-    a_0: float
-    a_1: float
-    a_2: float
-    a_3: float
-    b_0: float
-    b_1: float
-    b_2: float
-    b_3: float
-    c_0: float
-    c_1: float
-    c_2: float
-    p_0: float
-    p_1: float
-    p_2: float
-    a_0D: float
-    a_1D: float
-    a_2D: float
-    a_3D: float
-    b_0D: float
-    b_1D: float
-    b_2D: float
-    b_3D: float
-    c_0D: float
-    c_1D: float
-    c_2D: float
-    p_0D: float
-    p_1D: float
-    p_2D: float
+Huhtala28: Any = NamedTuple(  # type: ignore[misc]
+    "Huhtala28", [(f"{name}{of_D}", float) for of_D in ("", "D") for name in Huhtala14._fields]
+)
+Huhtala28.__doc__ = "Coefficients of `Huhtala14` as x + x_D D_m/D_max: first all x, then all x_D in the same units."
 
 
 def wilson(omega_m, D_m, dp_m, fit, motor):
@@ -216,8 +188,8 @@ def schlosser(omega_m, D_m, dp_m, fit, motor):
 
     Source: Moslatt 2020 paper A eq. 2. Differs from print: bars on dp_m.
     """
-    rest = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
-    return rest + fit.C_d * motor.D_max ** (5.0 / 3.0) * motor.rho * omega_m * omega_m
+    steady = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
+    return steady + fit.C_d * motor.D_max ** (5.0 / 3.0) * motor.rho * omega_m * omega_m
 
 
 def thoma(omega_m, D_m, dp_m, fit, motor):
@@ -227,8 +199,8 @@ def thoma(omega_m, D_m, dp_m, fit, motor):
 
     Source: Moslatt 2020 paper A eq. 3; alpha_m = D_m / D_max. Differs from print: bars on dp_m.
     """
-    rest = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
-    return rest + fit.C_e * (D_m / motor.D_max) ** 3 * motor.D_max ** (5.0 / 3.0) * motor.rho * omega_m * omega_m
+    steady = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
+    return steady + fit.C_e * (D_m / motor.D_max) ** 3 * motor.D_max ** (5.0 / 3.0) * motor.rho * omega_m * omega_m
 
 
 def swivel_factor(D_m, motor):

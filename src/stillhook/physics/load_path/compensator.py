@@ -10,7 +10,7 @@ from stillhook.physics.scalar import clip, fmax, fmin, scalar
 class GasForce(NamedTuple):
     """Force of the gas on the rod as a polynomial of its place xi: -1 with the rod fully in, 1 fully out [N].
 
-    Fitted to the gas law over the stroke when a run is packed (`stillhook.winches.joints.types.gas_spring`).
+    Fitted to the gas law over the stroke when a run is packed (`stillhook.winches.load_path.gas_spring`).
     """
 
     c_0: float

@@ -156,7 +156,7 @@ class Load(NamedTuple):
 
 
 @scalar
-def hung(payload, hook, displaced, added, drag):
+def suspended_load(payload, hook, displaced, added, drag):
     """What hangs on the wire: payload and hook [kg]; displaced mass of water and added mass of the payload [kg]; drag
     [N s^2/m^2]. The hook's own buoyancy is left out (a few per cent of 3 t)."""
     m = payload + hook + added

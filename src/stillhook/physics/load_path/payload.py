@@ -234,22 +234,3 @@ def water_force(z, v, wet, water, load):
         m_a=m_a,
         damping=B * (abs(u_1) + abs(u_2)) + C,
     )
-
-
-@scalar
-def mass_rate(z, v, wet, water, load):
-    """Rate of the added mass m_a of `water_force` as the payload moves and the surface with it [kg/s].
-
-    For the audit: d/dt 1/2 (m + m_a) v^2 = v (all forces but -m_a dv/dt) + 1/2 mass_rate v^2.
-    """
-    f = felt(z, load)
-    slope = surface_slope(water.eta - z, wet.dA33, load) * (1.0 + load.bottom_A * f)
-    return slope * (water.eta_dot - v) + wet.A33 * load.bottom_A * felt_slope(z, load) * v
-
-
-@scalar
-def spray_loss(z, v, wet, water, load):
-    """Power that goes with the spray on entry and with the water that stays behind on exit, never negative [W]."""
-    h, h_dot = water.eta - z, water.eta_dot - v
-    slope = surface_slope(h, wet.dA33, load) * (1.0 + load.bottom_A * felt(z, load))
-    return 0.5 * abs(slope * h_dot) * h_dot * h_dot

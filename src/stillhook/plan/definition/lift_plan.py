@@ -38,7 +38,7 @@ from stillhook.spec.lift.phase import OFF, Phase, PhaseKind, WinchMode, called
 from stillhook.spec.scenario import Number, Record, Sensors
 from stillhook.tables.table import Spec
 from stillhook.units import KINDS, parse, quote, show
-from stillhook.winches.joints.interface import JointUnit
+from stillhook.winches.load_path.interface import JointUnit
 
 P = ParamSpec("P")
 Value = TypeVar("Value")

@@ -29,8 +29,8 @@ from stillhook.sea.vessel.realisation import (
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Move, Phase, moves
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
-from stillhook.winches.joints.interface import JointUnit
-from stillhook.winches.joints.registry import UNITS, unit_of
+from stillhook.winches.load_path.interface import JointUnit
+from stillhook.winches.load_path.registry import UNITS, unit_of
 
 
 class WinchSettings(Record):

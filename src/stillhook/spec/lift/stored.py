@@ -23,7 +23,7 @@ from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, PhaseKind, WinchMode
 from stillhook.spec.scenario import FrictionModel, Sensors
 from stillhook.tables.table import Source
-from stillhook.winches.joints.registry import UNITS
+from stillhook.winches.load_path.registry import UNITS
 
 LARGEST = 64e6
 """Numbers of water that are stored with a run at most [bytes]: an hour of a case's own water takes 12 MB. A table of

@@ -26,7 +26,7 @@ from stillhook.statistics.blocks import Fit, fit, pooled
 from stillhook.statistics.estimate import Estimate
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.record import Record, Segment, filled, stretches_of
-from stillhook.winches.load_path import drum_geometry
+from stillhook.winches.load_path.load import drum_geometry
 
 SHORTEST = 10.0
 """Shorter parts are left out [s]: one wave."""

@@ -5,7 +5,7 @@ import math
 from typing import Any, NamedTuple
 
 from stillhook.control.interface import Sensed
-from stillhook.physics.hydraulics import cavitation, lines
+from stillhook.physics.hydraulics import lines
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage, torque_loss_dry
 from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
 from stillhook.physics.hydraulics.swash import STOPPING, MotorControl, Servo, displacement, known_displacement
@@ -66,13 +66,13 @@ def active_flows(alpha_p, D_m, omega_m, P_a, P_b, f_pump, A):
     Differs from print: p_b is a state of its own, held by boost and flushing instead of constant; neither line falls
     below the vapour pressure.
     """
-    p_a, p_b = cavitation.line_pressure(P_a), cavitation.line_pressure(P_b)
-    void_a, void_b = cavitation.vapour_share(P_a, A.i_beta), cavitation.vapour_share(P_b, A.i_beta)
+    p_a, p_b = lines.line_pressure(P_a), lines.line_pressure(P_b)
+    void_a, void_b = lines.vapour_share(P_a, A.i_beta), lines.vapour_share(P_b, A.i_beta)
     C_leak = f_pump * pump_leakage(alpha_p, A.pumps.leak) + motor_leakage(omega_m, A.motors)
     Q_p = f_pump * pump_flow(alpha_p, A.pumps)
     Q_m = D_m * omega_m
     Q_int = lines.internal_leakage(C_leak, p_a - p_b)
-    Q_int = Q_int + cavitation.vapour_drawn(Q_p, void_b, void_a) - cavitation.vapour_drawn(Q_m, void_a, void_b)
+    Q_int = Q_int + lines.vapour_displaced(Q_p, void_b, void_a) - lines.vapour_displaced(Q_m, void_a, void_b)
     Q_ext_a = lines.external_leakage(C_leak, p_a)
     Q_ext_b = lines.external_leakage(C_leak, p_b)
     Q_boost_a, Q_boost_b = lines.boost_flows(p_a, p_b, A.boost)
@@ -130,6 +130,38 @@ def out_of_boost(f, A):
     return 1.0 if f.Q_boost_a + f.Q_boost_b >= NEAR_LIMIT * A.boost.Q_max else 0.0
 
 
+class Signals(NamedTuple):
+    """Signals of the active circuit, and of the shaft that it turns."""
+
+    alpha_p: rows.AlphaP
+    alpha_m: rows.AlphaM
+    p_a: rows.PressureA
+    p_b: rows.PressureB
+    V_void: rows.VoidVolume
+    omega_m: rows.OmegaM
+    Q_relief: rows.ReliefFlow
+    T_f: rows.FrictionTorque
+    f_pump: rows.PumpShare
+    P_hpu: rows.HydraulicPower
+
+
+@scalar
+def signals_of(c, x, u, P_hpu, p):
+    """The Signals at an instant; P_hpu hydraulic power of all power units [W]."""
+    return Signals(
+        alpha_p=c.alpha_p,
+        alpha_m=c.alpha_m,
+        p_a=c.p_a,
+        p_b=c.p_b,
+        V_void=c.V_void,
+        omega_m=x.omega_m,
+        Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
+        T_f=shaft.friction(c, x, p),
+        f_pump=u.f_pump,
+        P_hpu=P_hpu,
+    )
+
+
 class Extremes(NamedTuple):
     """Extremes of the active circuit over a run."""
 
@@ -159,20 +191,20 @@ def readings(x, y, q, m, tick, geo, T_passive, p_hp, p):
     A, r = p.active, shaft.sense(x, y, q, m, tick, geo, p)
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
     dp_load = (r.F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
-    return with_pressures(r, alpha_m, cavitation.line_pressure(x.p_a) - cavitation.line_pressure(x.p_b), dp_load, p_hp)
+    return with_pressures(r, alpha_m, lines.line_pressure(x.p_a) - lines.line_pressure(x.p_b), dp_load, p_hp)
 
 
 @scalar
 def line_voids(x, i_C_h):
     """Vapour in lines A and B [m^3]; x any state with linear pressures p_a, p_b."""
-    return cavitation.void_volume(x.p_a, i_C_h) + cavitation.void_volume(x.p_b, i_C_h)
+    return lines.void_volume(x.p_a, i_C_h) + lines.void_volume(x.p_b, i_C_h)
 
 
 @scalar
 def line_energy(p_a, p_b, x, i_C_h):
     """Energy of the oil in lines A and B with their voids [J]; p_a, p_b pressures [Pa], x as in `line_voids`."""
     oil = 0.5 * (p_a * p_a + p_b * p_b) / i_C_h
-    return oil + cavitation.void_energy(x.p_a, i_C_h) + cavitation.void_energy(x.p_b, i_C_h)
+    return oil + lines.void_energy(x.p_a, i_C_h) + lines.void_energy(x.p_b, i_C_h)
 
 
 @scalar

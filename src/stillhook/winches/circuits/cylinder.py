@@ -12,8 +12,8 @@ from stillhook.base.variable import Row
 from stillhook.physics.friction import Bristle
 from stillhook.physics.hydraulics import lines
 from stillhook.physics.hydraulics.accumulator import Accumulator
-from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn, vapour_share
 from stillhook.physics.hydraulics.cylinder import Chambers, Ends, RodFriction, rod_friction_dry
+from stillhook.physics.hydraulics.lines import line_pressure, vapour_displaced, vapour_share
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.drum import wire_damping
 from stillhook.physics.scalar import scalar
@@ -204,7 +204,7 @@ def cylinder_flows(alpha_p, P_a, P_b, f_pump, C):
     Q_p = f_pump * C.Q_p * alpha_p
     p_a, p_b, i_beta = line_pressure(P_a), line_pressure(P_b), 1.0 / C.chambers.beta
     void_a, void_b = vapour_share(P_a, i_beta), vapour_share(P_b, i_beta)
-    Q_int = lines.internal_leakage(C.C_leak, p_a - p_b) + vapour_drawn(Q_p, void_b, void_a)
+    Q_int = lines.internal_leakage(C.C_leak, p_a - p_b) + vapour_displaced(Q_p, void_b, void_a)
     Q_ext_a, Q_ext_b = lines.external_leakage(C.C_leak, p_a), lines.external_leakage(C.C_leak, p_b)
     Q_boost_a, Q_boost_b = lines.boost_flows(p_a, p_b, C.boost)
     Q_relief_a, Q_relief_b = lines.relief_flow(p_a, C.relief), lines.relief_flow(p_b, C.relief)

@@ -8,9 +8,7 @@ from pydantic import Field, model_validator
 
 from stillhook import units as u
 from stillhook.base.variable import Row
-from stillhook.physics.electric.drive import SpeedLoop, current_loop_rate
-from stillhook.physics.electric.heating import Body
-from stillhook.physics.electric.machine import Machines
+from stillhook.physics.electric.machine import Body, Machines, SpeedLoop, current_loop_rate
 from stillhook.physics.electric.supply import Grid, Store, energy
 from stillhook.tables.table import Count, Spec
 from stillhook.units import show

@@ -10,8 +10,7 @@ from stillhook.physics.hydraulics.accumulator import (
     accumulator_vapour,
     port_pressure,
 )
-from stillhook.physics.hydraulics.cavitation import vapour_drawn
-from stillhook.physics.hydraulics.lines import Relief, external_leakage, internal_leakage, relief_flow
+from stillhook.physics.hydraulics.lines import Relief, external_leakage, internal_leakage, relief_flow, vapour_displaced
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque
 from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
 from stillhook.physics.hydraulics.swash import Servo
@@ -57,7 +56,7 @@ def passive_flows(alpha_p, D_m, omega_m, V_o, f_pump, P):
     C_leak = f_pump * pump_leakage(alpha_p, P.pumps.leak) + motor_leakage(omega_m, P.motors)
     Q_p = f_pump * pump_flow(alpha_p, P.pumps)
     Q_lp = internal_leakage(C_leak, p_o - p_lp) + P.accumulator.C_leak * (p_o - p_lp)
-    Q_lp = Q_lp - vapour_drawn(D_m * omega_m, accumulator_vapour(V_o, P.accumulator), 0.0)
+    Q_lp = Q_lp - vapour_displaced(D_m * omega_m, accumulator_vapour(V_o, P.accumulator), 0.0)
     Q_ext = external_leakage(C_leak, p_o)
     Q_relief = relief_flow(p_o, P.relief)
     Q_o = Q_p - D_m * omega_m - Q_lp - Q_ext - Q_relief

@@ -11,10 +11,18 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.base.variable import Row
 from stillhook.physics.hydraulics import valves
-from stillhook.physics.hydraulics.cavitation import line_pressure, vapour_drawn, vapour_share
-from stillhook.physics.hydraulics.lines import Relief, capacitance, external_leakage, internal_leakage, relief_flow
-from stillhook.physics.hydraulics.load_sensing import LoadSensing, load_pressure, pump_setting_wanted
+from stillhook.physics.hydraulics.lines import (
+    Relief,
+    capacitance,
+    external_leakage,
+    internal_leakage,
+    line_pressure,
+    relief_flow,
+    vapour_displaced,
+    vapour_share,
+)
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage
+from stillhook.physics.hydraulics.pump import LoadSensing, load_pressure, pump_setting_wanted
 from stillhook.physics.hydraulics.swash import Servo, displacement
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.tables.table import Count, Number, Spec, Text
@@ -228,7 +236,7 @@ def valve_flows(x_v, alpha_p, omega_m, P_a, P_b, P_s, p_pilot, f_pump, A):
     Q_p = f_pump * A.pump.Q_full * clip(alpha_p, 0.0, 1.0)
     Q_m = A.D_m * omega_m
     void_a, void_b = vapour_share(P_a, A.i_beta), vapour_share(P_b, A.i_beta)
-    Q_int = internal_leakage(C_m, p_a - p_b) - vapour_drawn(Q_m, void_a, void_b)
+    Q_int = internal_leakage(C_m, p_a - p_b) - vapour_displaced(Q_m, void_a, void_b)
     Q_ext_a, Q_ext_b = external_leakage(C_m, p_a), external_leakage(C_m, p_b)
     Q_ext_s = A.pump.C_leak * p_s
     Q_relief_a = relief_flow(p_a, A.relief)
@@ -334,7 +342,7 @@ def pilot_pressure(Q: float, dp: float, A: ValveCircuit) -> float:
     for _ in range(30):
         drop = max(p_b + dp - A.tank.p_T, 1.0)
         K_2 = Q * Q / drop
-        rest = 1.0 / max(K_2, 1e-30) - 1.0 / A.edges.K_v**2
-        y = min(1.0 / (rest**0.5 * A.cb.K_v), 1.0) if rest > 0.0 else 1.0
+        others = 1.0 / max(K_2, 1e-30) - 1.0 / A.edges.K_v**2
+        y = min(1.0 / (others**0.5 * A.cb.K_v), 1.0) if others > 0.0 else 1.0
         p_b = max((A.cb.p_crack + y / A.cb.i_dp_open - dp) / (1.0 + A.cb.psi), A.tank.p_T)
     return p_b

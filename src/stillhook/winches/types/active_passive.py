@@ -8,12 +8,12 @@ from stillhook.control.commands import displacement_for_weight, make_up, within_
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import dry_torque
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void
-from stillhook.physics.hydraulics.cavitation import line_pressure
+from stillhook.physics.hydraulics.lines import line_pressure
 from stillhook.physics.hydraulics.motor import motor_torque, motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
-from stillhook.physics.records import replace, zeros_but
+from stillhook.physics.records import joined, replace, zeros_but
 from stillhook.physics.scalar import fmax, scalar
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import active, rows
 from stillhook.winches.circuits.active import BLANK, Extremes, fold_extremes, full_speed, lag, least_displacement
 from stillhook.winches.circuits.passive import (
@@ -29,13 +29,14 @@ from stillhook.winches.circuits.passive import (
     stroke,
 )
 from stillhook.winches.interface import Carried, Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.shaft import bristle_after, geometry, wire_speed
 
 NAME = "active-passive"
 TITLE = "active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight"
-PATH = load_path
+PATH = load
 SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active", "passive")
 
@@ -59,7 +60,7 @@ class State(NamedTuple):
     alpha_pp_dot: float  # its rate [1/s]
     alpha_pm: float  # setting of the passive motors [-]
     alpha_pm_dot: float  # its rate [1/s]
-    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.lines`
     p_b: float  # that of line B, lowering [Pa]
     V_o: float  # oil in the accumulator [m^3]
     omega_m: float  # motor speed, hoisting positive [rad/s]
@@ -99,23 +100,16 @@ class Circuit(NamedTuple):
     T_moving: float
 
 
-class Signals(NamedTuple):
-    """Signals of its own."""
+class PassiveSignals(NamedTuple):
+    """Signals of the passive circuit."""
 
-    alpha_p: rows.AlphaP
-    alpha_m: rows.AlphaM
-    p_a: rows.PressureA
-    p_b: rows.PressureB
-    V_void: rows.VoidVolume
-    omega_m: rows.OmegaM
-    Q_relief: rows.ReliefFlow
-    T_f: rows.FrictionTorque
-    f_pump: rows.PumpShare
-    P_hpu: rows.HydraulicPower
     p_hp: Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the passive circuit's high side", "paper F")]
     alpha_pp: Annotated[float, Row("1", "", "into the accumulator", "passive pump displacement over its maximum")]
     alpha_pm: Annotated[float, Row("1", "", "", "passive motor displacement over its maximum")]
     V_acc: Annotated[float, Row("m^3", "volume", "from the oil end", "oil in the accumulator", "paper C")]
+
+
+Signals, join_signals = joined("Signals", active.Signals, PassiveSignals)
 
 
 class Limits(NamedTuple):
@@ -274,22 +268,8 @@ def power_units(c, x, p):
 @scalar
 def signals(c, x, q, u, geo, p):
     """Its own signals at an instant."""
-    return Signals(
-        alpha_p=c.alpha_p,
-        alpha_m=c.alpha_m,
-        p_a=c.p_a,
-        p_b=c.p_b,
-        V_void=c.V_void,
-        omega_m=x.omega_m,
-        Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
-        T_f=shaft.friction(c, x, p),
-        f_pump=u.f_pump,
-        P_hpu=power_units(c, x, p),
-        p_hp=c.o.p_hp,
-        alpha_pp=c.alpha_pp,
-        alpha_pm=c.alpha_pm,
-        V_acc=x.V_o,
-    )
+    passive = PassiveSignals(p_hp=c.o.p_hp, alpha_pp=c.alpha_pp, alpha_pm=c.alpha_pm, V_acc=x.V_o)
+    return join_signals(active.signals_of(c, x, u, power_units(c, x, p), p), passive)
 
 
 @scalar

@@ -18,12 +18,18 @@ from stillhook.control.plc import MANUAL, ActuatorCommands, Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics import cylinder as rod
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, accumulator_void, piston_loss, port_pressure
-from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
-from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
+from stillhook.physics.hydraulics.lines import (
+    external_leakage,
+    internal_leakage,
+    line_pressure,
+    relief_flow,
+    void_energy,
+    void_volume,
+)
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
 from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import clip, fmax, scalar
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.active import ActiveFlows, cavitates, out_of_boost, out_of_power, relieves
 from stillhook.winches.circuits.cylinder import (
@@ -54,12 +60,13 @@ from stillhook.winches.circuits.cylinder import (
 )
 from stillhook.winches.circuits.passive import at_an_end
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, drum_geometry
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, drum_geometry
 from stillhook.winches.records import Geometry, Sensors, apply_override
 
 NAME = "cylinder"
 TITLE = "cylinder-compensated winch: a cylinder in the wire's path compensates heave, the drum stands on its brake"
-PATH = load_path
+PATH = load
 CONTROL = "speed"
 TABLES = {"cylinder": CylinderTable}
 
@@ -76,7 +83,7 @@ class State(NamedTuple):
 
     alpha_p: float  # setting of the pumps [-]
     alpha_p_dot: float  # its rate [1/s]
-    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.lines`
     p_b: float  # that of line B, lowering [Pa]
     V_o: float  # oil in the accumulator [m^3]
     x_rod: float  # how far the rod is out [m]

@@ -5,22 +5,22 @@ from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
 from stillhook.control.plc import Plc, hold
-from stillhook.physics.electric import drive as loops
-from stillhook.physics.electric import heating, machine, supply
+from stillhook.physics.electric import machine, supply
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
 from stillhook.units import show
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.electric import BLANK, Drive, Electric, Extremes, fold_extremes, records
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.shaft import bristle_after, friction, geometry, sense, wire_speed
 
 NAME = "electric"
 TITLE = "electric winch: machines with inverters on a DC link with a store"
-PATH = load_path
+PATH = load
 CONTROL = "speed"
 TUNED = {"electric.speed.K": (20.0, 2000.0), "electric.speed.T_i": (0.02, 2.0)}
 SHOWN = {"T_m_max": "peak\ntorque", "P_el_max": "peak grid\npower", "theta_max": "highest\ntemperature"}
@@ -149,9 +149,11 @@ def circuit(x, q, u, geo, p):
     point of the load path. Where the holding brake closes it takes the load over, and the drive lets go."""
     h, d, M = p.hoist, p.drive, p.drive.machines
     held = fmax(u.brake, x.trip)
-    give, take = supply.supply_limit(x.E, x.heat, d.store, d.grid), supply.take_limit(x.E, x.heat, d.store, d.grid)
-    T_demand = (1.0 - held) * loops.torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, d.speed)
-    T_most, T_least = machine.torque_limit(x.omega_m, give, take, M), -machine.torque_limit(-x.omega_m, give, take, M)
+    P_most = supply.supply_limit(x.E, x.heat, d.store, d.grid)
+    P_back = supply.take_limit(x.E, x.heat, d.store, d.grid)
+    T_demand = (1.0 - held) * machine.torque_demand(x.omega_ref, x.omega_m, x.T_ff, x.T_n, d.speed)
+    T_most = machine.torque_limit(x.omega_m, P_most, P_back, M)
+    T_least = -machine.torque_limit(-x.omega_m, P_most, P_back, M)
     T_ref = clip(T_demand, T_least, T_most)
     P_dc = machine.link_power(x.i, x.omega_m, M)
     P_resistor = supply.resistor_power(P_dc, x.E, x.heat, d.store, d.grid)
@@ -180,18 +182,18 @@ def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     h, M = p.hoist, p.drive.machines
     T = c.T - q.F_w * geo.r_eff - friction(c, x, p)
-    T_n = loops.integral_rate(x.omega_ref, x.omega_m, c.T_demand, c.T_ref, p.drive.speed)
+    T_n = machine.integral_rate(x.omega_ref, x.omega_m, c.T_demand, c.T_ref, p.drive.speed)
     trips = h.T_brake > 0.0 and (abs(x.omega_m) > TRIP * M.n_max or x.trip > TRIPPED)
     heat = (machine.copper_loss(x.i, M) + machine.iron_loss(x.omega_m, M)) / M.count
     return State(
-        i=loops.current_rate(x.i, machine.current(c.T_ref, p.drive.machines), p.drive.rate_i),
+        i=machine.current_rate(x.i, machine.current(c.T_ref, p.drive.machines), p.drive.rate_i),
         omega_m=T * geo.i_J,
-        omega_ref=loops.smoothing_rate(x.omega_ref, u.u_p * p.drive.n_full, p.drive.speed),
-        T_ff=loops.smoothing_rate(x.T_ff, u.T_ff, p.drive.speed),
+        omega_ref=machine.smoothing_rate(x.omega_ref, u.u_p * p.drive.n_full, p.drive.speed),
+        T_ff=machine.smoothing_rate(x.T_ff, u.T_ff, p.drive.speed),
         T_n=(1.0 - c.held) * T_n - c.held * p.drive.speed.i_T * x.T_n,
         E=c.P_store - c.loss_store,
-        theta=heating.heating_rate(x.theta, heat, p.drive.winding),
-        theta_store=heating.heating_rate(x.theta_store, c.loss_store, p.drive.heat_store),
+        theta=machine.heating_rate(x.theta, heat, p.drive.winding),
+        theta_store=machine.heating_rate(x.theta_store, c.loss_store, p.drive.heat_store),
         heat=supply.resistor_heating_rate(x.heat, c.P_resistor, p.drive.grid),
         trip=CLOSING * (1.0 - x.trip) if trips else 0.0,
         z=0.0,
@@ -334,7 +336,7 @@ def full_speed(crane: Any, alpha_m: float) -> float:
 
 def lag(crane: Any) -> float:
     """Time by which the drive lags its command [s]: smoothing and current loop; the acceleration is fed forward."""
-    return float(crane.electric.speed.tau_ref + 1.0 / loops.current_loop_rate(crane.electric.inverter.omega_i))
+    return float(crane.electric.speed.tau_ref + 1.0 / machine.current_loop_rate(crane.electric.inverter.omega_i))
 
 
 def stiffness(p: Params) -> Stiffness:
@@ -390,7 +392,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
             f"holding the load takes {show(T, 'torque')} at the motor shaft, more than the {show(M.T_max, 'torque')} of"
             " the machines: the load will sink"
         )
-    end = heating.time_to_limit(drive.theta_0, machine.copper_loss(machine.current(T, M), M) / M.count, drive.winding)
+    end = machine.time_to_limit(drive.theta_0, machine.copper_loss(machine.current(T, M), M) / M.count, drive.winding)
     if end < math.inf:
         out.append(
             f"holding the load brings the windings to {show(drive.winding.theta_max, 'temperature')} after"

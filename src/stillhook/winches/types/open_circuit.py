@@ -7,15 +7,15 @@ from stillhook.base.variable import Row
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import Plc, hold, low_pass
 from stillhook.physics.friction import system_friction
-from stillhook.physics.hydraulics.cavitation import line_pressure, void_energy, void_volume
-from stillhook.physics.hydraulics.load_sensing import power_limited_setting, pump_setting_rate
+from stillhook.physics.hydraulics.lines import line_pressure, void_energy, void_volume
 from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, motors_dry, motors_moving, torque_loss
+from stillhook.physics.hydraulics.pump import power_limited_setting, pump_setting_rate
 from stillhook.physics.hydraulics.swash import swash_acceleration, swash_rate
 from stillhook.physics.hydraulics.valves import in_series, orifice_flow, pilot_pressure_rate, spool_for_opening
 from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.units import show
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.active import (
     NEAR_LIMIT,
@@ -40,13 +40,14 @@ from stillhook.winches.circuits.valve_controlled import (
     valve_rates,
 )
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.shaft import bristle_after, friction, geometry, wire_speed
 
 NAME = "open-circuit"
 TITLE = "open-circuit winch: a proportional directional valve moves the drum, a counterbalance valve holds the load"
-PATH = load_path
+PATH = load
 CONTROL = "speed"
 TABLES = {"open": OpenCircuit}
 TUNED = {
@@ -74,7 +75,7 @@ class State(NamedTuple):
     x_v: float  # spool position, hoisting positive [-]
     x_v_dot: float  # its rate [1/s]
     alpha_p: float  # setting of the pumps [-]
-    p_a: float  # linear pressure of line A, hoisting, at the motors [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_a: float  # linear pressure of line A, hoisting, at the motors [Pa], see `stillhook.physics.hydraulics.lines`
     p_b: float  # that of line B, lowering [Pa]
     p_s: float  # that of the supply [Pa]
     p_pilot: float  # pressure in the pilot line of the counterbalance valve [Pa]

@@ -4,23 +4,32 @@ from typing import Any, NamedTuple
 
 from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import dry_torque
-from stillhook.physics.hydraulics.cavitation import line_pressure
+from stillhook.physics.hydraulics.lines import line_pressure
 from stillhook.physics.hydraulics.motor import motor_torque, motors_dry, motors_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.records import zeros_but
 from stillhook.physics.scalar import scalar
 from stillhook.units import show
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import active, rows
-from stillhook.winches.circuits.active import BLANK, Extremes, fold_extremes, full_speed, lag, least_displacement
+from stillhook.winches.circuits.active import (
+    BLANK,
+    Extremes,
+    Signals,
+    fold_extremes,
+    full_speed,
+    lag,
+    least_displacement,
+)
 from stillhook.winches.interface import Parts, Stiffness
-from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.shaft import bristle_after, geometry, wire_speed
 
 NAME = "pure-active"
 TITLE = "pure active winch: one closed circuit moves the drum and carries the weight"
-PATH = load_path
+PATH = load
 SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active",)
 
@@ -39,7 +48,7 @@ class State(NamedTuple):
     alpha_p_dot: float  # its rate [1/s]
     alpha_m: float  # setting of the motors [-]
     alpha_m_dot: float  # its rate [1/s]
-    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.cavitation`
+    p_a: float  # linear pressure of line A, hoisting [Pa], see `stillhook.physics.hydraulics.lines`
     p_b: float  # that of line B, lowering [Pa]
     omega_m: float  # motor speed, hoisting positive [rad/s]
     z: float  # bristle, half a step ahead [rad]
@@ -69,21 +78,6 @@ class Circuit(NamedTuple):
     g: float
     held: float
     T_moving: float
-
-
-class Signals(NamedTuple):
-    """Signals of its own."""
-
-    alpha_p: rows.AlphaP
-    alpha_m: rows.AlphaM
-    p_a: rows.PressureA
-    p_b: rows.PressureB
-    V_void: rows.VoidVolume
-    omega_m: rows.OmegaM
-    Q_relief: rows.ReliefFlow
-    T_f: rows.FrictionTorque
-    f_pump: rows.PumpShare
-    P_hpu: rows.HydraulicPower
 
 
 class Limits(NamedTuple):
@@ -190,18 +184,7 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
 @scalar
 def signals(c, x, q, u, geo, p):
     """Its own signals at an instant."""
-    return Signals(
-        alpha_p=c.alpha_p,
-        alpha_m=c.alpha_m,
-        p_a=c.p_a,
-        p_b=c.p_b,
-        V_void=c.V_void,
-        omega_m=x.omega_m,
-        Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
-        T_f=shaft.friction(c, x, p),
-        f_pump=u.f_pump,
-        P_hpu=c.f.Q_p * (c.p_a - c.p_b),
-    )
+    return active.signals_of(c, x, u, c.f.Q_p * (c.p_a - c.p_b), p)
 
 
 @scalar

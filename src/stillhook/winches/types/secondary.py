@@ -21,7 +21,7 @@ from stillhook.physics.hydraulics.secondary import (
 from stillhook.physics.hydraulics.swash import displacement, swash_acceleration, swash_rate
 from stillhook.physics.records import replace, zeros_but
 from stillhook.physics.scalar import copysign, fmax, scalar
-from stillhook.winches import load_path, shaft
+from stillhook.winches import shaft
 from stillhook.winches.circuits import rows
 from stillhook.winches.circuits.active import cavitates, out_of_power, relieves
 from stillhook.winches.circuits.packing import power_back
@@ -46,13 +46,14 @@ from stillhook.winches.circuits.rail import (
     stroke,
 )
 from stillhook.winches.interface import Cause, Parts, Stiffness
-from stillhook.winches.load_path import Hoist, shaft_inertia_without_wire
+from stillhook.winches.load_path import load
+from stillhook.winches.load_path.load import Hoist, shaft_inertia_without_wire
 from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.shaft import bristle_after, friction, geometry, wire_speed
 
 NAME = "secondary"
 TITLE = "secondary controlled winch: over-centre units on a rail with accumulators turn the drum"
-PATH = load_path
+PATH = load
 CONTROL = "speed"
 SHOWN = {
     "p_r_min": "lowest\nrail",
@@ -267,8 +268,8 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
     T_ahead = torque_ahead(omega_ref, drive.u_p, r, x, m, drive.brake, tick, geo, p)
     demand = make_up(m.p_mean, displacement(x.alpha_s, R.motor_servo), tick.v_op / geo.r_eff, R.settings)
     dp = r.p_hp - R.settings.p_lp
-    given = within_power(demand, dp, f * power.Q_pp, f * power.P_max)
-    u_rp = -within_power(-given, dp, f * power.Q_pp, f * p.P_back)
+    u_supplied = within_power(demand, dp, f * power.Q_pp, f * power.P_max)
+    u_rp = -within_power(-u_supplied, dp, f * power.Q_pp, f * p.P_back)
     return Command(omega_ref, T_ahead, u_rp, tick.f_pump, drive.brake), hold(m, 1.0), drive
 
 

@@ -39,7 +39,7 @@ from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.phase import Phase, PhaseKind
 from stillhook.variables import WINDOW
-from stillhook.winches.joints.registry import UNITS
+from stillhook.winches.load_path.registry import UNITS
 
 if TYPE_CHECKING:
     import xarray

@@ -3,7 +3,6 @@
 from stillhook.physics.load_path.rope import pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.scalar import scalar
 
-NAME = "slings"
 Link = Signals = Stats = None
 """They have no record beyond that of every lift, and show nothing of their own."""
 

@@ -21,7 +21,7 @@ PERIODS, UNLIKE = 8.0, 24.0
 """Periods in a row that are an oscillation, alike and unlike [-]."""
 ALIKE = 0.25
 """Part by which a period may differ from the mean of those before [-]."""
-EACH, KEPT, STEADY, KEPT_LONG = 0.8, 0.9, 0.95, 0.8
+EACH, LEFT, STEADY, LEFT_LONG = 0.8, 0.9, 0.95, 0.8
 """What must be left of the slow mean of the amplitude, each time, in the fast mean, and in that when it is judged, and
 of the long mean in the slow one [-]: a ring-down that loses more than some 2 % a period has less."""
 JUMP = 2.0
@@ -246,15 +246,15 @@ def fold_periods(a, w):
     same = A < JUMP * a.A_slow
     A_now = a.A + FAST * (A - a.A)
     large = A > SMALLEST and A > SHARE * (w.demand.hi - w.demand.lo) and w.t * w.omega < TWO_PI
-    goes_on = large and alike and same and A > EACH * a.A_slow and A_now > KEPT * a.A_slow
+    goes_on = large and alike and same and A > EACH * a.A_slow and A_now > LEFT * a.A_slow
     unkicked = large and A > (LOUD * sqrt(w.v_2) if waves else 0.0)
     follows = unkicked and same and a.any > 0.0
     n_any = a.any if follows else 0.0
-    kept = (alike and same) or follows
+    goes_with = (alike and same) or follows
     return Periods(
-        a.T + FAST * (w.t - a.T) if kept else w.t,
-        A_now if kept else A,
-        a.A_slow + SLOW * (A - a.A_slow) if kept else A,
+        a.T + FAST * (w.t - a.T) if goes_with else w.t,
+        A_now if goes_with else A,
+        a.A_slow + SLOW * (A - a.A_slow) if goes_with else A,
         a.A_long + LONG * (A - a.A_long) if follows else A,
         a.alike + 1.0 if goes_on else 0.0,
         a.lasts + w.t if goes_on else 0.0,
@@ -277,7 +277,7 @@ def sustained(a, w):
     waves = w.omega > TWO_PI / LONGEST
     through = w.tip.n >= KNOWN and a.lasts * w.omega >= FASTER * TWO_PI and not in_step(a, w.tip)
     regular = a.alike >= PERIODS and a.A > STEADY * a.A_slow and (through or not waves)
-    return regular or (a.any >= UNLIKE and a.A_slow > KEPT_LONG * a.A_long)
+    return regular or (a.any >= UNLIKE and a.A_slow > LEFT_LONG * a.A_long)
 
 
 @scalar

@@ -1,4 +1,4 @@
-"""The sensors there are: modules of the user, each checked once."""
+"""The sensors there are between winch and PLC: modules of the user, each checked once."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ from stillhook.base import contract
 from stillhook.base.contract import NAME, TEXT, Contract, Record, Rule, fault
 from stillhook.base.extensions import extensions
 from stillhook.base.variable import Row, Variable
-from stillhook.control.interface import Setting
+from stillhook.control import interface
+from stillhook.control.interface import QUANTITIES, Setting
 from stillhook.control.registry import CONTROLLERS, check_setting, source_of
-from stillhook.control.sensors import interface
-from stillhook.control.sensors.interface import QUANTITIES
 from stillhook.units import parse, quote
 
 CONTRACTS = {
-    remembers: Contract("A sensor", needed, interface.Undeclared, source_of)
+    remembers: Contract("A sensor", needed, interface.SensorUndeclared, source_of)
     for remembers, needed in {False: interface.Sensor, True: interface.SensorWithMemory}.items()
 }
 """The contract of a module without and with a Memory."""
@@ -34,7 +33,7 @@ VALUES = {
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor as its module declares it; see `stillhook.control.sensors.interface`."""
+    """A sensor as its module declares it; see `stillhook.control.interface`."""
 
     name: str
     title: str
@@ -131,9 +130,9 @@ def _called(module: ModuleType, name: str, *arguments: Any) -> Any:
         raise fault(module, f"{name} at 1, with the settings by default: {wrong}", "Correct it") from problem
 
 
-def _check(module: ModuleType, name: str, given: Any, holds: Callable[[Any], bool], allowed: str) -> None:
-    if not holds(given):
-        raise fault(module, f"{name} gave {quote(given)}", f"It must give {allowed}")
+def _check(module: ModuleType, name: str, value: Any, holds: Callable[[Any], bool], allowed: str) -> None:
+    if not holds(value):
+        raise fault(module, f"{name} gave {quote(value)}", f"It must give {allowed}")
 
 
 def _value(setting: Setting) -> float:

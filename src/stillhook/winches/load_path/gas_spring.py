@@ -34,7 +34,7 @@ from stillhook.physics.scalar import G, fmax, fmin, scalar
 from stillhook.statistics.extremes import share_beyond
 from stillhook.tables.table import Number
 from stillhook.units import show
-from stillhook.winches.joints.interface import NEVER, JointUnit, happened
+from stillhook.winches.load_path.interface import NEVER, JointUnit, happened
 
 NAME = "gas-spring"
 TITLE = "passive heave compensator: a gas spring between hook and slings"

@@ -1,4 +1,5 @@
-"""What may join hook and payload: slings alone, modules of `stillhook.winches.joints.types`, and those of the user."""
+"""The elements of a load path by name: those of `stillhook.winches.load_path`, and units of the user between hook and
+slings, each checked once. A path is the names of its elements from the drum down."""
 
 from __future__ import annotations
 
@@ -18,20 +19,29 @@ from stillhook.base.contract import (
     names_of,
     one_of,
 )
-from stillhook.base.extensions import extensions, modules_in
+from stillhook.base.extensions import extensions
 from stillhook.base.variable import Row, Variable
 from stillhook.control.registry import source_of
 from stillhook.errors import ScenarioError
 from stillhook.units import quote
-from stillhook.winches.joints import slings, types
-from stillhook.winches.joints.interface import BODY, Joint, JointUnit, Undeclared
+from stillhook.winches.load_path import gas_spring, host, payload, slings, wire
+from stillhook.winches.load_path.interface import BODY, OF_A_PATH, Joint, JointUnit, LoadPath, Undeclared
 
 DEFAULT = "gas-spring"
 """Type of a unit that names none."""
-
-
+SHIPPED: Mapping[str, Any] = {"host": host, "wire": wire, "slings": slings, "payload": payload}
+"""Elements that are no units; what a winch names as its PATH needs no name."""
+PATH = Contract("A load path", LoadPath, type("Nothing", (), {}), source_of)
 CONTRACT = Contract("A unit between hook and slings", Joint, Undeclared, source_of)
 RECORDS = {"Link": Record(), "Signals": Record(mark=Row, nested=False), "Stats": Record(nested=False)}
+
+
+def check_path(path: ModuleType) -> None:
+    """A module is a load path. Errors: SpecError."""
+    PATH.check(path)
+    for name, rule in OF_A_PATH.items():
+        check_record(path, name, rule)
+    check_values(path, {"SUPPLIED": names_of(path.Powers._fields, "fields of Powers")})
 
 
 def check_module(module: ModuleType) -> None:
@@ -65,29 +75,28 @@ def check_module(module: ModuleType) -> None:
             "LOWEST": names_of(stats, "fields of Stats"),
         },
     )
-    given = module.numbers(module.blank())
-    if set(given) != set(numbers):
-        apart = ", ".join(sorted(set(given) ^ set(numbers)))
+    blank = module.numbers(module.blank())
+    if set(blank) != set(numbers):
+        apart = ", ".join(sorted(set(blank) ^ set(numbers)))
         raise fault(module, f"numbers and NUMBERS differ in {apart}", "Give each number of NUMBERS, and no other")
 
 
 def _all() -> dict[str, Any]:
     """Modules of units by name. Errors: SpecError that names the module."""
-    by_name: dict[str, Any] = dict.fromkeys([slings.NAME])
-    of_user = [each for each in extensions() if hasattr(each, "pull")]
-    for module in of_user:
-        check_module(module)
-    for module in (*modules_in(types), *of_user):
-        if module.NAME in by_name:
-            raise fault(module, f"NAME = {quote(module.NAME)} is that of another unit", "Change NAME")
-        by_name[module.NAME] = module
-    return {name: module for name, module in by_name.items() if module is not None}
+    units: dict[str, Any] = {gas_spring.NAME: gas_spring}
+    for module in extensions():
+        if hasattr(module, "pull"):
+            check_module(module)
+            if module.NAME in (*units, *SHIPPED):
+                raise fault(module, f"NAME = {quote(module.NAME)} is that of another element", "Change NAME")
+            units[module.NAME] = module
+    return units
 
 
 UNITS: Mapping[str, Any] = _all()
 """Module of every unit between hook and slings."""
-JOINTS: Mapping[str, Any] = {slings.NAME: slings, **UNITS}
-"""Module of everything that may join hook and payload."""
+ELEMENTS: Mapping[str, Any] = {**SHIPPED, **UNITS}
+"""Module of every element that a path may name."""
 
 
 def unit_of(table: Mapping[str, Any]) -> JointUnit:
@@ -99,9 +108,14 @@ def unit_of(table: Mapping[str, Any]) -> JointUnit:
     return unit
 
 
-def joint_of(unit: JointUnit | None) -> str:
-    """Name of what joins hook and payload with this unit between them, or without one."""
-    return slings.NAME if unit is None else unit.type
+def joint_of(unit: JointUnit | None) -> Any:
+    """Module of what joins hook and payload with this unit between them, or without one."""
+    return slings if unit is None else UNITS[unit.type]
+
+
+def path_of(unit: JointUnit | None) -> tuple[str, ...]:
+    """The path of a lowering with this unit between hook and slings, or without one."""
+    return "wire", "slings" if unit is None else unit.type, "payload"
 
 
 def joint_rows() -> list[Variable]:

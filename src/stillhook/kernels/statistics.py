@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.kernels.statistics.oscillation import blank_oscillation
+from stillhook.kernels.oscillation import blank_oscillation
 from stillhook.physics.records import fields
 from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.winches.records import NOT_YET

@@ -1,14 +1,16 @@
-"""What joins hook and payload: one module with what a file gives, its equations, and what it shows of a run.
-
-`Joint` is the contract: what every module has. A type checker checks a module against it: `joint: Joint = my_joint`;
-`stillhook.winches.joints.registry` does when it is loaded.
+"""What is below a winch. `LoadPath` is the contract of one element alone, which a winch names as its PATH and moves
+with its own state; `Joint` is that of a unit between hook and payload in a lowering: one module with what a file gives,
+its equations, and what it shows of a run. A type checker checks a module against them: `joint: Joint = my_joint`;
+`stillhook.winches.load_path.registry` does when it is loaded.
 
 Functions with `@scalar` are compiled: SI, floats and records in, floats and records out. They must not keep anything
 between calls, or branch with work on one side only: sixteen runs go side by side.
 
-Letters: x stretch of all that joins hook and payload, upper less lower end [m], v its rate at the start of a step and
-rate that in its middle [m/s], h the step [s]; A [kg] and R [kg m/s] of the two bodies, which would move at R / A
-without it; sling `physics.load_path.rope.Sling`, link the module's own record.
+Letters of a load path: q its point and y its state, geo drum during a PLC cycle, p parameters, tick what comes from
+outside in a cycle, tip motion of the crane tip.
+Letters of a unit: x stretch of all that joins hook and payload, upper less lower end [m], v its rate at the start of a
+step and rate that in its middle [m/s], h the step [s]; A [kg] and R [kg m/s] of the two bodies, which would move at
+R / A without it; sling `physics.load_path.rope.Sling`, link the module's own record.
 """
 
 from __future__ import annotations
@@ -16,22 +18,76 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, NoReturn, Protocol
+from typing import Any, Protocol
 
 from numpy.typing import ArrayLike
 from pydantic import Field, ValidationError
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.contract import Needed, Record
 from stillhook.base.variable import Row
 from stillhook.errors import ScenarioError
-from stillhook.physics.load_path.payload import Water
+from stillhook.physics.load_path.payload import Heights, Water
 from stillhook.physics.load_path.rope import Pull, Sling
 from stillhook.physics.scalar import scalar
 from stillhook.tables.table import Source, Spec, first_problem
-from stillhook.winches.elements.works import Works
+from stillhook.winches.load_path.lift import Works
+from stillhook.winches.records import Geometry, Motion, Tick, Tip
 
 NEVER = 1.0e300
 """Time of what did not happen [s], and its negative the largest of nothing."""
+
+
+class LoadPath(Protocol):
+    """What is below a winch, a module: it takes the speed of the wire at the top and gives the tension there."""
+
+    @property
+    def State(self) -> type[tuple[Any, ...]]:
+        """Its state: s_w wire paid out [m], s_load height of the load [m], v_load its speed [m/s], and more."""
+
+    @property
+    def Point(self) -> type[tuple[Any, ...]]:
+        """The path at an instant: v_w wire speed [m/s], F_w tension at the top [N], a_load of the load, and more."""
+
+    @property
+    def Powers(self) -> type[tuple[Any, ...]]:
+        """Its powers [W], each annotated with a Row; they must not include what passes between winch and path."""
+
+    @property
+    def SUPPLIED(self) -> tuple[str, ...]:
+        """Powers that go in; the others go out."""
+
+    @scalar
+    def motion(self, tick: Tick) -> Motion:
+        """True motion of the crane tip."""
+
+    @scalar
+    def weight(self, tick: Tick, p: Any) -> float:
+        """Tension while all stands still [N]."""
+
+    @scalar
+    def start(self, s_w: float, tick: Tick, p: Any) -> Any:
+        """State at rest with s_w of wire out [m]."""
+
+    @scalar
+    def at(self, v_w: float, y: Any, geo: Geometry, tip: Tip, p: Any) -> Any:
+        """The Point at wire speed v_w [m/s]."""
+
+    @scalar
+    def rates(self, q: Any, y: Any, p: Any) -> Any:
+        """Time derivatives of the state."""
+
+    @scalar
+    def powers(self, q: Any, y: Any, tip: Tip, p: Any) -> Any:
+        """Its Powers [W]."""
+
+    @scalar
+    def energy(self, q: Any, y: Any, p: Any) -> float:
+        """Energy stored in it [J]."""
+
+    @scalar
+    def at_its_end(self, y: Any, p: Any) -> float:
+        """1 where the last turns of wire leave the drum, or the hook is at the tip, else 0."""
 
 
 class LinearJoint(Protocol):
@@ -232,35 +288,49 @@ class Joint(Protocol):
         """A run in one line, from its numbers."""
 
 
-class Undeclared:
+class Undeclared(Protocol):
     """What a unit with a body of its own has besides, all four. Its Link carries what the body remembers, and `pull`,
     `mean` and `energy` read it there."""
 
     @staticmethod
     @scalar
-    def heights(x: float, z: float, link: Any) -> NoReturn:
+    def heights(x: float, z: float, link: Any) -> Heights:
         """`Heights` at which its body feels the water's motion."""
-        raise NotImplementedError
 
     @staticmethod
     @scalar
-    def foresee(x: float, z: float, water: Water, h: float, sling: Sling, link: Any) -> NoReturn:
+    def foresee(x: float, z: float, water: Water, h: float, sling: Sling, link: Any) -> Any:
         """The Link before a step, with what the water does to the body in the middle of it."""
-        raise NotImplementedError
 
     @staticmethod
     @scalar
-    def moved(x: float, z: float, v_up: float, v_down: float, h: float, sling: Sling, link: Any) -> NoReturn:
+    def moved(x: float, z: float, v_up: float, v_down: float, h: float, sling: Sling, link: Any) -> Any:
         """The Link after a step whose ends moved at v_up and v_down in its middle [m/s]; x at its start."""
-        raise NotImplementedError
 
     @staticmethod
     @scalar
-    def work(
-        w: Works, x: float, v_up: float, v_down: float, h: float, sling: Sling, before: Any, link: Any
-    ) -> NoReturn:
+    def work(w: Works, x: float, v_up: float, v_down: float, h: float, sling: Sling, before: Any, link: Any) -> Works:
         """`Works` with those of this step, of body and slings; before the Link before the step, link that after it."""
-        raise NotImplementedError
 
 
 BODY = ("heights", "foresee", "moved", "work")
+
+
+OF_A_PATH: Mapping[str, Record] = {
+    "State": Record(
+        needs={
+            "s_w": Needed(float, "wire paid out [m]"),
+            "s_load": Needed(float, "height of the load above its unstretched start [m]"),
+            "v_load": Needed(float, "upward speed of the load [m/s]"),
+        }
+    ),
+    "Point": Record(
+        needs={
+            "v_w": Needed(float, "wire speed, hoisting positive [m/s]"),
+            "F_w": Needed(float, "tension at the top [N]"),
+            "a_load": Needed(float, "upward acceleration of the load [m/s^2]"),
+        }
+    ),
+    "Powers": Record(mark=Row, nested=False),
+}
+"""What each record of a load path must be."""

@@ -1,1 +1,0 @@
-"""What joins hook and payload: slings, and units above them, a module each."""

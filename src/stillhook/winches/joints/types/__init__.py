@@ -1,1 +1,0 @@
-"""Units between hook and slings, a module each."""
