@@ -83,7 +83,7 @@ def passing(crane: str, files: list[LiftFile], ways: Iterable[Way]) -> dict[Way,
     """Passages of payloads in modes at gains, (payload, mode, v_soft) each, all side by side."""
     ways = list(ways)
     run = simulate(load_crane(crane), [case(f, *way) for way in ways for f in files], on_failure="mark")
-    most, least = (run[f"stage_F_sling_{end}"].values[:, THROUGH].reshape(len(ways), -1) for end in ("max", "min"))
+    most, least = (run[f"phase_F_sling_{end}"].values[:, THROUGH].reshape(len(ways), -1) for end in ("max", "min"))
     return {way: Passage(most[i], least[i], read_payload(way[0]).mass * G) for i, way in enumerate(ways)}
 
 

@@ -150,10 +150,12 @@ def test_limits_of_a_tuning_are_read_as_texts():
 def test_a_lift_response_has_its_depth_and_duration_in_units():
     file = load_lift("anchor-to-3000m", moving=False)
     waves = response.Waves(stillhook.parse_sea(f"{WAVES} heading=180 deg"))
-    with pytest.raises(UnitError, match=r"^z = -1500\.0: a bare number"):
-        response.lift_response(file, waves, z=-1500.0)
+    with pytest.raises(UnitError, match=r"^depth = 1500\.0: a bare number"):
+        response.lift_response(file, waves, depth=1500.0)
     with pytest.raises(UnitError, match=r"^duration = 3600\.0: a bare number"):
-        response.lift_response(file, waves, z="-1500 m", duration=3600.0)
+        response.lift_response(file, waves, depth="1500 m", duration=3600.0)
+    with pytest.raises(StillhookError, match="depth 4000 m"), pytest.warns(FutureWarning, match="z is depth"):
+        response.lift_response(file, waves, z="-4000 m")
 
 
 TIP = ("tip", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m", "--wave", WAVES)

@@ -13,7 +13,7 @@ from stillhook.engine.inputs import CycleInputs, filled
 from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError
-from stillhook.formats.results import rerun
+from stillhook.formats.results import load_run, rerun, save_run
 from stillhook.sea.motion.irregular import COARSE
 from stillhook.sea.motion.motion import Sine
 from stillhook.sea.motion.text import motion_from_dict
@@ -67,15 +67,24 @@ def test_rarer_statistics_have_the_same_bits_alone_as_side_by_side(truth):
 
 
 @pytest.mark.slow
-def test_a_run_that_ends_with_its_programme_has_the_bits_of_its_stages(truth):
+def test_a_result_of_an_older_version_is_read_with_the_names_of_today(truth, tmp_path):
+    old = truth.rename({name: name.replace("phase", "stage") for name in truth.variables if name.startswith("phase")})
+    read = load_run(save_run(old, tmp_path / "old.nc"))
+    assert set(read.variables) == set(truth.variables)
+    assert read.sizes == truth.sizes
+    np.testing.assert_array_equal(read.phase_duration, truth.phase_duration)
+
+
+@pytest.mark.slow
+def test_a_run_that_ends_with_its_programme_has_the_bits_of_its_phases(truth):
     """Whoever runs beside it, and however long they go on; what follows the programme is shorter."""
     ending = simulate(CRANE, IN_SEAS, end="programme")
     alone = simulate(CRANE, IN_SEAS[:1], end="programme")
-    of_stages = [name for name in truth if name.startswith("stage_")]
-    for name in of_stages:
-        np.testing.assert_array_equal(ending[name].isel(stage=0), truth[name].isel(stage=0), err_msg=name)
+    of_phases = [name for name in truth if name.startswith("phase_")]
+    for name in of_phases:
+        np.testing.assert_array_equal(ending[name].isel(phase=0), truth[name].isel(phase=0), err_msg=name)
         np.testing.assert_array_equal(ending[name][0, :2], alone[name][0], err_msg=name)
-    assert float(ending.stage_duration[0, 1]) < float(truth.stage_duration[0, 1])  # after the programme
+    assert float(ending.phase_duration[0, 1]) < float(truth.phase_duration[0, 1])  # after the programme
     assert (ending.status == truth.status).all()
     whole = np.isfinite(ending.peak_F_w_max)
     np.testing.assert_array_equal(ending.peak_F_w_max.values[whole], truth.peak_F_w_max.values[whole])

@@ -236,16 +236,16 @@ def test_five_milliseconds_are_as_good_as_one() -> None:
     assert abs(float(coarse.energy_unaccounted)) < AUDIT
 
 
-def test_a_lift_goes_through_its_stages_and_lands_at_the_lowering_speed() -> None:
+def test_a_lift_goes_through_its_phases_and_lands_at_the_lowering_speed() -> None:
     run = simulate(load_crane("nov-250t"), whole_lift())
     assert str(run.status.values) == "ok"
-    begun = run.stage_t_begin.values
+    begun = run.phase_t_begin.values
     assert np.all(np.diff(begun) > 0.0)
     left = 0.15 * 0.5 * 2.0 * math.pi / 8.0  # of the tip's speed, by an eta_c of 0.85
     assert float(run.v_landed) == pytest.approx(0.1, abs=left)  # 6 m/min, give or take what compensation leaves
     assert -60.1 < float(run.z_load_end) < -60.0  # on the bottom, settled less than under its whole weight
     assert float(run.eta_c) > 0.85
-    assert float(run.stage_e_c_pp[1]) == pytest.approx(float(run.e_c_pp))
+    assert float(run.phase_e_c_pp[1]) == pytest.approx(float(run.e_c_pp))
 
 
 DROP = Profile.from_si([0.0, 2.0, 6.0, 8.0, 300.0], [0.0, -4.0, -4.0, 0.0, 0.0])
@@ -271,13 +271,13 @@ LAND = Phase(name="land", mode="landing", speed="9 m/min", tension="40 kN", time
 
 
 def test_slings_that_fell_slack_on_the_way_are_reported_though_the_load_lands() -> None:
-    """Slack in the water is the danger, slack on the seabed is the aim: each has its own time, in the stage where it was."""
+    """Slack in the water is the danger, slack on the seabed is the aim: each has its own time, in the phase where it was."""
     hang = Phase(name="hang", mode="manual", time="20 s")
     down = Phase(name="down", mode="ahc", speed="20 m/min", depth="45 m")
     run = simulate(load_crane("nov-250t"), light((hang, down, LAND)))
     assert "sling" in str(run.status.values)
     assert float(run.t_landed) > 20.0
-    slack = dict(zip(run.stage.values, run.stage_sling_slack_time.values, strict=True))
+    slack = dict(zip(run.phase.values, run.phase_sling_slack_time.values, strict=True))
     assert slack["hang"] > 1.0
     assert (slack["down"], slack["land"]) == (0.0, 0.0)
     assert float(run.sling_slack_time) == pytest.approx(slack["hang"])
@@ -296,7 +296,7 @@ def test_slings_that_fall_slack_on_the_seabed_are_no_fault() -> None:
     assert "touchdown" not in str(run.status.values)
 
 
-def test_a_touch_in_a_stage_that_does_not_land_is_a_status_with_stage_time_and_speed() -> None:
+def test_a_touch_in_a_phase_that_does_not_land_is_a_status_with_phase_time_and_speed() -> None:
     too_far = (
         Phase(name="down", mode="ahc", speed="20 m/min", time="180 s"),
         Phase(name="stand", mode="ahc", time="20 s"),
@@ -307,7 +307,7 @@ def test_a_touch_in_a_stage_that_does_not_land_is_a_status_with_stage_time_and_s
     assert 'phase "down" does not land, and the load touches the seabed in it after 12' in note
     assert "at 20" in note or "at 19" in note
     assert "landed = true" in note
-    assert np.isnan(run.stage_t_landed.values[1:]).all()  # what lies on the seabed does not touch it anew
+    assert np.isnan(run.phase_t_landed.values[1:]).all()  # what lies on the seabed does not touch it anew
 
 
 def test_a_load_that_was_lifted_clear_and_touches_again_is_reported_again() -> None:
@@ -320,7 +320,7 @@ def test_a_load_that_was_lifted_clear_and_touches_again_is_reported_again() -> N
         load_crane("nov-250t"), light(up_and_down, tip=Sine(amplitude="0 m", period="9 s"), winch={"ramp": "0.1 m/s^2"})
     )
     assert 'phase "slip" does not land' in str(run.notes.values)
-    assert float(run.stage_t_landed[2]) > float(run.stage_t_landed[0]) + 60.0
+    assert float(run.phase_t_landed[2]) > float(run.phase_t_landed[0]) + 60.0
 
 
 def test_the_speed_of_a_touch_is_that_at_the_seabed_whatever_the_step() -> None:
@@ -405,14 +405,14 @@ def test_time_that_is_cut_elsewhere_changes_no_bit() -> None:
     np.testing.assert_array_equal(a.z_load.values[:n], b.z_load.values[:n])
 
 
-def test_motion_of_the_load_in_a_stage_is_what_its_series_shows() -> None:
+def test_motion_of_the_load_in_a_phase_is_what_its_series_shows() -> None:
     """Beside the path that the joystick asked for, from the start of compensation on, over 30 s."""
     run = simulate(load_crane("nov-250t"), whole_lift(), every="10 ms")
-    for stage in (1, 2):
-        now = (run.stage_number.values == stage) & (run["mode"].values > 0.0) & (run.z_load.values > -60.0)
+    for phase in (1, 2):
+        now = (run.phase_number.values == phase) & (run["mode"].values > 0.0) & (run.z_load.values > -60.0)
         beside = run.z_load.values[now] - np.cumsum(run.v_op.values[now]) * 0.01
         seen = float(trailing_spans(beside, 3000, 0)[3000:].max()) if len(beside) > 3001 else float(np.ptp(beside))
-        assert float(run.stage_load_pp[stage]) == pytest.approx(seen, abs=0.01)
+        assert float(run.phase_load_pp[phase]) == pytest.approx(seen, abs=0.01)
         assert seen < 0.4
 
 

@@ -193,7 +193,7 @@ def test_statistics_alone_side_by_side_find_what_the_series_has():
 
 
 @pytest.mark.slow
-def test_a_lowering_says_in_which_stage_it_oscillates():
+def test_a_lowering_says_in_which_phase_it_oscillates():
     crane = load_crane("nov-250t-secondary")
     crane = with_gain("nov-250t-secondary", 3.0 / crane.control.K_p)
     lift = Lowering(
@@ -209,7 +209,7 @@ def test_a_lowering_says_in_which_stage_it_oscillates():
     )
     run = simulate(crane, lift)
     assert "oscillates" in run["status"].item()
-    times = run["stage_oscillation_time"].values
+    times = run["phase_oscillation_time"].values
     assert times[0] == 0.0
     assert 20.0 < times[1] <= 61.0
     assert run["oscillation_time"].item() == pytest.approx(np.nansum(times))

@@ -9,7 +9,7 @@ import pytest
 import xarray
 from tests.plan.made_up import made_up
 
-from stillhook.engine.lowering.summary import PEAKS, run_numbers_of, stage_numbers_of
+from stillhook.engine.lowering.summary import PEAKS, phase_numbers_of, run_numbers_of
 from stillhook.plan.answer.sweep import (
     Pays,
     answer_of,
@@ -59,7 +59,7 @@ def runs(monkeypatch, plan):
     log = []
 
     def simulated(cranes, cases, **_):
-        numbers = {name: np.zeros((len(cases), 6)) for name in stage_numbers_of(WINCH)}
+        numbers = {name: np.zeros((len(cases), 6)) for name in phase_numbers_of(WINCH)}
         run = {name: np.zeros(len(cases)) for name in run_numbers_of(WINCH)}
         for i, case in enumerate(cases):
             Hs = case.sea.trains[0].spectrum.H_m0 if hasattr(case, "sea") else 0.0
@@ -72,7 +72,7 @@ def runs(monkeypatch, plan):
             size = lift.payload.mass / plan.payload.mass * lift.depth / plan.depth
             numbers["load_pp"][i] = swing * size * Hs**power * drawn
             numbers["duration"][i] = 90.0
-        columns = {f"stage_{name}": (("case", "stage"), values) for name, values in numbers.items()}
+        columns = {f"phase_{name}": (("case", "phase"), values) for name, values in numbers.items()}
         columns |= {f"peak_{name}": (("case", "interval"), np.zeros((len(cases), 40))) for name in PEAKS}
         columns["peak_interval"] = (("case",), np.full(len(cases), 10.0))
         return xarray.Dataset(columns | {name: (("case",), values) for name, values in run.items()})

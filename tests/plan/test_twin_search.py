@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray
 
-from stillhook.engine.lowering.summary import PEAKS, run_numbers_of, stage_numbers_of
+from stillhook.engine.lowering.summary import PEAKS, phase_numbers_of, run_numbers_of
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits
@@ -45,7 +45,7 @@ def asked(monkeypatch):
     log = []
 
     def made_up(cranes, cases, **_):
-        numbers = {name: np.zeros((len(cases), 6)) for name in stage_numbers_of(WINCH)}
+        numbers = {name: np.zeros((len(cases), 6)) for name in phase_numbers_of(WINCH)}
         peaks = {name: np.zeros((len(cases), 40)) for name in PEAKS}
         run = {name: np.zeros(len(cases)) for name in run_numbers_of(WINCH)}
         for i, case in enumerate(cases):
@@ -69,7 +69,7 @@ def asked(monkeypatch):
             run["v_landed"][i] = 0.08
             for name in PEAKS:
                 peaks[name][i] = 0.9 if name == "F_sling_max" else numbers[name].max()
-        columns = {f"stage_{name}": (("case", "stage"), values) for name, values in numbers.items()}
+        columns = {f"phase_{name}": (("case", "phase"), values) for name, values in numbers.items()}
         columns |= {f"peak_{name}": (("case", "interval"), values) for name, values in peaks.items()}
         columns["peak_interval"] = (("case",), np.full(len(cases), 10.0))
         return xarray.Dataset(columns | {name: (("case",), values) for name, values in run.items()})

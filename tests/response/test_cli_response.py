@@ -177,7 +177,7 @@ class TestOneSea:
     def test_the_winch_is_asked_once_and_found_again(self, ship):
         calls = []
         for _ in range(2):
-            found = lift_response(ship, Waves(ship.sea), z="-700 m", progress=calls.append)
+            found = lift_response(ship, Waves(ship.sea), depth="700 m", progress=calls.append)
         assert not found.made
         assert 0.5 < float(found.data["eta_sigma_wire"][0]) < 1.0
         assert all(0.0 <= share <= 1.0 for share in calls)

@@ -64,8 +64,6 @@ def run_cases(
     every: int = 0,
     lanes: int | None = None,
     keep: Callable[[Any], Any] = row_of,
-    sampled: int = 1,
-    short: bool = False,
     threads: int = 2,
     store: str | Path | None = None,
     client: Any = None,
@@ -80,8 +78,7 @@ def run_cases(
     default as in `simulate`. every: PLC cycles between two rows of the series; 0 for none. lanes: cases side by side, 1
     or 16, which changes no number; default 16 where summaries are kept or there are many cases. keep: what is kept of
     a run, made where it was run: its `Summary`, `whole`, or what a function of a module makes of it (a cluster sends
-    no more than that). sampled: PLC cycles between two samples of the statistics of a lowering. short: a lowering ends
-    soon after its programme.
+    no more than that).
     threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it,
     with the same numbers to the last bit, and threads is not used.
     store: folder in which summaries are kept as they finish, under what they follow from: crane, case, step and code.
@@ -91,11 +88,39 @@ def run_cases(
     Errors: ScenarioError, LiftError, SpecError of the first case that cannot be run; SimulationError where store or
     cluster fail, or the cluster runs other code.
     """
-    check_threads(threads)
     cranes, cases = paired(crane, case, ANY_CASE)
-    of = type_of(cases, sampled, short=short)
+    of = type_of(cases)
+    n_sub = _checked(of, cranes, cases, step, threads, series=every > 0)
+    more: dict[str, Any] = {"every": every, "lanes": lanes, "keep": keep, "client": client, "progress": progress}
+    return _run(of, cranes, cases, n_sub, threads=threads, store=store, **more)
+
+
+def _checked(
+    of: CaseType, cranes: Sequence[Crane], cases: Sequence[Case], step: str | int | None, threads: int, *, series: bool
+) -> int:
+    """Refuse cases that cannot be run; steps per PLC cycle, default those for series or for statistics."""
+    check_threads(threads)
     of.check(cranes, cases)
-    n_sub = step if isinstance(step, int) else _steps(of, cranes, cases, step, series=every > 0)
+    if isinstance(step, int):
+        return step
+    return of.default_steps(cranes, cases, series=series) if step is None else steps_per_cycle(cranes[0], step)
+
+
+def _run(
+    of: CaseType,
+    cranes: Sequence[Crane],
+    cases: Sequence[Case],
+    n_sub: int,
+    *,
+    every: int,
+    lanes: int | None,
+    keep: Callable[[Any], Any],
+    threads: int,
+    store: str | Path | None,
+    client: Any,
+    progress: Progress | None,
+) -> list[Any]:
+    """`run_cases` of pairs that were checked."""
     if lanes is None:
         lanes = VL if keep is row_of or len(cases) >= VL // 2 else 1
     ready = of.ready(cranes, cases, n_sub) if keep is whole else None  # they are all in memory anyway
@@ -159,11 +184,6 @@ def type_of(cases: Sequence[Case], sampled: int = 1, *, short: bool = False) -> 
         a, b = (type(cases[i]).__name__ for i in (0, other[0]))
         raise ScenarioError(f"simulate: case 0 is a {a}, case {other[0]} a {b}. Run scenarios and lowerings apart.")
     return ScenarioType() if scenario[0] else LoweringType(sampled, short=short)
-
-
-def _steps(of: CaseType, cranes: Sequence[Crane], cases: Sequence[Case], step: str | None, *, series: bool) -> int:
-    """Steps per PLC cycle for a step given as text, or for the default one."""
-    return of.default_steps(cranes, cases, series=series) if step is None else steps_per_cycle(cranes[0], step)
 
 
 def simulate(
@@ -257,22 +277,23 @@ def simulate(
             "simulate: a run with series is made here and held in memory. Leave store and client out, or set"
             " series=False."
         )
-    if (sampling is not None or end != End.DURATION) and isinstance(type_of(cases), ScenarioType):
-        raise ScenarioError("simulate: sampling and end are for lowerings. Leave them out for scenarios.")
     sampled = 1 if sampling is None else cycles(cranes[0], sampling, "sampling")
     of, rows = type_of(cases, sampled, short=end == End.PROGRAMME), cycles(cranes[0], every)
+    if (sampling is not None or end != End.DURATION) and isinstance(of, ScenarioType):
+        raise ScenarioError("simulate: sampling and end are for lowerings. Leave them out for scenarios.")
     if every is None:
         rows = math.ceil(rows / sampled) * sampled
     elif stored and rows % sampled:
         raise ScenarioError(f'every = "{every}" is not a whole number of samples of "{sampling}".')
-    runs = run_cases(
+    n_sub = _checked(of, cranes, cases, step, threads, series=stored)
+    runs = _run(
+        of,
         cranes,
         cases,
-        step=step,
+        n_sub,
         every=rows if stored else 0,
+        lanes=None,
         keep=whole if stored else row_of,
-        sampled=sampled,
-        short=end == End.PROGRAMME,
         threads=threads,
         store=store,
         client=client,
@@ -285,7 +306,7 @@ def simulate(
         crane if isinstance(crane, Crane) else cranes,
         cases,
         summaries,
-        step=runs[0].step if stored else cranes[0].control.t_cycle / _steps(of, cranes, cases, step, series=False),
+        step=cranes[0].control.t_cycle / n_sub,
         single=single,
         runs=runs if stored else (),
     )

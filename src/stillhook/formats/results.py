@@ -114,7 +114,8 @@ def load_run(path: str | Path) -> xarray.Dataset:
         raise StillhookError(
             f"{path}: not a run of Stillhook, {', '.join(sorted(missing))} missing. Write runs with save_run."
         )
-    return run
+    stages = [name for name in run.variables if name == "stage" or str(name).startswith("stage_")]  # of 0.11 and before
+    return run.rename({name: str(name).replace("stage", "phase", 1) for name in stages})
 
 
 def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:

@@ -44,12 +44,12 @@ def lowering_answer(run: xarray.Dataset, file: LiftFile) -> dict[str, Any]:
     list."""
     single = {str(name): run[name].item() for name in run.data_vars if run[name].dims == ()}
     notes = single.pop("notes")
-    names = [str(name) for name in run.data_vars if run[name].dims == ("stage",)]
+    names = [str(name) for name in run.data_vars if run[name].dims == ("phase",)]
     phases: list[dict[str, Any]] = []
     driven = zip(file.lift.programme, file.lift.moves, strict=True)
     words = [(phase.mode.value, describe_phase(phase, move.v)) for phase, move in driven]
-    for i, label in enumerate(run["stage"].values):
-        row = {name.removeprefix("stage_"): float(run[name][i]) for name in names}
+    for i, label in enumerate(run["phase"].values):
+        row = {name.removeprefix("phase_"): float(run[name][i]) for name in names}
         if not math.isnan(row["t_begin"]):
             mode, text = words[i] if i < len(words) else ("", "joystick at rest, the last controller setting is kept")
             phases.append({"name": str(label), "mode": mode, "described": text, **row})

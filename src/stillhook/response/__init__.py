@@ -3,7 +3,7 @@
 >>> import stillhook
 >>> from stillhook import response
 >>> file = stillhook.load_lift("anchor-to-3000m")
->>> result = response.lift_response(file, response.Waves(file.sea), z="-2900 m", duration="1 h")  # doctest: +SKIP
+>>> result = response.lift_response(file, response.Waves(file.sea), depth="2900 m", duration="1 h")  # doctest: +SKIP
 >>> float(result.data.sigma_load[0])  # doctest: +SKIP
 """
 

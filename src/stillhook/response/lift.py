@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+import warnings
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -132,7 +133,7 @@ class LiftResponse:
     residual: Residual = field(repr=False)  # of the winch
     made: bool  # whether the residual was identified on the twin now; else it was read from disk
     T_wire: FloatArray  # natural periods, top held [s]
-    z: float  # height of the payload's underside [m]
+    depth: float  # of the payload's underside below still water; negative: above [m]
     mode: Mode  # of the winch
 
 
@@ -159,10 +160,11 @@ def lift_response(
     file: LiftFile,
     waves: Waves,
     *,
-    z: str,
+    depth: str | None = None,
     mode: Mode | str | None = None,
     duration: str = "3 h",
     progress: Progress | None = None,
+    z: str | None = None,
 ) -> LiftResponse:
     """Statistics of tip, wire and load of a lift in every sea.
 
@@ -172,14 +174,16 @@ def lift_response(
         The lift, see `stillhook.load_lift`.
     waves : Waves
         One sea, or many.
-    z : str
-        Height of the payload's underside above still water ("-1500 m": below).
+    depth : str, optional
+        Depth of the payload's underside below still water ("1500 m"; negative: above); default `compensated_depth`.
     mode : Mode or str, optional
         How the winch compensates; default the lift's controller.
     duration : str, default "3 h"
         Of largest values and chances.
     progress : callable, optional
         Called while the winch is simulated, and not where the result is on disk.
+    z : str, optional
+        Height of the underside, the depth of version 0.10 with its sign turned; in place of `depth`.
 
     Returns
     -------
@@ -196,21 +200,12 @@ def lift_response(
     -----
     Validity: see `stillhook.response.frequency_domain` and `stillhook.response.suspended_load`.
     """
-    return response_at(
-        file, waves, parse(z, "length", "z"), mode=mode, duration=parse(duration, "time", "duration"), progress=progress
-    )
-
-
-def response_at(
-    file: LiftFile,
-    waves: Waves,
-    z: float,
-    *,
-    mode: Mode | str | None = None,
-    duration: float = 10800.0,
-    progress: Progress | None = None,
-) -> LiftResponse:
-    """The same at z [m] and over a duration [s]; see `lift_response`."""
+    lasts = parse(duration, "time", "duration")
+    if z is not None:
+        warnings.warn("lift_response: z is depth, positive downwards, from this version on.", FutureWarning, 2)
+        below = -parse(z, "length", "z")
+    else:
+        below = compensated_depth(file.lift) if depth is None else parse(depth, "length", "depth")
     check_place(file)
     assert file.vessel is not None
     assert file.at is not None
@@ -220,19 +215,18 @@ def response_at(
         raise LiftError(
             f"mode manual does not compensate; the brake is reported with every other mode. Choose {others}."
         )
-    if -z > file.lift.depth:
-        raise LiftError(
-            f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Choose a smaller depth."
-        )
-    load = suspended_load(file.crane, file.lift, z)
+    if below > file.lift.depth:
+        water = show(file.lift.depth, "length")
+        raise LiftError(f"depth {show(below, 'length')}: the water is {water} deep. Choose a smaller depth.")
+    load = suspended_load(file.crane, file.lift, -below)
     forcing = forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
     steps = Steps(progress)
     duty = replace(load.duty, sensors=file.lift.sensors)
     residual = identify_residual(file.crane, duty, mode, progress=steps)
-    data = frequency_response(forcing, load, residual, duration=duration)
+    data = frequency_response(forcing, load, residual, duration=lasts)
     data = _with_flags(_labelled(data, waves), load, residual, file.crane.SWL)
     T_wire = natural_periods(load.rod, load.end, PERIODS)
-    return LiftResponse(data, forcing, load, residual, steps.calls > 0, T_wire, z, mode)
+    return LiftResponse(data, forcing, load, residual, steps.calls > 0, T_wire, below, mode)
 
 
 def check_place(file: LiftFile) -> None:
@@ -340,7 +334,7 @@ def answer_of(response: LiftResponse, file: LiftFile, waves: Waves, *, records: 
         "place": f"{file.place}, in {waves.describe()}",
         "mode": response.mode.value,
         "duration": data.attrs["duration"],
-        "z_load": response.z,
+        "z_load": -response.depth,
         "s_w": response.load.s_w,
         "F_w": response.load.F_top,
         "F_sling": response.load.F_sling,
@@ -410,8 +404,8 @@ def notes_of(response: LiftResponse, file: LiftFile) -> list[str]:
     now = f"identified now from runs of the twin, kept in {residuals_folder()}"
     origin = now if response.made else "identified before from runs of the twin"
     notes = [*_doubts(file), f"winch: {response.residual.about}; {origin}"]
-    clear, load = file.lift.depth + response.z, file.lift.payload
-    if response.z < 0.0 and clear < load.height:
+    clear, load = file.lift.depth - response.depth, file.lift.payload
+    if response.depth > 0.0 and clear < load.height:
         notes.append(f"{show(clear, 'length')} above the seabed: added mass and drag grow there, which is left out")
     return [*notes, *_stroke_notes(response)]
 

@@ -400,27 +400,28 @@ def test_a_reference_is_the_run_in_the_style_of_the_cross_check(made: Export, ru
     assert "StopTime, 20.0" in options.read_text()
 
 
-def test_a_system_of_winch_and_plc_is_a_valid_ssp(nov: stillhook.Crane, case: stillhook.Scenario, tmp_path: Path):
+@pytest.fixture(scope="module")
+def system(nov: stillhook.Crane, case: stillhook.Scenario, quick_fmus, tmp_path_factory) -> Path:
+    """Folder of a system of winch and PLC, and of the FMUs in it."""
+    folder = tmp_path_factory.mktemp("system")
     pair = export(nov, case, "plant"), export(nov, case, "controller")
-    file = write_ssp(*pair, tmp_path / "s.ssp", platforms=[str(OWN)])
-    described = read_ssd(str(file), validate=True)
-    names = {p.name for p in pair[1].ports if p.name.startswith("sensed_")}
+    with zipfile.ZipFile(write_ssp(*pair, folder / "s.ssp", platforms=[str(OWN)])) as archive:
+        for part in ("plant", "controller"):
+            (folder / f"{part}.fmu").write_bytes(archive.read(f"resources/{part}.fmu"))
+    return folder
+
+
+def test_a_system_of_winch_and_plc_is_a_valid_ssp(nov: stillhook.Crane, case: stillhook.Scenario, system: Path):
+    described = read_ssd(str(system / "s.ssp"), validate=True)
+    names = {p.name for p in export(nov, case, "controller").ports if p.name.startswith("sensed_")}
     wires = [(c.startElement, c.startConnector, c.endElement, c.endConnector) for c in described.system.connections]
     assert {n for a, n, b, m in wires if (a, b) == ("plant", "controller") and n == m} == names
     assert {n for a, n, b, _ in wires if (a, b) == ("controller", "plant")} == {"u_p", "u_m", "brake"}
-    with zipfile.ZipFile(file) as archive:
-        for part in ("plant", "controller"):
-            (tmp_path / f"{part}.fmu").write_bytes(archive.read(f"resources/{part}.fmu"))
-            assert validate_fmu(str(tmp_path / f"{part}.fmu")) == []
+    assert [validate_fmu(str(system / f"{part}.fmu")) for part in ("plant", "controller")] == [[], []]
 
 
-def test_two_fmus_in_the_systems_order_are_the_winch_with_its_plc(
-    nov: stillhook.Crane, case: stillhook.Scenario, tip: np.ndarray, run, tmp_path: Path
-):
-    plant, plc = (
-        Slave(write_fmu(export(nov, case, c), tmp_path / f"{c}.fmu", platforms=[str(OWN)])[0], tmp_path / c)
-        for c in ("plant", "controller")
-    )
+def test_two_fmus_in_the_systems_order_are_the_winch_with_its_plc(system: Path, tip: np.ndarray, run, tmp_path: Path):
+    plant, plc = (Slave(system / f"{part}.fmu", tmp_path / part) for part in ("plant", "controller"))
     sensed = [n for n in plc.numbers if n.startswith("sensed_") and n != "sensed_mode"]
 
     def connect() -> None:

@@ -23,7 +23,7 @@ REFUSED = r"(?i)(serialize|set)FMUstate|fmi[23]Error|status 3"
 
 
 @pytest.fixture(scope="module", params=["2", "3"])
-def files(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def files(request: pytest.FixtureRequest, quick_fmus, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """An FMU, and one of another load."""
     crane, folder = stillhook.load_crane("nov-250t"), tmp_path_factory.mktemp("fmus")
     return {

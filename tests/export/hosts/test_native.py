@@ -21,6 +21,7 @@ from stillhook.physics.scalar import G
 
 HERE = Path(__file__).parent
 OWN = own_platform()
+STRICT = ("-Wall", "-Wextra", "-pedantic", "-Werror")
 SAME = 1e-12
 """The C core and the session have the same kernels by two compilers [m/s]."""
 SIMO_OFF = 1.5e-3
@@ -65,12 +66,10 @@ def host_of(name: str, folder: Path, *, windows: bool = False) -> Path:
 
 
 @pytest.fixture(scope="module")
-def built(made: Export, tmp_path_factory) -> Path:
+def built(made: Export, compiled, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("hosts")
     for host in ("orcaflex", "simo"):
-        compile_library(
-            host_source(made, host), str(OWN), folder / f"{host}.lib", ["-Wall", "-Wextra", "-pedantic", "-Werror"]
-        )
+        shutil.copy(compiled(host_source(made, host), STRICT), folder / f"{host}.lib")
         host_of(f"host_{host}", folder)
     return folder
 
@@ -201,12 +200,11 @@ def test_the_command_writes_a_folder_whose_python_function_runs(tmp_path: Path, 
 
 
 @pytest.mark.slow
-def test_a_gas_charge_for_another_load_is_refused(tmp_path: Path):
+def test_a_gas_charge_for_another_load_is_refused(compiled):
     crane = stillhook.load_crane("nov-100t-cylinder")
     case = stillhook.Scenario(load="50 t", s_w="100 m", mode="position")
-    file = tmp_path / "cylinder.lib"
-    compile_library(host_source(export(crane, case, coupling="wire"), "orcaflex"), str(OWN), file)
-    lib, real = ctypes.CDLL(str(file)), ctypes.c_double
+    library = compiled(host_source(export(crane, case, coupling="wire"), "orcaflex"))
+    lib, real = ctypes.CDLL(str(library)), ctypes.c_double
     lib.stillhook_new.restype, lib.stillhook_new.argtypes = ctypes.c_void_p, [real] * 3
     out = ctypes.POINTER(real)
     lib.stillhook_exchange.argtypes = [ctypes.c_void_p, *[real] * 5, ctypes.c_int, out, out]

@@ -6,13 +6,16 @@ import functools
 from typing import Any
 
 import numpy as np
+from tests.export.plc.structured_text import Machine
 
 from stillhook.control.guard import GuardSettings, Least, Most, Step, guard_at_start
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import memory_before
 from stillhook.control.registry import CONTROLLERS
+from stillhook.export.plc import structured_text
 from stillhook.export.plc.block import controller_block
 from stillhook.export.plc.program import Block
+from stillhook.export.plc.sequence import Reference, inputs, numbers
 from stillhook.kernels.control_laws import control_laws, extra_controllers
 from stillhook.kernels.plc_alone import OUTSIDE, GuardedPlc
 from stillhook.library import cranes, load_crane
@@ -35,24 +38,27 @@ def block_of(crane: str, controller: str) -> Block:
     return controller_block(load_crane(crane), controller)
 
 
+def machine_of(crane: str, controller: str, compare: Any = None) -> Machine:
+    """The text that is read."""
+    return Machine(structured_text(block_of(crane, controller)), compare)
+
+
 @functools.cache
-def one_crane_of_each_drive() -> dict[tuple[str, str], str]:
-    """Kind of winch and of drive -> the first crane of the library that has it."""
-    found: dict[tuple[str, str], str] = {}
-    for name in cranes():
-        winch = load_crane(name).plant.type
-        found.setdefault((winch.name, winch.control), name)
-    return found
+def cycles_of(crane: str, controller: str) -> tuple[np.ndarray, np.ndarray]:
+    """Inputs and outputs of every cycle of the test sequence."""
+    block = block_of(crane, controller)
+    cycles = list(inputs(block, Reference(block)))
+    return np.array([numbers(o) for o, _ in cycles]), np.array([d for _, d in cycles])
 
 
-def pairs() -> list[tuple[str, str]]:
-    """Every controller on a crane of every kind of winch that takes it."""
-    return [
-        (crane, law.name)
-        for (_, drive), crane in one_crane_of_each_drive().items()
-        for law in CONTROLLERS.values()
-        if drive in law.drives
-    ]
+@functools.cache
+def pairs() -> tuple[tuple[str, str], ...]:
+    """Every controller on a crane of every kind of drive that takes it, and every other kind of winch, whose texts
+    differ from these by numbers alone, with its usual one."""
+    winches = {(w := load_crane(name).plant.type).name: (name, w) for name in reversed(cranes())}
+    drives = {w.control: name for name, w in winches.values()}
+    every = [(name, law.name) for drive, name in drives.items() for law in CONTROLLERS.values() if drive in law.drives]
+    return tuple(dict.fromkeys([*every, *((name, w.default_mode.value) for name, w in winches.values())]))
 
 
 def random_inputs(block: Block, n: int, seed: int = 7) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import itertools
 import math
 import operator
 import os
@@ -21,23 +19,23 @@ from tests.export.plc.cases import (
     SIGNALS,
     bits,
     block_of,
+    cycles_of,
     faulty,
     guarded_plc,
+    machine_of,
     pairs,
     steady,
     unguarded,
 )
 from tests.export.plc.cases import N_SIGNALS as N
-from tests.export.plc.structured_text import Machine
 from tests.scripts import DOCS
 
 from stillhook.control.guard import LAW_FAULT, MEMORY_FAULT, STOPPED, SUBSTITUTED
 from stillhook.control.interface import Sensed
 from stillhook.engine.pack.guard import time_to_stop
-from stillhook.export.plc import structured_text
 from stillhook.export.plc.block import flat
 from stillhook.export.plc.program import Block
-from stillhook.export.plc.sequence import Reference, inputs, numbers, parts
+from stillhook.export.plc.sequence import Reference, parts
 from stillhook.kernels.plc_alone import GUARDED, OUTSIDE, GuardedCommands
 
 AT = {name: i for i, name in enumerate(GuardedCommands._fields)}
@@ -76,19 +74,6 @@ DIALECTS: dict[str, Callable[[str, float, float], bool]] = {
 }
 
 
-@functools.cache
-def machine_of(crane: str, controller: str) -> Machine:
-    return Machine(structured_text(block_of(crane, controller)))
-
-
-@functools.cache
-def healthy(crane: str, controller: str) -> np.ndarray:
-    """Rows of `Outside` of the test sequence's parts before its faults."""
-    block = block_of(crane, controller)
-    n = sum(p.cycles for p in parts(block)[:9])
-    return np.array([numbers(o) for o, _ in itertools.islice(inputs(block, Reference(block)), n)])
-
-
 def safe(block: Block, out: np.ndarray) -> None:
     """Numbers, within their limits."""
     assert np.isfinite(out).all()
@@ -108,9 +93,8 @@ def stopped(block: Block, row: np.ndarray) -> bool:
 
 @pytest.mark.parametrize(("crane", "controller"), pairs())
 def test_healthy_inputs_give_the_bits_of_the_controller_that_simulates(crane, controller):
-    block, rows = block_of(crane, controller), healthy(crane, controller)
-    reference = Reference(block)
-    ours = np.array([reference.step(Sensed(*row[:N])) for row in rows.tolist()])
+    block = block_of(crane, controller)
+    rows, ours = (each[: sum(p.cycles for p in parts(block)[:9])] for each in cycles_of(crane, controller))
     np.testing.assert_array_equal(bits(ours[:, : AT["alarm"]]), bits(unguarded(block, rows[:, :N])))
     assert not ours[:, AT["alarm"] :].any()
 
@@ -267,7 +251,7 @@ def test_random_faults_give_the_text_and_the_compiled_controller_the_same_output
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_plc_that_compares_nan_in_its_own_way_stops_as_well(dialect):
     block = block_of(CLOSED, "ssc")
-    machine = Machine(structured_text(block), DIALECTS[dialect])
+    machine = machine_of(CLOSED, "ssc", DIALECTS[dialect])
     k, rest = 60, 60 + cycles_to_stop(block) + 2
     for i, signal in enumerate(SIGNALS):
         rows = steady(block, rest)
@@ -281,17 +265,18 @@ def test_a_plc_that_compares_nan_in_its_own_way_stops_as_well(dialect):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_memory_that_is_no_number_heals_and_stops_the_winch(dialect):
     block = block_of(CLOSED, "ssc")
-    machine = Machine(structured_text(block), DIALECTS[dialect])
-    rows = steady(block, 90 + cycles_to_stop(block))
+    step = machine_of(CLOSED, "ssc", DIALECTS[dialect]).start()
+    rows = steady(block, 90 + cycles_to_stop(block)).tolist()
     used = ("m_mode", "m_datum", "m_f", "m_p_mean", "m_u_p", "m_u_m", "m_b_p", "m_b_m", "m_brake", "m_idle", "m_stroke")
     guards = ("g_last_s_w", "g_used_s_w", "g_well_v_tip", "g_bad_v_tip", "g_stopped", "g_fault", "g_cause", "g_begun")
+    cells = dict(zip(step.__code__.co_freevars, step.__closure__, strict=True))
+    before = [step(*row) for row in rows[:60]]
+    memory = {name: cell.cell_contents for name, cell in cells.items()}
     for name in (*used, *guards):
-        step = machine.start()
-        cells = dict(zip(step.__code__.co_freevars, step.__closure__, strict=True))
-        out = [step(*row) for row in rows[:60].tolist()]
+        for held, cell in cells.items():
+            cell.cell_contents = memory[held]
         cells[f"v_{name}"].cell_contents = NAN
-        out += [step(*row) for row in rows[60:].tolist()]
-        made = np.array(out)
+        made = np.array(before + [step(*row) for row in rows[60:]])
         safe(block, made)
         if name in used:
             assert stopped(block, made[-1]), name
@@ -327,7 +312,7 @@ def cycle(r, plc, m):
 
 def a_law_without_numbers_stops() -> None:
     block = block_of(CLOSED, "grows")
-    step, reference = Machine(structured_text(block)).start(), Reference(block)
+    step, reference = machine_of(CLOSED, "grows").start(), Reference(block)
     rows = steady(block)
     out = np.array([step(*row) for row in rows.tolist()])
     wanted = np.array([reference.step(Sensed(*row[:N])) for row in rows.tolist()])

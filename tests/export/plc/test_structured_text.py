@@ -12,22 +12,28 @@ import sys
 
 import numpy as np
 import pytest
-from tests.export.plc.cases import CLOSED, all_good, bits, block_of, open_wide, pairs, random_inputs, unguarded
-from tests.export.plc.structured_text import Machine
+from tests.export.plc.cases import (
+    CLOSED,
+    all_good,
+    bits,
+    block_of,
+    cycles_of,
+    machine_of,
+    open_wide,
+    pairs,
+    random_inputs,
+    unguarded,
+)
 from tests.scripts import DOCS
 
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands
-from stillhook.export.plc import structured_text
+from stillhook.export.plc import sequence, structured_text
 from stillhook.export.plc.program import RESERVED, Names, literal
-from stillhook.export.plc.sequence import Reference, inputs, reaches, sequence_csv
+from stillhook.export.plc.sequence import Reference, inputs, numbers, reaches
 from stillhook.kernels.plc_alone import PlcInputs, plc_alone
 
 SHORT, LONG = 1_000, 1_000_000
-
-
-def machine_of(crane, controller):
-    return Machine(structured_text(block_of(crane, controller)))
 
 
 def outputs_of(step, rows):
@@ -88,21 +94,23 @@ def test_numbers_of_the_text_are_within_single_precision(crane, controller):
 
 @pytest.mark.parametrize(("crane", "controller"), pairs())
 def test_the_test_sequence_holds_for_the_text_of_every_controller(crane, controller):
-    block = block_of(crane, controller)
-    head, *rows = list(csv.reader(io.StringIO(sequence_csv(block))))
+    rows, expected = cycles_of(crane, controller)
+    np.testing.assert_array_equal(bits(outputs_of(machine_of(crane, controller).start(), rows)), bits(expected))
+
+
+def test_the_file_of_a_test_sequence_has_the_bits_of_its_cycles_and_reaches_every_part_of_the_controller(monkeypatch):
+    block = block_of(CLOSED, "ssc")
+    cycles = list(inputs(block, Reference(block)))
+    reached = reaches(cycles)
+    assert all(reached.values()), reached
+    monkeypatch.setattr(sequence, "inputs", lambda *_: cycles)
+    head, *rows = list(csv.reader(io.StringIO(sequence.sequence_csv(block))))
     n = 2 * len(Sensed._fields) + 1
     qualities = [f"q_{name}" for name in Sensed._fields]
     assert [h.split(" [")[0] for h in head[1 : n + 1]] == [*Sensed._fields, *qualities, "reset"]
     assert all(h.startswith("expected ") for h in head[n + 1 :])
-    numbers = np.array(rows, dtype=float)
-    ours = outputs_of(machine_of(crane, controller).start(), numbers[:, 1 : n + 1])
-    np.testing.assert_array_equal(bits(ours), bits(numbers[:, n + 1 :]))
-
-
-def test_the_test_sequence_of_ssc_reaches_every_part_of_the_controller():
-    block = block_of(CLOSED, "ssc")
-    reached = reaches(list(inputs(block, Reference(block))))
-    assert all(reached.values()), reached
+    expected = np.array([[*numbers(o), *d] for o, d in cycles])
+    np.testing.assert_array_equal(bits(np.array(rows, dtype=float)[:, 1:]), bits(expected))
 
 
 def test_a_setting_that_is_changed_in_the_block_changes_its_commands():

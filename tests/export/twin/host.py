@@ -2,22 +2,18 @@
 
 import ctypes
 import functools
+from collections.abc import Callable
 from pathlib import Path
 
-from stillhook.export.twin import Export, compile_library, own_platform
+from stillhook.export.twin import Export
 
 SHIM = Path(__file__).with_name("shim.c")
 OK, DIVERGED, WRONG_STEP, NO_NUMBER, OUT_OF_RANGE, NOT_NOW, NO_STATE = range(7)
 
 
-def library(export: Export, folder: Path) -> ctypes.CDLL:
+def library(export: Export, compiled: Callable[..., Path], *flags: str) -> ctypes.CDLL:
     """The compiled core of an export."""
-    platform = own_platform()
-    assert platform is not None
-    file = folder / f"{export.identity[:16]}.lib"
-    if not file.exists():
-        compile_library(f"{export.source}\n{SHIM.read_text(encoding='utf-8')}", platform, file)
-    lib = ctypes.CDLL(str(file))
+    lib = ctypes.CDLL(str(compiled(f"{export.source}\n{SHIM.read_text(encoding='utf-8')}", flags)))
     pointer, number, text = ctypes.c_void_p, ctypes.c_double, ctypes.c_char_p
     for name, result, arguments in (
         ("new", pointer, []),
@@ -44,10 +40,10 @@ def library(export: Export, folder: Path) -> ctypes.CDLL:
 
 
 class Host:
-    """One instance of an export."""
+    """One instance of an export; flags: "-O2" for long runs."""
 
-    def __init__(self, export: Export, folder: Path) -> None:
-        self.export, self.lib = export, library(export, folder)
+    def __init__(self, export: Export, compiled: Callable[..., Path], *flags: str) -> None:
+        self.export, self.lib = export, library(export, compiled, *flags)
         self.at = self.lib.twin_new()
 
     def __del__(self) -> None:

@@ -27,11 +27,6 @@ six, is 2e-8 m for a metre in 12 s, and 100 times that leaves room for harder mo
 TIP = ("s_tip", "v_tip", "a_tip")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("core")
-
-
 def case_of(crane: stillhook.Crane, **changes: object) -> stillhook.Scenario:
     mode = "ssc" if crane.plant.type.control == "displacement" else "position"
     values = {
@@ -52,10 +47,13 @@ def rows(crane: stillhook.Crane, case: stillhook.Scenario) -> np.ndarray:
     return np.array([drive.full_row(k)[:3] for k in range(drive.n_ticks + 1)])
 
 
-def hosted(made: Export, folder: Path, tip: np.ndarray, names: tuple[str, ...], *, ahead: bool = True, cycles: int = 1):
-    """Signals of a host that gives the tip at the end of every step (ahead) or at its start."""
-    host, h = Host(made, folder), cycles * made.t_cycle
-    host.set(input_time=0 if ahead else 1, **dict(zip(TIP, tip[0], strict=True)))
+def hosted(
+    made: Export, compiled, tip: np.ndarray, names: tuple[str, ...] = (), *, ahead=True, cycles=1, **begun: float
+):
+    """Signals of a host that gives the tip at the end of every step (ahead) or at its start, and sets before it begins
+    what is given."""
+    host, h = Host(made, compiled), cycles * made.t_cycle
+    host.set(input_time=0 if ahead else 1, **dict(zip(TIP, tip[0], strict=True)), **begun)
     assert host.start() == OK
     out = [[host.get(name) for name in names]]
     for k in range(0, len(tip) - 1, cycles):
@@ -76,29 +74,29 @@ QUICK = ("nov-250t", "nov-100t-cylinder", "nov-100t-electric")
 @pytest.mark.parametrize(
     "name", [c if c in QUICK else pytest.param(c, marks=pytest.mark.thorough) for c in cranes() if c != "nov-150t"]
 )
-def test_every_drive_has_the_signals_of_simulate(name: str, folder: Path):
+def test_every_drive_has_the_signals_of_simulate(name: str, compiled):
     crane = stillhook.load_crane(name)
     case = case_of(crane)
     made, run = export(crane, case), series(crane, case)
     names = tuple(p.name for p in made.ports if p.causality == "output" and p.name in run)
     assert {"e_c", "s_w", "v_w", "F_w", "u_p", "s_load"} <= set(names)
-    _, signals = hosted(made, folder, rows(crane, case), names)
+    _, signals = hosted(made, compiled, rows(crane, case), names)
     for signal, values in zip(names, signals, strict=True):
         true = run[signal].values
         bound = CLOSE if signal.startswith("e_c") else RELATIVE * max(float(np.abs(true).max()), 1e-30)
         assert np.abs(values - true).max() <= bound, signal
 
 
-def test_a_motion_given_at_the_start_of_steps_is_extrapolated(nov: stillhook.Crane, folder: Path):
+def test_a_motion_given_at_the_start_of_steps_is_extrapolated(nov: stillhook.Crane, compiled):
     case = case_of(nov)
-    _, (e_c,) = hosted(export(nov, case), folder, rows(nov, case), ("e_c",), ahead=False)
+    _, (e_c,) = hosted(export(nov, case), compiled, rows(nov, case), ("e_c",), ahead=False)
     error = np.abs(e_c - series(nov, case)["e_c"].values).max()
     assert 1e-10 < error < EXTRAPOLATED
 
 
-def test_a_step_of_several_cycles_follows_the_quintic_between_its_ends(nov: stillhook.Crane, folder: Path):
+def test_a_step_of_several_cycles_follows_the_quintic_between_its_ends(nov: stillhook.Crane, compiled):
     case = case_of(nov)
-    _, (e_c,) = hosted(export(nov, case), folder, rows(nov, case), ("e_c",), cycles=5)
+    _, (e_c,) = hosted(export(nov, case), compiled, rows(nov, case), ("e_c",), cycles=5)
     assert np.abs(e_c - series(nov, case)["e_c"].values[::5]).max() < EXTRAPOLATED
 
 
@@ -107,34 +105,27 @@ def nov() -> stillhook.Crane:
     return stillhook.load_crane("nov-250t")
 
 
-def test_load_wire_out_and_gains_are_those_that_were_set_before_the_start(nov: stillhook.Crane, folder: Path):
+def test_load_wire_out_and_gains_are_those_that_were_set_before_the_start(nov: stillhook.Crane, compiled):
     other = nov.model_copy(update={"control": nov.control.model_copy(update={"K_p": 0.3})})
     case = case_of(other, load="180 t", s_w="1500 m", mode="ns")
-    host, tip = Host(export(nov, case_of(nov)), folder), rows(nov, case)
-    host.set(input_time=0, load=180e3, s_w_start=1500.0, K_p=0.3, mode=code_of("ns"))
-    assert host.start() == OK
-    e_c, F_w = [host.get("e_c")], [host.get("F_w")]
-    for k, row in enumerate(tip[1:]):
-        host.set(**dict(zip(TIP, row, strict=True)))
-        assert host.step(k * 0.01, 0.01) == OK
-        e_c.append(host.get("e_c"))
-        F_w.append(host.get("F_w"))
+    begun = {"load": 180e3, "s_w_start": 1500.0, "K_p": 0.3, "mode": code_of("ns")}
+    _, (e_c, F_w) = hosted(export(nov, case_of(nov)), compiled, rows(nov, case), ("e_c", "F_w"), **begun)
     run = series(other, case)
-    assert np.abs(np.array(e_c) - run["e_c"].values).max() <= CLOSE
-    assert np.abs(np.array(F_w) - run["F_w"].values).max() <= RELATIVE * 2e6
+    assert np.abs(e_c - run["e_c"].values).max() <= CLOSE
+    assert np.abs(F_w - run["F_w"].values).max() <= RELATIVE * 2e6
 
 
-def test_a_payload_in_water_has_its_buoyancy_added_mass_and_drag(nov: stillhook.Crane, folder: Path):
+def test_a_payload_in_water_has_its_buoyancy_added_mass_and_drag(nov: stillhook.Crane, compiled):
     water = {"volume": "20 m^3", "added_mass": "30 t", "C_D": 1.2, "area": "10 m^2"}
     case = case_of(nov, water=water)
-    _, (F_w,) = hosted(export(nov, case), folder, rows(nov, case), ("F_w",))
+    _, (F_w,) = hosted(export(nov, case), compiled, rows(nov, case), ("F_w",))
     assert np.abs(F_w - series(nov, case)["F_w"].values).max() <= RELATIVE * 2e6
 
 
-def test_operator_and_mode_change_the_run_as_in_simulate(nov: stillhook.Crane, folder: Path):
+def test_operator_and_mode_change_the_run_as_in_simulate(nov: stillhook.Crane, compiled):
     operator = {"profile": [[f"{t} s", f"{v} m/s"] for t, v in ((0, 0), (2, 0), (4, -0.3), (8, -0.3), (10, 0))]}
     case = case_of(nov, operator=operator, modes=[["0 s", "ssc"], ["12 s", "ns"]], duration="16 s")
-    drive, host = CycleInputs(nov, case), Host(export(nov, case_of(nov)), folder)
+    drive, host = CycleInputs(nov, case), Host(export(nov, case_of(nov)), compiled)
     host.set(input_time=0, mode=code_of("ssc"))
     assert host.start() == OK
     e_c = [host.get("e_c")]
@@ -146,10 +137,10 @@ def test_operator_and_mode_change_the_run_as_in_simulate(nov: stillhook.Crane, f
     assert np.abs(np.array(e_c) - series(nov, case)["e_c"].values).max() <= CLOSE
 
 
-def test_a_restored_state_goes_on_with_the_same_bits_and_reading_changes_nothing(nov: stillhook.Crane, folder: Path):
+def test_a_restored_state_goes_on_with_the_same_bits_and_reading_changes_nothing(nov: stillhook.Crane, compiled):
     case = case_of(nov)
     made, tip = export(nov, case), rows(nov, case)
-    host, _ = hosted(made, folder, tip[:501], ("e_c",))
+    host, _ = hosted(made, compiled, tip[:501], ("e_c",))
     kept = host.save()
 
     def later(read: bool) -> bytes:
@@ -165,14 +156,14 @@ def test_a_restored_state_goes_on_with_the_same_bits_and_reading_changes_nothing
     first = later(read=True)
     host.restore(kept)
     assert later(read=False) == first
-    other = Host(made, folder)
+    other = Host(made, compiled)
     other.restore(kept)
     assert other.get("s_w") == other.get("s_w")
     assert other.save()[:64] == kept[:64]
 
 
-def test_what_is_wrong_is_refused_and_changes_nothing(nov: stillhook.Crane, folder: Path):
-    host = Host(export(nov, case_of(nov)), folder)
+def test_what_is_wrong_is_refused_and_changes_nothing(nov: stillhook.Crane, compiled):
+    host = Host(export(nov, case_of(nov)), compiled)
     assert host.step(0.0, 0.01) == NOT_NOW
     assert host.try_set("load", 251e3) == OUT_OF_RANGE
     assert host.try_set("load", -1.0) == OUT_OF_RANGE
@@ -193,8 +184,8 @@ def test_what_is_wrong_is_refused_and_changes_nothing(nov: stillhook.Crane, fold
     assert host.step(0.0, 0.01) == OK
 
 
-def test_a_motion_beyond_all_numbers_ends_the_instance(nov: stillhook.Crane, folder: Path):
-    host = Host(export(nov, case_of(nov)), folder)
+def test_a_motion_beyond_all_numbers_ends_the_instance(nov: stillhook.Crane, compiled):
+    host = Host(export(nov, case_of(nov)), compiled)
     assert host.start() == OK
     host.set(s_tip=1e200, v_tip=1e300)
     answers = [host.step(k * 0.01, 0.01) for k in range(5)]
@@ -203,10 +194,10 @@ def test_a_motion_beyond_all_numbers_ends_the_instance(nov: stillhook.Crane, fol
     assert "diverged" in host.text("causes")
 
 
-def test_limits_have_the_times_and_words_of_a_run(nov: stillhook.Crane, folder: Path):
+def test_limits_have_the_times_and_words_of_a_run(nov: stillhook.Crane, compiled):
     case = case_of(nov, tip="sine 5 m 9 s", mode="ns", load="200 t")
-    made = export(nov, case)
-    host, (now,) = hosted(made, folder, rows(nov, case), ("limit_saturation",))
+    begun = {"load": 200e3, "mode": code_of("ns")}
+    host, (now,) = hosted(export(nov, case_of(nov)), compiled, rows(nov, case), ("limit_saturation",), **begun)
     run = stillhook.simulate(nov, case)
     passed = ("saturation", "relief", "overspeed", "stroke", "cavitation", "power", "boost", "slack", "wire")
     for name in passed:
@@ -225,11 +216,11 @@ def test_limits_have_the_times_and_words_of_a_run(nov: stillhook.Crane, folder: 
     assert now.sum() * 0.01 == pytest.approx(float(run["saturation_time"]), abs=0.0101)
 
 
-def test_plant_and_controller_apart_are_the_winch_with_its_plc(nov: stillhook.Crane, folder: Path):
+def test_plant_and_controller_apart_are_the_winch_with_its_plc(nov: stillhook.Crane, compiled):
     """The controller goes first at every point, on what the plant says that it reads."""
     case = case_of(nov)
     tip = rows(nov, case)
-    plant, plc = (Host(export(nov, case, contents), folder) for contents in ("plant", "controller"))
+    plant, plc = (Host(export(nov, case, contents), compiled) for contents in ("plant", "controller"))
     plant.set(input_time=0, **dict(zip(TIP, tip[0], strict=True)))
     names = [p.name for p in plc.export.ports if p.name.startswith("sensed_")]
 
@@ -291,7 +282,7 @@ def test_a_platform_that_is_unknown_leaves_nothing_behind(nov: stillhook.Crane, 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_host_is_told_when_it_leaves_what_was_validated(tmp_path: Path, folder: Path):
+def test_a_host_is_told_when_it_leaves_what_was_validated(tmp_path: Path, compiled):
     """Staged: 82 t to 164 t, 486 m to 2314 m, 0.8 m to 2 m, 8 s to 11 s, ns and ssc; ends reach 1 % further."""
     made = certificate_of(staged(write(tmp_path, synthetic=False)))
     (tmp_path / "certificate.json").write_text(made.text(), encoding="utf-8")
@@ -300,7 +291,7 @@ def test_a_host_is_told_when_it_leaves_what_was_validated(tmp_path: Path, folder
     case = case_of(crane, load="100 t", s_w="1000 m", tip="sine 0.8 m 9 s", duration="70 s")
     twin, tip = export(crane, case), rows(crane, case)
     names = ("valid", *(p.name for p in twin.ports if p.name.startswith("valid_")))
-    host, values = hosted(twin, folder, tip, names)
+    host, values = hosted(twin, compiled, tip, names)
     assert values.all()
     assert host.text("outside") == ""
     host.set(mode=code_of("hs"), f_pump=0.5)
@@ -308,30 +299,29 @@ def test_a_host_is_told_when_it_leaves_what_was_validated(tmp_path: Path, folder
     assert [name for name in names if not host.get(name)] == ["valid", "valid_mode", "valid_pumps"]
     assert host.text("outside") == "mode, loss of a hydraulic power unit"
 
-    def after(**changes: str) -> str:
-        other = case_of(
-            crane, **({"load": "100 t", "s_w": "1000 m", "tip": "sine 0.8 m 9 s", "duration": "70 s"} | changes)
+    def after(tip: str = "sine 0.8 m 9 s", duration: str = "1 s", **begun: float) -> str:
+        return hosted(twin, compiled, rows(crane, case_of(crane, tip=tip, duration=duration)), **begun)[0].text(
+            "outside"
         )
-        return hosted(export(crane, other), folder, rows(crane, other), ("e_c",))[0].text("outside")
 
-    assert after(load="200 t", duration="1 s") == "load"
-    assert after(s_w="400 m", duration="1 s") == "wire out"
-    assert after(tip="sine 1.5 m 9 s", duration="20 s") == "tip motion over 30 s"
-    assert after(tip="sine 0.8 m 14 s") == "period of the tip"
+    assert after(load=200e3) == "load"
+    assert after(s_w_start=400.0) == "wire out"
+    assert after("sine 1.5 m 9 s", "20 s") == "tip motion over 30 s"
+    assert after("sine 0.8 m 14 s", "70 s") == "period of the tip"
 
 
-def test_an_uncertified_crane_is_never_valid(nov: stillhook.Crane, folder: Path):
-    host = Host(export(nov, case_of(nov)), folder)
+def test_an_uncertified_crane_is_never_valid(nov: stillhook.Crane, compiled):
+    host = Host(export(nov, case_of(nov)), compiled)
     assert host.start() == OK
     assert host.get("valid") == 0.0
     assert host.text("outside") == "not validated"
 
 
-def test_a_winch_on_a_host_s_wire_is_that_of_a_session(nov: stillhook.Crane, folder: Path):
+def test_a_winch_on_a_host_s_wire_is_that_of_a_session(nov: stillhook.Crane, compiled):
     """The tension of a run, given at the end of every cycle to the C core and to `Session`."""
     case = case_of(nov)
     run = series(nov, case)
-    host, session = Host(export(nov, case, coupling="wire"), folder), stillhook.Session(nov, case, coupling="wire")
+    host, session = Host(export(nov, case, coupling="wire"), compiled), stillhook.Session(nov, case, coupling="wire")
     names = ("F_w", *TIP)
     host.set(input_time=0, **{n: float(run[n][0]) for n in TIP})
     assert host.start() == OK

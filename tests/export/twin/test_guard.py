@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,11 +25,6 @@ CRANES = ("nov-250t", "nov-100t-pure-active", "utility-20t-open-circuit", "nov-2
           "nov-100t-electric")  # fmt: skip
 BAD = 600
 """Cycle from which a signal is bad: the tip moves at nearly its full speed."""
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("guarded")
 
 
 def stop_cycles(crane: stillhook.Crane, case: stillhook.Scenario) -> int:
@@ -59,11 +53,11 @@ def run(host: Host, tip: np.ndarray, n: int, fault: dict[str, float]) -> list[di
     "name", [c if c == "nov-250t" else pytest.param(c, marks=pytest.mark.thorough) for c in CRANES]
 )
 @pytest.mark.parametrize("signal", ["v_tip", "s_w"])
-def test_a_winch_stands_within_the_stated_time_after_a_signal_is_bad(name: str, signal: str, folder: Path):
+def test_a_winch_stands_within_the_stated_time_after_a_signal_is_bad(name: str, signal: str, compiled):
     crane = stillhook.load_crane(name)
     case = case_of(crane)
     wait = stop_cycles(crane, case)
-    out = run(Host(export(crane, case), folder), rows(crane, case), BAD + wait + 200, {f"q_{signal}": 0.0})
+    out = run(Host(export(crane, case), compiled), rows(crane, case), BAD + wait + 200, {f"q_{signal}": 0.0})
     assert all(row["guard_state"] == 0.0 for row in out[:BAD])
     assert max(abs(row["v_w"]) for row in out[:BAD]) > 0.1
     after = out[BAD + wait :]
@@ -74,10 +68,10 @@ def test_a_winch_stands_within_the_stated_time_after_a_signal_is_bad(name: str, 
 
 
 @pytest.mark.parametrize("value", [25.0, 1e300])
-def test_a_motion_that_no_crane_has_stops_the_winch_of_an_fmu(value: float, folder: Path):
+def test_a_motion_that_no_crane_has_stops_the_winch_of_an_fmu(value: float, compiled):
     crane = stillhook.load_crane("nov-250t")
     case = case_of(crane)
-    host, tip = Host(export(crane, case, "controller"), folder), rows(crane, case)
+    host, tip = Host(export(crane, case, "controller"), compiled), rows(crane, case)
     host.set(sensed_mode=code_of("ssc"), sensed_s_w=100.0, sensed_F=1e6, sensed_dp=1e7, sensed_dp_load=1e7)
     assert host.start() == OK
     for k in range(BAD):
@@ -88,20 +82,20 @@ def test_a_motion_that_no_crane_has_stops_the_winch_of_an_fmu(value: float, fold
     assert (host.get("guard_state"), host.get("u_p"), host.get("brake")) == (STOPPED, 0.0, 1.0)
 
 
-def test_a_host_that_gives_no_number_or_an_unknown_mode_is_told(folder: Path):
+def test_a_host_that_gives_no_number_or_an_unknown_mode_is_told(compiled):
     crane = stillhook.load_crane("nov-250t")
     for contents, prefix in (("controller", "sensed_"), ("plant+controller", "")):
-        host = Host(export(crane, case_of(crane), contents), folder)
+        host = Host(export(crane, case_of(crane), contents), compiled)
         for value in (float("nan"), float("inf"), -float("inf")):
             assert host.try_set(f"{prefix}v_tip", value) == NO_NUMBER
         for mode in (-1.0, 0.5, 99.0):
             assert host.try_set(f"{prefix}mode", mode) == OUT_OF_RANGE
 
 
-def test_a_load_cell_that_is_bad_is_an_alarm_of_the_fmu(folder: Path):
+def test_a_load_cell_that_is_bad_is_an_alarm_of_the_fmu(compiled):
     crane = stillhook.load_crane("nov-250t")
     case = case_of(crane)
-    host = Host(export(crane, case), folder)
+    host = Host(export(crane, case), compiled)
     out = run(host, rows(crane, case), BAD + 100, {"q_F": 0.0})
     assert {row["guard_state"] for row in out[BAD:]} == {SUBSTITUTED}
     assert host.get("guard_alarm") == 2.0 ** Sensed._fields.index("F")

@@ -1,7 +1,6 @@
 """Position, speed and acceleration of the tip that are not one motion are told; those that are never are."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,11 +24,6 @@ def exported(contents: str) -> Export:
     return export(stillhook.load_crane("nov-250t"), case, contents)
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("motion")
-
-
 def sine(period: float, amplitude: float) -> Callable[[np.ndarray], np.ndarray]:
     w = 2.0 * np.pi / period
     return lambda t: amplitude * np.array([np.sin(w * t), w * np.cos(w * t), -(w**2) * np.sin(w * t)])
@@ -47,9 +41,9 @@ def waves(t: np.ndarray) -> np.ndarray:
     return np.asarray(rows) + np.array([0.002 * t, np.full_like(t, 0.002), np.zeros_like(t)])
 
 
-def told(made: Export, folder: Path, motion: np.ndarray, h: float, *, ahead: bool) -> list[str]:
+def told(made: Export, compiled, motion: np.ndarray, h: float, *, ahead: bool) -> list[str]:
     """What the host is told after each step."""
-    host, alone = Host(made, folder), made.contents == CONTROLLER
+    host, alone = Host(made, compiled, "-O2"), made.contents == CONTROLLER
     names = [f"sensed_{name}" if alone else name for name in ("s_tip", "v_tip", "a_tip")]
     host.set(**({} if alone else {"input_time": 0 if ahead else 1}), **dict(zip(names, motion.T[0], strict=True)))
     assert host.start() == OK
@@ -64,10 +58,10 @@ def told(made: Export, folder: Path, motion: np.ndarray, h: float, *, ahead: boo
 
 @pytest.mark.parametrize("ahead", [True, False])
 @pytest.mark.parametrize("h", [0.01, 0.1, 0.5])
-def test_a_motion_that_is_one_is_never_doubted(made, folder, h, ahead):
+def test_a_motion_that_is_one_is_never_doubted(made, compiled, h, ahead):
     t = np.arange(0.0, 60.0, h)
     for rows in (sine(4.0, 0.5)(t), sine(16.0, 3.0)(t), waves(t), 0.0 * waves(t), np.round(waves(t), 2)):
-        assert not any(told(made, folder, rows, h, ahead=ahead))
+        assert not any(told(made, compiled, rows, h, ahead=ahead))
 
 
 def only_position(rows: np.ndarray) -> np.ndarray:
@@ -92,29 +86,29 @@ def late(rows: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("ahead", [True, False])
 @pytest.mark.parametrize("wrong", [only_position, only_speed, down, centimetres, late])
-def test_what_contradicts_is_told_within_twenty_seconds_and_until_it_ends(made, folder, wrong, ahead):
+def test_what_contradicts_is_told_within_twenty_seconds_and_until_it_ends(made, compiled, wrong, ahead):
     t = np.arange(0.0, 150.0, 0.1)
     rows = waves(t)
     rows[:, t < 60.0] = wrong(rows)[:, t < 60.0]
-    found = told(made, folder, rows, 0.1, ahead=ahead)
+    found = told(made, compiled, rows, 0.1, ahead=ahead)
     assert all(text == SPEED for text in found[200:590])
     assert found[-1] == ""
 
 
-def test_no_acceleration_is_told_of_the_speed(made, folder):
+def test_no_acceleration_is_told_of_the_speed(made, compiled):
     rows = waves(np.arange(0.0, 40.0, 0.1)) * np.array([[1.0], [1.0], [0.0]])
-    assert told(made, folder, rows, 0.1, ahead=True)[-1] == ACCELERATION
+    assert told(made, compiled, rows, 0.1, ahead=True)[-1] == ACCELERATION
 
 
-def test_a_datum_that_the_start_did_not_have_is_told(made, folder):
+def test_a_datum_that_the_start_did_not_have_is_told(made, compiled):
     rows = waves(np.arange(0.0, 40.0, 0.1))
     rows[0, 1:] += 20.0
-    assert SPEED in told(made, folder, rows, 0.1, ahead=True)
+    assert SPEED in told(made, compiled, rows, 0.1, ahead=True)
 
 
 @pytest.mark.parametrize("contents", [c for c in CONTENTS if c != "plant+controller"])
-def test_winch_and_controller_alone_tell_it_too(contents, folder):
+def test_winch_and_controller_alone_tell_it_too(contents, compiled):
     rows = waves(np.arange(0.0, 40.0, 0.1))
     alone = exported(contents)
-    assert not any(told(alone, folder, rows, 0.1, ahead=contents != CONTROLLER))
-    assert told(alone, folder, only_position(rows), 0.1, ahead=contents != CONTROLLER)[-1] == SPEED
+    assert not any(told(alone, compiled, rows, 0.1, ahead=contents != CONTROLLER))
+    assert told(alone, compiled, only_position(rows), 0.1, ahead=contents != CONTROLLER)[-1] == SPEED

@@ -2,7 +2,6 @@
 
 import struct
 import zlib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,11 +19,6 @@ DAY = 86400 * 100
 """PLC cycles of 10 ms."""
 TIP = ("s_tip", "v_tip", "a_tip")
 PARTS = ("A", "row", "input", "beginning", "clock", "lowest", "end")
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("states")
 
 
 def made(name: str = "nov-250t", contents: str = "plant+controller", coupling: str = "tip", **more: object):
@@ -47,8 +41,8 @@ def run(host: Host, cycles: int = CYCLES, first: int = 0, t: float = 0.0) -> flo
 
 
 @pytest.fixture(scope="module")
-def host(folder: Path) -> Host:
-    winch = Host(made(), folder)
+def host(compiled) -> Host:
+    winch = Host(made(), compiled)
     winch.set(v_op=0.1, K_p=0.4)
     assert winch.start() == OK
     run(winch)
@@ -89,13 +83,13 @@ def test_the_checksum_is_that_of_zlib_and_a_sound_state_is_taken_to_the_bit(host
     assert host.save() == data
 
 
-def test_no_damaged_state_is_taken_and_the_winch_goes_on(host: Host, folder: Path):
+def test_no_damaged_state_is_taken_and_the_winch_goes_on(host: Host, compiled):
     data, n = host.save(), 0
     for bad in damaged(data, 4000):
         refused(host, bad)
         n += 1
     assert n > 3900
-    other = Host(host.export, folder)
+    other = Host(host.export, compiled)
     other.restore(data)
     run(host, 50, CYCLES, CYCLES * 0.01)
     run(other, 50, CYCLES, CYCLES * 0.01)
@@ -147,20 +141,20 @@ def test_a_number_outside_its_range_is_named(host: Host, name: str, values: tupl
         assert refused(host, remade(data, {i: x})).startswith((f"{name} = ", name.split(".")[-1]))
 
 
-def test_the_core_is_safe_where_a_count_is_overwritten_in_memory(host: Host, folder: Path):
+def test_the_core_is_safe_where_a_count_is_overwritten_in_memory(host: Host, compiled):
     """A wild pointer of the host: the core writes inside of its own memory, whatever the count is."""
     data = host.save()
     for cycles in (-1.0, -33.0, -3e9, 2.0**62, float("nan"), float("inf"), 1e300):
-        other = Host(host.export, folder)
+        other = Host(host.export, compiled)
         other.restore(data)
         other.lib.twin_put(other.at, at(host, "clock") + 1, cycles)
         other.step(other.time(), 0.01)
         other.get("valid")
 
 
-def test_a_state_of_another_winch_kind_or_version_is_refused(host: Host, folder: Path):
+def test_a_state_of_another_winch_kind_or_version_is_refused(host: Host, compiled):
     for other in (made(load="90 t"), made("nov-100t-cylinder"), made(contents="controller"), made(coupling="wire")):
-        winch = Host(other, folder)
+        winch = Host(other, compiled)
         assert winch.start() == OK
         assert "another crane, case or version" in refused(host, winch.save())
     data = bytearray(host.save())
@@ -181,8 +175,8 @@ def test_a_state_of_another_winch_kind_or_version_is_refused(host: Host, folder:
         pytest.param("utility-20t-open-circuit", "plant", "tip", marks=pytest.mark.thorough),
     ],
 )
-def test_every_kind_of_export_takes_its_own_states_and_no_damaged_ones(name, contents, coupling, folder: Path):
-    winch = Host(made(name, contents, coupling), folder)
+def test_every_kind_of_export_takes_its_own_states_and_no_damaged_ones(name, contents, coupling, compiled):
+    winch = Host(made(name, contents, coupling), compiled)
     blank = winch.save()
     winch.restore(blank)  # before the start
     for bad in damaged(blank, 200, seed=4):
@@ -190,7 +184,7 @@ def test_every_kind_of_export_takes_its_own_states_and_no_damaged_ones(name, con
     assert winch.start() == OK
     run(winch, 120)
     data = winch.save()
-    other = Host(winch.export, folder)
+    other = Host(winch.export, compiled)
     other.restore(data)
     assert other.save() == data
     for bad in damaged(data, 400, seed=5):
@@ -225,21 +219,21 @@ def test_a_host_that_adds_up_its_steps_is_served_for_years_and_its_drift_is_not_
     host.restore(before)
 
 
-def test_a_clock_that_runs_from_another_time_is_served_and_one_that_cannot_tell_cycles_apart_is_not(folder: Path):
+def test_a_clock_that_runs_from_another_time_is_served_and_one_that_cannot_tell_cycles_apart_is_not(compiled):
     for start in (1.7e9, -1.7e9):  # seconds since 1970
-        winch = Host(made(), folder)
+        winch = Host(made(), compiled)
         assert winch.start(start) == OK
         t = start
         for _ in range(2000):
             assert winch.step(t, 0.01) == OK
             t += 0.01
         assert winch.step(t + 0.005, 0.01) == WRONG_STEP
-    winch = Host(made(), folder)
+    winch = Host(made(), compiled)
     assert winch.start(1e14) == OUT_OF_RANGE
 
 
-def test_a_host_whose_steps_are_a_little_off_is_refused_before_it_is_late(folder: Path):
-    winch, h, t = Host(made(), folder), 0.01 + 0.5e-6, 0.0
+def test_a_host_whose_steps_are_a_little_off_is_refused_before_it_is_late(compiled):
+    winch, h, t = Host(made(), compiled), 0.01 + 0.5e-6, 0.0
     assert winch.start() == OK
     answers = []
     for _ in range(10):

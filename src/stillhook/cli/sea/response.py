@@ -106,12 +106,12 @@ def response(
     """
     from stillhook.formats.lift_file import load_lift
     from stillhook.report.save import RESPONSE_FILES, write_response
-    from stillhook.response.lift import answer_of, check_place, compensated_depth, response_at, stamped
+    from stillhook.response.lift import answer_of, check_place, lift_response, stamped
 
-    time = parse(duration, "time", "--duration")
-    if time <= 0.0:
+    if parse(duration, "time", "--duration") <= 0.0:
         raise LiftError(f"--duration {duration}: must be longer than 0 s. Enter the duration for the largest values.")
-    z = None if depth is None else -parse(depth, "length", "--depth")
+    if depth is not None:
+        parse(depth, "length", "--depth")
     check_out(out, RESPONSE_FILES)
     file = load_lift(lift, duration="60 s", moving=False)
     check_place(file)
@@ -119,14 +119,7 @@ def response(
     try:
         with progress_bar(f"{file.crane.name}: running the twin") as bar:
             report = started(file.crane, bar)
-            response = response_at(
-                file,
-                waves,
-                -compensated_depth(file.lift) if z is None else z,
-                mode=mode,
-                duration=time,
-                progress=report,
-            )
+            response = lift_response(file, waves, depth=depth, mode=mode, duration=duration, progress=report)
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {e}") from None
     answer = answer_of(response, file, waves)
@@ -145,10 +138,8 @@ def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
     from stillhook.report.plots.run import sea_figure, year_figure
     from stillhook.response.lift import spectra
 
-    title = (
-        f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {display_number('depth', -response.z, 5)}"
-        f" m\n{answer['place']}"
-    )
+    at = f"payload at {display_number('depth', response.depth, 5)} m"
+    title = f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {at}\n{answer['place']}"
     if "time" in response.data.dims:
         return year_figure(response.data, title)
     return sea_figure(response.forcing.omega, spectra(response), float(response.T_wire[0]), title)
@@ -157,7 +148,7 @@ def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
 def _print(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> None:
     wrapped(f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {answer['place']}")
     load = file.lift.payload
-    where = f"{show(-response.z, 'length')} below" if response.z < 0.0 else f"{show(response.z, 'length')} above"
+    where = f"{show(abs(response.depth), 'length')} {'below' if response.depth > 0.0 else 'above'}"
     hangs = f"its underside {where} still water on {show(response.load.s_w, 'length')} of wire"
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}, {hangs}")
     periods = ", ".join(f"{T:.3g} s" for T in response.T_wire)

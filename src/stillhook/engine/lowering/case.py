@@ -21,9 +21,9 @@ from stillhook.engine.lowering.summary import (
     lift_of,
     names_of,
     peak_interval,
+    phase_numbers_of,
+    phases_of,
     run_numbers_of,
-    stage_numbers_of,
-    stages_of,
 )
 from stillhook.engine.runner import Run, each_case
 from stillhook.engine.store import Summary, bare
@@ -114,7 +114,7 @@ class LoweringType(CaseType):
     def group(self, crane: Crane, case: Case) -> Hashable:
         lift = lift_of(case)
         water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
-        return lift.duration, lift.wire.nodes, water, stages_of(case), is_ideal(lift.sensors)
+        return lift.duration, lift.wire.nodes, water, phases_of(case), is_ideal(lift.sensors)
 
     def seconds(self, crane: Crane, case: Case) -> float:
         return lift_of(case).duration
@@ -129,7 +129,7 @@ class LoweringType(CaseType):
         return names_of(crane, case)
 
     def as_bytes(self, cases: Sequence[Case]) -> list[bytes]:
-        """Lifts that cases share are written once. Names of stages stay in, because notes quote them."""
+        """Lifts that cases share are written once. Names of phases stay in, because notes quote them."""
         begin = b"%d%s " % (self.sampled, b" short" * self.short)
         lifts = {id(lift): lift for lift in map(lift_of, cases)}
         texts = {key: begin + _print(lift) for key, lift in lifts.items()}
@@ -148,16 +148,16 @@ class LoweringType(CaseType):
         first = crane if isinstance(crane, Crane) else crane[0]
         winch, joints = first.plant.type, joints_of(cases)
         lifts = [lift_of(c) for c in cases]
-        of_run, of_stages = run_numbers_of(winch, joints=joints), stage_numbers_of(winch, joints=joints)
+        of_run, of_phases = run_numbers_of(winch, joints=joints), phase_numbers_of(winch, joints=joints)
         rows: list[dict[str, Any]] = []
-        stages = np.full((len(cases), max(map(stages_of, cases)), len(of_stages)), math.nan)
+        phases = np.full((len(cases), max(map(phases_of, cases)), len(of_phases)), math.nan)
         peaks = np.full((len(cases), max(map(intervals_of, cases)), len(PEAKS)), math.nan)
         for i, (summary, case) in enumerate(zip(summaries, cases, strict=True)):
             numbers, n = summary.some(names_of(first, case, joints)), len(of_run)
-            end = n + stages_of(case) * len(of_stages)
+            end = n + phases_of(case) * len(of_phases)
             run = dict(zip(of_run, numbers[:n].tolist(), strict=True))
             rows.append({"status": summary.status, **run, "notes": summary.notes})
-            stages[i, : stages_of(case)] = numbers[n:end].reshape(-1, len(of_stages))
+            phases[i, : phases_of(case)] = numbers[n:end].reshape(-1, len(of_phases))
             peaks[i, : intervals_of(case)] = numbers[end:].reshape(-1, len(PEAKS))
         columns = summary_columns(rows, single=single)
 
@@ -165,13 +165,13 @@ class LoweringType(CaseType):
             over, numbers = (dims, values[0]) if single else (("case", *dims), values)
             columns[prefix + name] = over, numbers, attributes(name)
 
-        for dim, prefix, table, of in (("stage", "stage", stages, of_stages), ("interval", "peak", peaks, PEAKS)):
+        for dim, prefix, table, of in (("phase", "phase", phases, of_phases), ("interval", "peak", peaks, PEAKS)):
             for k, name in enumerate(of):
                 add(name, np.ascontiguousarray(table[:, :, k]), dim, prefix=f"{prefix}_")
         add("peak_interval", np.array([peak_interval(lift.duration) for lift in lifts]))
         names = {phase_names(lift.programme) for lift in lifts}
         coords: dict[str, Any] = {} if single else {"case": [lift.name or str(i) for i, lift in enumerate(lifts)]}
-        coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(stages.shape[1])]
+        coords["phase"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(phases.shape[1])]
         title = f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}"
         attrs = {"title": title, **_cranes(crane), "sampled": self.sampled, "short": int(self.short)}
         if text := lowerings_text(cases):

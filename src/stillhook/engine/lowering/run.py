@@ -12,7 +12,7 @@ from stillhook.base.identity import Keyed
 from stillhook.control.supervisor import Stage
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.lowering.checks import check_lift, check_sea, fastest_of_lift
-from stillhook.engine.lowering.summary import LoweringRun, StageResult, peak_interval
+from stillhook.engine.lowering.summary import LoweringRun, PhaseResult, peak_interval
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.runner import Block, nothing, record_of
@@ -121,20 +121,20 @@ class LiftBlock(Block[Ready]):
         self.n = ready[0].case.wire.nodes
         self.dt_waves = waves_step(ready[0].case.waves)
         self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
-        self.n_stages = max(len(r.packed.programme.rows) for r in ready)
-        self.S, self.T = self._stages(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
+        self.n_phases = max(len(r.packed.programme.rows) for r in ready)
+        self.S, self.T = self._phases(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
         self.n_stats = size(d.Stats) + sum(map(size, d.parts.stats.values()))
-        self.G = np.full((self.n_stages + 1, self.n_stats + SIGNALS, lanes), np.nan)
-        self.starts = np.full((self.n_stages + 1, lanes), np.nan)
+        self.G = np.full((self.n_phases + 1, self.n_stats + SIGNALS, lanes), np.nan)
+        self.starts = np.full((self.n_phases + 1, lanes), np.nan)
         interval = peak_interval(self.drive.n_ticks * self.drive.t_cycle)
         self.n_peak = max(round(interval / (sampled * self.drive.t_cycle)), 1) * sampled
         self.P = np.full((self.drive.n_ticks // self.n_peak + 1, NP, lanes), -np.inf)
         self.first = np.array(flatten((blank(d.Stats, d.plant), blank_lift_stats(), *self.of_joint())))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
 
-    def _stages(self) -> FloatArray:
-        """Stages of every lane; a shorter programme goes no further than its last."""
-        S = np.zeros((self.n_stages, len(Stage._fields), len(self.lanes)))
+    def _phases(self) -> FloatArray:
+        """Phases of every lane; a shorter programme goes no further than its last."""
+        S = np.zeros((self.n_phases, len(Stage._fields), len(self.lanes)))
         for l, r in enumerate(self.lanes):
             rows = r.packed.programme.rows
             S[: len(rows), :, l] = rows
@@ -187,7 +187,7 @@ class LiftBlock(Block[Ready]):
             self.B.reshape(-1),
             self.n,
             self.S.reshape(-1),
-            self.n_stages,
+            self.n_phases,
             self.T.reshape(-1),
             E.reshape(-1),
             np.zeros(8),
@@ -239,8 +239,8 @@ class LiftBlock(Block[Ready]):
         """Cases whose programme has ended, where it ends the run."""
         if not self.short:
             return ()
-        stage = self.A[offset(self.d.Lane, "hang", 1) + offset(Hanging, "course", 1) + offset(Course, "stage", 1)]
-        return [i for i, r in enumerate(self.ready) if stage[i] >= len(r.packed.programme.rows)]
+        phase = self.A[offset(self.d.Lane, "hang", 1) + offset(Hanging, "course", 1) + offset(Course, "stage", 1)]
+        return [i for i, r in enumerate(self.ready) if phase[i] >= len(r.packed.programme.rows)]
 
     def sound(self) -> BoolArray:
         """Lanes whose numbers are finite, (lanes,)."""
@@ -259,11 +259,11 @@ class LiftBlock(Block[Ready]):
         best = self.W.reshape(-1, SIGNALS, len(self.lanes))[2]
         self.G[last, self.n_stats :, l] = best[:, l]
         self.starts[last, l] = hang.course.k_stage * self.drive.t_cycle
-        ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
+        ran = [s for s in range(self.n_phases + 1) if math.isfinite(self.G[s, 0, l])]
         return LoweringRun(
             **self.common(l),
             packed=self.ready[l].packed,
-            stages=tuple((s, self._stage(s, l)) for s in ran),
+            phases=tuple((s, self._phase(s, l)) for s in ran),
             starts=tuple(float(self.starts[s, l]) for s in ran),
             hang=hang,
             q=self.B[:, 0, l].copy(),
@@ -279,17 +279,17 @@ class LiftBlock(Block[Ready]):
         peaks[:, 2] *= -1.0
         return peaks
 
-    def _stage(self, s: int, l: int) -> StageResult:
+    def _phase(self, s: int, l: int) -> PhaseResult:
         row = self.G[s, :, l].tolist()
         e_c, tip, load, hook = row[self.n_stats :]
         parts, at = [], 0
         for cls in (self.d.Stats, *self.d.parts.stats.values()):
             parts.append(record_of(cls)(row, at))
             at += size(cls)
-        return StageResult(parts[0], parts[1], (e_c, tip, load, hook), *parts[2:])
+        return PhaseResult(parts[0], parts[1], (e_c, tip, load, hook), *parts[2:])
 
     def _statistics(self, l: int) -> list[float]:
-        """Statistics of lane l in the stage that runs."""
+        """Statistics of lane l in the phase that runs."""
         return flatten(tuple(self.part(name, l) for name in ("st", *self.d.parts.stats)))
 
 

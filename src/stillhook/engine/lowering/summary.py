@@ -1,4 +1,4 @@
-"""From the statistics of a lowering to the numbers that a person reads: for the whole run and for each stage."""
+"""From the statistics of a lowering to the numbers that a person reads: for the whole run and for each phase."""
 
 import functools
 import itertools
@@ -88,7 +88,7 @@ NUMBERS = (
     "wire_time",
     *OF_OSCILLATION,
 )
-"""Numbers that the whole run and each stage have alike, in addition to those of the winch type."""
+"""Numbers that the whole run and each phase have alike, in addition to those of the winch type."""
 OF_RUN = (
     "z_load_end",
     "s_w_end",
@@ -113,13 +113,13 @@ def peak_interval(duration: float) -> float:
 
 
 def numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Numbers that the whole run and each stage have alike; joints: types of units between hook and slings."""
+    """Numbers that the whole run and each phase have alike; joints: types of units between hook and slings."""
     of_joints = dict.fromkeys(name for joint in joints for name in UNITS[joint].NUMBERS)
     return (*NUMBERS, *of_joints, *(row.name for row in winch.numbers))
 
 
-def stage_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Numbers of a stage."""
+def phase_numbers_of(winch: WinchType, *, joints: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Numbers of a phase."""
     return ("t_begin", *numbers_of(winch, joints=joints))
 
 
@@ -144,30 +144,30 @@ def intervals_of(case: Lowering | InSea) -> int:
     return int(duration / peak_interval(duration) + 1e-6)
 
 
-def stages_of(case: Lowering | InSea) -> int:
-    """Rows of stages in the answer: those of the programme, and the time after it."""
+def phases_of(case: Lowering | InSea) -> int:
+    """Rows of phases in the answer: those of the programme, and the time after it."""
     return len(lift_of(case).programme) + 1
 
 
 def names_of(crane: Crane, case: Lowering | InSea, joints: tuple[str, ...] | None = None) -> tuple[str, ...]:
-    """Names of all numbers in one row: of the run, then of each stage and of each interval; joints: in place of the
+    """Names of all numbers in one row: of the run, then of each phase and of each interval; joints: in place of the
     case's own."""
     own = joints_of([case]) if joints is None else joints
-    return _names(crane.plant.type.name, stages_of(case), intervals_of(case), own)
+    return _names(crane.plant.type.name, phases_of(case), intervals_of(case), own)
 
 
 @functools.cache
-def _names(plant: str, stages: int, intervals: int, joints: tuple[str, ...]) -> tuple[str, ...]:
+def _names(plant: str, phases: int, intervals: int, joints: tuple[str, ...]) -> tuple[str, ...]:
     winch = WINCH_TYPES[plant]
-    names = stage_numbers_of(winch, joints=joints)
-    of_stages = (f"{i} {name}" for i in range(stages) for name in names)
+    names = phase_numbers_of(winch, joints=joints)
+    of_phases = (f"{i} {name}" for i in range(phases) for name in names)
     of_intervals = (f"{i} peak {name}" for i in range(intervals) for name in PEAKS)
-    return (*run_numbers_of(winch, joints=joints), *of_stages, *of_intervals)
+    return (*run_numbers_of(winch, joints=joints), *of_phases, *of_intervals)
 
 
-class StageResult(NamedTuple):
-    """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook
-    [m], over the whole stage where that is shorter; link: of a unit between hook and slings, None where there is
+class PhaseResult(NamedTuple):
+    """Statistics of one phase; span largest peak-to-peak over the moving window of control error, tip, payload, hook
+    [m], over the whole phase where that is shorter; link: of a unit between hook and slings, None where there is
     none."""
 
     stats: Any
@@ -178,12 +178,12 @@ class StageResult(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LoweringRun(Run):
-    """What came back of a lowering. stages: number of the stage and its statistics, in the order of time, the last
+    """What came back of a lowering. phases: number of the phase and its statistics, in the order of time, the last
     that after the programme where it ended; starts of these [s]; series: rows of Signals and LiftSignals; peaks: rows
     of `PEAKS`, one for each interval of `peak_interval`; interval at which statistics were taken [s]."""
 
     packed: PackedLift
-    stages: tuple[tuple[int, StageResult], ...]
+    phases: tuple[tuple[int, PhaseResult], ...]
     starts: tuple[float, ...]
     hang: Hanging
     q: FloatArray
@@ -192,14 +192,14 @@ class LoweringRun(Run):
     interval: float
 
     @cached_property
-    def total(self) -> StageResult:
-        """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are
+    def total(self) -> PhaseResult:
+        """Statistics of the whole run; its spans are the largest of its compensated phases, or of all where there are
         none."""
-        parts = [s for _, s in self.stages]
+        parts = [s for _, s in self.phases]
         compensated = [p for p in parts if p.span[0] > 0.0] or parts
         e_c, tip, load, hook = (max(p.span[i] for p in compensated) for i in range(4))
         links, unit = [p.link for p in parts if p.link is not None], unit_of_joint(self.case)
-        return StageResult(
+        return PhaseResult(
             stats=merged([p.stats for p in parts]),
             lift=merged([p.lift for p in parts]),
             span=(e_c, tip, load, hook),
@@ -230,8 +230,8 @@ class LoweringRun(Run):
 
     @property
     def row(self) -> Summary:
-        """The whole run, each stage, and the peaks of every interval."""
-        run, stages = lift_summary(self)
+        """The whole run, each phase, and the peaks of every interval."""
+        run, phases = lift_summary(self)
         winch, joints = self.crane.plant.type, joints_of([self.case])
         peaks = np.full((intervals_of(self.case), len(PEAKS)), math.nan)
         if not self.diverged:
@@ -239,14 +239,14 @@ class LoweringRun(Run):
             peaks[:n] = self.peaks[:n]
         numbers = itertools.chain(
             (run[name] for name in run_numbers_of(winch, joints=joints)),
-            (stage[name] for stage in stages for name in stage_numbers_of(winch, joints=joints)),
+            (phase[name] for phase in phases for name in phase_numbers_of(winch, joints=joints)),
             peaks.ravel(),
         )
         return Summary(names_of(self.crane, self.case), run["status"], numbers, run["notes"])
 
 
 def merged(parts: Sequence[Any], summed: Iterable[str] = SUMMED, lowest: Iterable[str] = LOWEST) -> Any:
-    """Statistics of stages one after another as those of all of them; of the winch, of the lift or of a unit in it."""
+    """Statistics of phases one after another as those of all of them; of the winch, of the lift or of a unit in it."""
     cls = type(parts[0])
     values: dict[str, Any] = {}
     for name in cls._fields:
@@ -272,9 +272,9 @@ def merged(parts: Sequence[Any], summed: Iterable[str] = SUMMED, lowest: Iterabl
 
 def status(run: LoweringRun) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling"
-    (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a stage that does not
+    (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a phase that does not
     land), the limit of a unit between hook and slings ("compensator stroke"),
-    "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a stage timed out), "unfinished".
+    "overload" and "peak load" (`stillhook.engine.pack.capacity`), "stuck" (a phase timed out), "unfinished".
     "audit" is not judged where the wire snaps taut within a cycle of the audit."""
     if run.diverged:
         return "diverged"
@@ -309,14 +309,14 @@ def resting(run: LoweringRun) -> float:
 
 
 def unplanned_touches(run: LoweringRun) -> list[tuple[int, LiftStats]]:
-    """Stages that do not land, or the time after the programme (numbered as one more stage), in which the load first
+    """Phases that do not land, or the time after the programme (numbered as one more phase), in which the load first
     touches the seabed."""
     lands = [s.landed or s.mode is WinchMode.LANDING for s in run.case.programme]
-    return [(i, s.lift) for i, s in run.stages if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
+    return [(i, s.lift) for i, s in run.phases if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
 
 
-def stage_numbers(run: LoweringRun, r: StageResult) -> dict[str, float]:
-    """Numbers of one stage, or of the whole run; NaN for what did not happen."""
+def phase_numbers(run: LoweringRun, r: PhaseResult) -> dict[str, float]:
+    """Numbers of one phase, or of the whole run; NaN for what did not happen."""
     st, ls = r.stats.common, r.lift
     e_c_pp, s_tip_pp, load_pp, hook_pp = r.span
     touched = ls.t_landed < NEVER
@@ -356,19 +356,19 @@ def unit_of_joint(case: Lowering) -> Any:
 
 
 def lift_summary(run: LoweringRun) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time
+    """Numbers of the whole run, and of each phase of the programme that was begun, the rest NaN; one more for the time
     after it."""
     crane, case, r = run.crane, run.case, run.total
-    blank = dict.fromkeys(stage_numbers_of(crane.plant.type, joints=joints_of([case])), math.nan)
-    rows = [dict(blank) for _ in range(stages_of(case))]
-    for (i, part), start in zip(run.stages, run.starts, strict=True):
-        rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(run, part)}
+    blank = dict.fromkeys(phase_numbers_of(crane.plant.type, joints=joints_of([case])), math.nan)
+    rows = [dict(blank) for _ in range(phases_of(case))]
+    for (i, part), start in zip(run.phases, run.starts, strict=True):
+        rows[min(i, len(rows) - 1)] = {"t_begin": start, **phase_numbers(run, part)}
     W, done = run.hang.works, run.hang.course.sup.done > 0.0
     numbers: dict[str, Any] = {
-        **stage_numbers(run, r),
+        **phase_numbers(run, r),
         "z_load_end": run.packed.lift.z_ref + float(run.q[-1]),
         "s_w_end": run.state.path.s_w,
-        "programme_time": (run.starts[-1] if done and run.stages[-1][0] >= len(case.programme) else math.nan),
+        "programme_time": (run.starts[-1] if done and run.phases[-1][0] >= len(case.programme) else math.nan),
         "energy_through": r.stats.common.through * run.interval,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
@@ -407,13 +407,13 @@ def notes(run: LoweringRun) -> list[str]:
         *type_notes(crane, held_load(crane, case, r.span[1])),
     ]
     names = [*run.packed.programme.names, "after"]
-    for i, s in run.stages:
+    for i, s in run.phases:
         if s.lift.slack > 0.0:
             snap = f", and snap at {show(s.lift.snap, 'force')}" if s.lift.snap > 0.0 else ""
             notes_of_run.append(
                 f'phase "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}'
             )
-    for i, s in run.stages:
+    for i, s in run.phases:
         if s.link is not None:
             notes_of_run.extend(f'phase "{names[i]}": {line}' for line in unit_of_joint(case).notes(s.link))
     for i, touch in unplanned_touches(run):

@@ -136,7 +136,7 @@ def lowering_panels(
         for _, a, b in _turns(run)[1::2]:
             ax.axvspan(float(t[a]), float(t[b]), color="black", alpha=0.05, lw=0)
         kit.legend(ax, "upper right", fontsize="x-small", ncols=3, frameon=True, framealpha=0.8)
-    _stage_names(depth, run, lift, t)
+    _phase_names(depth, run, lift, t)
     figure.align_ylabels(axes)
     return figure
 
@@ -175,12 +175,12 @@ def _motion(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> Non
 def requested_path(run: xarray.Dataset, lift: Lowering, t: FloatArray) -> FloatArray:
     """Height requested by the joystick [m]: what splash mode adds to it counts as motion, and so does a correction of
     leakage."""
-    v, stage, moves = np.array(run["v_op"].values), run["stage_number"].values.astype(int), lift.moves
+    v, phase, moves = np.array(run["v_op"].values), run["phase_number"].values.astype(int), lift.moves
     adds = [each.mode in (WinchMode.SPLASH, WinchMode.MANUAL) for each in lift.programme]
     step = lift.winch.ramp * float(t[1] - t[0])
-    for i in np.flatnonzero(np.array([*adds, False])[np.minimum(stage, len(lift.programme))]):
+    for i in np.flatnonzero(np.array([*adds, False])[np.minimum(phase, len(lift.programme))]):
         before = v[i - 1] if i else 0.0
-        v[i] = before + min(max(-moves[stage[i]].v - before, -step), step)
+        v[i] = before + min(max(-moves[phase[i]].v - before, -step), step)
     return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
 
 
@@ -205,17 +205,17 @@ def _effort(ax: Axes, run: xarray.Dataset, p_relief: float | None) -> None:
 
 
 def _turns(run: xarray.Dataset) -> list[tuple[int, int, int]]:
-    """Stage, first and last sample of every stretch in one stage."""
-    stage = run["stage_number"].values.astype(int)
-    cuts = np.flatnonzero(np.diff(stage)) + 1
-    starts, ends = [0, *cuts], [*cuts, len(stage) - 1]
-    return [(int(stage[a]), int(a), int(b)) for a, b in zip(starts, ends, strict=True)]
+    """Phase, first and last sample of every stretch in one phase."""
+    phase = run["phase_number"].values.astype(int)
+    cuts = np.flatnonzero(np.diff(phase)) + 1
+    starts, ends = [0, *cuts], [*cuts, len(phase) - 1]
+    return [(int(phase[a]), int(a), int(b)) for a, b in zip(starts, ends, strict=True)]
 
 
-def _stage_names(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> None:
+def _phase_names(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> None:
     duration = float(t[-1] - t[0])
-    for stage, a, b in _turns(run):
-        text = "done" if stage >= len(lift.programme) else lift.programme[stage].name or str(lift.programme[stage].mode)
+    for phase, a, b in _turns(run):
+        text = "done" if phase >= len(lift.programme) else lift.programme[phase].name or str(lift.programme[phase].mode)
         if t[b] - t[a] > 0.02 * duration:
             middle = 0.5 * float(t[a] + t[b])
             ax.text(

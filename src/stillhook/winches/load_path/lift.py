@@ -115,7 +115,7 @@ class LiftSignals(NamedTuple):
     eta: float
     w_water: float
     h_load: float
-    stage_number: float
+    phase_number: float
 
 
 class Windowed(NamedTuple):
@@ -176,5 +176,5 @@ def signals_of(z, v, q_hook, v_hook, F_sling, hang, load):
         eta=water.eta,
         w_water=0.5 * (water.w_1 + water.w_2),
         h_load=submergence(z, water.eta, load.H),
-        stage_number=hang.course.stage,
+        phase_number=hang.course.stage,
     )

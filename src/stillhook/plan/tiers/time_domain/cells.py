@@ -67,12 +67,12 @@ OF_STAGE = (
     "power_time",
     "stroke_time",
 )
-"""Numbers that are kept of the stage that counts, where the winch type has them; in addition `v_landed` of the whole
-run, the speed of the first touch: it may come before its stage is over."""
+"""Numbers that are kept of the phase that counts, where the winch type has them; in addition `v_landed` of the whole
+run, the speed of the first touch: it may come before its phase is over."""
 
 ROD_AT_END = "rod_end_time"
-"""Time with the rod of a passive heave compensator at either end of its stroke in the stage that counts [s]."""
-ENDS = tuple(dict.fromkeys(f"stage_{name}" for unit in UNITS.values() for name in unit.STOPS))
+"""Time with the rod of a passive heave compensator at either end of its stroke in the phase that counts [s]."""
+ENDS = tuple(dict.fromkeys(f"phase_{name}" for unit in UNITS.values() for name in unit.STOPS))
 
 STATIONARY = (PhaseKind.IN_AIR, PhaseKind.LOWERING, PhaseKind.DEEP)
 """Phases of which every interval is like the others: all of their peaks count, not the largest of a run alone. Of a
@@ -86,10 +86,10 @@ OF_INTERVAL = ("F_w_max", "DAF", "F_sling_min", "v_tip_max", "v_w_max", "e_c_pp"
 def run_numbers(
     data: xarray.Dataset, counts: Sequence[int], intervals: Sequence[int] | None = None
 ) -> dict[str, FloatArray]:
-    """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the stage that counts in each;
+    """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the phase that counts in each;
     intervals: how many intervals of it count, 0 for none."""
     each = np.arange(len(counts)), np.array(counts)
-    numbers = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE if f"stage_{name}" in data}
+    numbers = {name: data[f"phase_{name}"].values[each] for name in OF_STAGE if f"phase_{name}" in data}
     if ends := [name for name in ENDS if name in data]:
         numbers[ROD_AT_END] = np.sum([data[name].values[each] for name in ends], axis=0)
     if intervals is not None and max(intervals, default=0) > 0:
@@ -98,9 +98,9 @@ def run_numbers(
 
 
 def _peaks(data: xarray.Dataset, each: tuple[IntArray, IntArray], k: int) -> dict[str, FloatArray]:
-    """Largest values of k intervals that begin in the stage that counts (n, k); of windows, those that are whole."""
+    """Largest values of k intervals that begin in the phase that counts (n, k); of windows, those that are whole."""
     dt = data["peak_interval"].values
-    begin = np.nan_to_num(np.ceil(data["stage_t_begin"].values[each] / dt - 1e-6)).astype(int)
+    begin = np.nan_to_num(np.ceil(data["phase_t_begin"].values[each] / dt - 1e-6)).astype(int)
     late = round(WINDOW / float(dt.min()))
     result = {}
     for name in OF_INTERVAL:
@@ -110,7 +110,7 @@ def _peaks(data: xarray.Dataset, each: tuple[IntArray, IntArray], k: int) -> dic
         columns = np.minimum(begin[:, None] + skip + np.arange(k - skip), table.shape[1] - 1)
         values = np.take_along_axis(table, columns, axis=1)
         if name == "DAF":
-            values = values * (data["stage_DAF"].values[each] / data["stage_F_sling_max"].values[each])[:, None]
+            values = values * (data["phase_DAF"].values[each] / data["phase_F_sling_max"].values[each])[:, None]
         result[PEAKS + name] = values
     return result
 
