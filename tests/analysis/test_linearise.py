@@ -20,8 +20,13 @@ from stillhook.analysis.loop_stability.linear.linearisation import (
     plc_loop,
 )
 from stillhook.analysis.loop_stability.margins import gain_limit_of
-from stillhook.analysis.loop_stability.reduced import eigenfrequency, equivalent, gain_limit
-from stillhook.analysis.loop_stability.stability import full_stability, stability
+from stillhook.analysis.loop_stability.stability import (
+    eigenfrequency,
+    equivalent,
+    full_stability,
+    gain_limit,
+    stability,
+)
 from stillhook.analysis.loop_stability.transfer import about, command_pole
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.errors import StillhookError

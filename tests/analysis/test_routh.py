@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from tests.scripts import PAGES, script
 
 from stillhook import load_crane
+from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.margins import gain_limit_of
-from stillhook.analysis.loop_stability.reduced import gain_limit
-from stillhook.analysis.loop_stability.transfer import closed_loop_polynomial, position_loop, sampled
+from stillhook.analysis.loop_stability.stability import gain_limit
+from stillhook.analysis.loop_stability.transfer import closed_loop_polynomial, position_loop
 from stillhook.errors import StillhookError
 
 PAGE = script(PAGES / "routh.py")

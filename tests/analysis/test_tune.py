@@ -12,8 +12,9 @@ import pytest
 import stillhook.analysis.tuning.search as tuning
 from stillhook import Scenario, load_crane
 from stillhook.analysis.controllers import Controller, controller, controller_toml
+from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.margins import margins
-from stillhook.analysis.loop_stability.transfer import position_loop, sampled
+from stillhook.analysis.loop_stability.transfer import position_loop
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.analysis.tuning.objective import (
     SPEEDS,

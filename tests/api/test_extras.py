@@ -141,13 +141,14 @@ for found in pkgutil.walk_packages(stillhook.__path__, "stillhook."):
 def test_a_system_of_python_control_is_refused_in_one_line(tmp_path: Path) -> None:
     code = """
 import stillhook
-from stillhook.analysis.loop_stability.transfer import speed_response
+from stillhook.analysis import linearise, operating_point
+point = operating_point(stillhook.load_crane("nov-250t"), "60 m/min", 1.0, load="0 t", s_w="100 m")
 try:
-    speed_response(stillhook.load_crane("nov-250t"))
+    linearise(point).system()
 except stillhook.StillhookError as problem:
     print(problem)
 """
     done = core(code, folder=tmp_path)
     assert done.stdout.strip() == (
-        'speed_response: control is not installed. Get it with: pip install "stillhook[stability]".'
+        'system(): control is not installed. Get it with: pip install "stillhook[stability]".'
     )

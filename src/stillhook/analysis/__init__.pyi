@@ -1,9 +1,9 @@
 from stillhook.analysis.controllers import Controller as Controller
 from stillhook.analysis.controllers import controller as controller
 from stillhook.analysis.loop_stability.linear.linearisation import linearise as linearise
-from stillhook.analysis.loop_stability.reduced import eigenfrequency as eigenfrequency
-from stillhook.analysis.loop_stability.reduced import gain_limit as gain_limit
 from stillhook.analysis.loop_stability.stability import Stability as Stability
+from stillhook.analysis.loop_stability.stability import eigenfrequency as eigenfrequency
+from stillhook.analysis.loop_stability.stability import gain_limit as gain_limit
 from stillhook.analysis.maps.monte_carlo import monte_carlo_map as monte_carlo_map
 from stillhook.analysis.maps.operability import operability_map as operability_map
 from stillhook.analysis.maps.result import Map as Map
@@ -15,7 +15,6 @@ from stillhook.analysis.surface import full_stability as full_stability
 from stillhook.analysis.surface import operating_point as operating_point
 from stillhook.analysis.surface import stability as stability
 from stillhook.analysis.surface import strong_ssc as strong_ssc
-from stillhook.analysis.surface import strongest_gain as strongest_gain
 from stillhook.analysis.surface import sweep as sweep
 from stillhook.analysis.tuning.tune import Tuned as Tuned
 from stillhook.analysis.tuning.tune import tune as tune

@@ -309,7 +309,7 @@ def lateness(crane: Crane, *, delay: float = 0.0) -> float:
     late = delay + 0.5 * crane.control.t_cycle + crane.control.computing
     if not crane.plant.type.steady_operation:
         return late
-    from stillhook.analysis.loop_stability.reduced import eigenfrequency  # heavy: only for strong SSC
+    from stillhook.analysis.loop_stability.stability import eigenfrequency  # heavy: only for strong SSC
 
     oil = eigenfrequency(crane, 1.0)
     return late + 2.0 * oil.zeta / oil.omega_0

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability import margins, sweeps
 from stillhook.analysis.loop_stability import stability as loop_stability
+from stillhook.analysis.loop_stability import sweeps
 from stillhook.analysis.loop_stability.stability import Stability
 from stillhook.analysis.loop_stability.sweeps import Over
 from stillhook.analysis.steady import operating_point as operation
@@ -153,56 +153,6 @@ def sweep(
     kind = sweeps.AXES[Over(over)].kind if over in tuple(Over) else ""
     at = [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)] if kind and values is not None else values
     return sweeps.sweep(crane, over, at, alpha_m=alpha_m, delay=parse(delay, "time", "delay"))  # type: ignore[arg-type]
-
-
-def strongest_gain(
-    crane: Crane,
-    *,
-    alpha_m: float | None = None,
-    delay: str = "0 s",
-    gain_margin: float = margins.GAIN_MARGIN,
-    phase_margin: str = "45 deg",
-    sensitivity: float = margins.SENSITIVITY_PEAK,
-) -> float:
-    """Largest position gain that keeps all three margins.
-
-    See `stillhook.analysis.loop_stability.margins.strongest_gain`.
-
-    Parameters
-    ----------
-    crane : Crane
-        The machine.
-    alpha_m : float, optional
-        Displacement of the motors over its maximum [-]; default the least that any mode may use.
-    delay : str, default "0 s"
-        Delay of the position feedback, such as "50 ms".
-    gain_margin : float, default 2.0
-        Gain margin to keep, above 1 [-].
-    phase_margin : str, default "45 deg"
-        Phase margin to keep, such as "60 deg".
-    sensitivity : float, default 2.0
-        Sensitivity peak to keep, above 1 [-].
-
-    Returns
-    -------
-    float
-        K_p [1/m].
-
-    Raises
-    ------
-    UnitError
-        For a quantity without its unit.
-    StillhookError
-        As there.
-    """
-    return margins.strongest_gain(
-        crane,
-        alpha_m=alpha_m,
-        delay=parse(delay, "time", "delay"),
-        gain_margin=gain_margin,
-        phase_margin=parse(phase_margin, "angle", "phase_margin"),
-        sensitivity=sensitivity,
-    )
 
 
 def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:

@@ -1,5 +1,5 @@
-"""Pictures of the linear analysis: gain limit over displacement (paper E figure 5), sweeps, Bode, root locus, poles
-over tip speed."""
+"""Pictures of the linear analysis: gain limit over displacement (paper E figure 5), sweeps, Bode, poles over tip
+speed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.analysis.loop_stability.stability import range_of_modes
-from stillhook.analysis.loop_stability.sweeps import AXES, bode, root_locus, slow_sweep, sweep
+from stillhook.analysis.loop_stability.sweeps import AXES, bode, slow_sweep, sweep
 from stillhook.analysis.loop_stability.transfer import about, full_matrices, motor_poles
 from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.engine.pack.winch import gains
@@ -50,7 +50,7 @@ def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) 
         name = "empty hook" if load == 0.0 else show(float(load), "mass", 4)
         for style, zeta in zip(("-", ":"), slow["wire_zeta"].values, strict=False):
             label = f"slow plant, {name}, wire damping {zeta:g}"
-            limits = slow["K_p_ms_plc"].sel(load=load, wire_zeta=zeta).isel(s_w=0)
+            limits = slow["K_p_ms_plc"].sel(load=load, wire_zeta=zeta)
             ax.plot(at(slow["alpha_m"].values), limits, color=colour, ls=style, lw=1.0, label=label)
     ax.axhline(K_p, color=GREY, ls=":", label=f"K_p of the crane, {K_p:g} 1/m")
     for i, (mode, ends) in enumerate(range_of_modes(crane).items()):  # the displacements that each mode takes
@@ -105,36 +105,24 @@ def bode_figure(crane: Crane, alphas: tuple[float, ...] = (1.0,), *, delay: floa
     return figure
 
 
-def root_locus_figure(crane: Crane, alphas: tuple[float, ...] = (1.0, 0.6)) -> Figure:
-    """Poles of the published loop as K_p grows from 0 to three times its limit; dots at the crane's own K_p."""
-    title = f"{crane.name}: poles for K_p from 0 (crosses) to three times the limit; dots: K_p of the crane"
-    figure, ax = kit.panel((7.5, 5.5), title)
-    for colour, alpha in zip(COLOURS, alphas, strict=False):
-        locus, now = root_locus(crane, alpha), root_locus(crane, alpha, K_p=[crane.control.K_p])
-        lines = ax.plot(locus["pole_re"], locus["pole_im"], color=colour, lw=1.2)
-        lines[0].set_label(f"motors at {alpha:.3g}")
-        ax.plot(locus["pole_re"][0], locus["pole_im"][0], "x", color=colour)
-        ax.plot(now["pole_re"].values.ravel(), now["pole_im"].values.ravel(), "o", color=colour, ms=4)
-    ax.axvline(0.0, color=GREY, lw=0.8)
-    ax.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
-    ax.legend(fontsize="small")
-    return figure
-
-
-def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] | None = None) -> Figure:
+def motor_pole_figure(crane: Crane) -> Figure:
     """Poles of the motors' own loop and of the circuit in the position loop as the tip's speed rises under SSC, at the
     crane's K_p."""
     title = f"{crane.name}: what SSC's measured displacement does to the poles as the tip moves faster"
     figure, axes = kit.panels(1, 2, (10.0, 4.4), title)
     left, right = axes.ravel()
-    modes = tuple(mode for mode in Mode if mode.compensates and moves(crane, mode)) if modes is None else modes
+    modes = tuple(mode for mode in Mode if mode.compensates and moves(crane, mode))
     colours = colours_of(map(str, modes))
     for mode in modes:
         speeds = np.linspace(0.0, 0.999 * speed_limit(crane, mode), SPEED_POINTS)
         poles = np.array([motor_poles(crane, v, mode=mode) for v in speeds])
-        swing = np.array([[_swing(crane, v, mode)] for v in speeds])
+        loops = [full_matrices(crane, about(crane, v, mode=mode), K_p=gains(crane).K_p)[0][2:, 2:] for v in speeds]
+        oil = [max((p for p in np.linalg.eigvals(A) if p.imag > 0.0), key=lambda p: p.real) for A in loops]
         width = 3.0 if mode is modes[0] else 1.2
-        for p, style, what, lw in ((poles, "-", "motors' own loop", 1.5), (swing, ":", "oil spring", width)):
+        for p, style, what, lw in (
+            (poles, "-", "motors' own loop", 1.5),
+            (np.array(oil)[:, None], ":", "oil spring", width),
+        ):
             line: dict[str, Any] = {"color": colours[str(mode)], "ls": style}
             damping = -p[:, 0].real / np.abs(p[:, 0])
             left.plot(kit.display(speeds, "speed"), damping, lw=lw, label=f"{mode}: {what}", **line)
@@ -143,13 +131,6 @@ def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] | None = None) -> Fi
     right.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
     left.legend(fontsize="small")
     return figure
-
-
-def _swing(crane: Crane, v_tip: float, mode: Mode) -> complex:
-    """The pole of the position loop of the inertia on the oil spring."""
-    A = full_matrices(crane, about(crane, v_tip, mode=mode), K_p=gains(crane).K_p)[0]
-    poles = np.linalg.eigvals(A[2:, 2:])
-    return complex(max((p for p in poles if p.imag > 0.0), key=lambda p: p.real))
 
 
 def all_sweeps(crane: Crane, alpha_m: float, *, delay: float = 0.0) -> dict[str, xarray.Dataset]:
@@ -170,6 +151,5 @@ def all_figures(
         "gain-limit": gain_limit_figure(crane, data["alpha_m"], data["slow"]),
         "sweeps": sweep_figure(crane, [d for name, d in data.items() if name not in ("alpha_m", "slow")]),
         "bode": bode_figure(crane, alphas, delay=delay),
-        "root-locus": root_locus_figure(crane, alphas),
         "motor-poles": motor_pole_figure(crane),
     }

@@ -1,4 +1,4 @@
-"""Stability over one quantity: sweeps of the published loop and of the complete plant, Bode data, root locus."""
+"""Stability over one quantity: sweeps of the published loop and of the complete plant, and Bode data."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import PAPER_C, place_limits, with_wire_damping
+from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.places import payloads_of_mode, places_of
-from stillhook.analysis.loop_stability.reduced import gain_limit
-from stillhook.analysis.loop_stability.stability import Stability, published_stability
-from stillhook.analysis.loop_stability.transfer import position_loop, sampled
+from stillhook.analysis.loop_stability.stability import Stability, stability
+from stillhook.analysis.loop_stability.transfer import position_loop
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
 from stillhook.errors import StillhookError
@@ -94,7 +93,7 @@ SWEPT = (
 )
 
 
-SWEPT_WIRES = (100.0,)
+SWEPT_WIRE = 100.0
 """Wire paid out in sweeps of the slow plant [m]: that of the usual scenarios."""
 SWEPT_SPEEDS = (2.0 / 60.0, 5.0 / 60.0)
 """Tip speeds of them [m/s], both directions."""
@@ -105,42 +104,34 @@ def slow_sweep(
     values: Sequence[float] | None = None,
     *,
     loads: Sequence[float] | None = None,
-    wires: Sequence[float] = SWEPT_WIRES,
-    zetas: Sequence[float] | None = None,
     delay: float = 0.0,
 ) -> xarray.Dataset:
-    """Gain limit of the complete plant with PLC where it is slow, over the wire's damping, displacement, payload and
-    wire paid out: the least of 2 and 5 m/min up and down.
+    """Gain limit of the complete plant with PLC where it is slow, over the wire's damping (the crane's own and that of
+    paper C), displacement and payload, with 100 m of wire paid out: the least of 2 and 5 m/min up and down.
 
     Parameters: values displacements [-], default from 0.8 alpha_min to 1; loads payloads [kg], default empty hook, 60 %
-    of the SWL (the most that HS carries) and SWL; wires [m]; zetas damping ratios of the wire [-], default the crane's
-    own and that of paper C; delay [s].
-    Returns: Dataset over ("wire_zeta", "alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates
-    without feedback, NaN where nothing holds the load.
+    of the SWL (the most that HS carries) and SWL; delay [s].
+    Returns: Dataset over ("wire_zeta", "alpha_m", "load") with K_p_ms_plc [1/m], 0 where the winch oscillates without
+    feedback, NaN where nothing holds the load.
     """
     import xarray
 
-    alphas = (
-        np.linspace(0.8 * crane.active.motor.alpha_min, 1.0, 14)
-        if values is None
-        else np.asarray(list(values), dtype=np.float64)
-    )
+    alphas = np.linspace(0.8 * crane.active.motor.alpha_min, 1.0, 14) if values is None else np.asarray(values)
     heaviest = payloads_of_mode(crane, CLASSIC[-1], shares=(0.0, 1.0))
     masses = (*heaviest, crane.SWL) if loads is None else tuple(loads)
-    dampings = (crane.wire.zeta, PAPER_C) if zetas is None else tuple(zetas)
-    limits = np.full((len(dampings), len(alphas), len(masses), len(wires)), math.nan)
+    dampings = (crane.wire.zeta, PAPER_C)
+    limits = np.full((len(dampings), len(alphas), len(masses)), math.nan)
     for at in np.ndindex(limits.shape):
-        h, i, j, k = at
+        h, i, j = at
         machine = with_wire_damping(crane, dampings[h])
-        places = places_of(masses[j : j + 1], wires[k : k + 1], SWEPT_SPEEDS)
+        places = places_of(masses[j : j + 1], (SWEPT_WIRE,), SWEPT_SPEEDS)
         with contextlib.suppress(StillhookError):
             result = place_limits(machine, DEFAULT_MODE, places, alpha_m=float(alphas[i]), delay=delay)
             limits[at] = min(0.0 if p.gains.alone else p.gains.high for p in result)
-    coords = {"wire_zeta": list(dampings), "alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
+    coords = {"wire_zeta": list(dampings), "alpha_m": alphas, "load": list(masses)}
     data = {"K_p_ms_plc": (tuple(coords), limits, attributes("K_p_ms_plc"))}
-    return xarray.Dataset(
-        data, coords={n: (n, v, attributes(n)) for n, v in coords.items()}, attrs={"crane": crane.name, "delay": delay}
-    )
+    attrs = {"crane": crane.name, "delay": delay, "s_w": SWEPT_WIRE}
+    return xarray.Dataset(data, coords={n: (n, v, attributes(n)) for n, v in coords.items()}, attrs=attrs)
 
 
 def sweep(
@@ -183,24 +174,21 @@ def _swept(crane: Crane, variable: Over, value: float, alpha_m: float, delay: fl
         for name in reversed(axis.path.split(".")):
             changes = {name: changes}
         machine = changed(crane, changes)
-    return published_stability(
+    return stability(
         machine,
         value if variable is Over.ALPHA_M else alpha_m,
-        int(value) if variable is Over.LAYER else None,
-        0.0,
-        value if variable is Over.DELAY else delay,
+        layer=int(value) if variable is Over.LAYER else None,
+        delay=value if variable is Over.DELAY else delay,
         strong=False,
     )
 
 
-def bode(
-    crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, delay: float = 0.0, omega: FloatArray | None = None
-) -> xarray.Dataset:
+def bode(crane: Crane, alpha_m: float = 1.0, *, delay: float = 0.0, omega: FloatArray | None = None) -> xarray.Dataset:
     """Magnitude [-] and unwrapped phase [rad] of the cut loop at the crane's K_p over omega [rad/s]: continuous, and
     with PLC and delay."""
     import xarray
 
-    plain = position_loop(crane, alpha_m, K_wire=K_wire)
+    plain = position_loop(crane, alpha_m)
     with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
     w = np.geomspace(0.01, with_plc.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
     data = {}
@@ -210,36 +198,3 @@ def bode(
         data[f"loop_phase{end}"] = ("omega", np.unwrap(np.angle(L)), attributes(f"loop_phase{end}"))
     fixed = {"crane": crane.name, "K_p": crane.control.K_p, "alpha_m": alpha_m, "delay": delay}
     return xarray.Dataset(data, coords={"omega": ("omega", w, attributes("omega"))}, attrs=fixed)
-
-
-def root_locus(
-    crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, K_p: Sequence[float] | None = None
-) -> xarray.Dataset:
-    """Poles of the published position loop [1/s] over K_p [1/m], each followed along its branch: real and imaginary
-    part."""
-    import xarray
-
-    loop = position_loop(crane, alpha_m, K_wire=K_wire)
-    limit = gain_limit(crane, alpha_m, K_wire).K_p_ms
-    at = (
-        np.concatenate([[0.0], np.geomspace(1e-3, 3.0, 200) * limit])
-        if K_p is None
-        else np.asarray(list(K_p), dtype=np.float64)
-    )
-    poles = [np.sort_complex(loop.closed_poles(float(at[0])))]
-    for K in at[1:]:
-        poles.append(_followed(poles[-1], loop.closed_poles(float(K))))
-    P = np.array(poles)
-    names = {"pole_re": P.real, "pole_im": P.imag}
-    data = {n: (("K_p", "branch"), v, attributes(n)) for n, v in names.items()}
-    return xarray.Dataset(
-        data, coords={"K_p": ("K_p", at, attributes("K_p"))}, attrs={"crane": crane.name, "alpha_m": alpha_m}
-    )
-
-
-def _followed(before: NDArray[np.complex128], now: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Poles in the order of those before, each the nearest one."""
-    from scipy.optimize import linear_sum_assignment
-
-    _, order = linear_sum_assignment(np.abs(before[:, None] - now[None, :]))
-    return np.asarray(now[order], dtype=np.complex128)

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.effects import with_value
 from stillhook.analysis.loop_stability.governing import by_engine, governing
-from stillhook.analysis.loop_stability.reduced import gain_limit
+from stillhook.analysis.loop_stability.stability import gain_limit
 from stillhook.base.choice import nearest
 from stillhook.control.interface import Setting as ControllerSetting
 from stillhook.control.registry import CONTROLLERS, ControlLaw

@@ -300,7 +300,6 @@ NAMES = (
     "gain-limit.png",
     "sweeps.png",
     "bode.png",
-    "root-locus.png",
     "motor-poles.png",
     "alpha_m.nc",
     "layer.nc",
