@@ -11,11 +11,9 @@ from stillhook.analysis.maps.settling import settling_map as settling_map
 from stillhook.analysis.operating_envelope.load_speed import envelope as envelope
 from stillhook.analysis.operating_envelope.load_speed import setting_curves as setting_curves
 from stillhook.analysis.steady.operating_point import OperatingPoint as OperatingPoint
-from stillhook.analysis.surface import full_stability as full_stability
 from stillhook.analysis.surface import operating_point as operating_point
 from stillhook.analysis.surface import stability as stability
 from stillhook.analysis.surface import strong_ssc as strong_ssc
-from stillhook.analysis.surface import sweep as sweep
 from stillhook.analysis.tuning.tune import Tuned as Tuned
 from stillhook.analysis.tuning.tune import tune as tune
 from stillhook.analysis.uncertainty.attribution import Alternative as Alternative

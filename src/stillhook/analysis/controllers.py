@@ -389,7 +389,6 @@ def compare(
 
 
 def _chosen(modes: Sequence[Mode | str]) -> list[Mode]:
-    """The modes to compare, each once."""
     if isinstance(modes, str) or not isinstance(modes, Iterable):
         raise ScenarioError(f'modes = {quote(modes)}: give a list, such as ["ns", "hs", "ssc"].')
     chosen = [mode_of(m) for m in modes]

@@ -3,24 +3,15 @@ in SI."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.loop_stability import stability as loop_stability
-from stillhook.analysis.loop_stability import sweeps
 from stillhook.analysis.loop_stability.stability import Stability
-from stillhook.analysis.loop_stability.sweeps import Over
 from stillhook.analysis.steady import operating_point as operation
 from stillhook.analysis.steady.operating_point import OperatingPoint
-from stillhook.control.registry import DEFAULT_MODE
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import FrictionModel, Mode, Water
+from stillhook.spec.scenario import Water
 from stillhook.units import parse
-
-if TYPE_CHECKING:
-    import xarray
 
 
 def stability(
@@ -58,103 +49,6 @@ def stability(
     )
 
 
-def full_stability(
-    crane: Crane,
-    *,
-    load: str,
-    s_w: str,
-    v_tip: str,
-    alpha_m: float | None = None,
-    mode: Mode | str = DEFAULT_MODE,
-    delay: str = "0 s",
-) -> tuple[Stability, OperatingPoint]:
-    """Margins of the complete plant at an operating point.
-
-    See `stillhook.analysis.loop_stability.stability.full_stability`.
-
-    Parameters
-    ----------
-    crane : Crane
-        The machine.
-    load : str
-        Payload, such as "100 t".
-    s_w : str
-        Wire paid out, such as "100 m".
-    v_tip : str
-        Steady speed of the tip, such as "60 m/min", up positive.
-    alpha_m : float, optional
-        Displacement of the motors over its maximum [-]; default where the mode's law holds them.
-    mode : Mode or str, default "ssc"
-        Controller.
-    delay : str, default "0 s"
-        Delay of the position feedback, such as "50 ms".
-
-    Returns
-    -------
-    Stability
-        Gain limit [1/m], margins and poles.
-    OperatingPoint
-        The point at which they hold.
-
-    Raises
-    ------
-    UnitError
-        For a quantity without its unit.
-    StillhookError
-        As there.
-    """
-    return loop_stability.full_stability(
-        crane,
-        load=parse(load, "mass", "load"),
-        s_w=parse(s_w, "length", "s_w"),
-        v_tip=parse(v_tip, "speed", "v_tip"),
-        alpha_m=alpha_m,
-        mode=mode,
-        delay=parse(delay, "time", "delay"),
-    )
-
-
-def sweep(
-    crane: Crane,
-    over: Over | str = Over.ALPHA_M,
-    values: Sequence[str] | Sequence[float] | None = None,
-    *,
-    alpha_m: float = 1.0,
-    delay: str = "0 s",
-) -> xarray.Dataset:
-    """Gain limit and margins over one quantity; see `stillhook.analysis.loop_stability.sweeps.sweep`.
-
-    Parameters
-    ----------
-    crane : Crane
-        The machine.
-    over : {"alpha_m", "layer", "leakage", "damping", "bulk_modulus", "delay"}
-        The quantity; default "alpha_m".
-    values : sequence of str or float, optional
-        With their unit, such as ["0 ms", "50 ms"]; plain numbers of displacements and layers alone; default a range
-        about the crane's own.
-    alpha_m : float, default 1.0
-        Displacement in sweeps over something else [-].
-    delay : str, default "0 s"
-        Delay of the position feedback, such as "50 ms".
-
-    Returns
-    -------
-    Dataset
-        Over that quantity [SI], variables as in `Stability`.
-
-    Raises
-    ------
-    UnitError
-        For a quantity without its unit.
-    StillhookError
-        As there.
-    """
-    kind = sweeps.AXES[Over(over)].kind if over in tuple(Over) else ""
-    at = [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)] if kind and values is not None else values
-    return sweeps.sweep(crane, over, at, alpha_m=alpha_m, delay=parse(delay, "time", "delay"))  # type: ignore[arg-type]
-
-
 def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
     """SSC with the strongest gain, aligned in time, for a motion signal that is late; see `controllers.strong_ssc`.
 
@@ -189,9 +83,6 @@ def operating_point(
     s_w: str,
     v_tip: str = "0 m/s",
     water: Water | None = None,
-    friction: FrictionModel = FrictionModel.LUGRE,
-    V_o: str | None = None,
-    alpha_pp: float | None = None,
 ) -> OperatingPoint:
     """Operating point of the complete plant at a constant wire speed.
 
@@ -213,12 +104,6 @@ def operating_point(
         Constant speed of the tip, such as "-80 m/min", up positive.
     water : Water, optional
         As in a Scenario; default none.
-    friction : FrictionModel
-        As in a Scenario; default LuGre.
-    V_o : str, optional
-        Oil in the accumulator, such as "600 L"; default mid stroke.
-    alpha_pp : float, optional
-        Setting of the passive pumps [-]; default the PLC's command once the mean pressure has settled.
 
     Returns
     -------
@@ -240,7 +125,4 @@ def operating_point(
         s_w=parse(s_w, "length", "s_w"),
         v_tip=parse(v_tip, "speed", "v_tip"),
         water=water,
-        friction=friction,
-        V_o=None if V_o is None else parse(V_o, "volume", "V_o"),
-        alpha_pp=alpha_pp,
     )

@@ -277,7 +277,6 @@ def _leaf(item: Item, value: Any, source: str, *, derived: bool = True) -> Chang
 
 
 def _times(item: Item, factor: float, of: str) -> Change:
-    """A number times a factor."""
     value = tuple(x * factor for x in item.value) if isinstance(item.value, tuple) else item.value * factor
     return _leaf(item, value, f"{factor:.4g} times that of {of}: {item.source.text}")
 
@@ -300,7 +299,6 @@ def _of_drive(of: Crane, parts: tuple[Part, ...], factors: Mapping[str, float]) 
 
 
 def _of_reference(reference: Crane) -> Iterator[Change]:
-    """Load, hook, drum and wire of the reference."""
     for item in items(reference):
         if item.path in ("SWL", "hook_mass") or _within(item.path, OF_REFERENCE):
             yield _leaf(item, item.value, item.source.text, derived=False)

@@ -92,12 +92,10 @@ class Governing(NamedTuple):
 
     @property
     def loop(self) -> SampledLoop | None:
-        """The loop that governs, with its PLC."""
         return None if self.governs is None else self.governs.loop
 
     @property
     def place(self) -> Place | None:
-        """Where it is."""
         return None if self.governs is None else self.governs.place
 
     @property
@@ -107,7 +105,6 @@ class Governing(NamedTuple):
 
     @property
     def no_gain(self) -> tuple[PlaceLimit, ...]:
-        """Places that no gain K_p stabilises."""
         return tuple(p for p in self.places if not p.gains.any)
 
     @property

@@ -159,7 +159,6 @@ def troubles(run: xarray.Dataset) -> dict[str, Estimate]:
 
 
 def failures(run: xarray.Dataset) -> dict[str, int]:
-    """Case -> draws that diverged."""
     return {str(c): int(np.count_nonzero(run["status"].sel(case=c).values == FAILED)) for c in run["case"].values}
 
 
@@ -250,7 +249,6 @@ def _indices(s: Sensitivity) -> dict[str, Any]:
         "converged": s.converged,
         "change": s.change,
         "runs": s.runs,
-        "statements": [*s.words(), s.convergence()],
     }
 
 
@@ -310,7 +308,6 @@ def _bands(label: str, case: dict[str, Any]) -> list[str]:
 
 
 def _chance_text(chance: dict[str, Any]) -> str:
-    """A chance with its interval."""
     share, low, high = (percent_fixed(chance[key], 1) for key in ("share", "low", "high"))
     return f"{share} ({low} to {high})"
 

@@ -44,7 +44,7 @@ def compare_drives(
     from stillhook.analysis.drives.sizing import drives as named
 
     crane, settings, names = subject.crane, subject.settings, named(drives)
-    check_out(out, (*FILES, *(sankey(name) for name in names)))
+    check_out(out, FILES)
     v_top = None if settings.top_speed is None else _speed(settings.top_speed)
     if plan is not None:
         from stillhook.plan.drives import plan_with_weather
@@ -71,11 +71,6 @@ def compare_drives(
     if out is not None:
         _write(out, result, data, title, quiet=json)
     return result.ok
-
-
-def sankey(name: str) -> str:
-    """File of the energy picture of a drive."""
-    return f"energy-{name}.png"
 
 
 def _speed(text: str) -> float:
@@ -164,10 +159,8 @@ def _days(value: Any) -> str:
 
 def _write(out: Path, result: DriveComparison, data: dict[str, Any], title: str, *, quiet: bool) -> None:
     def pictures() -> dict[str, Any]:
-        from stillhook.analysis.drives.figures import bars_figure, sankey_figure
+        from stillhook.analysis.drives.figures import bars_figure
 
-        return {FILES[2]: bars_figure(result, title=title)} | {
-            sankey(run.name): sankey_figure(run) for run in result.runs
-        }
+        return {FILES[2]: bars_figure(result, title=title)}
 
     write_out(out, {FILES[0]: data, FILES[1]: result.dataset()}, pictures=pictures, quiet=quiet)

@@ -177,7 +177,6 @@ def _rates(point: OperatingPoint, p: Any, commands: tuple[str, ...]) -> tuple[Fl
 
 
 def state_names(point: OperatingPoint) -> tuple[str, ...]:
-    """Names of the states of winch and load path."""
     return tuple(path.rpartition(".")[2] for path in paths(type(point.state)))
 
 
@@ -207,7 +206,6 @@ def _outputs(point: OperatingPoint, x: Any, commands: tuple[str, ...], inputs: F
 
 
 def _free_stops(p: Any) -> Any:
-    """Params whose displacement controls have no stops."""
 
     def free(servo: Servo) -> Servo:
         return servo._replace(lo=-FREE, hi=FREE, rate=NO_LIMIT)
