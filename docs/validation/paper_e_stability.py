@@ -13,14 +13,8 @@ from routh import gain_limit_by_poles, gain_limit_by_routh
 from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.loop_stability.figures import (
-    bode_figure,
-    gain_limit_figure,
-    motor_pole_figure,
-    sweep_figure,
-)
 from stillhook.analysis.loop_stability.governing import Governing, governing
-from stillhook.analysis.loop_stability.linear.linearisation import at_state, linearise
+from stillhook.analysis.loop_stability.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.places import wire_range
@@ -33,7 +27,14 @@ from stillhook.analysis.loop_stability.stability import (
     range_of_modes,
     stability,
 )
-from stillhook.analysis.loop_stability.sweeps import slow_sweep, sweep
+from stillhook.analysis.loop_stability.sweeps import (
+    bode_figure,
+    gain_limit_figure,
+    motor_pole_figure,
+    slow_sweep,
+    sweep,
+    sweep_figure,
+)
 from stillhook.analysis.loop_stability.transfer import (
     about,
     closed_loop_polynomial,

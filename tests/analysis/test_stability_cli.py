@@ -10,7 +10,6 @@ from stillhook import load_crane
 from stillhook.analysis.loop_stability.stability import gain_limit, least_limit, stability
 from stillhook.analysis.loop_stability.sweeps import Over, bode, slow_sweep, sweep
 from stillhook.cli import run
-from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.variables import BY_NAME
 
@@ -201,8 +200,3 @@ def test_bode_passes_minus_one_at_the_limit():
     data = bode(CRANE, 0.6, omega=np.array([limit.omega_c]))
     assert float(data["loop_gain"][0]) * limit.K_p_ms / CRANE.control.K_p == pytest.approx(1.0, rel=1e-9)
     assert math.cos(float(data["loop_phase"][0])) == pytest.approx(-1.0, abs=1e-9)
-
-
-def test_unknown_sweep_is_refused():
-    with pytest.raises(StillhookError, match=r'over = "moon": choose one of alpha_m, layer, leakage'):
-        sweep(CRANE, "moon")

@@ -119,13 +119,6 @@ def test_acceleration_feedforward_stays_in_the_linear_model():
     assert dropped > 3.0 * kept
 
 
-def test_inner_layers_are_lighter_and_turn_less_wire():
-    machine, K_wire = on_layer(CRANE, 6)
-    assert K_wire == pytest.approx(1.322614, abs=5e-7)
-    assert machine.inertia.J_m_eff < CRANE.inertia.J_m_eff
-    assert gain_limit(machine, 0.6, K_wire).K_p_ms > gain_limit(CRANE, 0.6).K_p_ms
-
-
 def test_bad_input_is_refused():
     with pytest.raises(StillhookError, match=r'layer = 13: "nov-250t" has layers 1 to 12'):
         on_layer(CRANE, 13)

@@ -1,6 +1,6 @@
 from stillhook.analysis.controllers import Controller as Controller
 from stillhook.analysis.controllers import controller as controller
-from stillhook.analysis.loop_stability.linear.linearisation import linearise as linearise
+from stillhook.analysis.loop_stability.linearisation import linearise as linearise
 from stillhook.analysis.loop_stability.stability import Stability as Stability
 from stillhook.analysis.loop_stability.stability import eigenfrequency as eigenfrequency
 from stillhook.analysis.loop_stability.stability import gain_limit as gain_limit
@@ -8,8 +8,8 @@ from stillhook.analysis.maps.monte_carlo import monte_carlo_map as monte_carlo_m
 from stillhook.analysis.maps.operability import operability_map as operability_map
 from stillhook.analysis.maps.result import Map as Map
 from stillhook.analysis.maps.settling import settling_map as settling_map
-from stillhook.analysis.operating_envelope.load_speed import envelope as envelope
-from stillhook.analysis.operating_envelope.load_speed import setting_curves as setting_curves
+from stillhook.analysis.steady.envelope import envelope as envelope
+from stillhook.analysis.steady.envelope import setting_curves as setting_curves
 from stillhook.analysis.steady.operating_point import OperatingPoint as OperatingPoint
 from stillhook.analysis.surface import operating_point as operating_point
 from stillhook.analysis.surface import stability as stability

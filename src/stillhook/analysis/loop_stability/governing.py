@@ -17,8 +17,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from stillhook.analysis.loop_stability.linear.engine_loop import engine_loop, engine_points, has_time, settled
-from stillhook.analysis.loop_stability.linear.linearisation import plc_loop
+from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points, has_time, settled
+from stillhook.analysis.loop_stability.linearisation import plc_loop
 from stillhook.analysis.loop_stability.loops import SampledLoop
 from stillhook.analysis.loop_stability.margins import (
     KEPT,

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from stillhook.analysis.loop_stability.linear.linearisation import linearise, plant_loop, plc_loop, settled_displacement
+from stillhook.analysis.loop_stability.linearisation import linearise, plant_loop, plc_loop, settled_displacement
 from stillhook.analysis.loop_stability.loops import Loop, SampledLoop, sampled
 from stillhook.analysis.loop_stability.margins import margins, strongest_up_to
 from stillhook.analysis.loop_stability.transfer import (

@@ -1,4 +1,5 @@
-"""Stability over one quantity: sweeps of the published loop and of the complete plant, and Bode data."""
+"""Stability over one quantity: sweeps of the published loop and of the complete plant, Bode data, and their pictures:
+gain limit over displacement (paper E figure 5), sweeps, Bode, poles over tip speed."""
 
 from __future__ import annotations
 
@@ -13,18 +14,24 @@ import numpy as np
 from stillhook.analysis.loop_stability.governing import PAPER_C, place_limits, with_wire_damping
 from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.places import payloads_of_mode, places_of
-from stillhook.analysis.loop_stability.stability import Stability, stability
-from stillhook.analysis.loop_stability.transfer import position_loop
+from stillhook.analysis.loop_stability.stability import Stability, range_of_modes, stability
+from stillhook.analysis.loop_stability.transfer import about, full_matrices, motor_poles, position_loop
+from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
+from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
 from stillhook.library import changed
+from stillhook.report import kit
+from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.spec.crane import Crane
-from stillhook.units import KINDS
+from stillhook.spec.scenario import Mode
+from stillhook.units import KINDS, show
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.figure import Figure
 
 
 class Over(StrEnum):
@@ -93,6 +100,8 @@ SWEPT = (
 )
 
 
+SPEED_POINTS = 60
+"""Tip speeds of the picture of pole movement."""
 SWEPT_WIRE = 100.0
 """Wire paid out in sweeps of the slow plant [m]: that of the usual scenarios."""
 SWEPT_SPEEDS = (2.0 / 60.0, 5.0 / 60.0)
@@ -198,3 +207,130 @@ def bode(crane: Crane, alpha_m: float = 1.0, *, delay: float = 0.0, omega: Float
         data[f"loop_phase{end}"] = ("omega", np.unwrap(np.angle(L)), attributes(f"loop_phase{end}"))
     fixed = {"crane": crane.name, "K_p": crane.control.K_p, "alpha_m": alpha_m, "delay": delay}
     return xarray.Dataset(data, coords={"omega": ("omega", w, attributes("omega"))}, attrs=fixed)
+
+
+def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) -> Figure:
+    """K_p of marginal stability over displacement, with and without PLC, the range of each mode, K_p itself (paper E
+    figure 5); next to the published loop the complete plant at low speed, with the crane's own damping of
+    the wire and with that of paper C.
+
+    data: `sweep(crane, "alpha_m")`; slow: `slow_sweep(crane)`.
+    """
+
+    def at(alpha_m: Any) -> Any:
+        return kit.display(np.asarray(alpha_m) * crane.active.motor.D_total, "displacement")
+
+    title = f"{crane.name}: position gain at which the winch starts to oscillate"
+    figure, ax = kit.panel((7.5, 5.4), title)
+    D, K_p = at(data["alpha_m"].values), crane.control.K_p
+    late = f" and {1e3 * data.attrs['delay']:g} ms of delay" if data.attrs["delay"] else ""
+    with_plc = f"with PLC ({1e3 * crane.control.t_cycle:g} ms){late}"
+    ax.plot(D, data["K_p_ms"], color=COLOURS[0], label="published loop")
+    ax.plot(D, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label=with_plc)
+    for colour, load in zip(COLOURS[2:], slow["load"].values, strict=False):
+        name = "empty hook" if load == 0.0 else show(float(load), "mass", 4)
+        for style, zeta in zip(("-", ":"), slow["wire_zeta"].values, strict=False):
+            label = f"slow plant, {name}, wire damping {zeta:g}"
+            limits = slow["K_p_ms_plc"].sel(load=load, wire_zeta=zeta)
+            ax.plot(at(slow["alpha_m"].values), limits, color=colour, ls=style, lw=1.0, label=label)
+    ax.axhline(K_p, color=GREY, ls=":", label=f"K_p of the crane, {K_p:g} 1/m")
+    for i, (mode, ends) in enumerate(range_of_modes(crane).items()):  # the displacements that each mode takes
+        x, y, frame = at(ends), 0.03 + 0.045 * i, ax.get_xaxis_transform()
+        ax.plot(x, [y, y], color=GREY, lw=4, marker="D" if x[0] == x[1] else "", ms=5, transform=frame)
+        ax.text(x[0], y, f"{mode.upper()}  ", fontsize="x-small", va="center", ha="right", transform=frame)
+    ax.set(xlabel="motor displacement [cm³/rev]", ylabel="K_p of marginal stability [1/m]")
+    ax.set(ylim=(0.0, None), xlim=(D[0], D[-1]))
+    ax.legend(loc="upper left", fontsize="x-small", ncols=2)
+    return figure
+
+
+def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
+    """Gain limits over layer, leakage, damping, bulk modulus, delay, each in its own panel."""
+    columns, rows = 3, math.ceil(len(sweeps) / 3)
+    title = f"{crane.name}: what the gain limit depends on, motors at {sweeps[0].attrs['alpha_m']:g}"
+    figure, axes = kit.panels(rows, columns, (10.5, 3.4 * rows), title)
+    axes = axes.ravel()
+    for ax, data in zip(axes, sweeps, strict=False):
+        name = str(data["K_p_ms"].dims[0])
+        kind, label = next((axis.kind, axis.label) for axis in AXES.values() if axis.name == name)
+        x = kit.display(data[name].values, kind)
+        ax.plot(x, data["K_p_ms"], color=COLOURS[0], label="published loop")
+        ax.plot(x, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label="with PLC and delay")
+        ax.axhline(crane.control.K_p, color=GREY, ls=":", label="K_p of the crane")
+        ax.set(xlabel=label, ylabel="K_p limit [1/m]", ylim=(0.0, None))
+        if name == "layer":
+            ax.set_xticks([v for v in x if v % 2 == 0])
+    for ax in axes[len(sweeps) :]:
+        ax.set_axis_off()
+    kit.legend_below(figure, [axes[0]], 4)
+    return figure
+
+
+def bode_figure(crane: Crane, alphas: tuple[float, ...] = (1.0,), *, delay: float = 0.0) -> Figure:
+    """Magnitude and phase of the cut loop at the crane's K_p, solid as published, dashed with PLC and delay."""
+    late = f" and {1e3 * delay:g} ms of delay" if delay else ""
+    title = f"{crane.name}, K_p = {crane.control.K_p:g} 1/m: solid as published, dashed with PLC{late}"
+    figure, axes = kit.panels(2, 1, (7.5, 6.5), title, sharex=True)
+    top, bottom = axes.ravel()
+    for colour, alpha in zip(COLOURS * 2, alphas, strict=False):
+        data = bode(crane, alpha, delay=delay)
+        w = data["omega"].values
+        for end, style, label in (("", "-", f"motors at {alpha:.3g}"), ("_plc", "--", None)):
+            top.loglog(w, data[f"loop_gain{end}"], color=colour, ls=style, lw=1.2, label=label)
+            bottom.semilogx(w, np.degrees(data[f"loop_phase{end}"]), color=colour, ls=style, lw=1.2)
+    top.axhline(1.0, color=GREY, lw=0.8)
+    bottom.axhline(-180.0, color=GREY, lw=0.8)
+    top.set(ylabel="loop gain [-]", ylim=(1e-5, 30.0))
+    bottom.set(ylabel="phase [deg]", xlabel="frequency [rad/s]", ylim=(-720.0, 0.0), yticks=range(-720, 1, 90))
+    top.legend(fontsize="small")
+    return figure
+
+
+def motor_pole_figure(crane: Crane) -> Figure:
+    """Poles of the motors' own loop and of the circuit in the position loop as the tip's speed rises under SSC, at the
+    crane's K_p."""
+    title = f"{crane.name}: what SSC's measured displacement does to the poles as the tip moves faster"
+    figure, axes = kit.panels(1, 2, (10.0, 4.4), title)
+    left, right = axes.ravel()
+    modes = tuple(mode for mode in Mode if mode.compensates and moves(crane, mode))
+    colours = colours_of(map(str, modes))
+    for mode in modes:
+        speeds = np.linspace(0.0, 0.999 * speed_limit(crane, mode), SPEED_POINTS)
+        poles = np.array([motor_poles(crane, v, mode=mode) for v in speeds])
+        loops = [full_matrices(crane, about(crane, v, mode=mode), K_p=gains(crane).K_p)[0][2:, 2:] for v in speeds]
+        oil = [max((p for p in np.linalg.eigvals(A) if p.imag > 0.0), key=lambda p: p.real) for A in loops]
+        width = 3.0 if mode is modes[0] else 1.2
+        for p, style, what, lw in (
+            (poles, "-", "motors' own loop", 1.5),
+            (np.array(oil)[:, None], ":", "oil spring", width),
+        ):
+            line: dict[str, Any] = {"color": colours[str(mode)], "ls": style}
+            damping = -p[:, 0].real / np.abs(p[:, 0])
+            left.plot(kit.display(speeds, "speed"), damping, lw=lw, label=f"{mode}: {what}", **line)
+            right.plot(p.real, p.imag, lw=width, **line)
+    left.set(xlabel="steady tip speed [m/min]", ylabel="damping ratio [-]", ylim=(0.0, 1.05))
+    right.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
+    left.legend(fontsize="small")
+    return figure
+
+
+def all_sweeps(crane: Crane, alpha_m: float, *, delay: float = 0.0) -> dict[str, xarray.Dataset]:
+    """The data behind the pictures, by file name without its ending."""
+    data = {
+        over: sweep(crane, over, alpha_m=alpha_m, delay=delay)
+        for over in ("alpha_m", "layer", "leakage", "damping", "bulk_modulus")
+    }
+    data["delay"] = sweep(crane, "delay", alpha_m=alpha_m)
+    return data | {"slow": slow_sweep(crane, delay=delay)}
+
+
+def all_figures(
+    crane: Crane, alphas: tuple[float, ...], data: Mapping[str, xarray.Dataset], *, delay: float = 0.0
+) -> dict[str, Figure]:
+    """Pictures by file name without its ending; data of `all_sweeps`."""
+    return {
+        "gain-limit": gain_limit_figure(crane, data["alpha_m"], data["slow"]),
+        "sweeps": sweep_figure(crane, [d for name, d in data.items() if name not in ("alpha_m", "slow")]),
+        "bode": bode_figure(crane, alphas, delay=delay),
+        "motor-poles": motor_pole_figure(crane),
+    }

@@ -317,7 +317,7 @@ def _write(
     out: Path, crane: Crane, asked: list[float | None], table: dict[str, Any], delay: float, *, quiet: bool
 ) -> None:
     """Pictures and sweeps of the published loop and of the slow plant, and the table."""
-    from stillhook.analysis.loop_stability.figures import all_figures, all_sweeps
+    from stillhook.analysis.loop_stability.sweeps import all_figures, all_sweeps
 
     alphas = tuple(dict.fromkeys(1.0 if a is None else a for a in asked))
     data = all_sweeps(crane, alphas[0], delay=delay)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.linear.differences import (
+from stillhook.analysis.loop_stability.differences import (
     STEP,
     cycles_at,
     numbers_of,

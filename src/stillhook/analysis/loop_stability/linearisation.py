@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.linear.differences import (
+from stillhook.analysis.loop_stability.differences import (
     STEP,
     Batch,
     cycles_at,
