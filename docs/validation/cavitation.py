@@ -7,14 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray
-from blocks import Blocks, picture, save
+from blocks import Blocks
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
 from stillhook.physics.hydraulics.lines import P_VAPOUR, line_pressure, void_volume
 from stillhook.physics.hydraulics.pump import PumpLeak
-from stillhook.report.plots.colours import COLOURS
 from stillhook.winches.circuits.active import ActiveCircuit, active_flows
 
 BAR, LITRE = 1.0e5, 1.0e-3
@@ -82,7 +81,7 @@ def bare() -> ActiveCircuit:
     )
 
 
-def separation() -> tuple[list[tuple[str, tuple[float, float, str]]], float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def separation() -> tuple[list[tuple[str, tuple[float, float, str]]], float]:
     """A line out of which a given flow is drawn, and pushed back from TURNS on: times and void, closed form beside
     it."""
     A, P = bare(), P_0
@@ -98,11 +97,11 @@ def separation() -> tuple[list[tuple[str, tuple[float, float, str]]], float, tup
         "void is closed after": (float(t[len(t) - np.argmax(void[::-1] > 0.0)]), 2.0 * TURNS - dry, "s"),
         "back at the first pressure after": (float(t[np.argmax((t > TURNS) & (p >= P_0))]), 2.0 * TURNS, "s"),
     }
-    return list(closed.items()), max(abs(ours / theirs - 1.0) for ours, theirs, _ in closed.values()), (t, p, void)
+    return list(closed.items()), max(abs(ours / theirs - 1.0) for ours, theirs, _ in closed.values())
 
 
-def compute() -> tuple[Blocks, Any]:
-    closed, off, drained = separation()
+def compute() -> tuple[Blocks, None]:
+    closed, off = separation()
     rows, steps, worst, least = [], [], 0.0, 0.0
     for name, case in CASES.items():
         data = run(case)
@@ -113,21 +112,4 @@ def compute() -> tuple[Blocks, Any]:
     first = CASES["active/passive"]
     notes = run(first, warm_up="15 s", duration="60 s")
     blocks = {"claims": locals(), "closed": closed, "runs": rows, "steps": steps, "note": {"notes": notes}}
-    return blocks, (drained, run(first))
-
-
-def draw(shown: Any) -> None:
-    (t, p, void), data = shown
-    figure = picture(9.0, 3.2)
-    left, right = figure.subplots(1, 2)
-    left.plot(t, p / BAR, color=COLOURS[0])
-    left.set(xlabel="time [s]", ylabel="pressure [bar]", title="a drained line")
-    beside = left.twinx()
-    beside.plot(t, void / LITRE, color=COLOURS[1])
-    beside.set_ylabel("void [L]")
-    early = data["time"].values < 3.0
-    right.plot(data["time"].values[early], data["p_a"].values[early] / BAR, color=COLOURS[0], label="p_a")
-    right.plot(data["time"].values[early], data["p_b"].values[early] / BAR, color=COLOURS[1], label="p_b")
-    right.set(xlabel="time [s]", ylabel="pressure [bar]", title="250 t crane, sudden start")
-    right.legend()
-    save(figure, "cavitation.png")
+    return blocks, None

@@ -12,10 +12,18 @@ from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
-from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
+from stillhook.analysis.effects import scaled
+from stillhook.analysis.tuning.comparison import (
+    VARIATIONS,
+    Outcome,
+    Point,
+    bars_figure,
+    outcomes,
+    pareto_figure,
+    variations,
+)
 from stillhook.analysis.tuning.objective import Limits, Score, hold_out, loop_margins, scenarios, scored
 from stillhook.analysis.tuning.parameters import present, with_settings
-from stillhook.analysis.tuning.tune import VARIATIONS, Outcome, Point, outcomes, scaled, variations
 from stillhook.engine.simulate import run_cases
 from stillhook.units import show
 

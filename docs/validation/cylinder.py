@@ -6,13 +6,12 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, Table, panel, picture, save
+from blocks import Blocks, Table
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack, wire_speed_max
 from stillhook.engine.simulate import run_cases, whole
 from stillhook.library.crane_file import changed
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.scenario import Operator
 from stillhook.units import show
 from stillhook.winches.load_path.load import Point
@@ -199,7 +198,7 @@ def assumed_rows() -> list[tuple[str, ...]]:
     return [(kind, str(len(places)), ", ".join(places)) for kind, places in sorted(kinds.items())]
 
 
-def compute() -> tuple[Blocks, tuple[dict[str, Compared], list[tuple[float, float, float]]]]:
+def compute() -> tuple[Blocks, None]:
     pairs, waves = {name: compared(tip) for name, tip in TIPS.items()}, harmonics()
     audits = audited()
     losses = ("pump", "boost", "make_up", "winch", "tip", "friction", "leakage", "relief", "flushing", "cushion")
@@ -213,7 +212,7 @@ def compute() -> tuple[Blocks, tuple[dict[str, Compared], list[tuple[float, floa
         "energy": Table(("kJ", *(k.replace("_", " ") for k in losses), "not accounted for"), rows),
         "steps": step_rows(),
         "sources": assumed_rows(),
-    }, (pairs, waves)
+    }, None
 
 
 def ideal_row(name: str, pair: Compared) -> dict[str, Any]:
@@ -232,33 +231,3 @@ def claims(
     ideal = max(float(np.abs(p.ours - p.ideal).max() / np.ptp(p.s_tip)) for p in pairs.values())
     audit = max(abs(part) for _, part, _ in audits)
     return locals()
-
-
-def draw(shown: tuple[dict[str, Compared], list[tuple[float, float, float]]]) -> None:
-    pairs, waves = shown
-    figure = picture(10.0, 6.4)
-    axes = figure.subplots(2, 2)
-    for ax, (name, pair) in zip(axes.flat, pairs.items(), strict=False):
-        ax.plot(pair.t, -pair.s_tip, color=GREY, lw=1.0, label="asked: tip mirrored")
-        ax.plot(pair.t, pair.ours, color=COLOURS[0], lw=1.6, label="twin")
-        ax.plot(pair.t, pair.ideal, color="black", lw=0.9, ls=":", label="ideal compensator")
-        panel(ax, name, "time [s]", "wire taken in [m]", legend=False)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    r = np.linspace(0.05, 1.0, 200)
-    last = axes[1, 1]
-    last.plot(
-        r,
-        2.0 / math.pi * (np.arcsin(r) + r * np.sqrt(1.0 - r * r)),
-        color="black",
-        lw=0.9,
-        ls=":",
-        label="clipped sine",
-    )
-    last.plot([w[0] for w in waves], [w[2] for w in waves], "o", color=COLOURS[0], label="twin, feedforward alone")
-    panel(
-        last,
-        "first harmonic beyond full speed",
-        "full wire speed over the tip's [-]",
-        "speed of wire over that of the tip [-]",
-    )
-    save(figure, "cylinder.png")

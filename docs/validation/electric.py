@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from blocks import Blocks, Rows, Table, panel, picture, save
+from blocks import Blocks, Rows, Table
 
 from stillhook import Scenario, load_crane
 from stillhook.analysis.steady.limits import Direction, top_of_drive
@@ -19,7 +19,6 @@ from stillhook.library import changed
 from stillhook.physics.electric import machine
 from stillhook.physics.electric.machine import Body, time_to_limit
 from stillhook.physics.scalar import G
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator
 from stillhook.winches.types import electric
@@ -105,17 +104,16 @@ def step_decay() -> tuple[float, float]:
     return -math.log(e[2250] / e[2100]) / 1.5, slow
 
 
-def compute() -> tuple[Blocks, ScenarioRun]:
-    wave = run(**WAVE)
+def compute() -> tuple[Blocks, None]:
     return {
-        "claims": claims(wave),
+        "claims": claims(run(**WAVE)),
         "poles": pole_table(),
         "envelope": envelope_table(),
         "steps": step_table(),
         "energy": energy_table(),
         "limits": limit_table(),
         "assumed": assumed(),
-    }, wave
+    }, None
 
 
 def row(ours: float, theirs: float, unit: str, digits: int, allowed: float) -> tuple[str, str, str]:
@@ -353,30 +351,3 @@ def assumed() -> str:
     parts = [f"{count} {kind}" for kind, count in sorted(kinds.items())]
     names = ", ".join(f"`{path.removeprefix('electric.')}`" for path, s in own.items() if s.kind.value == "assumed")
     return f"Of the {len(own)} numbers of `[electric]`: {', '.join(parts)}. Assumed: {names}."
-
-
-def draw(wave: ScenarioRun) -> None:
-    figure = picture(10.0, 6.6)
-    power, torque, store, error = figure.subplots(2, 2).flat
-    from_0 = round(60.0 / wave.t_cycle)
-    t = np.arange(len(wave.column("s_w")))[from_0:] * wave.t_cycle
-
-    def shown(name: str) -> np.ndarray:
-        return wave.column(name)[from_0:]
-
-    power.plot(t, shown("P_dc") / 1e3, color=COLOURS[0], lw=1.3, label="inverters, from the DC link")
-    power.plot(t, shown("P_el") / 1e3, color=COLOURS[1], lw=1.3, label="grid")
-    power.set_ylabel("power [kW]")
-    power.legend(fontsize="small", frameon=False, loc="lower center", ncols=2)
-    power.set_ylim(-400.0, 400.0)
-    torque.plot(t, shown("T_m") / 1e3, color=COLOURS[0], lw=1.3)
-    torque.set_ylabel("torque of all machines [kN m]")
-    store.plot(t, shown("E_store") / 1e6, color=COLOURS[0], lw=1.3)
-    store.set_ylabel("energy of the store [MJ]")
-    error.plot(t, 1e3 * shown("e_c"), color=COLOURS[0], lw=1.3)
-    error.set_ylabel("error of compensation [mm]")
-    for ax in (power, torque, store, error):
-        panel(ax, x="time [s]", legend=False)
-    power.axhline(0.0, color=GREY, lw=0.8)
-    figure.suptitle("nov-100t-electric, 47 t, sine of 1 m and 10 s", fontsize="medium")
-    save(figure, "electric.png")

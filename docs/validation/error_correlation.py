@@ -8,17 +8,15 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from blocks import Blocks, Table, panel, picture, save
+from blocks import Blocks, Table
 from numpy.typing import NDArray
 from scipy.signal import butter as band_filter
 from scipy.signal import lfilter, sosfilt
 
-from stillhook.report.plots.colours import COLOURS
 from stillhook.statistics.estimate import Estimate, half_of_mean
 from stillhook.validate.ahc.measures import THIN, case_correlation, mean_correlation
 
 SLOW_PAGE = True
-PICTURE = "error-correlation.png"
 FloatArray = NDArray[np.float64]
 
 LENGTHS = ((200.0, 1500.0, 300.0), (200.0, 300.0), (200.0, 1500.0, 200.0, 300.0))
@@ -109,18 +107,12 @@ def rows(campaigns: int = CAMPAIGNS) -> Iterator[Row]:
             yield row(lengths, scatter, campaigns, 10 * i + k)
 
 
-class Shown(NamedTuple):
-    """Rows of the table."""
-
-    rows: tuple[Row, ...]
-
-
 def share(x: float) -> str:
     return f"{100.0 * x:.1f} %"
 
 
-def compute() -> tuple[Blocks, Shown]:
-    """Blocks of the page, and what its picture shows."""
+def compute() -> tuple[Blocks, None]:
+    """Blocks of the page."""
     found = tuple(rows())
     head = ("load cases", "scatter of z", "intervals that hold the truth", "all below it", "all above it")
     lines = [{"r": r} for r in found]
@@ -130,22 +122,4 @@ def compute() -> tuple[Blocks, Shown]:
     return {
         "claims": locals(),
         "coverage": Table((*head, "lower end, median", "lower end before"), lines),
-    }, Shown(found)
-
-
-def draw(shown: Shown) -> None:
-    figure = picture(10.0, 4.2)
-    left, right = figure.subplots(1, 2)
-    for colour, cases in zip(COLOURS, sorted({r.cases for r in shown.rows}), strict=False):
-        own = [r for r in shown.rows if r.cases == cases]
-        x = [r.scatter for r in own]
-        left.plot(x, [100.0 * r.held for r in own], "o-", color=colour, label=f"{cases} load cases")
-        right.plot(x, [r.low for r in own], "o-", color=colour, label=f"{cases} load cases")
-        right.plot(x, [r.low_before for r in own], "o:", color=colour)
-    left.axhline(95.0, color="0.5", lw=1.0)
-    right.axhline(LIMIT, color="0.5", lw=1.0)
-    left.set(ylabel="intervals that hold the truth [%]", ylim=(80.0, 101.0))
-    right.set(ylabel="lower end of the interval, median [-]", ylim=(-0.8, 1.0))
-    for ax in (left, right):
-        panel(ax, x="scatter of z between load cases [-]", small=False)
-    save(figure, PICTURE)
+    }, None

@@ -8,13 +8,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from blocks import Blocks, percent, picture, save
+from blocks import Blocks, percent
 
 from stillhook import load_crane
 from stillhook.engine.simulate import simulate
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import read_payload, vessel_file
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import sigmas
 from stillhook.response.suspended_load import (
@@ -162,7 +161,7 @@ def closed_forms() -> tuple[float, float, float]:
     return worst, abs(stretch), abs(gain)
 
 
-def compute() -> tuple[Blocks, list[Pair]]:
+def compute() -> tuple[Blocks, None]:
     pairs = [compared(case) for case in CASES]
 
     def worst(wanted: Sequence[Pair], first: int = 1) -> float:
@@ -179,40 +178,4 @@ def compute() -> tuple[Blocks, list[Pair]]:
             ("largest scatter of a mean over the seeds", percent(scatter, digits=1)),
             ("slings slack in time, largest share", percent(max(p.slack for p in pairs), digits=2)),
         ],
-    }, pairs
-
-
-def draw(shown: Sequence[Pair]) -> None:
-    residual = identify_residual(CRANE, shown[6].load.duty)
-    figure = picture(10.0, 4.4)
-    left, right = figure.subplots(1, 2)
-    v = np.geomspace(0.005, 5.0, 300)
-    for colour, T in zip(COLOURS, (4.0, 8.0, 16.0), strict=False):
-        left.loglog(v, np.abs(residual.at(2.0 * math.pi / T, v)), color=colour, label=f"{T:g} s")
-    omega = np.array([2.0 * math.pi / 8.0])
-    left.loglog(
-        v, np.abs(residual.gaussian(omega, v / math.sqrt(2.0)))[:, 0], color=GREY, ls="--", label="irregular, 8 s"
-    )
-    left.set_xlabel("speed amplitude of the tip; irregular: √2 deviations [m/s]")
-    left.set_ylabel("|C|, wire's end over tip")
-    left.legend(frameon=False)
-    places = ["in air" if p.case.z > 0.0 else f"{-p.case.z:.0f} m deep" for p in shown]
-    names = [
-        f"{p.case.payload.split('-')[0]} {where}, Hs {p.case.H_s:g} m" for p, where in zip(shown, places, strict=True)
-    ]
-    y = np.arange(len(shown))[::-1]
-    for i, (label, marker) in enumerate((("load", "o"), ("tip tension", "s"), ("sling", "^"))):
-        right.plot(
-            [p.computed[i + 1] / p.time[i + 1] for p in shown], y, marker, color=COLOURS[i], label=label, alpha=0.8
-        )
-    right.axvline(1.0, color=GREY, lw=1)
-    right.axhline(len(shown) - 5.5, color=GREY, lw=1, ls=":")
-    right.text(0.62, len(shown) - 5.4, "brake", va="bottom", color=GREY)
-    right.text(0.62, len(shown) - 5.6, "AHC", va="top", color=GREY)
-    right.set_yticks(y, names, fontsize="small")
-    right.set_xlim(0.6, 1.4)
-    right.set_xlabel("road over time domain, deviations")
-    right.legend(frameon=False, fontsize="small", loc="lower right")
-    for ax in (left, right):
-        ax.grid(alpha=0.3)
-    save(figure, "frequency-domain-method.png")
+    }, None

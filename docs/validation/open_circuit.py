@@ -8,13 +8,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from blocks import Blocks, picture, save
+from blocks import Blocks
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
 from stillhook.physics.hydraulics.valves import spool_opening
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.scenario import Operator, PowerLoss
 from stillhook.winches.types import open_circuit
 
@@ -216,7 +215,7 @@ def assumed() -> str:
     return f"Of the {len(own)} numbers of the circuit: {read}. `stillhook crane {NAME}` names the source of each."
 
 
-def compute() -> tuple[Blocks, Any]:
+def compute() -> tuple[Blocks, None]:
     matched = with_circuit(MATCHED)
     speeds, off_speed = speed_rows(matched)
     ratio, power, efficiency = power_curve(matched)
@@ -234,32 +233,4 @@ def compute() -> tuple[Blocks, Any]:
         "steps": step_rows(),
         "sources": assumed(),
         "swing": swing_rows(),
-    }, (ratio, power, efficiency, simulate(CRANE, Scenario(load="10 t", **SEA), every="20 ms"))
-
-
-def draw(shown: Any) -> None:
-    ratio, power, efficiency, run = shown
-    figure = picture(10.0, 4.2)
-    left, right = figure.subplots(1, 2)
-    line = np.linspace(0.0, 1.0, 201)
-    closed = 1.5 * math.sqrt(3.0) * line * np.sqrt(1.0 - line)
-    left.plot(line, closed, color=COLOURS[0], lw=1.0, label="power, closed form")
-    left.plot(ratio, power, "o", color=COLOURS[0], ms=4, label="power, runs")
-    left.plot(line, line, color=COLOURS[1], lw=1.0, label="efficiency, closed form")
-    left.plot(ratio, efficiency, "s", color=COLOURS[1], ms=4, label="efficiency, runs")
-    left.axvline(2.0 / 3.0, color=GREY, lw=0.8, ls=":")
-    left.set_xlabel("load pressure over supply pressure")
-    left.set_ylabel("over the most power, and part of the pumps' power")
-    t = run.time.values
-    window = (t >= 35.0) & (t <= 50.0)
-    names = {"p_a": "line A, hoisting", "p_b": "line B, lowering", "p_s": "supply"}
-    for colour, (name, text) in zip(COLOURS, names.items(), strict=False):
-        right.plot(t[window], run[name].values[window] / BAR, color=colour, lw=1.2, label=text)
-    right.set_xlabel("time [s]")
-    right.set_ylabel("pressure [bar]")
-    right.set_title("10 t compensated in a sine of 1 m, 10 s", fontsize="medium")
-    right.set_ylim(0.0, 275.0)
-    for ax in (left, right):
-        ax.legend(fontsize="small", frameon=False, loc="upper left" if ax is left else "upper right")
-        ax.grid(alpha=0.3)
-    save(figure, "open-circuit.png")
+    }, None

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, Table, panel, picture, save
+from blocks import Blocks, Table
 from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import place_limits
@@ -17,7 +17,6 @@ from stillhook.engine.scenario.summary import OSCILLATES
 from stillhook.engine.simulate import simulate
 from stillhook.kernels.oscillation import SMALLEST
 from stillhook.library import load_crane
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
 from stillhook.sea.spectra.parametric import Jonswap
@@ -220,7 +219,7 @@ def share(part: int, whole: int) -> str:
     return f"{part} of {whole}"
 
 
-def compute() -> tuple[Blocks, list[Steady]]:
+def compute() -> tuple[Blocks, None]:
     steady = [row for name in CRANES for row in steady_runs(name)]
     waves = [row for name in CRANES for row in runs_in_waves(name)]
     parts = (*TIMES, None)
@@ -243,19 +242,4 @@ def compute() -> tuple[Blocks, list[Steady]]:
             [(f"{x:g}", *tallied([r for r in waves if r.part == x]).cells()) for x in GAINS],
         ),
     }
-    return blocks, steady
-
-
-def draw(rows: list[Steady]) -> None:
-    figure = picture(6.5, 4.0)
-    ax = figure.subplots()
-    named = [r for r in rows if r.named and r.truth]
-    for i, name in enumerate(CRANES):
-        x = [60.0 * r.late for r in named if r.crane == name]
-        y = [60.0 * r.v_w for r in named if r.crane == name]
-        ax.loglog(x, y, ".", color=COLOURS[i % len(COLOURS)], ms=5, label=name)
-    ends = np.array([0.5, 200.0])
-    ax.loglog(ends, ends, color=GREY, lw=1)
-    panel(ax, x="swing of the wire's speed in the series, last 15 s [m/min]", y="oscillation_v_w [m/min]", legend=False)
-    ax.legend(fontsize="x-small")
-    save(figure, "oscillation.png")
+    return blocks, None

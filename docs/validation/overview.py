@@ -9,7 +9,7 @@ from blocks import HERE, table
 from trials.reduced_model import simulate_reduced
 
 from stillhook import Sine, load_crane
-from stillhook.analysis.loop_stability.reduced import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.stability import eigenfrequency, gain_limit
 from stillhook.analysis.steady.steady_state import reduction_lead, steady
 from stillhook.engine.pack.winch import gains, wire_speed_max
 from stillhook.library import changed

@@ -12,8 +12,8 @@ import xarray
 from blocks import Blocks, percent, save
 
 from stillhook import Crane, Scenario, load_crane
-from stillhook.analysis.operating_envelope.figures import layer_figure, load_speed_figure, setting_figure
-from stillhook.analysis.operating_envelope.load_speed import envelope, setting_curves
+from stillhook.analysis.steady.envelope import envelope, setting_curves
+from stillhook.analysis.steady.figures import layer_figure, load_speed_figure, setting_figure
 from stillhook.analysis.steady.limits import Direction, Station, Top
 from stillhook.analysis.steady.steady_state import speed_limit, steady, wire_out_on
 from stillhook.engine.pack.winch import wire_speed_max

@@ -13,7 +13,7 @@ from blocks import Blocks, percent, picture, save
 from trials.ringing import rms_above
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
-from stillhook.analysis.loop_stability.reduced import eigenfrequency
+from stillhook.analysis.loop_stability.stability import eigenfrequency
 from stillhook.library import changed
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.motion.motion import Motion, Sum

@@ -15,7 +15,7 @@ from blocks import Blocks, Table, picture, save
 from trials.ringing import Ringing, ringing
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.loop_stability.reduced import Eigenfrequency, eigenfrequency
+from stillhook.analysis.loop_stability.stability import Eigenfrequency, eigenfrequency
 from stillhook.library import changed
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import wire_inertia

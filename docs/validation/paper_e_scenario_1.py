@@ -12,7 +12,7 @@ from blocks import Blocks, Table, save
 from quay import CRANE, HEAD, ROWS, WARM, Found, Row, alternatives, beside, found, less, numbers, oscillations, runs_of
 
 from stillhook import Sine
-from stillhook.analysis.loop_stability.reduced import eigenfrequency
+from stillhook.analysis.loop_stability.stability import eigenfrequency
 from stillhook.analysis.uncertainty.attribution import Figure
 from stillhook.report.plots.run import four_panels
 from stillhook.units import in_display

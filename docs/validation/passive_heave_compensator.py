@@ -7,7 +7,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, picture, save
+from blocks import Blocks
 
 from stillhook import load_crane, read_compensator, read_payload
 from stillhook.engine.lowering.summary import LoweringRun
@@ -15,7 +15,6 @@ from stillhook.engine.simulate import run_cases, whole
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import vessel_file
 from stillhook.physics.scalar import G
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import compensated_sigmas
 from stillhook.response.suspended_load import suspended_load
@@ -264,15 +263,7 @@ def surface() -> dict[tuple[float, str], Surface]:
     return out
 
 
-class Shown(NamedTuple):
-    """What is drawn: transfers without seals and with them at two amplitudes, and a run that strikes its stops."""
-
-    free: list[Transfer]
-    seals: dict[float, list[Transfer]]
-    stops: LoweringRun
-
-
-def compute() -> tuple[Blocks, Shown]:
+def compute() -> tuple[Blocks, None]:
     free, swung, deep, stepped = [transfer(T) for T in PERIODS], swings(), depths(), steps()
     audited, linear_rows, through = audit(), linear(), surface()
     found = {
@@ -285,10 +276,7 @@ def compute() -> tuple[Blocks, Shown]:
         "linear": [(name, *(f"{x:.3f} m" for x in row)) for name, *row in linear_rows],
         "surface": [surface_row(Tp, name, x) for (Tp, name), x in through.items()],
     }
-    seals = {a: [transfer(T, a, friction="20 kN") for T in PERIODS] for a in (0.05, 0.3)}
-    link = unit(p_0="80 bar", friction="20 kN")
-    stops = run(lift(Sine(amplitude="1.5 m", period="6 s"), link, ramp="10 s", duration="40 s"))
-    return found, Shown(free, seals, stops)
+    return found, None
 
 
 def transfer_row(x: Transfer) -> tuple[str, ...]:
@@ -319,29 +307,3 @@ def claims(free: list[Transfer], swung: list[Swing], deep: Any, audited: Any, li
 
 def within(x: float) -> str:
     return f"within {100.0 * x:.1g} %"
-
-
-def draw(shown: Shown) -> None:
-    figure = picture(10.0, 4.2)
-    left, right = figure.subplots(1, 2)
-    link = unit()
-    omega_n = math.sqrt(link.n * link.area * G / gas_volume(link, MASS * G))
-    T = np.linspace(2.5, 15.0, 400)
-    left.plot(T, 1.0 / np.abs((2.0 * math.pi / T / omega_n) ** 2 - 1.0), color="black", lw=0.9, label="closed form")
-    left.plot([x.T for x in shown.free], [x.load for x in shown.free], "o", color=COLOURS[0], label="twin, 5 mm")
-    for colour, (a, rows) in zip(COLOURS[1:], shown.seals.items(), strict=False):
-        label = f"twin, {100 * a:.0f} cm, seals of 2 %"
-        left.plot([x.T for x in rows], [x.load for x in rows], "s", color=colour, ms=5, label=label)
-    left.axhline(1.0, color=GREY, lw=0.8, ls=":")
-    left.set(xlabel="period of the hook [s]", ylabel="payload over hook [-]", ylim=(0.0, 4.0))
-    left.legend(fontsize="small", frameon=False)
-    s, F = column(shown.stops, "s_c"), column(shown.stops, "F_sling") / 1e3
-    right.plot(s, F, color=COLOURS[0], lw=0.9, label="twin, 1.5 m and 6 s")
-    soft = unit(p_0="80 bar")
-    x = np.linspace(0.0, 4.0, 100)
-    right.plot(x, [soft.force(float(each)) / 1e3 for each in x], color="black", lw=0.9, ls="--", label="gas")
-    right.set(xlabel="stroke [m]", ylabel="force on the rod [kN]", ylim=(0.0, 2000.0))
-    right.legend(fontsize="small", frameon=False)
-    for ax in (left, right):
-        ax.grid(alpha=0.3)
-    save(figure, "passive-heave-compensator.png")

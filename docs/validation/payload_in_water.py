@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, Table, picture, save
+from blocks import Blocks, Table
 from scipy.integrate import solve_ivp
 
 from stillhook import load_crane
@@ -18,7 +18,6 @@ from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path import payload as phys
 from stillhook.physics.load_path.payload import Water
 from stillhook.physics.scalar import G
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.lift import shapes as formula
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.payload import Payload
@@ -147,7 +146,7 @@ def lowered(name: str) -> Statics:
     return Statics(h[moving], F[moving], closed[moving])
 
 
-def compute() -> tuple[Blocks, tuple[dict[str, Drop], Statics]]:
+def compute() -> tuple[Blocks, None]:
     drops = {name: drop(read_payload(name), duration) for name, duration in DROPS.items()}
     statics = lowered("suction-anchor-85t")
     plates = [(f"{r:g}", f"{C:.3f}", f"{formula.plate(1.0, 1.0, r) / (math.pi / 4.0 * r):.3f}") for r, C in PLATES]
@@ -158,7 +157,7 @@ def compute() -> tuple[Blocks, tuple[dict[str, Drop], Statics]]:
         "plates": plates,
         "prisms": prisms,
         "drops": Table(DROP_HEAD, rows),
-    }, (drops, statics)
+    }, None
 
 
 def prism(ratio: float) -> float:
@@ -191,33 +190,3 @@ def claims(drops: Mapping[str, Drop], statics: Statics) -> dict[str, Any]:
 
 def within(x: float) -> str:
     return f"within {100.0 * x:.2g} %"
-
-
-def draw(shown: tuple[dict[str, Drop], Statics]) -> None:
-    drops, statics = shown
-    figure = picture(10.0, 4.4)
-    left, right = figure.subplots(1, 2)
-    for colour, (name, d) in zip(COLOURS, drops.items(), strict=False):
-        left.plot(d.h, d.U, color=colour, lw=1.4, label=name)
-        left.plot(
-            d.h_exact,
-            d.U_exact,
-            color="black",
-            lw=0.8,
-            ls=":",
-            label="balance of momentum" if colour == COLOURS[0] else None,
-        )
-    left.set_xlabel("underside under the surface [m]")
-    left.set_ylabel("speed of sinking [m/s]")
-    left.set_xlim(-FALL, 30.0)
-    left.legend(fontsize="small", frameon=False)
-    right.plot(statics.h, statics.F / 1e3, color=COLOURS[0], lw=1.2, label="lowering run")
-    right.plot(statics.h, statics.F_closed / 1e3, color="black", lw=0.8, ls=":", label="by hand")
-    right.set_xlabel("underside under the surface [m]")
-    right.set_ylabel("sling tension [kN]")
-    right.set_title(f"suction-anchor-85t lowered at {SPEED} m/s", fontsize="medium")
-    right.legend(fontsize="small", frameon=False)
-    for ax in (left, right):
-        ax.axvline(0.0, color=GREY, lw=0.8, ls=":")
-        ax.grid(alpha=0.3)
-    save(figure, "payload-in-water.png")

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import Blocks, panel, picture, save
+from blocks import Blocks
 from scipy.signal import lsim
 
 from stillhook import Scenario, load_crane, simulate
@@ -20,7 +20,6 @@ from stillhook.library import changed
 from stillhook.library.write import Item, items
 from stillhook.physics.hydraulics.secondary import largest_speed_gain
 from stillhook.physics.scalar import G
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Operator
 from stillhook.units import show
@@ -310,7 +309,7 @@ def assumed() -> list[tuple[str, str, str]]:
     ]
 
 
-def compute() -> tuple[Blocks, dict[str, tuple[Lost, Lost]]]:
+def compute() -> tuple[Blocks, None]:
     shown = {load: (lost(load, guarded=True), lost(load, guarded=False)) for load in LOST}
     limit = crane().secondary.unit.n_max_full
     rows = [(load, rpm(a.highest), rpm(b.highest), rpm(limit)) for load, (a, b) in shown.items()]
@@ -320,34 +319,4 @@ def compute() -> tuple[Blocks, dict[str, tuple[Lost, Lost]]]:
         "audit": audit(),
         "lost": rows,
         "assumed": assumed(),
-    }, shown
-
-
-def draw(shown: dict[str, tuple[Lost, Lost]]) -> None:
-    run = simulate(crane(), case())
-    late = run.time.values > 30.0
-    t = run.time.values[late] - 30.0
-    figure = picture(10.0, 6.0)
-    axes = figure.subplots(2, 2)
-    speed, rail, setting, guard = axes.flat
-    speed.plot(t, 60.0 * run.v_w.values[late], color=COLOURS[0], lw=1.2, label="wire")
-    speed.plot(t, -60.0 * run.v_tip.values[late], color="black", lw=0.8, ls=":", label="tip, reversed")
-    speed.set_ylabel("speed [m/min]")
-    speed.set_ylim(-45.0, 60.0)
-    speed.legend(fontsize="small", frameon=False, loc="upper right", ncols=2)
-    rail.plot(t, run.p_r.values[late] / 1e5, color=COLOURS[1], lw=1.2)
-    rail.set_ylabel("rail [bar]")
-    setting.plot(t, run.alpha_s.values[late], color=COLOURS[2], lw=1.2, label="secondary units")
-    setting.plot(t, run.alpha_rp.values[late], color=GREY, lw=1.2, label="pumps of the rail")
-    setting.set_ylabel("setting [-]")
-    setting.legend(fontsize="small", frameon=False)
-    for colour, (load, (with_guard, without)) in zip(COLOURS, shown.items(), strict=False):
-        guard.plot(with_guard.t, with_guard.omega_m * 30.0 / math.pi, color=colour, lw=1.2, label=f"{load} lost")
-        guard.plot(without.t, without.omega_m * 30.0 / math.pi, color=colour, lw=0.9, ls="--")
-    guard.axhline(crane().secondary.unit.n_max_full * 30.0 / math.pi, color="black", lw=0.8, ls=":")
-    guard.set_ylabel("motor speed [rev/min]")
-    guard.set_title("load lost at 0 s; dashed: without the guard", fontsize="medium")
-    guard.legend(fontsize="small", frameon=False)
-    for ax in axes.flat:
-        panel(ax, x="time [s]", legend=False)
-    save(figure, "secondary.png")
+    }, None

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from blocks import Blocks, Rows, Table, percent, picture, save
+from blocks import Blocks, Rows, Table, percent
 from numpy.typing import NDArray
 
 from stillhook.engine.simulate import simulate
@@ -15,7 +15,6 @@ from stillhook.formats.lift_file import LiftFile, load_lift
 from stillhook.library import load_crane
 from stillhook.library.catalogue import payloads, read_payload
 from stillhook.physics.scalar import G
-from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
 from stillhook.spec.lift.lowering import Lowering, WinchSettings
@@ -130,7 +129,7 @@ def taken(found: Mapping[tuple[str, WinchMode], Passage], mode: WinchMode) -> st
     return f"{least} to {most} less than manual"
 
 
-def compute() -> tuple[Blocks, Mapping[tuple[str, WinchMode], Passage]]:
+def compute() -> tuple[Blocks, None]:
     files = {name: in_sea(wave, SEEDS) for name, wave in SEAS.items()}
     (mild, few), (rough, _) = ((passages(f), f[:4]) for f in files.values())
     claims = {}
@@ -145,20 +144,4 @@ def compute() -> tuple[Blocks, Mapping[tuple[str, WinchMode], Passage]]:
         "rougher": tension_table(rough),
         "gains": Table(("crane", *(f"v_soft {v}" for v in GAINS)), gains),
     }
-    return blocks, mild
-
-
-def draw(found: Mapping[tuple[str, WinchMode], Passage]) -> None:
-    figure = picture(9.0, 4.0)
-    ax = figure.subplots()
-    for i, name in enumerate(COMPARED):
-        for j, (mode, colour) in enumerate(zip(MODES, (GREY, COLOURS[1], COLOURS[0]), strict=True)):
-            p = found[name, mode]
-            x = np.full(len(p.most), i + 0.22 * (j - 1))
-            ax.plot(x, p.dynamic / p.W, ".", color=colour, ms=5, label=mode.value if i == 0 else None)
-            ax.plot(x[:1], p.dynamic.mean() / p.W, "_", color=colour, ms=18, mew=2)
-    ax.set_xticks(range(len(COMPARED)), COMPARED, fontsize="small")
-    ax.set_ylabel("highest sling tension above the\nweight in air, over that weight [-]")
-    ax.grid(axis="y", alpha=0.3)
-    ax.legend(fontsize="small")
-    save(figure, "splash-mode.png")
+    return blocks, None

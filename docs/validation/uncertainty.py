@@ -19,9 +19,17 @@ from blocks import HERE, Blocks, Table, percent, save
 from stillhook import Sine
 from stillhook.analysis.uncertainty.draws import Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS
-from stillhook.analysis.uncertainty.figures import band_figure, index_figure
 from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
-from stillhook.analysis.uncertainty.report import Limit, band, chance, chances, failures, paired_difference
+from stillhook.analysis.uncertainty.report import (
+    Limit,
+    band,
+    band_figure,
+    chance,
+    chances,
+    failures,
+    index_figure,
+    paired_difference,
+)
 from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, sensitivity
 from stillhook.kernels.build import results_hash
 from stillhook.statistics.estimate import Estimate

@@ -5,14 +5,12 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
-from blocks import Blocks, Rows, picture, save
+from blocks import Blocks, Rows
 from scipy.integrate import quad
 
-from stillhook.report.plots.colours import COLOURS, GREY
-from stillhook.sea.spectra.parametric import CUT, Jonswap, Peaks, Torsethaugen
+from stillhook.sea.spectra.parametric import Jonswap, Peaks, Torsethaugen
 from stillhook.sea.spectra.text import parse_wave
 
 GAMMAS = (1.0, 2.0, 3.3, 5.0, 7.0)
@@ -29,12 +27,6 @@ SEAS = (
 )
 FAR = 1e5  # rad/s: beyond, what is left follows from the power of the tail
 STEEP = tuple((H, T) for H in (1.0, 3.0, 6.0, 10.0) for T in (7.0, 9.0, 11.0, 14.0, 18.0))
-
-
-class Shown(NamedTuple):
-    """What the pictures show."""
-
-    seas: tuple[Peaks, ...]
 
 
 def integral(wave: Peaks, n: int, upper: float) -> float:
@@ -57,7 +49,7 @@ def cubic(coefficients: tuple[float, ...], gamma: float) -> float:
     return sum(c * gamma**i for i, c in enumerate(coefficients))
 
 
-def compute() -> tuple[Blocks, Shown]:
+def compute() -> tuple[Blocks, None]:
     waves = [Jonswap(3.0, T_P, gamma) for gamma in GAMMAS]
     of_z = [wave.T_m02 / T_P / cubic(ZERO_CROSSING, wave.gamma) - 1.0 for wave in waves]
     of_m = [wave.T_m01 / T_P / cubic(MEAN, wave.gamma) - 1.0 for wave in waves]
@@ -68,8 +60,7 @@ def compute() -> tuple[Blocks, Shown]:
     largest = lambda x: f"within {100.0 * max(abs(v) for v in x):.2f} %"
 
     rows = [{"p": p, "wave": wave} for wave, p in zip(waves, printed, strict=True)]
-    seas = tuple(parse_wave(text) for text in SEAS)
-    return {"claims": locals(), "periods": rows, "cuts": cuts(seas)}, Shown(seas)
+    return {"claims": locals(), "periods": rows, "cuts": cuts(tuple(parse_wave(text) for text in SEAS))}, None
 
 
 def cuts(seas: tuple[Peaks, ...]) -> Rows:
@@ -83,30 +74,3 @@ def cuts(seas: tuple[Peaks, ...]) -> Rows:
             shown[3] = "does not end"
         rows.append((f"`{sea.describe()}`", *shown))
     return rows
-
-
-def draw(shown: Shown) -> None:
-    figure = picture(10.0, 4.6)
-    left, right = figure.subplots(1, 2)
-    omega = np.linspace(0.2, 2.2, 600)
-    for colour, sea in zip(COLOURS, shown.seas, strict=False):
-        left.plot(omega, sea.density(omega), color=colour, label=sea.describe().replace(" lambda1", "\n    lambda1"))
-    left.set_xlabel("angular frequency [rad/s]")
-    left.set_ylabel("S [m² s/rad]")
-    left.legend(frameon=False, fontsize="x-small")
-    plain = shown.seas[0]
-    x = np.geomspace(0.5, 60.0, 400)
-    fine = np.geomspace(0.3, 60.0, 40000)
-    for n, colour in zip(range(5), COLOURS, strict=False):
-        S = fine ** (n + 1) * plain.density(fine * 2.0 * math.pi / T_P)
-        whole = np.concatenate(([0.0], np.cumsum((S[1:] + S[:-1]) / 2.0 * np.diff(np.log(fine)))))
-        at_cut = np.interp(CUT, fine, whole)
-        right.semilogx(x, np.interp(x, fine, whole) / at_cut, color=colour, label=f"m_{n}")
-    right.axvline(CUT, color=GREY, ls="--", lw=1)
-    right.set_xlabel("where the integral ends, over the peak frequency")
-    right.set_ylabel("moment, over the one up to 12 peak frequencies")
-    right.set_ylim(0.0, 1.6)
-    right.legend(frameon=False, title="Pierson-Moskowitz")
-    for ax in (left, right):
-        ax.grid(alpha=0.3)
-    save(figure, "wave-spectra.png")

@@ -14,7 +14,6 @@ from stillhook.analysis.drives.sizing import (
     EXPONENTS,
     _records,
     beyond,
-    drives,
     fitted,
     library_crane,
     of_one_motor,
@@ -319,10 +318,6 @@ def test_a_type_without_a_crane_is_refused(monkeypatch):
     monkeypatch.setattr("stillhook.analysis.drives.sizing.cranes", lambda: ("nov-250t",))
     with pytest.raises(stillhook.errors.SpecError, match='no crane with the drive "pure-active"'):
         library_crane("pure-active", load_crane("nov-250t"))
-
-
-def test_names_are_read_in_any_case():
-    assert drives(" Pure-Active , active-passive ") == ["pure-active", "active-passive"]
 
 
 def test_a_changed_position_gain_does_not_change_the_size():

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
+from stillhook.analysis.loop_stability.differences import step_of
+from stillhook.analysis.loop_stability.engine_loop import REMEMBERED, engine_linear, engine_loop, engine_points
 from stillhook.analysis.loop_stability.governing import place_limits
-from stillhook.analysis.loop_stability.linear.differences import step_of
-from stillhook.analysis.loop_stability.linear.engine_loop import REMEMBERED, engine_linear, engine_loop, engine_points
 from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.places import Place, places_of
 from stillhook.control.registry import Mode

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.analysis.loop_stability.linear.differences import cycles_at, numbers_of, rates_at
-from stillhook.analysis.loop_stability.linear.engine_loop import EnginePoint, engine_points
+from stillhook.analysis.loop_stability.differences import cycles_at, numbers_of, rates_at
+from stillhook.analysis.loop_stability.engine_loop import EnginePoint, engine_points
 from stillhook.analysis.loop_stability.places import Place
 from stillhook.kernels.build import equations
 from stillhook.kernels.drivers.equations import equations_of

@@ -50,12 +50,6 @@ class TestOutput:
             keys |= set(part)
         assert keys <= set(BY_NAME)
 
-    @pytest.mark.thorough
-    @pytest.mark.parametrize("metric", ["p_max", "alpha_m", "eta_c", "settling"])
-    def test_every_metric_has_its_table(self, capsys, metric):
-        assert run([*SMALL, "--metric", metric]) == 0
-        assert "load on the hook down" in capsys.readouterr().out
-
     @pytest.mark.slow
     def test_layers_and_periods_have_tables_of_their_own(self, capsys):
         one_cell = ["map", "nov-250t", "--controllers", "ssc", "--loads", "50 t", "--speeds", "40 m/min"]
@@ -88,11 +82,6 @@ class TestOutput:
 
 
 class TestRefusals:
-    def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(self, capsys, tmp_path):
-        (tmp_path / "file").write_text("x", encoding="utf-8")
-        assert run([*SMALL, "--out", str(tmp_path / "file")]) == 2
-        assert capsys.readouterr().out == ""
-
     def test_a_missing_cluster_library_says_what_to_install(self, capsys, monkeypatch, tmp_path):
         monkeypatch.setitem(sys.modules, "distributed", None)
         case = case_file(tmp_path, settings='scheduler = "tcp://127.0.0.1:8786"')

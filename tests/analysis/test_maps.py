@@ -11,7 +11,7 @@ from stillhook.analysis.maps.operability import NUMBERS, map_of, operability_map
 from stillhook.analysis.maps.result import BEST_CLASSIC, MARKS, RULES, SATURATION_SHARE, Map, cause_of
 from stillhook.analysis.steady.steady_state import wire_out_on
 from stillhook.engine.tasks import Task
-from stillhook.errors import ScenarioError, SpecError, StillhookError
+from stillhook.errors import ScenarioError, StillhookError
 from stillhook.library import changed
 from stillhook.physics.load_path.drum import layers_filled
 from stillhook.sea.motion.motion import Profile, Still, Sum
@@ -245,21 +245,14 @@ class TestAxes:
     @pytest.mark.parametrize(
         ("asked", "words"),
         [
-            ({"loads": "300 t"}, r"loads: 300 t exceeds the SWL 250 t"),
             ({"loads": "120 %"}, r"300 t exceeds the SWL"),
-            ({"loads": ""}, r"loads: empty"),
             ({"speeds": []}, r"speeds: empty"),
-            ({"speeds": "10 s"}, r'speeds = "10 s": unit "s" is not one of'),
             ({"speeds": "0 m/min"}, r"must be above 0"),
             ({"loads": "100 t, 50 t"}, r"50 t comes after 100 t"),
-            ({"loads": "-5 t"}, r"below 0"),
             ({"speeds": "10 m/min to 50 m/min by 7 m/min"}, r"not a multiple of the step"),
-            ({"layers": 13}, r"layers 1 to 12"),
             ({"layers": []}, r"layers: empty"),
             ({"layers": [3, 3]}, r"named twice"),
             ({"layers": 3, "s_w": "10 m"}, r"both define the wire paid out"),
-            ({"s_w": "5000 m"}, r"can pay out 0 m to"),
-            ({"period": "25 s"}, r"a complete wave must be within the 20 s that count"),
             ({"motion": Sine(amplitude="1 m", period="6 s"), "periods": "8 s"}, r"a motion has its own periods"),
         ],
     )
@@ -267,14 +260,6 @@ class TestAxes:
         with pytest.raises(StillhookError, match=words) as problem:
             map_of(CRANE, **asked)
         assert "\n" not in str(problem.value)
-
-    @pytest.mark.parametrize(
-        ("given", "words"),
-        [(["foo"], "Unknown controller"), ([], "empty"), (["ns", "ns"], "named twice"), (3, "give a list")],
-    )
-    def test_unknown_controllers_are_refused(self, given, words):
-        with pytest.raises(SpecError, match=words):
-            map_of(CRANE, given)
 
     def test_a_record_shorter_than_the_runs_is_refused(self):
         t = np.linspace(0.0, 20.0, 41)

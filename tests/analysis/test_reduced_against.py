@@ -7,7 +7,6 @@ from scipy.integrate import solve_ivp
 from trials.reduced_model import simulate_reduced
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.loop_stability.transfer import about, full_matrices
 from stillhook.engine.pack.winch import gains, pack
 from stillhook.library import changed
 from stillhook.physics.load_path.drum import K_wire as ratio_of
@@ -18,26 +17,6 @@ MICROMETRE = 1e-6  # of wire: what a reference has to be sure to
 # outwards
 ENGINE = 2.5e-4
 TABLE_2 = Sine(amplitude="2.8 m", period="12 s", phase="-90 deg")
-
-
-@pytest.mark.thorough
-def test_linear_part_agrees_with_another_integrator_of_another_right_hand_side():
-    """Motors at full displacement, pumps never full: the matrices of the whole model under Radau (implicit, order 5),
-    the reduced model under Dormand and Prince (explicit, order 8)."""
-    tip = Sine(amplitude="0.5 m", period="6 s", phase="-90 deg")
-    A, B, _, _ = full_matrices(CRANE, about(CRANE, 0.0, mode="level-1"))
-
-    def rates(t: float, x: np.ndarray) -> np.ndarray:
-        _, v, a = tip.sample(t)
-        return A @ x + B @ np.array([float(v), float(a)])
-
-    run = simulate_reduced(CRANE, tip, mode="level-1", duration=30.0, every=0.05)
-    atol = 1e-13 * np.array([1.0, 1.0, 1.0, 1.0, 1e8, 1e3, 1.0])
-    other = solve_ivp(
-        rates, (0.0, 30.0), np.zeros(7), method="Radau", t_eval=run.t, rtol=1e-9, atol=atol, max_step=0.05, jac=A
-    )
-    assert np.max(np.abs(other.y[6] - run.e_c)) < MICROMETRE
-    assert np.max(np.abs(run.e_c)) > 1e3 * MICROMETRE
 
 
 @pytest.mark.thorough

@@ -57,8 +57,6 @@ def test_mean_pressure_hangs_on_the_one_factor_that_moves_it():
     assert found.indices["boost"].total.value == pytest.approx(0.0, abs=0.01)
     assert found.converged
     assert found.runs == 64 * 4
-    assert found.words()[0].startswith("load: 1")
-    assert found.words()[1] == "below 5% each: boost"
 
 
 @pytest.mark.slow
@@ -87,7 +85,6 @@ def test_what_a_difference_of_controllers_hangs_on_is_told_of_pairs():
 def test_a_number_that_does_not_vary_has_no_indices():
     (found,) = sensitivity(CRANE, CASE, Uncertainty.of({"boost": "default"}), outputs=["s_tip_pp"], n=16)
     assert found.indices == {}
-    assert found.words() == ["ssc: s_tip_pp does not vary"]
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,9 @@ from trials.ringing import rms_above
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import controller, lateness, strong_ssc
 from stillhook.analysis.loop_stability.governing import governing
+from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.margins import margins
-from stillhook.analysis.loop_stability.transfer import position_loop, sampled
+from stillhook.analysis.loop_stability.transfer import position_loop
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 import stillhook.analysis.tuning.search as tuning
-from stillhook import Scenario, load_crane
+from stillhook import load_crane
 from stillhook.analysis.controllers import Controller, controller, controller_toml
+from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.margins import margins
-from stillhook.analysis.loop_stability.transfer import position_loop, sampled
+from stillhook.analysis.loop_stability.transfer import position_loop
 from stillhook.analysis.steady.steady_state import speed_limit
+from stillhook.analysis.tuning.comparison import front, outcomes, pareto, trials_dataset, variations
 from stillhook.analysis.tuning.objective import (
     SPEEDS,
     Limits,
@@ -35,7 +37,7 @@ from stillhook.analysis.tuning.parameters import (
     with_settings,
 )
 from stillhook.analysis.tuning.search import Search
-from stillhook.analysis.tuning.tune import Tuned, front, outcomes, pareto, result, trials_dataset, tune, variations
+from stillhook.analysis.tuning.tune import Tuned, result, tune
 from stillhook.engine.simulate import run_cases
 from stillhook.errors import StillhookError, UnitError
 from stillhook.library import changed
@@ -48,6 +50,8 @@ places."""
 CRANE = load_crane("nov-250t")
 CASES = scenarios(CRANE, loads=["40 %"], speeds=["30 m/min", "70 m/min"], periods=["10 s"])
 BUDGET = 20
+EMPTY = Limits(load=0.0)
+"""Margins of the empty hook alone, for speed, where they are not the question."""
 AGAIN = 1e-12
 """A re-run gives the same bits but for the block of lanes that it shares [-]."""
 ON_THE_EDGE = 1e-3
@@ -67,6 +71,7 @@ def test_the_best_is_never_worse_than_the_start_on_its_own_objective(tuned: Tune
     assert tuned.after.score < tuned.before.score
     assert tuned.after.e_c_pp_mean < tuned.before.e_c_pp_mean
     assert tuned.evaluations == BUDGET
+    assert tuned.after.score == pytest.approx(tuned.after.e_c_pp_mean / tuned.before.e_c_pp_mean)
 
 
 @pytest.mark.thorough
@@ -220,13 +225,9 @@ def test_no_point_of_a_front_is_beaten_by_any_trial_that_keeps_the_limits() -> N
 
 
 REFUSED = (
-    ({"free": ["K_q"]}, "is not a setting of ssc"),
     ({"free": ["alpha_ns"]}, "is not a setting of ssc"),
     ({"free": ["K_p", "K_p"]}, "named twice"),
-    ({"objective": "speed"}, "error, worst-error, pressure, balanced"),
-    ({"budget": 3}, "from 20 on"),
     ({"budget": 40.0}, "whole number"),
-    ({"cases": [Scenario(load="300 t", s_w="100 m")]}, "exceeds the SWL"),
 )
 
 
@@ -264,19 +265,20 @@ def test_scenarios_that_are_none_are_refused(wrong: dict[str, list[str]]) -> Non
         scenarios(CRANE, **wrong)
 
 
-@pytest.mark.thorough
-def test_objectives_are_parts_of_the_start(tuned: Tuned) -> None:
-    assert tuned.objective is Objective.ERROR
-    assert tuned.after.score == pytest.approx(tuned.after.e_c_pp_mean / tuned.before.e_c_pp_mean)
-
-
 @pytest.mark.slow
 def test_a_threshold_that_leaves_the_motors_no_time_breaks_the_fast_run() -> None:
     """Slow scenarios alone would let u_thr be 0.97; in a fast sine the pumps then fill before the motors have
     stroked."""
     late = Controller("late", Mode.SSC, {"control": {"u_thr": 0.97}})
     found = tune(
-        CRANE, late, reference=controller("ssc"), cases=CASES[:1], free=["u_thr"], objective="error", budget=20
+        CRANE,
+        late,
+        reference=controller("ssc"),
+        cases=CASES[:1],
+        free=["u_thr"],
+        objective="error",
+        budget=20,
+        limits=EMPTY,
     )
     assert any("saturated in a fast run" in b for b in found.before.broken)
     assert found.met
@@ -301,7 +303,7 @@ def test_digits_of_a_file_do_not_break_a_limit_that_the_search_kept() -> None:
     start, name, found = controller("ssc"), "alpha_swl", 0.992156
     cases = scenarios(CRANE, loads=["60 %"], speeds=["30 m/min"], periods=["10 s"])
     settings = tuple(s for s in space(CRANE, start.mode) if s.name == name)
-    search = Search(CRANE, start.mode, cases, settings, Objective.ERROR, Limits(), BUDGET, 2, None)
+    search = Search(CRANE, start.mode, cases, settings, Objective.ERROR, EMPTY, BUDGET, 2, None)
     search.begin(CRANE)
     short = tuned_controller(CRANE, start, {name: found}, "short").on(CRANE)
     assert search.exact(short).broken

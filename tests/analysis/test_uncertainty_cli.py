@@ -125,9 +125,3 @@ def test_a_limit_is_attributed_to_factors_and_pairs_of_them(tmp_path, capsys):
     assert [row["cause"] for row in data["causes"]["ranking"]] == ["leakage", "boost"]
     assert data["causes"]["ranking"][0]["verdicts"][name] == "closes the gap"
     assert data["causes"]["closing"][name] == ["leakage × 2.95"]
-
-
-@pytest.mark.slow
-def test_help_shows_an_example(capsys):
-    assert command(["uncertainty", "--help"]) == 0
-    assert "Example: stillhook uncertainty" in " ".join(capsys.readouterr().out.split())

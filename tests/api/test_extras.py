@@ -39,7 +39,7 @@ CODE = f"""
 import contextlib, importlib, io, json, pkgutil, shlex, sys
 sys.modules.update(dict.fromkeys({tuple(EXTRAS)!r}))  # an import of None fails as that of what is not installed
 import stillhook
-from stillhook.analysis.loop_stability.transfer import speed_response
+from stillhook.analysis import linearise, operating_point
 from stillhook.cli import run
 
 answers = {{}}
@@ -47,8 +47,9 @@ for command in json.loads(sys.argv[1]):
     with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
         code = run(shlex.split(command))
     answers[command] = code, out.getvalue(), err.getvalue()
+point = operating_point(stillhook.load_crane("nov-250t"), "60 m/min", 1.0, load="0 t", s_w="100 m")
 try:
-    speed_response(stillhook.load_crane("nov-250t"))
+    linearise(point).system()
 except stillhook.StillhookError as problem:
     answers["python-control"] = 2, "", f"error: {{problem}}"
 others = ("stillhook.__main__", "stillhook.kernels.")  # the program, and templates of kernels
@@ -122,6 +123,6 @@ def test_what_needs_an_extra_is_refused_in_one_line(core: tuple[Path, dict[str, 
     for command, line in REFUSED.items():
         assert (answers[command].code, answers[command].lines) == (2, [f"error: {line}"])
     assert not (folder / "no").exists()
-    control = 'error: speed_response: control is not installed. Get it with: pip install "stillhook[stability]".'
+    control = 'error: system(): control is not installed. Get it with: pip install "stillhook[stability]".'
     assert answers["python-control"].err == control
     assert answers['stability nov-250t --load "0 t" --s-w "100 m"'].code == 0

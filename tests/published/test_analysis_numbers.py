@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from trials.reduced_model import Reduced, simulate_reduced
 
 from stillhook import load_crane
-from stillhook.analysis.loop_stability.reduced import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.stability import eigenfrequency, gain_limit
 from stillhook.analysis.steady.steady_state import motor_law, reduction_lead, speed_limit, steady
 from stillhook.engine.pack.winch import gains, motor_speed_max, wire_speed_max
 from stillhook.errors import StillhookError

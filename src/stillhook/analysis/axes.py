@@ -48,7 +48,6 @@ class Axes(NamedTuple):
 
     @property
     def unused(self) -> tuple[str, ...]:
-        """Dimensions that the map does not go over."""
         return tuple(name for name, axis in (("layer", self.layers), ("period", self.periods)) if axis == (None,))
 
     def cells(self) -> Iterator[tuple[float, float, float, float | None]]:

@@ -269,22 +269,29 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
 
 def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
     """What strong SSC changes on this crane, in the form of a crane file; see `strong_ssc`."""
-    K_p, _ = kept(crane, ("strong gain", DEFAULT_MODE.value), lambda: _strong_gain(crane))
+    K_p, _ = strong_gain(crane, DEFAULT_MODE)
     rounded = math.floor(K_p * 1e4) / 1e4  # down, so that the margins are kept
     return {"control": {"K_p": f"{rounded:.4f} 1/m", "t_lead": f"{1e3 * lateness(crane, delay=delay):.4g} ms"}}
 
 
-def _strong_gain(crane: Crane) -> tuple[float, str]:
-    """Largest position gain within the margins [1/m], and the loop that holds.
+def strong_gain(crane: Crane, mode: Mode) -> tuple[float, str]:
+    """Largest position gain within the margins [1/m], and the loop that holds; kept between sessions.
 
     Errors: StillhookError where no gain keeps them.
     """
-    from stillhook.analysis.loop_stability.governing import governing  # heavy: it linearises the complete plant
 
-    holds = governing(crane, DEFAULT_MODE)
-    if holds.K_p <= 0.0:
-        raise StillhookError(f'"{crane.name}": no gain K_p keeps the margins: {holds.describe()}. Use ssc.')
-    return float(holds.K_p), holds.describe()
+    def work_out() -> tuple[float, str]:
+        from stillhook.analysis.loop_stability.governing import governing  # heavy: it linearises the complete plant
+
+        holds = governing(crane, mode)
+        if holds.K_p <= 0.0:
+            raise StillhookError(
+                f'"{crane.name}": no gain K_p keeps the margins: {holds.describe()}. Choose another controller or'
+                " drive."
+            )
+        return float(holds.K_p), holds.describe()
+
+    return kept(crane, ("strong gain", mode.value), work_out)
 
 
 def lateness(crane: Crane, *, delay: float = 0.0) -> float:
@@ -309,7 +316,7 @@ def lateness(crane: Crane, *, delay: float = 0.0) -> float:
     late = delay + 0.5 * crane.control.t_cycle + crane.control.computing
     if not crane.plant.type.steady_operation:
         return late
-    from stillhook.analysis.loop_stability.reduced import eigenfrequency  # heavy: only for strong SSC
+    from stillhook.analysis.loop_stability.stability import eigenfrequency  # heavy: only for strong SSC
 
     oil = eigenfrequency(crane, 1.0)
     return late + 2.0 * oil.zeta / oil.omega_0
@@ -389,7 +396,6 @@ def compare(
 
 
 def _chosen(modes: Sequence[Mode | str]) -> list[Mode]:
-    """The modes to compare, each once."""
     if isinstance(modes, str) or not isinstance(modes, Iterable):
         raise ScenarioError(f'modes = {quote(modes)}: give a list, such as ["ns", "hs", "ssc"].')
     chosen = [mode_of(m) for m in modes]

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability import margins, sweeps
 from stillhook.analysis.loop_stability import stability as loop_stability
+from stillhook.analysis.loop_stability import sweeps
 from stillhook.analysis.loop_stability.stability import Stability
 from stillhook.analysis.loop_stability.sweeps import Over
 from stillhook.analysis.steady import operating_point as operation
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import FrictionModel, Mode, Water
+from stillhook.spec.scenario import Mode, Water
 from stillhook.units import parse
 
 if TYPE_CHECKING:
@@ -155,56 +155,6 @@ def sweep(
     return sweeps.sweep(crane, over, at, alpha_m=alpha_m, delay=parse(delay, "time", "delay"))  # type: ignore[arg-type]
 
 
-def strongest_gain(
-    crane: Crane,
-    *,
-    alpha_m: float | None = None,
-    delay: str = "0 s",
-    gain_margin: float = margins.GAIN_MARGIN,
-    phase_margin: str = "45 deg",
-    sensitivity: float = margins.SENSITIVITY_PEAK,
-) -> float:
-    """Largest position gain that keeps all three margins.
-
-    See `stillhook.analysis.loop_stability.margins.strongest_gain`.
-
-    Parameters
-    ----------
-    crane : Crane
-        The machine.
-    alpha_m : float, optional
-        Displacement of the motors over its maximum [-]; default the least that any mode may use.
-    delay : str, default "0 s"
-        Delay of the position feedback, such as "50 ms".
-    gain_margin : float, default 2.0
-        Gain margin to keep, above 1 [-].
-    phase_margin : str, default "45 deg"
-        Phase margin to keep, such as "60 deg".
-    sensitivity : float, default 2.0
-        Sensitivity peak to keep, above 1 [-].
-
-    Returns
-    -------
-    float
-        K_p [1/m].
-
-    Raises
-    ------
-    UnitError
-        For a quantity without its unit.
-    StillhookError
-        As there.
-    """
-    return margins.strongest_gain(
-        crane,
-        alpha_m=alpha_m,
-        delay=parse(delay, "time", "delay"),
-        gain_margin=gain_margin,
-        phase_margin=parse(phase_margin, "angle", "phase_margin"),
-        sensitivity=sensitivity,
-    )
-
-
 def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
     """SSC with the strongest gain, aligned in time, for a motion signal that is late; see `controllers.strong_ssc`.
 
@@ -239,7 +189,6 @@ def operating_point(
     s_w: str,
     v_tip: str = "0 m/s",
     water: Water | None = None,
-    friction: FrictionModel = FrictionModel.LUGRE,
     V_o: str | None = None,
     alpha_pp: float | None = None,
 ) -> OperatingPoint:
@@ -263,8 +212,6 @@ def operating_point(
         Constant speed of the tip, such as "-80 m/min", up positive.
     water : Water, optional
         As in a Scenario; default none.
-    friction : FrictionModel
-        As in a Scenario; default LuGre.
     V_o : str, optional
         Oil in the accumulator, such as "600 L"; default mid stroke.
     alpha_pp : float, optional
@@ -282,6 +229,9 @@ def operating_point(
     StillhookError
         As there.
     """
+    parts = {} if V_o is None else {"V_o": parse(V_o, "volume", "V_o")}
+    if alpha_pp is not None:
+        parts["alpha_pp"] = alpha_pp
     return operation.operating_point(
         crane,
         parse(v_w, "speed", "v_w"),
@@ -290,7 +240,5 @@ def operating_point(
         s_w=parse(s_w, "length", "s_w"),
         v_tip=parse(v_tip, "speed", "v_tip"),
         water=water,
-        friction=friction,
-        V_o=None if V_o is None else parse(V_o, "volume", "V_o"),
-        alpha_pp=alpha_pp,
+        **parts,
     )

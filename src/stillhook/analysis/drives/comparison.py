@@ -95,7 +95,6 @@ class DriveRun:
 
     @property
     def name(self) -> str:
-        """Name of the drive."""
         return self.drive.name
 
     @property
@@ -177,8 +176,7 @@ class DriveRun:
 
 @dataclass(frozen=True)
 class DriveComparison:
-    """Drives of one winch under one motion. factors: what the draws vary, by name; not_drawn: drives with tables of
-    their own, of which the factors know nothing."""
+    """Drives of one winch under one motion. factors: what the draws vary, by name."""
 
     reference: Crane
     v_top: float
@@ -202,20 +200,14 @@ class DriveComparison:
             else "No draws: drives are not distinguished."
         )
         lines = (*rule(self.reference, self.v_top), f"{drawn} No drive has a certificate: {NOT_VALIDATED}.")
-        return lines if self.v_asked <= self.v_top else (*lines, self._too_fast)
-
-    @property
-    def v_asked(self) -> float:
-        """Highest wire speed that tip and operator ask for [m/s]."""
-        return float(CycleInputs(self.reference, self.runs[0].case).demand().v_max)
-
-    @property
-    def _too_fast(self) -> str:
-        asked, top = fmt(self.v_asked, "speed", 3), fmt(self.v_top, "speed", 3)
+        demand = CycleInputs(self.reference, self.runs[0].case).demand().v_max
+        if demand <= self.v_top:
+            return lines
         return (
-            f"This motion asks for {asked} of wire, more than the {top} of full command that all drives are sized for:"
-            " those that can be faster than that (motors that swivel back) are ahead by it alone. Give"
-            " settings.top_speed of what your sea asks for."
+            *lines,
+            f"This motion asks for {fmt(demand, 'speed', 3)} of wire, more than the {fmt(self.v_top, 'speed', 3)} of"
+            " full command that all drives are sized for: those that can be faster than that (motors that swivel back)"
+            " are ahead by it alone. Give settings.top_speed of what your sea asks for.",
         )
 
     def better(self, name: str) -> dict[str, list[str]]:
@@ -459,7 +451,6 @@ def assumed_share(crane: Crane) -> float:
 
 
 def _drawn(run: DriveRun, columns: Sequence[str], values: FloatArray) -> DriveRun:
-    """The run with its results under every draw."""
     crane, winch = run.drive.crane, run.drive.crane.plant.type
     pairs = list(Drawing(crane, run.case, columns).pairs(values))
     cranes, cases = [c for c, _ in pairs], [s for _, s in pairs]

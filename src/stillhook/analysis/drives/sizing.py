@@ -12,14 +12,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from stillhook.analysis.controllers import lateness, strong_ssc
+from stillhook.analysis.controllers import lateness, strong_gain, strong_ssc
 from stillhook.analysis.effects import nested
-from stillhook.analysis.kept import kept
 from stillhook.base.choice import nearest
 from stillhook.control.interface import DISPLACEMENT
 from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
 from stillhook.engine.scenario.checks import speed_limit
-from stillhook.errors import SpecError, StillhookError
+from stillhook.errors import SpecError
 from stillhook.library import changed, cranes, load_crane
 from stillhook.library.write import Item, file_value, items
 from stillhook.physics.scalar import G
@@ -212,7 +211,7 @@ def scaled(of: Crane, reference: Crane, v_top: float | None = None) -> tuple[Cra
     )
     J_gear = reference.inertia.J_gear if not n else of.inertia.J_gear * motors
     loose = of.model_copy(update={"certified": None})
-    return _with_inertia(loose, changes, reference, J_gear), size, parts
+    return _with_inertia(loose, changes, reference, J_gear, {part.table: part.motors for part in parts}), size, parts
 
 
 def _gear(of: Crane, reference: Crane, slower: float) -> float:
@@ -277,7 +276,6 @@ def _leaf(item: Item, value: Any, source: str, *, derived: bool = True) -> Chang
 
 
 def _times(item: Item, factor: float, of: str) -> Change:
-    """A number times a factor."""
     value = tuple(x * factor for x in item.value) if isinstance(item.value, tuple) else item.value * factor
     return _leaf(item, value, f"{factor:.4g} times that of {of}: {item.source.text}")
 
@@ -300,7 +298,6 @@ def _of_drive(of: Crane, parts: tuple[Part, ...], factors: Mapping[str, float]) 
 
 
 def _of_reference(reference: Crane) -> Iterator[Change]:
-    """Load, hook, drum and wire of the reference."""
     for item in items(reference):
         if item.path in ("SWL", "hook_mass") or _within(item.path, OF_REFERENCE):
             yield _leaf(item, item.value, item.source.text, derived=False)
@@ -348,14 +345,16 @@ def _settings(of: Crane, reference: Crane, motors: float, slower: float) -> Iter
             yield _times(item, factor, of.name)
 
 
-def _with_inertia(of: Crane, changes: dict[str, Any], reference: Crane, J_gear: float) -> Crane:
-    """The crane, its effective inertia worked out again from its parts."""
+def _with_inertia(
+    of: Crane, changes: dict[str, Any], reference: Crane, J_gear: float, counts: Mapping[str, int]
+) -> Crane:
+    """The crane, its effective inertia worked out again from its parts; counts: motors by table."""
     i, J_drum = changes["i_hD"]["value"], reference.inertia.J_drum
-    counts = dict(_counts(changes))
+    tables = [(name, table) for name in of.plant.type.tables if (table := of.table(name)) is not None]
     motors = 0.0
     for each in of.motors:
-        place = next(path for path, spec in _tables(of) if spec is each)
-        motors += counts.get(f"{place}.count", each.count) * each.J
+        name = next(name for name, table in tables if any(spec is each for _, spec in _records(table, name)))
+        motors += counts.get(name, each.count) * each.J
     loose = reference.model_copy(update={"i_hD": i, "inertia": reference.inertia.model_copy(update={"J_gear": J_gear})})
     wheels = effective_inertia(loose) - sum(m.count * m.J for m in reference.motors)
     own = of.plant == reference.plant and motors == sum(m.count * m.J for m in reference.motors)
@@ -369,22 +368,6 @@ def _with_inertia(of: Crane, changes: dict[str, Any], reference: Crane, J_gear: 
     return changed(of, changes)
 
 
-def _tables(crane: Crane) -> Iterator[tuple[str, Any]]:
-    for name in crane.plant.type.tables:
-        if (table := crane.table(name)) is not None:
-            yield from _records(table, name)
-
-
-def _counts(node: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, int]]:
-    """Numbers of motors in changes, by their path."""
-    for name, below in node.items():
-        place = f"{path}.{name}" if path else name
-        if name == "count":
-            yield place, below["value"]
-        elif isinstance(below, Mapping) and "value" not in below:
-            yield from _counts(below, place)
-
-
 def with_gain(crane: Crane) -> tuple[Crane, Mode, str, float]:
     """The crane with the largest position gain of gain margin 2, phase margin 45 degrees and sensitivity peak 2, and
     its reference aligned in time; the controller, what the gain follows from, and the lead [s]. Strong SSC on a closed
@@ -393,7 +376,7 @@ def with_gain(crane: Crane) -> tuple[Crane, Mode, str, float]:
     mode, lead = winch.default_mode, lateness(crane)
     if winch.control == DISPLACEMENT and winch.steady_operation:
         return strong_ssc(crane).on(crane), mode, "strong SSC", lead
-    K_p, basis = kept(crane, ("strong gain", mode.value), lambda: _largest(crane, mode))
+    K_p, basis = strong_gain(crane, mode)
     if K_p > MOST_GAIN:
         K_p, basis = MOST_GAIN, f"{MOST_GAIN:g} 1/m, the end of what winches have; {basis} would allow {K_p:.3g} 1/m"
     down = math.floor(K_p * 10**GAIN_DIGITS) / 10**GAIN_DIGITS
@@ -404,15 +387,6 @@ def with_gain(crane: Crane) -> tuple[Crane, Mode, str, float]:
 def with_lead(crane: Crane, lead: float) -> Crane:
     """The crane whose PLC extrapolates the tip's motion by a time [s]."""
     return crane.model_copy(update={"control": crane.control.model_copy(update={"t_lead": lead})})
-
-
-def _largest(crane: Crane, mode: Mode) -> tuple[float, str]:
-    from stillhook.analysis.loop_stability.governing import governing  # heavy: it linearises the running engine
-
-    holds = governing(crane, mode)
-    if holds.K_p <= 0.0:
-        raise StillhookError(f'"{crane.name}": no gain K_p keeps the margins: {holds.describe()}. Change its drive.')
-    return float(holds.K_p), holds.describe()
 
 
 def rule(reference: Crane, v: float) -> tuple[str, ...]:

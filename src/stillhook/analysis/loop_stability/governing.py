@@ -17,14 +17,16 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from stillhook.analysis.loop_stability.linear.engine_loop import engine_loop, engine_points, has_time, settled
-from stillhook.analysis.loop_stability.linear.linearisation import plc_loop
+from stillhook.analysis.loop_stability.engine_loop import engine_loop, engine_points, has_time, settled
+from stillhook.analysis.loop_stability.linearisation import plc_loop
+from stillhook.analysis.loop_stability.loops import SampledLoop
 from stillhook.analysis.loop_stability.margins import (
-    GAIN_MARGIN,
-    PHASE_MARGIN,
-    SENSITIVITY_PEAK,
+    KEPT,
     Margins,
+    StableGains,
+    Wanted,
     margins,
+    stable_gains,
     strongest_estimate,
     strongest_up_to,
 )
@@ -38,8 +40,6 @@ from stillhook.analysis.loop_stability.places import (
     tip_speeds,
     wire_range,
 )
-from stillhook.analysis.loop_stability.stable_gains import StableGains, stable_gains
-from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.analysis.steady.limits import Direction, Station, top_of_drive
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint
 from stillhook.analysis.steady.steady_state import moves
@@ -51,8 +51,6 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import Mode, Scenario
 
-KEPT = (GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK)
-"""Gain margin [-], phase margin [rad], sensitivity peak [-]."""
 PAPER_C = 0.95
 """Damping ratio of the wire in paper C, "slightly underdamped", without a measurement [-]."""
 NEAR = 1.5
@@ -60,6 +58,13 @@ NEAR = 1.5
 STEP_PLANT = 0.01
 """What displacements that stand still are cut down to [-]: on the safe side, for less displacement leaves less margin,
 and few enough to be kept between the candidates of a tuning."""
+REMEMBERS = 100.0
+"""Time for which a law is followed, to see whether its displacement stands [s]."""
+NEARLY_FULL, SMALL_FEEDBACK, DISPLACEMENT_STANDS = 0.9, 1e-3, 1e-9
+"""Feedforward at which it is followed, feedback that it must not leave unanswered, and change of a demanded
+displacement that is rounding [-]."""
+NO_GAIN = StableGains(0.0, 0.0, math.nan)
+"""Of a slow place at which the engine does not become steady; a fast one is beyond the winch, and left out."""
 
 
 class PlaceLimit(NamedTuple):
@@ -72,7 +77,6 @@ class PlaceLimit(NamedTuple):
     gains: StableGains
 
     def describe(self) -> str:
-        """In words."""
         motors = "" if math.isnan(self.alpha_m) else f", motors at {self.alpha_m:.2f}"
         return f"{self.place.describe()}{motors}"
 
@@ -88,12 +92,10 @@ class Governing(NamedTuple):
 
     @property
     def loop(self) -> SampledLoop | None:
-        """The loop that governs, with its PLC."""
         return None if self.governs is None else self.governs.loop
 
     @property
     def place(self) -> Place | None:
-        """Where it is."""
         return None if self.governs is None else self.governs.place
 
     @property
@@ -103,7 +105,6 @@ class Governing(NamedTuple):
 
     @property
     def no_gain(self) -> tuple[PlaceLimit, ...]:
-        """Places that no gain K_p stabilises."""
         return tuple(p for p in self.places if not p.gains.any)
 
     @property
@@ -130,7 +131,7 @@ class Governing(NamedTuple):
 def governing(
     crane: Crane,
     mode: Mode,
-    kept: tuple[float, float, float] = KEPT,
+    kept: Wanted = KEPT,
     *,
     wires: Sequence[float] | None = None,
     loads: Sequence[float] | None = None,
@@ -183,29 +184,19 @@ def deciding(found: Sequence[PlaceLimit], clear: float) -> tuple[PlaceLimit, ...
     )
 
 
-def _strongest(decide: Sequence[PlaceLimit], kept: tuple[float, float, float]) -> tuple[PlaceLimit | None, float]:
+def _strongest(decide: Sequence[PlaceLimit], kept: Wanted) -> tuple[PlaceLimit | None, float]:
     """The place that allows the least gain within the margins, and that gain [1/m]. It is that of the proportional part
     of a law: with an integral part a smaller gain has less phase margin, and there is no largest."""
     loops = [p.loop.proportional for p in decide if p.loop is not None]
-    estimates = [(_estimate(loop, kept), i) for i, loop in enumerate(loops)]
+    estimates = [(strongest_estimate(loop, kept), i) for i, loop in enumerate(loops)]
     governs, least = None, math.inf
     for estimate, i in sorted(estimates):
         if estimate > NEAR * least:
             break
-        K_p = _within(loops[i], kept)
+        K_p = strongest_up_to(loops[i], kept)
         if K_p < least:
             governs, least = decide[i], K_p
     return governs, least
-
-
-@functools.lru_cache(maxsize=8192)
-def _estimate(loop: SampledLoop, kept: tuple[float, float, float]) -> float:
-    return strongest_estimate(loop, *kept)
-
-
-@functools.lru_cache(maxsize=8192)
-def _within(loop: SampledLoop, kept: tuple[float, float, float]) -> float:
-    return strongest_up_to(loop, *kept)
 
 
 def by_engine(crane: Crane) -> bool:
@@ -233,13 +224,6 @@ def place_limits(
             f" {places[0].describe()}. Lower the load or the speed."
         )
     return result
-
-
-REMEMBERS = 100.0
-"""Time for which a law is followed, to see whether its displacement stands [s]."""
-NEARLY_FULL, SMALL_FEEDBACK, DISPLACEMENT_STANDS = 0.9, 1e-3, 1e-9
-"""Feedforward at which it is followed, feedback that it must not leave unanswered, and change of a demanded
-displacement that is rounding [-]."""
 
 
 def _check_law(crane: Crane, mode: Mode) -> None:
@@ -308,32 +292,21 @@ def _engine_limits(keyed: Keyed, mode: Mode, places: tuple[Place, ...], delay: f
     return tuple(result)
 
 
-NO_GAIN = StableGains(0.0, 0.0, math.nan)
-"""Of a slow place at which the engine does not become steady; a fast one is beyond the winch, and left out."""
-
-
 def _closed_circuit(crane: Crane, mode: Mode, place: Place, alpha_m: float | None, delay: float) -> PlaceLimit | None:
     """A place of a winch with the closed circuit of the thesis. Where the law holds the motors still, whatever speed
     and load cell do, the loop depends on no setting but the displacement: it is kept between candidates."""
-    station = _station(crane, place)
+    station = Station(crane, place.load, place.s_w, _way(place))
     at = station.displacement(mode)(abs(place.v_tip)) if alpha_m is None else alpha_m
     plc = plc_record(crane)
     stands = not moves(crane, mode) or at >= 1.0
     own = own_settings(crane.control, mode.law)
     seen: Any = plc._replace(gains=None, motors=None, t_lead=0.0) if stands else plc  # type: ignore[arg-type]
-    alpha = _cut(at) if stands and alpha_m is None else at
+    cut = max(math.floor(at / STEP_PLANT + 1e-9) * STEP_PLANT, STEP_PLANT)
+    alpha = cut if stands and alpha_m is None else at
     params = station.winch.params._replace(plc=None)
     keyed = Keyed((crane, station), (params, station.winch.geometry, seen, own))
     result = _closed_circuit_at(keyed, mode, place, alpha, delay)
     return None if result is None else PlaceLimit(place, alpha, *result)
-
-
-def _cut(alpha: float) -> float:
-    return max(math.floor(alpha / STEP_PLANT + 1e-9) * STEP_PLANT, STEP_PLANT)
-
-
-def _station(crane: Crane, place: Place) -> Station:
-    return Station(crane, place.load, place.s_w, _way(place))
 
 
 @functools.lru_cache(maxsize=8192)
@@ -366,6 +339,3 @@ def _operating_point(keyed: Keyed, v: float, alpha: float) -> OperatingPoint | N
 def with_wire_damping(crane: Crane, zeta: float) -> Crane:
     """The crane with another damping ratio of its wire [-]."""
     return crane.model_copy(update={"wire": crane.wire.model_copy(update={"zeta": zeta})})
-
-
-__all__ = ["Governing", "PlaceLimit", "governing"]

@@ -1,10 +1,10 @@
 """How far the position loop is from swinging: gain, phase and delay margins and sensitivity peak, for a loop in
-continuous time and for the loop as a PLC closes it, sampled exactly, with any delay.
+continuous time and for the loop as a PLC closes it, sampled exactly, with any delay; the gains between which it dies
+out, and the largest that keeps the margins.
 
-A loop is the path between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut
-at K_p. A loop that oscillates without any feedback (a loaded winch, slow, where friction falls with speed) has a gain
-limit of 0.
-
+A loop that oscillates without any feedback (a loaded winch, slow, where friction falls with speed) has a gain limit of
+0. One that is stable when cut has one limit, from above; one that oscillates when cut may be stable between two gains
+(conditionally), or at none.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from stillhook.analysis.loop_stability.transfer import ContinuousLoop, Loop, SampledLoop, position_loop, sampled
+from stillhook.analysis.loop_stability.loops import ContinuousLoop, Loop, SampledLoop
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import StillhookError
-from stillhook.spec.crane import Crane
 
 POINTS = 1500
 """Points of the coarse grid of frequencies, from LOWEST of the slowest mode to HIGHEST of the fastest one or the
@@ -42,10 +42,13 @@ NEIGHBOURS = 1.5
 """Most that the response grows between two points of the grid: they are closer than the width of any resonance."""
 DELAYS = 20
 """Most delays between none and the given one that `strongest_up_to` looks at."""
+CYCLE_END = 1e-6
+"""How near the Nyquist frequency the grid's end is taken to be it [-]."""
 GAIN_MARGIN = 2.0
 PHASE_MARGIN = math.radians(45.0)
 SENSITIVITY_PEAK = 2.0
-"""Margins that `strongest_gain` keeps by default: 6 dB and 45 degrees, and M_s = 2, the upper end of the
+KEPT = (GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK)
+"""Margins that a largest gain keeps by default: 6 dB [-] and 45 degrees [rad], and M_s = 2 [-], the upper end of the
 usual 1.2 to 2.0.
 Source: Astrom and Murray, Feedback Systems, section 10.3 (gain margin 2 to 5, phase margin 30 to 60 degrees, M_s 1.2 to
 2)."""
@@ -119,70 +122,33 @@ def is_stable(loop: Loop, K_p: float, K_ms: float | None = None) -> bool:
     return K_p < (gain_limit_of(loop)[0] if K_ms is None else K_ms)
 
 
-def strongest_gain(
-    crane: Crane,
-    *,
-    alpha_m: float | None = None,
-    delay: float = 0.0,
-    gain_margin: float = GAIN_MARGIN,
-    phase_margin: float = PHASE_MARGIN,
-    sensitivity: float = SENSITIVITY_PEAK,
-) -> float:
-    """Largest position gain K_p [1/m] that keeps all three margins, with the crane's PLC and any delay in the loop up
-    to the one given.
+Wanted = tuple[float, float, float]
+"""Gain margin [-], phase margin [rad] and sensitivity peak [-] that a gain keeps."""
 
-    Parameters: alpha_m displacement of the motors [-], default the least that any mode may use, where the limit is
-    lowest; delay [s] of the complete path around the loop (encoder, bus, computing), not that of the motion unit, which
-    is outside the loop; gain_margin above 1 [-], phase_margin [rad] between 0 and 90 degrees, sensitivity peak M_s
-    above 1 [-] that are kept.
 
-    Model: the published position loop on the outermost layer (paper E eqs 14 to 20), sampled exactly with the PLC's
-    cycle. There the gain limit is lowest: on inner layers wire per motor turn and inertia are less.
+@functools.lru_cache(maxsize=8192)
+def strongest_up_to(loop: SampledLoop, kept: Wanted = KEPT) -> float:
+    """Largest gain that keeps the margins with the loop's delay and with every shorter one, cycle by cycle [1/m].
+
     The loop meets its limit on the resonance of the oil, which a delay turns away from -1: with a delay of a fraction
-    of its period the limit is higher. A gain that counts on a delay fails where the delay is shorter, hence all delays
-    up to the given one are kept. Valid for a winch that B_v damps. Slow and loaded, at small displacement (NS, HS),
-    friction falls with speed and takes the margin away (`stillhook.analysis.loop_stability.stability.full_stability`);
-    under SSC the motors are full there.
-    Errors: StillhookError for numbers outside these ranges.
-    Differs from print: paper E gives K_p = 0.16 1/m without saying how far it is from the limit.
+    of its period the limit is higher. A gain that counts on a delay fails where the delay is shorter.
     """
-    _check_wanted(delay, gain_margin, phase_margin, sensitivity)
-    alpha = crane.active.motor.alpha_min if alpha_m is None else alpha_m
-    loop = sampled(position_loop(crane, alpha), crane.control.t_cycle, delay + crane.control.computing)
-    return strongest_up_to(loop, gain_margin, phase_margin, sensitivity)
-
-
-def strongest_up_to(
-    loop: SampledLoop,
-    gain_margin: float = GAIN_MARGIN,
-    phase_margin: float = PHASE_MARGIN,
-    sensitivity: float = SENSITIVITY_PEAK,
-) -> float:
-    """Largest gain that keeps the margins with the loop's delay and with every shorter one, cycle by cycle [1/m]; see
-    `strongest_gain`."""
     cycles = np.unique(np.linspace(0, loop.n, min(loop.n, DELAYS) + 1).astype(int))
-    bare = replace(loop, n=0, Gamma_0=loop.Gamma_0 + loop.Gamma_1, Gamma_1=np.zeros_like(loop.Gamma_1))
-    loops = (
-        [bare, *(replace(loop, n=int(n)) for n in cycles)]
-        if np.any(loop.Gamma_1)
-        else [replace(loop, n=int(n)) for n in cycles]
-    )
-    return min(strongest(each, gain_margin, phase_margin, sensitivity) for each in loops)
+    loops = [replace(loop, n=int(n)) for n in cycles]
+    if np.any(loop.Gamma_1):
+        loops.append(replace(loop, n=0, Gamma_0=loop.Gamma_0 + loop.Gamma_1, Gamma_1=np.zeros_like(loop.Gamma_1)))
+    return min(strongest(each, kept) for each in loops)
 
 
-def strongest(
-    loop: Loop,
-    gain_margin: float = GAIN_MARGIN,
-    phase_margin: float = PHASE_MARGIN,
-    sensitivity: float = SENSITIVITY_PEAK,
-) -> float:
-    """Largest gain of any loop that keeps the three margins [1/m]; see `strongest_gain`.
+def strongest(loop: Loop, kept: Wanted = KEPT) -> float:
+    """Largest gain of any loop that keeps the three margins [1/m].
 
     As the gain grows from 0, each frequency breaks a margin at a different gain; the least of those is the answer. It
     is 0 for a loop that oscillates without feedback.
     """
     if grows_alone(loop) is not None:
         return 0.0
+    gain_margin, phase_margin, sensitivity = kept
     omega, L = grid_response(loop)
     K_gain = gain_and_frequency(loop, omega, L)[0] / gain_margin
     K_phase = _least(loop, omega, L, lambda l: _phase_breaks(l, phase_margin))
@@ -191,13 +157,10 @@ def strongest(
     return float(min(K_gain, K_phase, K_edge, K_peak))
 
 
-def strongest_estimate(
-    loop: SampledLoop,
-    gain_margin: float = GAIN_MARGIN,
-    phase_margin: float = PHASE_MARGIN,
-    sensitivity: float = SENSITIVITY_PEAK,
-) -> float:
-    """`strongest_up_to` on the grid alone [1/m]: an estimate that tells which of many loops are worth the search."""
+@functools.lru_cache(maxsize=8192)
+def strongest_estimate(loop: SampledLoop, kept: Wanted) -> float:
+    """`strongest_up_to` on the grid alone [1/m]: an estimate that shows which of many loops are worth the search."""
+    gain_margin, phase_margin, sensitivity = kept
     omega, L = grid_response(loop)
     ahead = np.exp(1j * omega * loop.t_cycle)
     least = math.inf
@@ -218,17 +181,6 @@ def _on_ray(loop: Loop, omega: FloatArray, L: ComplexArray, beyond: float) -> fl
     """Least gain at which the response crosses the unit circle at the angle `beyond` past -180 degrees."""
     size, _ = _farthest(loop, omega, L, complex(-np.exp(-1j * beyond)))
     return 1.0 / size if size else math.inf
-
-
-def _check_wanted(delay: float, gain_margin: float, phase_margin: float, sensitivity: float) -> None:
-    if not 0.0 <= delay < 10.0:
-        raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to 10 s.")
-    if not gain_margin > 1.0:
-        raise StillhookError(f"gain_margin = {gain_margin:g}: a stable loop has more than 1. Give a number above 1.")
-    if not 0.0 < phase_margin < math.pi / 2.0:
-        raise StillhookError(f"phase_margin = {phase_margin:g} rad: give one above 0 and below pi/2.")
-    if not sensitivity > 1.0:
-        raise StillhookError(f"sensitivity = {sensitivity:g}: the peak of a loop is above 1. Give a number above 1.")
 
 
 def frequency_grid(loop: Loop) -> FloatArray:
@@ -381,5 +333,63 @@ def _sensitivity_breaks(L: ComplexArray, M_s: float) -> FloatArray:
     return np.where(hit, (-real - np.sqrt(np.maximum(inside, 0.0))) / np.where(hit, size, 1.0), np.inf)
 
 
-CYCLE_END = 1e-6
-"""How near the Nyquist frequency the grid's end is taken to be it [-]."""
+class StableGains(NamedTuple):
+    """The loop dies out for low < K_p < high [1/m]; omega_c its frequency at `high` [rad/s]. high is 0 where no gain
+    stabilises it, low above 0 where it oscillates without feedback and a gain ends that."""
+
+    low: float
+    high: float
+    omega_c: float
+
+    @property
+    def any(self) -> bool:
+        """Whether any gain stabilises the loop."""
+        return self.high > 0.0
+
+    @property
+    def alone(self) -> bool:
+        """Whether the loop oscillates without feedback."""
+        return self.low > 0.0 or not self.any
+
+    def holds(self, K_p: float) -> bool:
+        """Whether the loop dies out at a gain [1/m]."""
+        return self.low < K_p < self.high
+
+
+def stable_gains(loop: SampledLoop) -> StableGains:
+    """The lowest range of gains at which a loop dies out, by crossings of the negative real axis (Nyquist) and the
+    closed loop's poles between them.
+
+    Source: Astrom and Murray, Feedback Systems, section 9.3 (conditional stability).
+    """
+    alone = grows_alone(loop)
+    omega, L = grid_response(loop)
+    if alone is None and loop.remembered is None:
+        return StableGains(0.0, *gain_and_frequency(loop, omega, L))
+    at = _crossings(loop, omega, L)
+    edges = [0.0, *(K for K, _ in at), math.inf]
+    frequency = dict(at) | {math.inf: math.inf}
+    for low, high in pairwise(edges):
+        if is_stable(loop, _between(low, high)):
+            return StableGains(low, high, frequency[high])
+    return StableGains(0.0, 0.0, math.nan if alone is None else alone)
+
+
+def _crossings(loop: SampledLoop, omega: np.ndarray, L: np.ndarray) -> list[tuple[float, float]]:
+    """Gains at which the response passes -1, rising, with their frequencies; the Nyquist frequency among them."""
+    brackets = np.nonzero(
+        (np.signbit(L.imag[:-1]) != np.signbit(L.imag[1:])) & (np.minimum(L.real[:-1], L.real[1:]) < 0)
+    )
+    result = []
+    for i in brackets[0]:
+        w = root_between(lambda w: at_frequency(loop, w).imag, omega[i], omega[i + 1])
+        result.append((at_frequency(loop, w).real, w))
+    result.append((float(L.real[-1]), float(omega[-1])))
+    return sorted((-1.0 / x, w) for x, w in result if x < 0.0)
+
+
+def _between(low: float, high: float) -> float:
+    """A gain in a range [1/m]."""
+    if math.isinf(high):
+        return 2.0 * low if low > 0.0 else 1.0
+    return 0.5 * high if low == 0.0 else math.sqrt(low * high)

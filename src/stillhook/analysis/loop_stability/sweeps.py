@@ -1,4 +1,5 @@
-"""Stability over one quantity: sweeps of the published loop and of the complete plant, Bode data, root locus."""
+"""Stability over one quantity: sweeps of the published loop and of the complete plant, Bode data, root locus, and
+their pictures: gain limit over displacement (paper E figure 5), sweeps, Bode, root locus, poles over tip speed."""
 
 from __future__ import annotations
 
@@ -12,20 +13,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.analysis.loop_stability.governing import PAPER_C, place_limits, with_wire_damping
+from stillhook.analysis.loop_stability.loops import sampled
 from stillhook.analysis.loop_stability.places import payloads_of_mode, places_of
-from stillhook.analysis.loop_stability.reduced import gain_limit
-from stillhook.analysis.loop_stability.stability import Stability, published_stability
-from stillhook.analysis.loop_stability.transfer import position_loop, sampled
+from stillhook.analysis.loop_stability.stability import Stability, gain_limit, range_of_modes, stability
+from stillhook.analysis.loop_stability.transfer import about, full_matrices, motor_poles, position_loop
+from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import CLASSIC, DEFAULT_MODE
+from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
 from stillhook.library import changed
+from stillhook.report import kit
+from stillhook.report.plots.colours import COLOURS, GREY, colours_of
 from stillhook.spec.crane import Crane
-from stillhook.units import KINDS
+from stillhook.spec.scenario import Mode
+from stillhook.units import KINDS, show
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.figure import Figure
 
 
 class Over(StrEnum):
@@ -94,7 +101,9 @@ SWEPT = (
 )
 
 
-SWEPT_WIRES = (100.0,)
+SPEED_POINTS = 60
+"""Tip speeds of the picture of pole movement."""
+SWEPT_WIRE = 100.0
 """Wire paid out in sweeps of the slow plant [m]: that of the usual scenarios."""
 SWEPT_SPEEDS = (2.0 / 60.0, 5.0 / 60.0)
 """Tip speeds of them [m/s], both directions."""
@@ -105,42 +114,34 @@ def slow_sweep(
     values: Sequence[float] | None = None,
     *,
     loads: Sequence[float] | None = None,
-    wires: Sequence[float] = SWEPT_WIRES,
-    zetas: Sequence[float] | None = None,
     delay: float = 0.0,
 ) -> xarray.Dataset:
-    """Gain limit of the complete plant with PLC where it is slow, over the wire's damping, displacement, payload and
-    wire paid out: the least of 2 and 5 m/min up and down.
+    """Gain limit of the complete plant with PLC where it is slow, over the wire's damping (the crane's own and that of
+    paper C), displacement and payload, with 100 m of wire paid out: the least of 2 and 5 m/min up and down.
 
     Parameters: values displacements [-], default from 0.8 alpha_min to 1; loads payloads [kg], default empty hook, 60 %
-    of the SWL (the most that HS carries) and SWL; wires [m]; zetas damping ratios of the wire [-], default the crane's
-    own and that of paper C; delay [s].
-    Returns: Dataset over ("wire_zeta", "alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates
-    without feedback, NaN where nothing holds the load.
+    of the SWL (the most that HS carries) and SWL; delay [s].
+    Returns: Dataset over ("wire_zeta", "alpha_m", "load") with K_p_ms_plc [1/m], 0 where the winch oscillates without
+    feedback, NaN where nothing holds the load.
     """
     import xarray
 
-    alphas = (
-        np.linspace(0.8 * crane.active.motor.alpha_min, 1.0, 14)
-        if values is None
-        else np.asarray(list(values), dtype=np.float64)
-    )
+    alphas = np.linspace(0.8 * crane.active.motor.alpha_min, 1.0, 14) if values is None else np.asarray(values)
     heaviest = payloads_of_mode(crane, CLASSIC[-1], shares=(0.0, 1.0))
     masses = (*heaviest, crane.SWL) if loads is None else tuple(loads)
-    dampings = (crane.wire.zeta, PAPER_C) if zetas is None else tuple(zetas)
-    limits = np.full((len(dampings), len(alphas), len(masses), len(wires)), math.nan)
+    dampings = (crane.wire.zeta, PAPER_C)
+    limits = np.full((len(dampings), len(alphas), len(masses)), math.nan)
     for at in np.ndindex(limits.shape):
-        h, i, j, k = at
+        h, i, j = at
         machine = with_wire_damping(crane, dampings[h])
-        places = places_of(masses[j : j + 1], wires[k : k + 1], SWEPT_SPEEDS)
+        places = places_of(masses[j : j + 1], (SWEPT_WIRE,), SWEPT_SPEEDS)
         with contextlib.suppress(StillhookError):
             result = place_limits(machine, DEFAULT_MODE, places, alpha_m=float(alphas[i]), delay=delay)
             limits[at] = min(0.0 if p.gains.alone else p.gains.high for p in result)
-    coords = {"wire_zeta": list(dampings), "alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
+    coords = {"wire_zeta": list(dampings), "alpha_m": alphas, "load": list(masses)}
     data = {"K_p_ms_plc": (tuple(coords), limits, attributes("K_p_ms_plc"))}
-    return xarray.Dataset(
-        data, coords={n: (n, v, attributes(n)) for n, v in coords.items()}, attrs={"crane": crane.name, "delay": delay}
-    )
+    attrs = {"crane": crane.name, "delay": delay, "s_w": SWEPT_WIRE}
+    return xarray.Dataset(data, coords={n: (n, v, attributes(n)) for n, v in coords.items()}, attrs=attrs)
 
 
 def sweep(
@@ -183,24 +184,21 @@ def _swept(crane: Crane, variable: Over, value: float, alpha_m: float, delay: fl
         for name in reversed(axis.path.split(".")):
             changes = {name: changes}
         machine = changed(crane, changes)
-    return published_stability(
+    return stability(
         machine,
         value if variable is Over.ALPHA_M else alpha_m,
-        int(value) if variable is Over.LAYER else None,
-        0.0,
-        value if variable is Over.DELAY else delay,
+        layer=int(value) if variable is Over.LAYER else None,
+        delay=value if variable is Over.DELAY else delay,
         strong=False,
     )
 
 
-def bode(
-    crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, delay: float = 0.0, omega: FloatArray | None = None
-) -> xarray.Dataset:
+def bode(crane: Crane, alpha_m: float = 1.0, *, delay: float = 0.0, omega: FloatArray | None = None) -> xarray.Dataset:
     """Magnitude [-] and unwrapped phase [rad] of the cut loop at the crane's K_p over omega [rad/s]: continuous, and
     with PLC and delay."""
     import xarray
 
-    plain = position_loop(crane, alpha_m, K_wire=K_wire)
+    plain = position_loop(crane, alpha_m)
     with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
     w = np.geomspace(0.01, with_plc.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
     data = {}
@@ -243,3 +241,147 @@ def _followed(before: NDArray[np.complex128], now: NDArray[np.complex128]) -> ND
 
     _, order = linear_sum_assignment(np.abs(before[:, None] - now[None, :]))
     return np.asarray(now[order], dtype=np.complex128)
+
+
+def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) -> Figure:
+    """K_p of marginal stability over displacement, with and without PLC, the range of each mode, K_p itself (paper E
+    figure 5); next to the published loop the complete plant at low speed, with the crane's own damping of
+    the wire and with that of paper C.
+
+    data: `sweep(crane, "alpha_m")`; slow: `slow_sweep(crane)`.
+    """
+
+    def at(alpha_m: Any) -> Any:
+        return kit.display(np.asarray(alpha_m) * crane.active.motor.D_total, "displacement")
+
+    title = f"{crane.name}: position gain at which the winch starts to oscillate"
+    figure, ax = kit.panel((7.5, 5.4), title)
+    D, K_p = at(data["alpha_m"].values), crane.control.K_p
+    late = f" and {1e3 * data.attrs['delay']:g} ms of delay" if data.attrs["delay"] else ""
+    with_plc = f"with PLC ({1e3 * crane.control.t_cycle:g} ms){late}"
+    ax.plot(D, data["K_p_ms"], color=COLOURS[0], label="published loop")
+    ax.plot(D, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label=with_plc)
+    for colour, load in zip(COLOURS[2:], slow["load"].values, strict=False):
+        name = "empty hook" if load == 0.0 else show(float(load), "mass", 4)
+        for style, zeta in zip(("-", ":"), slow["wire_zeta"].values, strict=False):
+            label = f"slow plant, {name}, wire damping {zeta:g}"
+            limits = slow["K_p_ms_plc"].sel(load=load, wire_zeta=zeta)
+            ax.plot(at(slow["alpha_m"].values), limits, color=colour, ls=style, lw=1.0, label=label)
+    ax.axhline(K_p, color=GREY, ls=":", label=f"K_p of the crane, {K_p:g} 1/m")
+    for i, (mode, ends) in enumerate(range_of_modes(crane).items()):  # the displacements that each mode takes
+        x, y, frame = at(ends), 0.03 + 0.045 * i, ax.get_xaxis_transform()
+        ax.plot(x, [y, y], color=GREY, lw=4, marker="D" if x[0] == x[1] else "", ms=5, transform=frame)
+        ax.text(x[0], y, f"{mode.upper()}  ", fontsize="x-small", va="center", ha="right", transform=frame)
+    ax.set(xlabel="motor displacement [cm³/rev]", ylabel="K_p of marginal stability [1/m]")
+    ax.set(ylim=(0.0, None), xlim=(D[0], D[-1]))
+    ax.legend(loc="upper left", fontsize="x-small", ncols=2)
+    return figure
+
+
+def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
+    """Gain limits over layer, leakage, damping, bulk modulus, delay, each in its own panel."""
+    columns, rows = 3, math.ceil(len(sweeps) / 3)
+    title = f"{crane.name}: what the gain limit depends on, motors at {sweeps[0].attrs['alpha_m']:g}"
+    figure, axes = kit.panels(rows, columns, (10.5, 3.4 * rows), title)
+    axes = axes.ravel()
+    for ax, data in zip(axes, sweeps, strict=False):
+        name = str(data["K_p_ms"].dims[0])
+        kind, label = next((axis.kind, axis.label) for axis in AXES.values() if axis.name == name)
+        x = kit.display(data[name].values, kind)
+        ax.plot(x, data["K_p_ms"], color=COLOURS[0], label="published loop")
+        ax.plot(x, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label="with PLC and delay")
+        ax.axhline(crane.control.K_p, color=GREY, ls=":", label="K_p of the crane")
+        ax.set(xlabel=label, ylabel="K_p limit [1/m]", ylim=(0.0, None))
+        if name == "layer":
+            ax.set_xticks([v for v in x if v % 2 == 0])
+    for ax in axes[len(sweeps) :]:
+        ax.set_axis_off()
+    kit.legend_below(figure, [axes[0]], 4)
+    return figure
+
+
+def bode_figure(crane: Crane, alphas: tuple[float, ...] = (1.0,), *, delay: float = 0.0) -> Figure:
+    """Magnitude and phase of the cut loop at the crane's K_p, solid as published, dashed with PLC and delay."""
+    late = f" and {1e3 * delay:g} ms of delay" if delay else ""
+    title = f"{crane.name}, K_p = {crane.control.K_p:g} 1/m: solid as published, dashed with PLC{late}"
+    figure, axes = kit.panels(2, 1, (7.5, 6.5), title, sharex=True)
+    top, bottom = axes.ravel()
+    for colour, alpha in zip(COLOURS * 2, alphas, strict=False):
+        data = bode(crane, alpha, delay=delay)
+        w = data["omega"].values
+        for end, style, label in (("", "-", f"motors at {alpha:.3g}"), ("_plc", "--", None)):
+            top.loglog(w, data[f"loop_gain{end}"], color=colour, ls=style, lw=1.2, label=label)
+            bottom.semilogx(w, np.degrees(data[f"loop_phase{end}"]), color=colour, ls=style, lw=1.2)
+    top.axhline(1.0, color=GREY, lw=0.8)
+    bottom.axhline(-180.0, color=GREY, lw=0.8)
+    top.set(ylabel="loop gain [-]", ylim=(1e-5, 30.0))
+    bottom.set(ylabel="phase [deg]", xlabel="frequency [rad/s]", ylim=(-720.0, 0.0), yticks=range(-720, 1, 90))
+    top.legend(fontsize="small")
+    return figure
+
+
+def root_locus_figure(crane: Crane, alphas: tuple[float, ...] = (1.0, 0.6)) -> Figure:
+    """Poles of the published loop as K_p grows from 0 to three times its limit; dots at the crane's own K_p."""
+    title = f"{crane.name}: poles for K_p from 0 (crosses) to three times the limit; dots: K_p of the crane"
+    figure, ax = kit.panel((7.5, 5.5), title)
+    for colour, alpha in zip(COLOURS, alphas, strict=False):
+        locus, now = root_locus(crane, alpha), root_locus(crane, alpha, K_p=[crane.control.K_p])
+        lines = ax.plot(locus["pole_re"], locus["pole_im"], color=colour, lw=1.2)
+        lines[0].set_label(f"motors at {alpha:.3g}")
+        ax.plot(locus["pole_re"][0], locus["pole_im"][0], "x", color=colour)
+        ax.plot(now["pole_re"].values.ravel(), now["pole_im"].values.ravel(), "o", color=colour, ms=4)
+    ax.axvline(0.0, color=GREY, lw=0.8)
+    ax.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
+    ax.legend(fontsize="small")
+    return figure
+
+
+def motor_pole_figure(crane: Crane) -> Figure:
+    """Poles of the motors' own loop and of the circuit in the position loop as the tip's speed rises under SSC, at the
+    crane's K_p."""
+    title = f"{crane.name}: what SSC's measured displacement does to the poles as the tip moves faster"
+    figure, axes = kit.panels(1, 2, (10.0, 4.4), title)
+    left, right = axes.ravel()
+    modes = tuple(mode for mode in Mode if mode.compensates and moves(crane, mode))
+    colours = colours_of(map(str, modes))
+    for mode in modes:
+        speeds = np.linspace(0.0, 0.999 * speed_limit(crane, mode), SPEED_POINTS)
+        poles = np.array([motor_poles(crane, v, mode=mode) for v in speeds])
+        loops = [full_matrices(crane, about(crane, v, mode=mode), K_p=gains(crane).K_p)[0][2:, 2:] for v in speeds]
+        oil = [max((p for p in np.linalg.eigvals(A) if p.imag > 0.0), key=lambda p: p.real) for A in loops]
+        width = 3.0 if mode is modes[0] else 1.2
+        for p, style, what, lw in (
+            (poles, "-", "motors' own loop", 1.5),
+            (np.array(oil)[:, None], ":", "oil spring", width),
+        ):
+            line: dict[str, Any] = {"color": colours[str(mode)], "ls": style}
+            damping = -p[:, 0].real / np.abs(p[:, 0])
+            left.plot(kit.display(speeds, "speed"), damping, lw=lw, label=f"{mode}: {what}", **line)
+            right.plot(p.real, p.imag, lw=width, **line)
+    left.set(xlabel="steady tip speed [m/min]", ylabel="damping ratio [-]", ylim=(0.0, 1.05))
+    right.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
+    left.legend(fontsize="small")
+    return figure
+
+
+def all_sweeps(crane: Crane, alpha_m: float, *, delay: float = 0.0) -> dict[str, xarray.Dataset]:
+    """The data behind the pictures, by file name without its ending."""
+    data = {
+        over: sweep(crane, over, alpha_m=alpha_m, delay=delay)
+        for over in ("alpha_m", "layer", "leakage", "damping", "bulk_modulus")
+    }
+    data["delay"] = sweep(crane, "delay", alpha_m=alpha_m)
+    return data | {"slow": slow_sweep(crane, delay=delay)}
+
+
+def all_figures(
+    crane: Crane, alphas: tuple[float, ...], data: Mapping[str, xarray.Dataset], *, delay: float = 0.0
+) -> dict[str, Figure]:
+    """Pictures by file name without its ending; data of `all_sweeps`."""
+    return {
+        "gain-limit": gain_limit_figure(crane, data["alpha_m"], data["slow"]),
+        "sweeps": sweep_figure(crane, [d for name, d in data.items() if name not in ("alpha_m", "slow")]),
+        "bode": bode_figure(crane, alphas, delay=delay),
+        "root-locus": root_locus_figure(crane, alphas),
+        "motor-poles": motor_pole_figure(crane),
+    }

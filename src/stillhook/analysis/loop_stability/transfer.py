@@ -1,31 +1,21 @@
-"""The published linear models: active circuit, position loop, complete controller about a
-steady tip speed.
+"""The published linear models: active circuit, position loop, complete controller about a steady tip speed.
 
 Source: Moslatt 2020 paper C eqs 1 to 9 and paper E eqs 12 to 21, corrected. One line holds its pressure, B_v represents
 all friction (never together with the friction models), one conductance for all leakage, and the drum turns on its
 published outer diameter. Hoisting is positive.
-
-The position loop, cut at its gain, as state space: in continuous time, and as a PLC samples it, exactly and with any
-delay.
-
-A loop is the path between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from stillhook.analysis.loop_stability.loops import ContinuousLoop, balanced
 from stillhook.analysis.steady.steady_state import check_displacement, layer_row, motor_law, steady
-from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.base.extras import need
+from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
@@ -33,10 +23,6 @@ from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.winches.circuits.tables import ServoVariant
-
-if TYPE_CHECKING:
-    import control
-
 
 SLOPE_STEP = 1.0e-6
 """Half width of the differences of a controller's law by the feedforward [-]."""
@@ -202,25 +188,6 @@ def full_matrices(
     return A, B, C, D
 
 
-def speed_response(
-    crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0
-) -> control.StateSpace:
-    """G_v(s) = V_w / V_tip about a steady tip speed (paper E eq. 21), with a_tip = dv_tip/dt; -1 is perfect
-    compensation.
-
-    The derivative of the input is taken into the state, x - B_a v_tip, which leaves the system proper. Errors:
-    StillhookError where the extra `stability` (python-control) is missing.
-    """
-    need("control", "speed_response", StillhookError)
-    import control
-
-    A, B, C, D = full_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)
-    by_v, by_a = B[:, :1], B[:, 1:]
-    states = [f"{name}_less_tip" if by_a[i, 0] else name for i, name in enumerate(FULL_LOOP)]
-    direct = C[:1] @ by_a + D[:1, :1]
-    return control.ss(A, by_v + A @ by_a, C[:1], direct, states=states, inputs=["v_tip"], outputs=["v_w"], name="G_v")
-
-
 def motor_poles(
     crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0
 ) -> NDArray[np.complex128]:
@@ -247,186 +214,6 @@ def command_pole(crane: Crane, at: About, *, K_wire: float = 1.0) -> float:
     return at.slope * gains(crane).K_1 * abs(at.v_tip) * K_wire
 
 
-Transfer = Callable[[ComplexArray], ComplexArray]
-
-CYCLE_ROUNDING = 1e-9
-"""Part of a cycle below which a delay is a whole number of cycles: rounding of texts and sums."""
-PARALLEL = 1e5
-"""Condition of the eigenvectors up to which residues are used: loss of digits, at most five of sixteen."""
-
-
-@dataclass(frozen=True, eq=False)
-class ContinuousLoop:
-    """State space of the loop at K_p = 1, input pump command, output wire hoisted [m]; delay [s] anywhere in the
-    loop."""
-
-    A: FloatArray
-    B: FloatArray
-    C: FloatArray
-    delay: float = 0.0
-
-    @property
-    def nyquist(self) -> float:
-        """Highest frequency at which the loop acts [rad/s]: no end."""
-        return math.inf
-
-    def modes(self) -> ComplexArray:
-        """Open-loop poles [1/s]."""
-        return np.linalg.eigvals(self.A).astype(np.complex128)
-
-    def response(self, omega: FloatArray) -> ComplexArray:
-        """L(i omega) at K_p = 1; omega [rad/s]."""
-        s = np.asarray(1j * omega, dtype=np.complex128)
-        return np.asarray(self._transfer(s) * np.exp(-s * self.delay), dtype=np.complex128)
-
-    @cached_property
-    def _transfer(self) -> Transfer:
-        return _transfer(self.A, self.B, self.C)
-
-    def closed_poles(self, K_p: float) -> ComplexArray:
-        """Poles of the closed loop [1/s]. Errors: StillhookError with a delay, which gives infinitely many."""
-        if self.delay > 0.0:
-            raise StillhookError(
-                f"delay {self.delay:g} s: a continuous loop with delay has infinitely many poles. Sample it first."
-            )
-        return np.linalg.eigvals(self.A - K_p * np.outer(self.B, self.C)).astype(np.complex128)
-
-
-@dataclass(frozen=True, eq=False)
-class SampledLoop:
-    """The loop as the PLC sees it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n - 1),
-    output C x [m]. remembered: states of Phi, from and to, in which a controller remembers the feedback, as in an
-    integral part; None where it remembers none of it."""
-
-    Phi: FloatArray
-    Gamma_0: FloatArray
-    Gamma_1: FloatArray
-    C: FloatArray
-    t_cycle: float
-    n: int = 0
-    remembered: tuple[int, int] | None = None
-
-    @cached_property
-    def proportional(self) -> SampledLoop:
-        """The loop without what the controller remembers of the feedback."""
-        if self.remembered is None:
-            return self
-        forgets = np.ones(len(self.Phi))
-        forgets[slice(*self.remembered)] = 0.0
-        return replace(self, Gamma_0=self.Gamma_0 * forgets, Gamma_1=self.Gamma_1 * forgets, remembered=None)
-
-    @property
-    def nyquist(self) -> float:
-        """Half the sampling frequency [rad/s]."""
-        return math.pi / self.t_cycle
-
-    def modes(self) -> ComplexArray:
-        """Open-loop poles as those of the continuous loop that they come from [1/s]; poles at z = 0 are left out."""
-        z = np.linalg.eigvals(self.Phi).astype(np.complex128)
-        return np.asarray(np.log(z[np.abs(z) > 1e-12]) / self.t_cycle, dtype=np.complex128)
-
-    def response(self, omega: FloatArray) -> ComplexArray:
-        """L(e^{i omega t_cycle}) at K_p = 1; omega up to the Nyquist frequency [rad/s]."""
-        z = np.asarray(np.exp(1j * omega * self.t_cycle), dtype=np.complex128)
-        now, before = self._transfers
-        total = now(z) + before(z) / z if before is not None else now(z)
-        return np.asarray(total * z ** (-self.n), dtype=np.complex128)
-
-    @cached_property
-    def _transfers(self) -> tuple[Transfer, Transfer | None]:
-        before = _transfer(self.Phi, self.Gamma_1, self.C) if np.any(self.Gamma_1) else None
-        return _transfer(self.Phi, self.Gamma_0, self.C), before
-
-    def closed_matrix(self, K_p: float) -> FloatArray:
-        """Matrix of one cycle of the closed loop: state, then the commands still on their way, newest first."""
-        held = self.n + (1 if np.any(self.Gamma_1) else 0)
-        size = len(self.Phi)
-        M = np.zeros((size + held, size + held))
-        M[:size, :size] = self.Phi
-        u = np.zeros(size + held)
-        u[:size] = -K_p * self.C
-        for past, gamma in ((self.n, self.Gamma_0), (self.n + 1, self.Gamma_1)):
-            if past == 0:
-                M[:size] += np.outer(gamma, u)
-            elif past <= held:
-                M[:size, size + past - 1] += gamma
-        if held:
-            M[size] = u
-            M[size + 1 :, size:-1] = np.eye(held - 1)
-        return M
-
-    def closed_poles(self, K_p: float) -> ComplexArray:
-        """Poles of the closed loop in the z-plane: stable within the unit circle."""
-        return np.linalg.eigvals(self.closed_matrix(K_p)).astype(np.complex128)
-
-
-Loop = ContinuousLoop | SampledLoop
-
-
 def position_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> ContinuousLoop:
-    """The published position loop, without PLC and delay (Moslatt 2020 paper E eqs 14 to 20); see
-    `stillhook.analysis.loop_stability.transfer`."""
+    """The published position loop, without PLC and delay (Moslatt 2020 paper E eqs 14 to 20)."""
     return balanced(*loop_matrices(crane, alpha_m, K_wire=K_wire))
-
-
-def balanced(A: FloatArray, B: FloatArray, C: FloatArray, delay: float = 0.0) -> ContinuousLoop:
-    """The loop in states of like size (pascals and radians side by side cost digits)."""
-    scaled, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
-    return ContinuousLoop(scaled, B / scale, C * scale, delay)
-
-
-def sampled(loop: ContinuousLoop, t_cycle: float, delay: float = 0.0) -> SampledLoop:
-    """The loop as a PLC of cycle t_cycle [s] closes it: commands held for a cycle, everything else exact; delay [s]
-    adds to the loop's own.
-
-    The delay is that of the complete path around the loop: encoder, bus, computing. It need not be a whole number of
-    cycles.
-    Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
-    """
-    n, rest = full_cycles(delay + loop.delay, t_cycle)
-    Phi, hold = hold_matrices(loop.A, loop.B[:, None], t_cycle)
-    if rest == 0.0:
-        return SampledLoop(Phi, hold[:, 0], np.zeros(len(Phi)), loop.C, t_cycle, n)
-    _, early = hold_matrices(loop.A, loop.B[:, None], t_cycle - rest)
-    return SampledLoop(Phi, early[:, 0], hold[:, 0] - early[:, 0], loop.C, t_cycle, n)
-
-
-def full_cycles(delay: float, t_cycle: float) -> tuple[int, float]:
-    """Whole cycles in a delayand the remainder [s]; a remainder from rounding counts as zero."""
-    n = math.floor(delay / t_cycle + CYCLE_ROUNDING)
-    rest = delay - n * t_cycle
-    return n, rest if rest > CYCLE_ROUNDING * t_cycle else 0.0
-
-
-def hold_matrices(A: FloatArray, B: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
-    """e^{A t} and what a command held for t [s] adds, exactly (one matrix exponential of both)."""
-    size, inputs = B.shape
-    both = np.zeros((size + inputs, size + inputs))
-    both[:size, :size], both[:size, size:] = A, B
-    E = scipy.linalg.expm(both * t)
-    return E[:size, :size], E[:size, size:]
-
-
-def _transfer(A: FloatArray, B: FloatArray, C: FloatArray) -> Transfer:
-    """C (s - A)^-1 B as a function of s: by poles and residues, or where the eigenvectors are nearly parallel (a chain
-    of held commands) by back substitution in the Schur form, all frequencies at once."""
-    poles, right = np.linalg.eig(A)
-    if np.linalg.cond(right) < PARALLEL:
-        residues = (C @ right) * np.linalg.solve(right, B.astype(np.complex128))
-        return lambda s: np.asarray((residues / (s[:, None] - poles)).sum(axis=1), dtype=np.complex128)
-    even, (scale, _) = scipy.linalg.matrix_balance(
-        A, permute=False, separate=True
-    )  # pascals beside radians cost digits
-    T, Q = scipy.linalg.schur(even.astype(np.complex128), output="complex")
-    b, c, unit = Q.conj().T @ (B / scale), (C * scale) @ Q, np.eye(len(B))
-
-    def solved(s: ComplexArray) -> ComplexArray:
-        if len(s) == 1:
-            x, _ = scipy.linalg.lapack.ztrtrs(s[0] * unit - T, b)
-            return np.asarray([c @ x], dtype=np.complex128)
-        x = np.zeros((len(b), len(s)), dtype=np.complex128)
-        for i in range(len(b) - 1, -1, -1):
-            x[i] = (b[i] + T[i, i + 1 :] @ x[i + 1 :]) / (s - T[i, i])
-        return np.asarray(c @ x, dtype=np.complex128)
-
-    return solved

@@ -183,6 +183,3 @@ def wire_dampings(
 
 def _place(p: PlaceLimit) -> dict[str, float]:
     return {**p.place._asdict(), "alpha_m": p.alpha_m, "K_p_low": p.gains.low, "K_p_high": p.gains.high}
-
-
-__all__ = ["Verdict", "WireDamping", "verdict", "wire_dampings"]

@@ -1,1 +1,1 @@
-"""Steady operation of the complete plant, and what limits it."""
+"""Steady operation of the complete plant, what limits it, and how fast a winch can follow at each load."""

@@ -7,7 +7,6 @@ wire as they are.
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable
 from types import ModuleType
@@ -24,7 +23,7 @@ from stillhook.kernels.build import driver
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.physics.load_path.drum import drag_force, wire_stiffness
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import FrictionModel, Operator, Scenario, Water
+from stillhook.spec.scenario import Operator, Scenario, Water
 from stillhook.units import show
 from stillhook.winches.circuits.active import ActiveFlows, active_flows
 from stillhook.winches.records import Geometry, Tick, Tip
@@ -112,9 +111,7 @@ def operating_point(
     s_w: float,
     v_tip: float = 0.0,
     water: Water | None = None,
-    friction: FrictionModel = FrictionModel.LUGRE,
-    V_o: float | None = None,
-    alpha_pp: float | None = None,
+    **parts: float,
 ) -> OperatingPoint:
     r"""Operating point of the complete plant at a constant wire speed, from its own equations with every fast rate at
     zero:
@@ -128,8 +125,9 @@ def operating_point(
     Parameters: v_w wire speed, hoisting positive [m/s]; alpha_m displacement of the active motors over its maximum,
     above 0 up to 1 [-], below the crane's alpha_min too (its stop is then moved); load payload [kg]; s_w wire paid out
     [m]; v_tip constant speed of the tip, up positive [m/s]: -v_w while compensating (the load is at rest), 0 while the
-    operator hoists; water as in a Scenario; friction model; V_o oil in the accumulator [m^3], None mid stroke; alpha_pp
-    setting of the passive pumps, None the PLC's command once the mean pressure has settled.
+    operator hoists; water as in a Scenario; parts of a passive circuit: V_o oil in the accumulator [m^3], default mid
+    stroke, alpha_pp setting of its pumps [-], default the PLC's command once the mean pressure has settled. Friction is
+    LuGre.
     Errors: StillhookError for a number outside its range, a load that the crane does not carry, a wire that goes slack;
     NoSteadyOperation, one of its kind, where no pressure difference up to 1000 bar gives the torque or the boost does
     not suffice.
@@ -142,12 +140,11 @@ def operating_point(
         load=f"{float(load)!r} kg",
         s_w=f"{float(s_w)!r} m",
         water=water,
-        friction=friction,
         mode=MANUAL_MODE,
         operator=Operator(),
     )
     check(crane, case)
-    return operate(winch_at(crane, case), v_w, alpha_m, v_tip=v_tip, V_o=V_o, alpha_pp=alpha_pp)
+    return operate(winch_at(crane, case), v_w, alpha_m, v_tip=v_tip, **parts)
 
 
 def winch_at(crane: Crane, case: Scenario) -> Winch:
@@ -175,15 +172,7 @@ def winch_at(crane: Crane, case: Scenario) -> Winch:
     )
 
 
-def operate(
-    winch: Winch,
-    v_w: float,
-    alpha_m: float,
-    *,
-    v_tip: float = 0.0,
-    V_o: float | None = None,
-    alpha_pp: float | None = None,
-) -> OperatingPoint:
+def operate(winch: Winch, v_w: float, alpha_m: float, *, v_tip: float = 0.0, **parts: float) -> OperatingPoint:
     """The operating point of a prepared winch; parameters and errors as `operating_point`."""
     if not (math.isfinite(v_w) and math.isfinite(v_tip)):
         raise StillhookError(f"v_w = {v_w:g} m/s, v_tip = {v_tip:g} m/s: give finite speeds.")
@@ -198,18 +187,12 @@ def operate(
             f"v_w = {show(v_w, 'speed')}: the load sinks slower in water than the wire is paid out; it goes slack. Go"
             " slower."
         )
-    parts = {name: value for name, value in (("V_o", V_o), ("alpha_pp", alpha_pp)) if value is not None}
-    for name in sorted(parts.keys() - inspect.signature(winch.plant.steady).parameters.keys()):
-        raise StillhookError(f'{name}: "{winch.name}" has no such part. Leave it out.')
     x, u = winch.plant.steady(p, geo, F_w, omega_m, v_w + v_tip, alpha_m, **parts)
     path = winch.driver.path.start(winch.s_w, _STILL, p)
     path = path._replace(s_load=-F_w / wire_stiffness(winch.s_w, p.hoist.wire), v_load=v_w + v_tip)
-    x = winch.driver.State(x, path)
-    x = _balanced_torque(winch, x, u, tip, p)
+    x = _balanced_torque(winch, winch.driver.State(x, path), u, tip, p)
     wx, flows = _balanced_flows(x.winch, p)
-    x = x._replace(winch=wx)
-    u = u._replace(u_p=wx.alpha_p)
-    return _point(winch, x, u, tip, p, flows, v_w, F_w)
+    return _point(winch, x._replace(winch=wx), u._replace(u_p=wx.alpha_p), tip, p, flows, v_w, F_w)
 
 
 def _sliding(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:

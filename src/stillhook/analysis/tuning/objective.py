@@ -60,7 +60,6 @@ class Objective(StrEnum):
 
 
 def has_pressure(crane: Crane) -> bool:
-    """Whether runs of the winch type have a highest pressure."""
     return any(row.name == PRESSURE for row in crane.plant.type.numbers)
 
 
@@ -105,7 +104,6 @@ class Limits:
 
     @property
     def margins(self) -> tuple[float, float, float]:
-        """Gain margin [-], phase margin [rad] and sensitivity peak [-]."""
         return self.gain_margin, self.phase_margin, self.sensitivity_peak
 
 
@@ -322,7 +320,6 @@ def fast_candidates(crane: Crane, mode: Mode, like: Scenario) -> list[list[Scena
 
 
 def attributed_limits(status: str) -> frozenset[str]:
-    """Parts of a status that the controller causes."""
     return frozenset(status.split(", ")) & frozenset(OURS)
 
 

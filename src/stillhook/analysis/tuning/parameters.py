@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.effects import with_value
 from stillhook.analysis.loop_stability.governing import by_engine, governing
-from stillhook.analysis.loop_stability.reduced import gain_limit
+from stillhook.analysis.loop_stability.stability import gain_limit
 from stillhook.base.choice import nearest
 from stillhook.control.interface import Setting as ControllerSetting
 from stillhook.control.registry import CONTROLLERS, ControlLaw
@@ -170,7 +170,6 @@ def present(crane: Crane) -> dict[str, float]:
 
 
 def _controller_settings(crane: Crane) -> dict[str, float]:
-    """Settings of the controllers with additional ones."""
     laws = [law for law in CONTROLLERS.values() if law.settings]
     return {
         f"{law.field}.{name}": value
@@ -264,7 +263,6 @@ def rounded(name: str, value: float, digits: int = DIGITS) -> float:
 
 
 def text_of(name: str, value: float, digits: int = DIGITS) -> str | float:
-    """A setting as a crane file has it."""
     kind = described(name)[0]
     return show(value, kind, digits + 1) if kind else value
 

@@ -85,7 +85,6 @@ class Search:
         self.fast: list[Fast] = []
 
     def weigh(self, score: Score) -> Score:
-        """The score as a part of that of the start."""
         return relative(score, self.before, self.objective)
 
     def begin(self, reference: Crane) -> None:

@@ -362,7 +362,6 @@ def _everything(runs: Runs) -> Uncertainty:
 
 
 def _ends(uncertain: Uncertainty, runs: Runs) -> Iterator[Change]:
-    """Both ends of every factor."""
     u = np.array([0.5 * (1.0 - SHARE), 0.5 * (1.0 + SHARE)])
     for name, law in uncertain.factors.items():
         if not isinstance(law, Distribution):

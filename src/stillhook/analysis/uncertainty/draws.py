@@ -148,7 +148,6 @@ class Drawing:
                     raise type(problem)(f"factor {name} = {x:.4g}: {problem}") from None
 
     def _in_case(self, name: str) -> bool:
-        """Whether a column changes the scenario."""
         return name in FACTORS and any(t.path.startswith(CASE) for t in FACTORS[name].targets)
 
 

@@ -63,27 +63,6 @@ class Sensitivity:
         more."""
         return bool(self.change <= SETTLED)
 
-    def words(self) -> list[str]:
-        """The ranking, a sentence a factor."""
-        if not self.indices:
-            return [f"{self.case}: {self.output} does not vary"]
-        out = []
-        for name, x in self.indices.items():
-            if x.total.value < MATTERS:
-                break
-            more = (
-                f", {x.total.value:.0%} with what it does together with others"
-                if x.total.value - x.first.value >= MATTERS
-                else ""
-            )
-            out.append(
-                f"{name}: {max(x.first.value, 0.0):.0%} of the variance ({x.first.low:.0%} to {x.first.high:.0%}){more}"
-            )
-        rest = [name for name, x in self.indices.items() if x.total.value < MATTERS]
-        if rest:
-            out.append(f"below {MATTERS:.0%} each: {', '.join(rest)}")
-        return out
-
     def convergence(self) -> str:
         """Convergence of the indices, in words."""
         if not self.indices:
@@ -112,7 +91,6 @@ class Design(NamedTuple):
 
     @property
     def rows(self) -> FloatArray:
-        """All rows one below the other."""
         return np.concatenate([self.A, self.B, *self.AB])
 
 

@@ -114,7 +114,7 @@ def _speed(name: str, alpha_m: float = 1.0, layer: int | None = None) -> Rows:
 
 def _eigenfrequency(name: str, alpha_m: float = 1.0) -> Rows:
     """Eigenfrequency and damping of the active circuit (paper C eqs 8, 9)."""
-    from stillhook.analysis.loop_stability import reduced as linear
+    from stillhook.analysis.loop_stability import stability as linear
 
     e = linear.eigenfrequency(_crane(name), alpha_m)
     return {"omega_0": e.omega_0, "zeta": e.zeta, "period": e.period, "alpha_m": alpha_m}
@@ -122,7 +122,7 @@ def _eigenfrequency(name: str, alpha_m: float = 1.0) -> Rows:
 
 def _gain_limit(name: str, alpha_m: float = 1.0) -> Rows:
     """Position gain at marginal stability (paper E figure 5)."""
-    from stillhook.analysis.loop_stability import reduced as linear
+    from stillhook.analysis.loop_stability import stability as linear
 
     limit = linear.gain_limit(_crane(name), alpha_m)
     return {"K_p_ms": limit.K_p_ms, "omega_c": limit.omega_c, "alpha_m": alpha_m}

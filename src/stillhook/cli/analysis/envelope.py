@@ -52,7 +52,7 @@ def envelope(
     from stillhook.analysis.axes import quantities
     from stillhook.analysis.controllers import controllers as named_controllers
     from stillhook.analysis.controllers import usual_controllers
-    from stillhook.analysis.operating_envelope.load_speed import envelope_at
+    from stillhook.analysis.steady.envelope import envelope_at
     from stillhook.library import load_crane
 
     crane = load_crane(name)
@@ -183,8 +183,8 @@ _SHOWN = {
 def _write(
     out: Path, crane: Crane, chosen: list[Controller], layer: int | None, answer: dict[str, Any], *, quiet: bool
 ) -> None:
-    from stillhook.analysis.operating_envelope import figures
-    from stillhook.analysis.operating_envelope.load_speed import LOADS, envelope_at, setting_curves
+    from stillhook.analysis.steady import figures
+    from stillhook.analysis.steady.envelope import LOADS, envelope_at, setting_curves
 
     with progress_bar("pictures") as bar:
         fine = envelope_at(

@@ -298,7 +298,7 @@ def _write(
     out: Path, crane: Crane, alphas: list[float | None], table: dict[str, Any], delay: float, *, quiet: bool
 ) -> None:
     """Pictures and sweeps of the published loop and of the slow plant, and the table."""
-    from stillhook.analysis.loop_stability.figures import all_figures, all_sweeps
+    from stillhook.analysis.loop_stability.sweeps import all_figures, all_sweeps
 
     displacements = tuple(dict.fromkeys(1.0 if a is None else a for a in alphas))
     data = all_sweeps(crane, displacements[0], delay=delay)

@@ -24,8 +24,9 @@ from stillhook.units import show
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
+    from stillhook.analysis.tuning.comparison import Outcome, Point
     from stillhook.analysis.tuning.objective import Score
-    from stillhook.analysis.tuning.tune import Outcome, Point, Tuned
+    from stillhook.analysis.tuning.tune import Tuned
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
 
@@ -118,8 +119,8 @@ def _tuned(
 ) -> tuple[list[Tuned], dict[str, list[Point]], list[Tuned]]:
     """The tunings, their fronts, and all tunings that were run for either. An interrupt leaves out what has not
     begun."""
-    from stillhook.analysis.tuning.tune import front
-    from stillhook.analysis.tuning.tune import pareto as front_of
+    from stillhook.analysis.tuning.comparison import front
+    from stillhook.analysis.tuning.comparison import pareto as front_of
     from stillhook.analysis.tuning.tune import tune as tune_one
 
     tuned, fronts, everything = [], {}, []
@@ -168,7 +169,7 @@ class _Report:
         cases: list[Scenario],
     ) -> None:
         from stillhook.analysis.loop_stability.governing import governing
-        from stillhook.analysis.tuning.tune import outcomes, variations
+        from stillhook.analysis.tuning.comparison import outcomes, variations
         from stillhook.engine.scenario.checks import notes_of
         from stillhook.engine.scenario.summary import numbers_of
         from stillhook.spec.settings import left_out
@@ -365,8 +366,7 @@ def _brief(o: Outcome) -> str:
 def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, quiet: bool) -> None:
     """Controller files, pictures, every evaluation, and the numbers."""
     from stillhook.analysis.controllers import controller_toml
-    from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
-    from stillhook.analysis.tuning.tune import trials_dataset
+    from stillhook.analysis.tuning.comparison import bars_figure, pareto_figure, trials_dataset
 
     crane, files = report.crane, dict[str, Any]()
     for t in report.tuned:

@@ -210,7 +210,7 @@ def _write(
     out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indices: list[Sensitivity], *, quiet: bool
 ) -> None:
     """NetCDF, numbers and pictures."""
-    from stillhook.analysis.uncertainty.figures import band_figure, index_figure
+    from stillhook.analysis.uncertainty.report import band_figure, index_figure
 
     title = str(run.attrs["title"]).removeprefix("Stillhook: ")
     series, numbers, bands = FILES

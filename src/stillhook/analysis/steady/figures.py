@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.analysis.operating_envelope.load_speed import PHYSICAL
+from stillhook.analysis.steady.envelope import PHYSICAL
 from stillhook.analysis.steady.limits import Direction, Limit
 from stillhook.base.arrays import FloatArray
 from stillhook.library import crane_from_toml

@@ -14,9 +14,12 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import code_of
 from stillhook.kernels.build import equations
 from stillhook.kernels.drivers.winch import Driver
 from stillhook.kernels.lanes import paths
+from stillhook.spec.scenario import Mode
+from stillhook.winches.records import Tick
 
 Batch = Callable[[FloatArray], FloatArray]
 """A function of many points at once: (points, variables) -> (points, values)."""
@@ -90,6 +93,12 @@ def _both_sides(f: Batch, x: FloatArray, h: FloatArray) -> tuple[FloatArray, Flo
     rows[n + j, j] -= h
     values = f(rows)
     return values[:n].T, values[n:].T
+
+
+def steady_tick(mode: Mode, s: float, v: float) -> Tick:
+    """What comes from outside the PLC while the tip moves at a constant speed v [m/s], now at s [m]."""
+    still = Tick(*(0.0,) * len(Tick._fields))
+    return still._replace(s=s, v=v, s_m=s, v_m=v, mode=code_of(mode), f_pump=1.0, f_known=1.0, f_passive=1.0)
 
 
 def rates_at(driver: Driver, instant: Sequence[Any], columns: Sequence[int]) -> Batch:

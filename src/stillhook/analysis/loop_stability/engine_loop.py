@@ -14,10 +14,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
-from stillhook.analysis.loop_stability.linear.differences import STEP, cycles_at, numbers_of, rates_at, slopes, step_of
+from stillhook.analysis.loop_stability.differences import (
+    STEP,
+    cycles_at,
+    numbers_of,
+    rates_at,
+    slopes,
+    steady_tick,
+    step_of,
+)
+from stillhook.analysis.loop_stability.loops import Cycle, SampledLoop, closed_by_plc
 from stillhook.analysis.loop_stability.places import has_cylinder
-from stillhook.analysis.loop_stability.transfer import SampledLoop
 from stillhook.base.arrays import FloatArray
 from stillhook.base.identity import Keyed
 from stillhook.control.registry import code_of
@@ -164,22 +171,15 @@ def has_time(crane: Crane, place: tuple[float, float, float, float]) -> bool:
     return _time(crane, load, v_tip, at) >= SETTLED
 
 
-def _tip_at(crane: Crane, case: Scenario, place: tuple[float, float, float, float]) -> float:
-    """Where the tip is at the end of a run [m]."""
-    load, _, v_tip, at = place
-    stroke = _stroke(crane, load)
-    return v_tip * (case.duration - 0.5 * RISE) if stroke is None else at * stroke
-
-
 def _point(crane: Crane, case: Scenario, result: Any, place: tuple[float, float, float, float]) -> EnginePoint:
     """Where a run has come to, with the commands of the next cycle."""
     packed = pack(crane, case)
     d = driver(packed.name, 1, extra_controllers=packed.extra_controllers)
     laws = d.laws.blank(packed.settings)._replace(code=code_of(case.mode))
-    s_tip, v_tip = _tip_at(crane, case, place), place[2]
-    tick = Tick(*(0.0,) * len(Tick._fields))._replace(
-        s=s_tip, v=v_tip, s_m=s_tip, v_m=v_tip, mode=code_of(case.mode), f_pump=1.0, f_known=1.0, f_passive=1.0
-    )
+    load, _, v_tip, at = place
+    stroke = _stroke(crane, load)
+    s_tip = v_tip * (case.duration - 0.5 * RISE) if stroke is None else at * stroke
+    tick = steady_tick(case.mode, s_tip, v_tip)
     tip, geometry = Tip(s_tip, v_tip), d.geometry(result.state.path.s_w, packed.params)
     # a second cycle on the first one's memory: the filters have the state that they are asked about
     u, memory, laws, _ = d.control(result.state, result.memory, laws, tick, tip, geometry, packed.params)
@@ -212,13 +212,9 @@ def engine_linear(point: EnginePoint) -> EngineLinear:
     start = np.array([*flatten(point.state), *point.command])
     names = (*states, *commands)
     steps = [step_of(name, value) for name, value in zip(names, start, strict=True)]
-    J = slopes(rates_at(point.driver, _instant(point), range(n + m)), start, steps)
+    instant = (point.state, point.command, point.tip, point.geometry, point.params)
+    J = slopes(rates_at(point.driver, instant, range(n + m)), start, steps)
     return EngineLinear(J[:, :n], J[:, n:], states, commands)
-
-
-def _instant(point: EnginePoint) -> tuple[Any, ...]:
-    """All that the equations of winch and load path depend on."""
-    return point.state, point.command, point.tip, point.geometry, point.params
 
 
 def engine_loop(point: EnginePoint, *, delay: float = 0.0) -> SampledLoop:

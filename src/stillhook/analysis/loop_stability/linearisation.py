@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.linear.closing import Cycle, closed_by_plc
-from stillhook.analysis.loop_stability.linear.differences import (
+from stillhook.analysis.loop_stability.differences import (
     STEP,
     Batch,
     cycles_at,
@@ -24,9 +23,10 @@ from stillhook.analysis.loop_stability.linear.differences import (
     numbers_of,
     rates_at,
     slopes,
+    steady_tick,
     step_of,
 )
-from stillhook.analysis.loop_stability.transfer import ContinuousLoop, SampledLoop, balanced
+from stillhook.analysis.loop_stability.loops import ContinuousLoop, Cycle, SampledLoop, balanced, closed_by_plc
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.base.extras import need
@@ -42,7 +42,7 @@ from stillhook.physics.load_path.drum import K_wire
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.winches.circuits.packing import NO_LIMIT
-from stillhook.winches.records import Tick, Tip
+from stillhook.winches.records import Tip
 
 if TYPE_CHECKING:
     import control
@@ -72,11 +72,6 @@ class Linear:
     inputs: tuple[str, ...]
     kinks: tuple[str, ...]
 
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Names of the outputs."""
-        return OUTPUTS
-
     def system(self) -> control.StateSpace:
         """As a system of python-control. Errors: StillhookError where the extra `stability` is missing."""
         need("control", "system()", StillhookError)
@@ -87,8 +82,18 @@ class Linear:
         )
 
     def modes(self) -> tuple[PlantMode, ...]:
-        """Eigenvalues of the plant with the states that take part, the slowest first."""
-        return modes(self.A, self.states)
+        """Eigenvalues of the plant with damping and the states that take part, the slowest first; of a pair the one
+        with the positive imaginary part."""
+        poles, right = np.linalg.eig(self.A)
+        weight = np.abs(right * np.linalg.pinv(right).T)
+        weight /= weight.sum(axis=0)
+        result = []
+        for i in np.argsort(np.abs(poles)):
+            p, size = complex(poles[i]), abs(complex(poles[i]))
+            if p.imag >= 0.0:
+                shares = tuple((self.states[k], float(weight[k, i])) for k in np.argsort(-weight[:, i]))
+                result.append(PlantMode(p, size, -p.real / size if size else math.nan, shares))
+        return tuple(result)
 
 
 class PlantMode(NamedTuple):
@@ -172,7 +177,6 @@ def _rates(point: OperatingPoint, p: Any, commands: tuple[str, ...]) -> tuple[Fl
 
 
 def state_names(point: OperatingPoint) -> tuple[str, ...]:
-    """Names of the states of winch and load path."""
     return tuple(path.rpartition(".")[2] for path in paths(type(point.state)))
 
 
@@ -202,36 +206,17 @@ def _outputs(point: OperatingPoint, x: Any, commands: tuple[str, ...], inputs: F
 
 
 def _free_stops(p: Any) -> Any:
-    """Params whose displacement controls have no stops."""
 
     def free(servo: Servo) -> Servo:
         return servo._replace(lo=-FREE, hi=FREE, rate=NO_LIMIT)
 
-    p = p._replace(
-        active=p.active._replace(pump_servo=free(p.active.pump_servo), motor_servo=free(p.active.motor_servo))
-    )
-    if not hasattr(p, "passive"):
-        return p
+    circuits = {name: getattr(p, name) for name in ("active", "passive") if hasattr(p, name)}
     return p._replace(
-        passive=p.passive._replace(pump_servo=free(p.passive.pump_servo), motor_servo=free(p.passive.motor_servo))
+        **{
+            name: circuit._replace(pump_servo=free(circuit.pump_servo), motor_servo=free(circuit.motor_servo))
+            for name, circuit in circuits.items()
+        }
     )
-
-
-def modes(A: FloatArray, names: tuple[str, ...]) -> tuple[PlantMode, ...]:
-    """Eigenvalues with damping and participation factors; of a pair the one with the positive imaginary part."""
-    poles, right = np.linalg.eig(A)
-    weight = np.abs(right * np.linalg.pinv(right).T)
-    weight /= weight.sum(axis=0)
-    result = []
-    for i in np.argsort(np.abs(poles)):
-        p = complex(poles[i])
-        if p.imag < 0.0:
-            continue
-        order = np.argsort(-weight[:, i])
-        size = abs(p)
-        shares = tuple((names[k], float(weight[k, i])) for k in order)
-        result.append(PlantMode(p, size, -p.real / size if size else math.nan, shares))
-    return tuple(result)
 
 
 def plant_loop(linear: Linear) -> ContinuousLoop:
@@ -271,32 +256,18 @@ class _Plc:
 
     def __init__(self, crane: Crane, point: OperatingPoint, mode: Mode) -> None:
         extra_controllers, settings = controllers_of(crane, (mode,))
-        self.point, self.tick, self.winch = point, _tick(point, mode), crane.plant.type
+        self.point, self.tick, self.winch = point, steady_tick(mode, *point.tip), crane.plant.type
         self.driver = driver(crane.plant.value, 1, extra_controllers=extra_controllers)
         self.laws = self.driver.laws.blank(settings)._replace(code=code_of(mode))
         self.carried = [i for i, path in enumerate(paths(type(self.laws))) if "_memory." in path]
 
     def memory(self, alpha_m: float) -> Memory:
         """Memory at rest with the motors at alpha_m [-]."""
-        return Memory(
-            mode=self.tick.mode,
-            datum=0.0,
-            F=self.point.F_w,
-            p_mean=self.winch.mean_pressure(self.point.state.winch, self.point.params),
-            u_p=0.0,
-            u_m=alpha_m,
-            b_p=0.0,
-            b_m=0.0,
-            held=alpha_m,
-            brake=0.0,
-            idle=0.0,
-            stroke=1.0,
+        p_mean = self.winch.mean_pressure(self.point.state.winch, self.point.params)
+        at_rest = Memory(*(0.0,) * len(Memory._fields))
+        return at_rest._replace(
+            mode=self.tick.mode, F=self.point.F_w, p_mean=p_mean, u_m=alpha_m, held=alpha_m, stroke=1.0
         )
-
-    def cycle(self, x: Any, m: Memory, laws: Any, p: Any) -> tuple[Any, Memory, Any]:
-        """Commands, memory, and what the controllers carry, after one cycle."""
-        u, m, laws, _ = self.driver.control(x, m, laws, self.tick, self.point.tip, self.point.geometry, p)
-        return u, m, laws
 
 
 def _control_slopes(plc: _Plc, crane: Crane) -> Cycle:
@@ -345,31 +316,6 @@ def _law_slopes(crane: Crane, point: OperatingPoint, code: float) -> tuple[dict[
     return demands, [slope(a, b) for a, b in zip(kept_more or (), kept_less or (), strict=True)]
 
 
-def _tick(point: OperatingPoint, mode: Mode) -> Tick:
-    """What comes from outside while the tip moves at its constant speed."""
-    s, v = point.tip.s, point.tip.v
-    return Tick(
-        s=s,
-        v=v,
-        a=0.0,
-        s_m=s,
-        v_m=v,
-        a_m=0.0,
-        v_op=0.0,
-        s_op=0.0,
-        mode=code_of(mode),
-        f_pump=1.0,
-        f_known=1.0,
-        n_s=0.0,
-        n_F=0.0,
-        f_passive=1.0,
-        override=0.0,
-        u_p=0.0,
-        u_m=0.0,
-        brake=0.0,
-    )
-
-
 def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoint], mode: Mode | str) -> OperatingPoint:
     """The operating point at which a mode's own law holds the motors where they are.
 
@@ -378,9 +324,8 @@ def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoin
     lo, hi = crane.active.motor.alpha_min, 1.0
 
     def wish(alpha_m: float) -> float:
-        plc = _Plc(crane, point := point_at(alpha_m), Mode(mode))
-        u, _, _ = plc.cycle(point.state, plc.memory(alpha_m), plc.laws, point.params)
-        return float(u.u_m)
+        plc, at = _Plc(crane, point := point_at(alpha_m), Mode(mode)), (point.tip, point.geometry, point.params)
+        return float(plc.driver.control(point.state, plc.memory(alpha_m), plc.laws, plc.tick, *at)[0].u_m)
 
     if wish(hi) >= hi:
         return point_at(hi)

@@ -1,1 +1,0 @@
-"""How fast a winch can follow at each load."""
