@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from tests.identify.refusals import refused
 
-from stillhook.identify.system_friction.campaign.file import load_campaign
+from stillhook.identify.system_friction.campaign import load_campaign
 from stillhook.units import parse
 
 GOOD = """

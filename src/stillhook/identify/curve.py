@@ -18,10 +18,10 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
+from stillhook.identify.steady_state.pairs import Pair, Pairs, pair_windows
 from stillhook.identify.steady_state.search import effort_of, in_words, kind_of, signal_of
 from stillhook.identify.steady_state.steps import Rejected, Steady, Window, WindowSettings
 from stillhook.identify.steady_state.windows import steady_windows
-from stillhook.identify.system_friction.campaign.pairs import Pair, Pairs, pair_windows
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.log import Log

@@ -13,8 +13,8 @@ from stillhook.report.terminal import print_document, print_json, progress_bar, 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stillhook.identify.system_friction.campaign.measure import Measured
     from stillhook.identify.system_friction.identify import Friction
+    from stillhook.identify.system_friction.measure import Measured
 
 
 SET, REPORT, NUMBERS, POINTS, STRETCHES = "friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv"
@@ -32,7 +32,7 @@ def friction(
     """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
 
     The campaign's table [fit] has like (set of a similar winch, for what the tests cannot determine), loops of the
-    second loop, map (supplier's, to compare with the fitted motor), keep_Y_2, variant and seed.
+    second loop, keep_Y_2 and seed.
 
     Exit code 1 if the data cannot determine what a winch model needs.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
-from stillhook.identify.system_friction.fitting.model import Loss, Points, mj4, motor_loss_at, system_friction
+from stillhook.identify.system_friction.fitting.model import Points, mj4, motor_loss_at, system_friction
 from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, nominal_share
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.statistics.estimate import NORMAL_95, t_factor
@@ -30,51 +30,29 @@ SPEED = "motor speed [rev/min]"
 def figures(result: Friction) -> Mapping[str, Figure]:
     """All figures of a result by file stem, in the order in which a report shows them."""
     out = {
-        "friction-pressure": friction_pressure(result),
         "friction-torque": friction_torque(result),
         "system-friction": system_friction_figure(result),
-        "model-against-measured": model_against_measured(result),
         "error": error_figure(result),
     }
     if result.second is not None:
         out["second-loop-motor"] = motor_old_and_new(result)
-        out["second-loop-system"] = derived_system_friction(
-            result,
-            {"first loop": result.loss, "second loop": mj4(result.second.loss)},
-            "System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)",
-        )
-    if result.mapped is not None:
-        out["model-and-map"] = derived_system_friction(
-            result,
-            {"fitted model (MJ4)": result.loss, "supplier's map": result.mapped.loss},
-            "System friction derived with the fitted motor model and with the supplier's map itself (as paper D"
-            " figure 13)",
-        )
+        out["second-loop-system"] = derived_system_friction(result)
     if result.campaign.synthetic:
         for figure in out.values():
             figure.text(0.995, 0.005, MARK, ha="right", va="bottom", fontsize="x-small", color="#a00000")
     return out
 
 
-def friction_pressure(result: Friction) -> Figure:
-    """dp_F over motor speed, by test (thesis figure 2.6): pairs with 95 % bars, the 25 rev/min grid as lines."""
-    figure, ax = _axes("Friction as pressure, dp_F = (dp_up - dp_down) / 2 (as figure 2.6)", "dp_F [bar]")
-    for style, points, grid in _tests(result):
-        bars = NORMAL_95 * np.hypot(points.u_dp, result.fit.tau)
-        dp_F, speed = _bar(points.dp_F), _rpm(points.omega)
-        ax.errorbar(speed, dp_F, yerr=_bar(bars), ls="none", capsize=2, **style)
-        ax.plot(_rpm(grid.omega), _bar(grid.dp_F), lw=0.8, color=style["color"])
-    return _finished(figure, ax)
-
-
 def friction_torque(result: Friction) -> Figure:
-    """Friction torque per motor shaft over speed, by test, with the model (figures 2.7, 2.12; paper D figure 7)."""
+    """Friction torque per motor shaft over speed, by test, with 95 % bars and the model (figures 2.6, 2.7, 2.12; paper
+    D figure 7)."""
     figure, ax = _axes(
         "Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)", "T_f [N m]"
     )
-    for style, points, _ in _tests(result):
+    for style, points in _tests(result):
         speed, modelled = _rpm(points.omega), predicted(points, result.loss, result.fit.y)
-        ax.plot(speed, points.T_f, ls="none", **style)
+        bars = NORMAL_95 * points.D_m * np.hypot(points.u_dp, result.fit.tau)
+        ax.errorbar(speed, points.T_f, yerr=bars, ls="none", capsize=2, **style)
         ax.plot(speed, modelled, lw=1.0, color=style["color"], ls=_line(points))
     return _finished(figure, ax)
 
@@ -87,7 +65,7 @@ def system_friction_figure(result: Friction) -> Figure:
     )
     omega = np.linspace(0.0, float(result.points.omega.max()), 200)
     loads: set[float] = set()
-    for style, points, _ in _tests(result):
+    for style, points in _tests(result):
         T_d = float(points.T_d.mean())
         ax.plot(_rpm(points.omega), points.T_f - motor_loss_at(points, result.loss), ls="none", **style)
         if round(T_d, -3) not in loads:
@@ -106,31 +84,12 @@ def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str
     ax.fill_between(_rpm(omega), np.maximum(T - half, 0.0), T + half, color=colour, alpha=0.15, lw=0)
 
 
-def model_against_measured(result: Friction) -> Figure:
-    """Total winch friction at the motor shaft, all motors together: modelled over measured (paper D figure 16)."""
-    figure, ax = _axes(
-        "Friction of the complete winch: modelled against measured (as paper D figure 16)",
-        "modelled [N m]",
-        "measured [N m]",
-    )
-    top = 0.0
-    for style, points, _ in _tests(result):
-        measured = points.count * points.T_f
-        modelled = points.count * predicted(points, result.loss, result.fit.y)
-        ax.plot(measured, modelled, ls="none", **style)
-        top = max(top, float(measured.max()), float(modelled.max()))
-    ax.plot([0.0, 1.05 * top], [0.0, 1.05 * top], color=GREY, lw=0.8)
-    ax.set_xlim(0.0, 1.05 * top)
-    ax.set_ylim(0.0, 1.05 * top)
-    return _finished(figure, ax)
-
-
 def error_figure(result: Friction) -> Figure:
     """Model error in % of the nominal torque over speed, by test (paper D figure 17)."""
     figure, ax = _axes(
         "Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]"
     )
-    for style, points, _ in _tests(result):
+    for style, points in _tests(result):
         error = nominal_share(points, result.loss, result.fit.y)
         ax.plot(_rpm(points.omega), error, lw=0.8, ls=_line(points), **style)
     ax.axhspan(-1.0, 1.0, color=GREY, alpha=0.15, lw=0)
@@ -155,15 +114,17 @@ def motor_old_and_new(result: Friction) -> Figure:
     return _finished(figure, ax)
 
 
-def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title: str) -> Figure:
-    """Measured friction less the motor loss of each model, one panel a model, one colour a displacement: with a right
-    motor model the points of one load fall on one curve, whatever the displacement (paper D figures 11 to 14)."""
+def derived_system_friction(result: Friction) -> Figure:
+    """Measured friction less the motor loss of each loop, one colour a displacement: with a right motor model the
+    points of one load fall on one curve, whatever the displacement (paper D figures 11, 12, 14)."""
     from matplotlib.figure import Figure as Canvas
 
-    figure = Canvas(figsize=(5.0 * len(losses), 5.0), layout="constrained")
-    axes = figure.subplots(1, len(losses), sharey=True, squeeze=False)[0]
+    assert result.second is not None
+    figure = Canvas(figsize=(10.0, 5.0), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    losses = {"first loop": result.loss, "second loop": mj4(result.second.loss)}
     for ax, (label, loss) in zip(axes, losses.items(), strict=True):
-        for style, points, _ in _tests(result):
+        for style, points in _tests(result):
             derived = points.count * (points.T_f - motor_loss_at(points, loss))
             ax.plot(_rpm(points.omega), derived, lw=0.8, **style)
         ax.set_title(label, fontsize="medium")
@@ -172,7 +133,7 @@ def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title:
     axes[0].set_ylabel("system friction of the complete winch [N m]")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="x-small", frameon=False)
-    figure.suptitle(title, fontsize="medium")
+    figure.suptitle("System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)")
     return figure
 
 
@@ -194,8 +155,8 @@ def _finished(figure: Figure, ax: Axes) -> Figure:
     return figure
 
 
-def _tests(result: Friction) -> Iterator[tuple[dict[str, Any], Points, Points]]:
-    """Style with label, points by speed and points on the grid of every test; held-out ones are drawn hollow."""
+def _tests(result: Friction) -> Iterator[tuple[dict[str, Any], Points]]:
+    """Style with label and points by speed of every test; held-out ones are hollow."""
     for i, k in enumerate(np.unique(result.points.test)):
         points = result.points.where(result.points.test == k)
         points = points.where(np.argsort(points.omega))  # type: ignore[arg-type]
@@ -208,7 +169,7 @@ def _tests(result: Friction) -> Iterator[tuple[dict[str, Any], Points, Points]]:
             "mfc": "none" if points.hold_out.any() else None,
             "label": f"{points.names[k]}: {show(test.load, 'mass', 3)}, {D_m}{note}",
         }
-        yield style, points, result.grid.where(result.grid.test == k)
+        yield style, points
 
 
 def _line(points: Points) -> str:
@@ -218,7 +179,3 @@ def _line(points: Points) -> str:
 
 def _rpm(omega: FloatArray) -> FloatArray:
     return omega * 60.0 / math.tau
-
-
-def _bar(p: FloatArray) -> FloatArray:
-    return p / 1e5

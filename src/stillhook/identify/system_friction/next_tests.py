@@ -3,34 +3,24 @@
 Each candidate (load, displacement) adds the information of its staircase of speeds to that of the campaign;
 the gain is judged where the crane works: mean variance of the predicted friction over loads, displacements and speeds
 (I-optimality). The best is taken, then the next best with it, and so on.
-
-Words on a complete campaign: friction unlike any published winch's, a motor loss that is itself uncertain, what was
-found in the logs.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError
-from stillhook.identify.system_friction.campaign.file import Campaign
-from stillhook.identify.system_friction.campaign.measure import Measured
-from stillhook.identify.system_friction.diagnosis import Statement
+from stillhook.identify.system_friction.campaign import Campaign
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, jacobian, sigma_of
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Loss, Points, Y, joined, system_friction
-from stillhook.identify.system_friction.fitting.uncertainty import shift_by_motor
-from stillhook.library import frictions
-from stillhook.library import system_friction as published
-from stillhook.logs.checks.findings import SET_VALUES
 from stillhook.physics.load_path.drum import layer_diameter
 from stillhook.physics.scalar import G
-from stillhook.units import parse, show
+from stillhook.units import parse
 
 STAIRCASE = tuple(parse(f"{n} rev/min", "rotation") for n in (30, 60, 90, 130, 180, 250, 350, 500, 650, 800, 1000))
 """Speeds of a proposed staircase [rad/s]: dense where break-away friction fades."""
@@ -133,62 +123,3 @@ def _staircase(
     dp_F = (loss(omega, D, at) + system_friction(omega, torque, fit.y)) / D
     dp = np.stack([at + dp_F, at - dp_F])
     return Points.planned(omega, T_d, D_m, dp=dp, count=float(campaign.count), u_dp=sigma)
-
-
-UNLIKE = 2.5
-"""Factor beyond the published winches' system friction from which a result is called unusual: they differ by two among
-themselves."""
-UNLIKE_SPEED = parse("500 rev/min", "rotation")  # where break-away friction has faded and viscous friction is small
-
-
-def unlike(points: Points, y: Y) -> tuple[Statement, ...]:
-    """A word where the friction is far from that of every winch in the library, as a wrong unit, scale or motor model
-    makes it."""
-    fitted = points.fitted()
-    T_d, omega = np.array([float(fitted.T_d.max())]), np.array([UNLIKE_SPEED])
-    estimate = float(system_friction(omega, T_d, y)[0])
-    others = [float(system_friction(omega, T_d, Y.of(published(name)))[0]) for name in frictions()]
-    if min(others) / UNLIKE <= estimate <= max(others) * UNLIKE:
-        return ()
-    text = (
-        f"System friction of {show(estimate, 'torque', 3)} a motor at 500 rev/min and"
-        f" {show(float(T_d[0]), 'drum_torque', 3)}: published winches have {show(min(others), 'torque', 3)} to"
-        f" {show(max(others), 'torque', 3)} there. Check units and scales, number of motors and motor loss."
-    )
-    return (Statement("unusual", text),)
-
-
-MOTOR_SHARE = 0.5
-"""Shift by the motor's loss over a parameter's own standard error from which it is worth reporting."""
-
-
-def motor_statement(campaign: Campaign, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:
-    """How far the motor's own uncertainty moves what was found; silent where nothing says how well its loss is
-    known."""
-    evidence = campaign.motor_evidence
-    if evidence is None:
-        return ()
-    shift = shift_by_motor(points, fit, evidence.names, evidence.matrix)
-    moved = [(n, float(s)) for n, s in zip(fit.names, shift, strict=True) if s > MOTOR_SHARE * fit.sd(n)]
-    if not moved:
-        return ()
-    texts = ", ".join(f"{n} by {s / fit.sd(n):.2g} of its own standard errors" for n, s in moved)
-    text = (
-        f"The motor loss is itself uncertain; that moves {texts}. It is not in the intervals, which hold for this motor"
-        " loss."
-    )
-    return (Statement("motor loss", text),)
-
-
-def log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:
-    """What was noted about single tests while they were measured, and what was found in their logs."""
-    out = [replace(n, text=f'test "{m.test.name}": {n.text}.') for m in measured for n in m.notes]
-    for m in measured:
-        findings = [f for f in m.log.findings if f.kind != "constant" or f.signal not in SET_VALUES]
-        if findings:
-            kinds = Counter(f.kind for f in findings)
-            counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(findings) > 1 else ""
-            more = "; the report lists the others" if len(findings) > 1 else ""
-            text = f'test "{m.test.name}": found in {m.log.source}{counts}: {findings[0].text}{more}.'
-            out.append(Statement("log", text))
-    return tuple(out)

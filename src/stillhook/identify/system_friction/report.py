@@ -25,21 +25,16 @@ MEANING = {
     "Y_6": "friction part of the drum torque",
 }
 CAPTIONS = {
-    "friction-pressure": (
-        "Half the difference of the hoisting and lowering pressure drops. Bars: 95 %. Lines: interpolated to 25"
-        " rev/min."
-    ),
     "friction-torque": (
-        "What one motor shaft loses. Hollow points and dashed lines: held-out tests, which no fit has seen."
+        "What one motor shaft loses: half the difference of the hoisting and lowering pressure drops, times D_m. Bars:"
+        " 95 %. Hollow points and dashed lines: held-out tests, which no fit has seen."
     ),
     "system-friction": "What is left for gears, drum, sheaves and wire after the motor loss.",
-    "model-against-measured": "All motors together. Points on the line are predicted exactly.",
     "error": (
         "Grey: 1 % of the nominal torque, the thesis's claim from 250 rev/min (dotted) on. Low loads have little"
         " nominal torque."
     ),
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
-    "model-and-map": "The map is exact in its own cells, with nothing outside; the model smooths and extrapolates.",
     "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
 }
 TEST_HEADER = (
@@ -93,7 +88,6 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
         _tests(result),
         _methods(result),
         *_second(result),
-        *_mapped(result),
         _proposals(result),
         *([Section("Figures", pictures)] if pictures else []),
         Section("Method", [Text(METHOD)]),
@@ -225,25 +219,13 @@ def _agreement(result: Friction) -> str:
         return f"Least squares and the complex method ({c.optimum.evaluations} evaluations) reach the same cost."
     return (
         f"The complex method stopped at {number(c.optimum.cost, 5)} after {c.optimum.evaluations} evaluations, least"
-        f" squares reaches {number(c.cost_grid, 5)}: it got stuck; another seed or variant helps."
+        f" squares reaches {number(c.cost_grid, 5)}: it got stuck; another seed helps."
     )
 
 
 def _second(result: Friction) -> list[Section]:
     s = result.second
     return [] if s is None else [Section(f"Second loop (paper D section 3): {s.verdict}", [Bullets(s.statements)])]
-
-
-def _mapped(result: Friction) -> list[Section]:
-    """What the map does better or worse than the model."""
-    m = result.mapped
-    if m is None:
-        return []
-    text = (
-        f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)}"
-        f" with the map {m.source} itself; {m.outside:.0%} of the points are outside the map, where its edge is held."
-    )
-    return [Section("The supplier's map instead of the fitted model (paper D figure 13)", [Text(text)])]
 
 
 def _proposals(result: Friction) -> Section:

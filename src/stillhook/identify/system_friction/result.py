@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.identify.system_friction.campaign.measure import LOAD_CODE, Measured, carried
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
 from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, Points, motor_loss_at
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import Friction, nominal_share
+from stillhook.identify.system_friction.measure import LOAD_CODE, Measured, carried
 from stillhook.identify.system_friction.next_tests import ANYTHING
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
 from stillhook.spec.crane import Source, SourceKind
@@ -60,7 +60,9 @@ def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]
     """Where each parameter of a fit is from; text says it of the fitted ones."""
     out = {n: Source(text=text, kind=SourceKind.FITTED) for n in Y_NAMES}
     for n in fit.prescribed:
-        out[n] = Source(text=f"taken from {result.like}: these tests cannot determine it", kind=SourceKind.ASSUMED)
+        out[n] = Source(
+            text=f"taken from {result.campaign.fit.like}: these tests cannot determine it", kind=SourceKind.ASSUMED
+        )
     for n in fit.dropped:
         reason = f"{result.campaign.source} does not ask for it"
         if n not in result.design.used:
@@ -155,7 +157,6 @@ def to_dict(result: Friction) -> dict[str, Any]:
             {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count} for h in result.held_out
         ],
         "second_loop": _second(result),
-        "map": _mapped(result),
         "proposals": [
             {
                 "load": p.load,
@@ -225,19 +226,6 @@ def _second(result: Friction) -> dict[str, Any] | None:
         "E_held_out": [s.first.held_out, s.second.held_out],
         "verdict": s.verdict,
         "statements": list(s.statements),
-    }
-
-
-def _mapped(result: Friction) -> dict[str, Any] | None:
-    m = result.mapped
-    if m is None:
-        return None
-    return {
-        "source": m.source,
-        "rms_model": m.rms_model,
-        "rms_map": m.rms_map,
-        "outside": m.outside,
-        "system": m.fit.y._asdict(),
     }
 
 

@@ -2,8 +2,7 @@
 
 With Y_4 given the model is linear in the other five parameters, none of which may be negative: that is one convex
 problem with one answer (non-negative least squares). What is left is a search along Y_4 alone, made on a grid and then
-refined. The thesis used Box's complex method on all six at once (`stillhook.statistics.complex_method`); both are
-offered.
+refined. The thesis used a complex method on all six at once (`stillhook.identify.system_friction.thesis`).
 """
 
 from __future__ import annotations

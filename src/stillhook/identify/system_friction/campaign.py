@@ -23,7 +23,6 @@ from stillhook.logs.types import Signal
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, Source
-from stillhook.statistics.complex_method import Variant
 from stillhook.tables.table import Flag, Share, Spec, Text
 from stillhook.units import show
 from stillhook.winches.circuits.tables import Motor
@@ -40,14 +39,12 @@ class Accuracy(Spec):
     omega_m: Share = Field(default=0.0, ge=0, lt=LARGEST_ACCURACY, description="of a speed, as part of the reading")
 
 
-class Fit(Spec):
+class FitSettings(Spec):
     """The table [fit]: how the friction is identified."""
 
     like: Text | None = Field(default=None, description="set of a similar winch, for what these tests cannot determine")
     keep_Y_2: Flag | None = Field(default=None, description="keep the constant term (default: where the data ask)")
     loops: Annotated[int, Field(strict=True, ge=0, le=10)] = Field(default=0, description="rounds of the second loop")
-    map: Text | None = Field(default=None, description="supplier's map of the motor, to compare with its fitted model")
-    variant: Variant = Field(default=Variant.KRUS, description="complex method that checks the fit")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="seed of everything random")
 
 
@@ -82,7 +79,7 @@ class CampaignFile(Spec):
     accuracy: Accuracy = Field(default_factory=Accuracy)
     test: tuple[TestTable, ...] = Field(min_length=1, description="one [[test]] table for each log")
     synthetic: Flag = Field(default=False, description="simulated, measured on no crane")
-    fit: Fit = Field(default_factory=Fit)
+    fit: FitSettings = Field(default_factory=FitSettings)
 
 
 @dataclass(frozen=True)
@@ -128,7 +125,7 @@ class Campaign:
     r_omega: float
     tests: tuple[CraneTest, ...]
     synthetic: bool
-    fit: Fit
+    fit: FitSettings
 
     def weight(self, test: CraneTest) -> float:
         """Weight of load, hook and wire out [N]."""
@@ -207,15 +204,7 @@ def _campaign(table: TomlTable) -> Campaign:
         r_omega=file.accuracy.omega_m,
         tests=tests,
         synthetic=file.synthetic or MARK in title,
-        fit=_beside(file.fit, table),
-    )
-
-
-def _beside(fit: Fit, table: TomlTable) -> Fit:
-    """Files of the table [fit] seen from its file."""
-    like = None if fit.like is None else table.relative_toml(fit.like)
-    return fit.model_copy(
-        update={"like": like, "map": None if fit.map is None else str(table.relative_file(fit.map, "fit", "map"))}
+        fit=file.fit.model_copy(update={"like": None if file.fit.like is None else table.relative_toml(file.fit.like)}),
     )
 
 
