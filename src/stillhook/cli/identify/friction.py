@@ -89,6 +89,4 @@ def _files(result: Friction) -> dict[str, Any]:
 def _log_figure(m: Measured) -> Figure:
     from stillhook.identify.curve import window_figure
 
-    return window_figure(
-        m.log, "omega_m", "dp_m", m.steady, unpaired=m.pairs.unpaired, title=f"test {m.test.name}: {m.log.source}"
-    )
+    return window_figure(m.log, "omega_m", "dp_m", m.steady, m.pairs.unpaired, f"test {m.test.name}: {m.log.source}")
