@@ -58,8 +58,7 @@ def friction(
 
 def _files(result: Friction) -> dict[str, Any]:
     """Set, report, numbers, tables and figures by file. A set that must not be used is left out."""
-    from stillhook.identify.system_friction.figures import figures
-    from stillhook.identify.system_friction.report import report
+    from stillhook.identify.system_friction.report import figures, report
     from stillhook.identify.system_friction.result import (
         friction_set,
         points_table,
@@ -80,7 +79,7 @@ def _files(result: Friction) -> dict[str, Any]:
     if not result.usable:
         say(f"{SET} is not written: the data cannot determine what a winch model needs.")
         return files
-    files[SET] = warnings(result) + set_toml(friction_set(result, "friction"))
+    files[SET] = warnings(result) + set_toml(friction_set(result))
     for item in second_loop_sets(result) if result.second is not None else ():
         files[f"{item.name}.toml"] = set_toml(item)
     return files

@@ -127,6 +127,11 @@ class Campaign:
     synthetic: bool
     fit: FitSettings
 
+    @property
+    def prefix(self) -> str:
+        """What a title of synthetic data begins with."""
+        return f"{MARK} " if self.synthetic else ""
+
     def weight(self, test: CraneTest) -> float:
         """Weight of load, hook and wire out [N]."""
         return (test.load + self.crane.hook_mass + test.wire) * G

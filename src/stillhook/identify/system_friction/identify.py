@@ -24,9 +24,8 @@ from stillhook.identify.system_friction.diagnosis import (
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, fit_system, predicted
 from stillhook.identify.system_friction.fitting.model import Loss, Points, Y, joined, mj4
 from stillhook.identify.system_friction.fitting.second_loop import SecondLoop, second_loop
-from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals
+from stillhook.identify.system_friction.fitting.uncertainty import Proposal, profile_intervals, propose
 from stillhook.identify.system_friction.measure import Measured, measure
-from stillhook.identify.system_friction.next_tests import Proposal, propose
 from stillhook.identify.system_friction.thesis import Check, thesis_check
 from stillhook.library.parameter_sets import load_friction
 from stillhook.physics.scalar import G

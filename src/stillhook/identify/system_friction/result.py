@@ -6,16 +6,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.base.arrays import FloatArray
+from stillhook.identify.system_friction.campaign import MARK
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
 from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, Points, motor_loss_at
+from stillhook.identify.system_friction.fitting.second_loop import SecondLoop
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import Friction, nominal_share
-from stillhook.identify.system_friction.measure import LOAD_CODE, Measured, carried
-from stillhook.identify.system_friction.next_tests import ANYTHING
+from stillhook.identify.system_friction.measure import LOAD_CODE, carried
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import from_display, in_display, number
@@ -25,20 +28,15 @@ if TYPE_CHECKING:
     import pandas
 
 
-def friction_set(result: Friction, name: str) -> FrictionSet:
+def friction_set(result: Friction) -> FrictionSet:
     """The identified parameters as a set for the library or a crane file, with where each is from and how well it is
     known."""
     campaign, fitted_points = result.campaign, result.points.fitted()
-    prefix = _prefix(result)
     extent = f"{len(np.unique(fitted_points.test))} tests, {len(fitted_points)} pairs"
-    text = f"identified from {prefix}campaign {campaign.source} ({extent}), motor loss {campaign.motor_name}"
+    text = f"identified from {campaign.prefix}campaign {campaign.source} ({extent}), motor loss {campaign.motor_name}"
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
-    title = title if "SYNTHETIC" in title else prefix + title
-    return _set_of(result, result.fit, name, title, text, [s.text for s in result.statements])
-
-
-def _prefix(result: Friction) -> str:
-    return "SYNTHETIC " if result.campaign.synthetic else ""
+    title = title if MARK in title else campaign.prefix + title
+    return _set_of(result, result.fit, "friction", title, text, [s.text for s in result.statements])
 
 
 def _set_of(
@@ -73,13 +71,10 @@ def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]
 
 def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     """The motor loss refined on the crane's tests and the system friction that belongs to it: use both, or neither.
-
-    What held-out tests say of them is in their evidence. Errors: ValueError where no second loop was requested.
-    """
+    What held-out tests say of them is in their evidence."""
     loop, campaign = result.second, result.campaign
-    if loop is None:
-        raise ValueError("no second loop was run: give loops=1")
-    prefix, fitted_points = _prefix(result), result.points.fitted()
+    assert loop is not None
+    prefix, fitted_points = campaign.prefix, result.points.fitted()
     text = (
         f"second loop (paper D section 3) on {prefix}campaign {campaign.source}, {len(fitted_points)} pairs:"
         f" {loop.verdict}"
@@ -103,9 +98,6 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     )
 
 
-RANGE_DIGITS = 4
-
-
 def _ranges(fitted_points: Points) -> dict[str, tuple[float, float]]:
     return {
         "omega_m": _range(fitted_points.omega, "rotation"),
@@ -115,12 +107,9 @@ def _ranges(fitted_points: Points) -> dict[str, tuple[float, float]]:
     }
 
 
-def _range(values: np.ndarray, kind: str) -> tuple[float, float]:
-    """Ends of the data, rounded in display units: a range is not a measurement."""
-    low, high = (
-        from_display(float(number(in_display(float(v), kind), RANGE_DIGITS)), kind)
-        for v in (values.min(), values.max())
-    )
+def _range(values: FloatArray, kind: str) -> tuple[float, float]:
+    """Ends of the data, rounded to four digits in display units: a range is not a measurement."""
+    low, high = (from_display(float(number(in_display(float(v), kind), 4)), kind) for v in (values.min(), values.max()))
     return low, high
 
 
@@ -156,23 +145,10 @@ def to_dict(result: Friction) -> dict[str, Any]:
         "held_out": [
             {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count} for h in result.held_out
         ],
-        "second_loop": _second(result),
-        "proposals": [
-            {
-                "load": p.load,
-                "D_m": p.D_m,
-                "sd_before": _finite_or_none(p.sd_before),
-                "sd_after": _finite_or_none(p.sd_after),
-            }
-            for p in result.proposals
-        ],
-        "statements": [{"code": s.code, "severe": s.severe, "text": s.text} for s in result.statements],
+        "second_loop": None if result.second is None else _second(result.second),
+        "proposals": [asdict(p) for p in result.proposals],
+        "statements": [asdict(s) for s in result.statements],
     }
-
-
-def _finite_or_none(sd: float) -> float | None:
-    """A standard error of a friction torque, None where nothing is known."""
-    return sd if sd < ANYTHING else None
 
 
 def _parameter(result: Friction, name: str) -> dict[str, Any]:
@@ -189,36 +165,33 @@ def _parameter(result: Friction, name: str) -> dict[str, Any]:
 
 def test_rows(result: Friction) -> list[dict[str, Any]]:
     """What each test gave, SI, errors in % of nominal torque."""
-    return [_test(result, m) for m in result.measured]
+    rows = []
+    for m in result.measured:
+        error = nominal_share(m.points, result.loss, result.fit.y)
+        row = {
+            "name": m.test.name,
+            "load": m.test.load,
+            "wire": m.test.wire,
+            "load_carried": carried(result.campaign, m.test, m.points),
+            "D_m": float(m.points.D_m.mean()),
+            "T_d": float(m.points.T_d.mean()),
+            "hold_out": m.test.hold_out,
+            "log": m.test.log.name,
+            "pairs": len(m.points),
+            "stretches": len(m.steady.windows),
+            "rejected": len(m.steady.rejected),
+            "unpaired": len(m.pairs.unpaired),
+            "omega_m_min": float(m.points.omega.min()),
+            "omega_m_max": float(m.points.omega.max()),
+            "rms_percent": float(np.sqrt(np.nanmean(error**2))),
+            "notes": [n.text for n in m.notes],
+            "findings": [f.text for f in m.log.findings],
+        }
+        rows.append(row)
+    return rows
 
 
-def _test(result: Friction, m: Measured) -> dict[str, Any]:
-    error = nominal_share(m.points, result.loss, result.fit.y)
-    return {
-        "name": m.test.name,
-        "load": m.test.load,
-        "wire": m.test.wire,
-        "load_carried": carried(result.campaign, m.test, m.points),
-        "D_m": float(m.points.D_m.mean()),
-        "T_d": float(m.points.T_d.mean()),
-        "hold_out": m.test.hold_out,
-        "log": m.test.log.name,
-        "pairs": len(m.points),
-        "stretches": len(m.steady.windows),
-        "rejected": len(m.steady.rejected),
-        "unpaired": len(m.pairs.unpaired),
-        "omega_m_min": float(m.points.omega.min()),
-        "omega_m_max": float(m.points.omega.max()),
-        "rms_percent": float(np.sqrt(np.nanmean(error**2))),
-        "notes": [n.text for n in m.notes],
-        "findings": [f.text for f in m.log.findings],
-    }
-
-
-def _second(result: Friction) -> dict[str, Any] | None:
-    s = result.second
-    if s is None:
-        return None
+def _second(s: SecondLoop) -> dict[str, Any]:
     return {
         "motor": {n: float(getattr(s.loss, n)) for n in X_NAMES},
         "system": s.system.y._asdict(),
