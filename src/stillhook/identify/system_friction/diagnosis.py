@@ -15,7 +15,7 @@ from stillhook.identify.system_friction.fitting.uncertainty import blind_directi
 from stillhook.library import frictions
 from stillhook.library import system_friction as published
 from stillhook.library.parameter_sets import Evidence
-from stillhook.logs.checks.findings import SET_VALUES
+from stillhook.logs.findings import SET_VALUES
 from stillhook.logs.types import Log
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse, show

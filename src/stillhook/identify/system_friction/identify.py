@@ -127,7 +127,7 @@ def friction(
         *plan.statements,
         *judge(points, optimum, intervals),
         *_beyond_claim(held_out),
-        *motor_statement(campaign.motor_evidence, points, optimum),
+        *motor_statement(campaign.losses.evidence, points, optimum),
         *unlike(points, optimum.y),
         *(replace(n, text=f'test "{m.test.name}": {n.text}.') for m in measured for n in m.notes),
         *(s for m in measured for s in log_statement(m.test.name, m.log)),

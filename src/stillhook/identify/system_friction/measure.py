@@ -119,7 +119,7 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     if len(unused) > MOST_LOST * (len(unused) + used):
         text = f"{len(unused)} stretches are not used and {used} are; most often: {_commonest(unused)}"
         notes.append(Statement("few stretches", text))
-    return Measured(test, extended, steady, pairs, points, grid_points(grid, points, campaign.u_p), tuple(notes))
+    return Measured(test, extended, steady, pairs, points, grid_points(grid, points, campaign.accuracy.p), tuple(notes))
 
 
 def _with_full_wire_length(campaign: Campaign, log: Log, notes: list[Statement]) -> Log:
@@ -295,11 +295,11 @@ def _points(campaign: Campaign, test: CraneTest, pairs: Pairs, D_m: FloatArray, 
     dp_up, dp_down = np.array([w.effort for w in up]), np.array([w.effort for w in down])
     u_dp = 0.5 * np.hypot([w.u_effort for w in up], [w.u_effort for w in down])
     u_speed = 0.5 * np.hypot(
-        np.hypot([w.u_speed for w in up], campaign.r_omega * omega_up),
-        np.hypot([w.u_speed for w in down], campaign.r_omega * omega_down),
+        np.hypot([w.u_speed for w in up], campaign.accuracy.omega_m * omega_up),
+        np.hypot([w.u_speed for w in down], campaign.accuracy.omega_m * omega_down),
     )
     slope = _slope(0.5 * (omega_up + omega_down), 0.5 * (dp_up - dp_down))
-    u_dp = np.sqrt(u_dp**2 + campaign.u_p**2 + (slope * u_speed) ** 2)
+    u_dp = np.sqrt(u_dp**2 + campaign.accuracy.p**2 + (slope * u_speed) ** 2)
     n = len(pairs.pairs)
     return Points(
         names=(test.name,),

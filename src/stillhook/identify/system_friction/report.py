@@ -122,7 +122,7 @@ def _parameters(result: Friction) -> Section:
         rows.append((n, _parameter(n, value), *ends, MEANING[n] + state))
     equation = (
         "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
-        f"Intervals: 95 %, profile. Motor loss: {result.campaign.motor_name} (MJ4)."
+        f"Intervals: 95 %, profile. Motor loss: {result.campaign.losses.name} (MJ4)."
     )
     table = Table(("", "value", "from", "to", "meaning"), rows)
     return Section("System friction per motor shaft (eq. 2.7)", [Text(equation), table])

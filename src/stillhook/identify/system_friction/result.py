@@ -33,7 +33,7 @@ def friction_set(result: Friction) -> FrictionSet:
     known."""
     campaign, fitted_points = result.campaign, result.points.fitted()
     extent = f"{len(np.unique(fitted_points.test))} tests, {len(fitted_points)} pairs"
-    text = f"identified from {campaign.prefix}campaign {campaign.source} ({extent}), motor loss {campaign.motor_name}"
+    text = f"identified from {campaign.prefix}campaign {campaign.source} ({extent}), motor loss {campaign.losses.name}"
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
     title = title if MARK in title else campaign.prefix + title
     return _set_of(result, result.fit, "friction", title, text, [s.text for s in result.statements])
@@ -84,11 +84,11 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     ranges = {k: v for k, v in _ranges(fitted_points).items() if k != "T_d"}
     plain = {n: getattr(campaign.motor, n) for n in Motor.model_fields if n not in LOSS_RANGE}
     motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
-    unchanged = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
+    unchanged = {path: s for path, s in campaign.losses.sources.items() if path not in LOSS_RANGE}
     sources = unchanged | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in X_NAMES}
     dof, remarks = float(len(fitted_points) - len(names)), list(loop.statements)
     evidence = Evidence.fitted(names, matrix, dof=dof, data=text, ranges=ranges, statements=remarks)
-    title = f"{prefix}{campaign.motor_name}, torque loss refined on {campaign.title}"
+    title = f"{prefix}{campaign.losses.name}, torque loss refined on {campaign.title}"
     friction_title = (
         f"{prefix}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
     )
@@ -119,7 +119,7 @@ def to_dict(result: Friction) -> dict[str, Any]:
     return {
         "campaign": result.campaign.title,
         "crane": result.campaign.crane.name,
-        "motor": result.campaign.motor_name,
+        "motor": result.campaign.losses.name,
         "synthetic": result.campaign.synthetic,
         "usable": result.usable,
         "parameters": {n: _parameter(result, n) for n in Y_NAMES},

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.estimate import LEAST, NORMAL_95, Estimate, t_factor
-from stillhook.statistics.few_cases import mean_of_few
+from stillhook.statistics.estimate import LEAST, NORMAL_95, Estimate, mean_of_few, t_factor
 from stillhook.statistics.time_lag import dot
 
 SCATTER = 0.6

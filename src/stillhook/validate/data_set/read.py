@@ -21,7 +21,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Meter, Progress
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.errors import StillhookError, ValidateError
-from stillhook.logs.checks.findings import counted
+from stillhook.logs.findings import counted
 from stillhook.logs.log import read_log
 from stillhook.logs.types import Log
 from stillhook.spec.scenario import Mode
