@@ -18,9 +18,7 @@ from trials.campaigns.friction import campaign_plan, write_campaign
 from trials.campaigns.plc_log import Instruments, noise_of
 
 from stillhook import identify, load_crane
-from stillhook.identify.system_friction.campaign.measure import measure
-from stillhook.identify.system_friction.campaign.pairs import on_grid
-from stillhook.identify.system_friction.compare import drum_torque, speeds, split
+from stillhook.identify.compare import drum_torque, speeds, split
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, fit_system, predicted
 from stillhook.identify.system_friction.fitting.model import (
     Y_NAMES,
@@ -32,14 +30,10 @@ from stillhook.identify.system_friction.fitting.model import (
     motor_loss_at,
     system_friction,
 )
-from stillhook.identify.system_friction.identify import (
-    JUDGED_FROM,
-    Friction,
-    held_out_errors,
-    nominal_share,
-    thesis_check,
-)
-from stillhook.identify.system_friction.second_loop import SecondLoop, second_loop
+from stillhook.identify.system_friction.fitting.second_loop import SecondLoop, second_loop
+from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, held_out_errors, nominal_share
+from stillhook.identify.system_friction.measure import measure
+from stillhook.identify.system_friction.thesis import on_grid, thesis_check
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
 from stillhook.library.draws import crane_with
@@ -113,7 +107,7 @@ def logs(plan: str, noise: str, reference: Crane | None = None) -> Iterator[Path
 def campaign(plan: str, noise: str, truth: Crane | None = None) -> Friction:
     """Logs of the twin, identified."""
     with logs(plan, noise, truth) as file:
-        return identify.friction(file, proposals=0, loops=0 if truth is None else 1)
+        return identify.friction(file, fit=identify.FitSettings(loops=0 if truth is None else 1), proposals=0)
 
 
 def fit_alone(plan: str) -> FrictionFit:

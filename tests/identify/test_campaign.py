@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from tests.identify.refusals import refused
 
-from stillhook.identify.system_friction.campaign.file import load_campaign
+from stillhook.identify.system_friction.campaign import load_campaign
 from stillhook.units import parse
 
 GOOD = """
@@ -47,11 +47,11 @@ def written(folder: Path, text: str) -> Path:
 def test_a_campaign_is_read_in_si(tmp_path):
     c = load_campaign(written(tmp_path, GOOD))
     one, two = c.tests
-    assert (c.crane.name, c.count, c.motor_name) == ("nov-150t", 11, "A6VM215")
+    assert (c.crane.name, c.count, c.losses.name) == ("nov-150t", 11, "A6VM215")
     assert one.D_m == pytest.approx(parse("215 cm^3/rev", "displacement"))
     assert (one.load, one.layer, one.hold_out) == (77e3, 6, False)
     assert (two.name, two.s_w, two.hold_out, two.start, two.end) == ("2", 300.0, True, 10.0, 90.0)
-    assert (c.u_p, c.r_omega) == (pytest.approx(0.2e5), pytest.approx(0.003))
+    assert (c.accuracy.p, c.accuracy.omega_m) == (pytest.approx(0.2e5), pytest.approx(0.003))
     assert c.weight(one) == pytest.approx(80e3 * 9.80665)
     assert c.diameter(one) == pytest.approx(2.25 + 11 * 0.077)
 

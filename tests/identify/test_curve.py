@@ -122,7 +122,7 @@ def test_the_figure_shows_what_was_used_and_what_was_not() -> None:
     ends = [(float(x.min()), float(x.max())) for x in spans]
     assert all((w.start, w.end) in ends for w in found.steady.windows)
     assert len(spans) == len(found.steady.windows) + len(found.steady.rejected) + len(found.steady.trimmed)
-    assert len(window_figure(log, "speed", "effort", found.steady, kinds={"effort": "force"}).axes) == 2
+    assert len(window_figure(log, "speed", "effort", found.steady, (), "").axes) == 2
 
 
 # ---- the command

@@ -9,8 +9,8 @@ from tests.identify.refusals import refused
 
 from stillhook import load_crane
 from stillhook.engine.pack.lift import RHO_STEEL, wire_carried
-from stillhook.identify.system_friction.campaign.file import load_campaign
-from stillhook.identify.system_friction.campaign.measure import LOAD_CODE, carried, measure
+from stillhook.identify.system_friction.campaign import load_campaign
+from stillhook.identify.system_friction.measure import LOAD_CODE, carried, measure
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import RHO_SEA
 from stillhook.units import parse

@@ -44,7 +44,7 @@ def noisy(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def result(noisy):
-    return identify.friction(noisy.campaign, loops=1)
+    return identify.friction(noisy.campaign, fit=identify.FitSettings(loops=1))
 
 
 def with_fit(campaign, rows):
@@ -146,7 +146,7 @@ def test_the_report_is_one_page_with_its_pictures_inside(written):
     page = (written[0] / "report.html").read_text(encoding="utf-8")
     assert page.startswith("<!doctype html>")
     assert "SYNTHETIC: these logs were simulated, not measured." in page
-    assert page.count("data:image/png;base64,") >= 5 + 12
+    assert page.count("data:image/png;base64,") >= 3 + 12
     assert 'src="http' not in page
     assert "<script" not in page
 
@@ -314,9 +314,7 @@ def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, c
     ("fit", "options", "line"),
     [
         ('keep_Y_2 = "perhaps"', [], 'fit.keep_Y_2 = "perhaps"'),
-        ('variant = "simplex"', [], 'fit.variant = "simplex"'),
         ('like = "crane-9"', [], "crane-9"),
-        ('map = "none.csv"', [], "none.csv"),
         ("loops = 11", [], "fit.loops = 11"),
         ("", ["--out", "campaign-file-below/x"], "campaign-file-below"),
         ("", ["--loops", "1"], "--loops: moved. Write fit.loops in the campaign file."),

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from tests.identify.staged import CM3, CRANE_2, LOSS, stage, truth
 
-from stillhook.identify.system_friction.campaign.file import load_campaign
+from stillhook.identify.system_friction.campaign import load_campaign
 from stillhook.identify.system_friction.fitting.fit import fit_system, predicted_sd
-from stillhook.identify.system_friction.next_tests import propose
+from stillhook.identify.system_friction.fitting.uncertainty import propose
 
 CAMPAIGN = """
 crane = "nov-150t"

@@ -7,7 +7,7 @@ from tests.identify.staged import CM3, CRANE_2, LOSS, RPM, STAIR, stage, truth
 
 from stillhook.identify.system_friction.fitting.fit import cost, fit_system
 from stillhook.identify.system_friction.fitting.model import X_NAMES, mj4
-from stillhook.identify.system_friction.second_loop import second_loop
+from stillhook.identify.system_friction.fitting.second_loop import second_loop
 from stillhook.library import motor
 
 SUPPLIER = motor("A6VM215").loss

@@ -8,7 +8,7 @@ from tests.identify.refusals import refused
 
 from stillhook import load_crane
 from stillhook.cli import run as command
-from stillhook.identify.system_friction.compare import (
+from stillhook.identify.compare import (
     FASTEST,
     PARTS,
     band,

@@ -191,11 +191,9 @@ def test_the_tail_of_a_decay_that_hides_in_noise_does_not_push_all_means_one_way
     assert abs(np.mean(off)) < 0.4  # uncertainties; 0.5 where no spare is left out
 
 
-def test_the_whole_log_is_accounted_for() -> None:
-    log = staircase(**NOISE)
-    found = find(log)
-    assert sum(found.time.values()) == pytest.approx(len(log.t) * 0.1)
-    assert found.time["used"] > found.time["trimmed"]
+def test_what_is_left_out_at_the_start_of_a_step_is_said() -> None:
+    found = find(staircase(**NOISE))
+    assert found.trimmed
     assert all(r.code == "start" and "settling" in r.reason and " off for " in r.reason for r in found.trimmed)
 
 
@@ -362,7 +360,6 @@ def test_a_gap_splits_a_step_and_short_ends_are_told() -> None:
     found = find(cut)
     assert not any(w.start < 7.9 and w.end > 5.4 for w in found.windows)
     assert "next to a gap in the log" in one(found, "gap")
-    assert found.time["no samples"] == pytest.approx(2.5, abs=0.15)
 
 
 @pytest.mark.parametrize("kind", ["stuck", "saturated", "missing"])
@@ -449,6 +446,6 @@ def test_pauses_and_ramps_are_not_reported_as_rejected_stretches():
     none, t = np.zeros(len(v), dtype=bool), 0.1 * (np.arange(len(v)) + 0.5)
     signals = {"speed": v, "effort": np.ones(len(v))}
     log = Log("steps.csv", t, signals, dict.fromkeys(signals, none), (), (), 10.0, len(v))
-    search = Search(log, "speed", "effort", None, (), (), {}, WindowSettings())
+    search = Search(log, "speed", "effort", None, (), {}, WindowSettings())
     pause, ramp, step = (search.rejected(a, b, 1, "short", "too short") for a, b in ((2, 18), (22, 38), (42, 58)))
     assert [search.pause_or_ramp(r) for r in (pause, ramp, step)] == [True, True, False]

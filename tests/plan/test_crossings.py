@@ -24,8 +24,7 @@ from stillhook.plan.tiers.time_domain.curves import ColumnRuns
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.plan.tiers.time_domain.measures import Measure
 from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.statistics.crossing_fit import Crossings, fit_crossings
-from stillhook.statistics.share_crossing import share_crossing
+from stillhook.statistics.crossing_fit import Crossings, fit_crossings, share_crossing
 from stillhook.variables import WINDOW
 
 PERIOD = np.repeat(np.arange(5.0, 15.0, 2.0), 2)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, sosfilt
 
-from stillhook.statistics.estimate import half_of_mean
-from stillhook.statistics.few_cases import mean_of_few
+from stillhook.statistics.estimate import half_of_mean, mean_of_few
 from stillhook.validate.ahc.measures import SCATTER, CaseCorrelation, case_correlation, mean_correlation
 
 STEP = 0.1  # s

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
     from stillhook.identify.curve import FrictionCurve
     from stillhook.identify.motor.identify import MotorLoss
-    from stillhook.identify.system_friction.campaign.measure import Measured
     from stillhook.identify.system_friction.identify import Friction
+    from stillhook.identify.system_friction.measure import Measured
     from stillhook.logs.log import Log
 
-STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
+STEMS = ("terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
 MOTOR_FILES = ("motor.toml", "report.html", "models.json", *(f"{stem}.png" for stem in STEMS))
 MAP_HELP = (
     "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the"
@@ -116,7 +116,7 @@ def friction(
     """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
 
     The campaign's table [fit] has like (set of a similar winch, for what the tests cannot determine), loops of the
-    second loop, map (supplier's, to compare with the fitted motor), keep_Y_2, variant and seed.
+    second loop, keep_Y_2 and seed.
 
     Exit code 1 if the data cannot determine what a winch model needs.
 
@@ -138,8 +138,7 @@ def friction(
 
 def _friction_files(result: Friction) -> dict[str, Any]:
     """Set, report, numbers, tables and figures by file. A set that must not be used is left out."""
-    from stillhook.identify.system_friction.figures import figures
-    from stillhook.identify.system_friction.report import report
+    from stillhook.identify.system_friction.report import figures, report
     from stillhook.identify.system_friction.result import (
         friction_set,
         points_table,
@@ -161,7 +160,7 @@ def _friction_files(result: Friction) -> dict[str, Any]:
     if not result.usable:
         say(f"{chosen} is not written: the data cannot determine what a winch model needs.")
         return files
-    files[chosen] = warnings(result) + set_toml(friction_set(result, "friction"))
+    files[chosen] = warnings(result) + set_toml(friction_set(result))
     for item in second_loop_sets(result) if result.second is not None else ():
         files[f"{item.name}.toml"] = set_toml(item)
     return files
@@ -170,9 +169,7 @@ def _friction_files(result: Friction) -> dict[str, Any]:
 def _log_figure(m: Measured) -> Figure:
     from stillhook.identify.curve import window_figure
 
-    return window_figure(
-        m.log, "omega_m", "dp_m", m.steady, unpaired=m.pairs.unpaired, title=f"test {m.test.name}: {m.log.source}"
-    )
+    return window_figure(m.log, "omega_m", "dp_m", m.steady, m.pairs.unpaired, f"test {m.test.name}: {m.log.source}")
 
 
 def curve(

@@ -60,7 +60,7 @@ def _compensators() -> list[dict[str, Any]]:
 
 
 def _frictions() -> list[dict[str, Any]]:
-    from stillhook.identify.system_friction.compare import provenance
+    from stillhook.identify.compare import provenance
     from stillhook.library import frictions, load_friction, load_losses, motors
 
     sets = [("system friction", s, s.system) for s in map(load_friction, frictions())]

@@ -2,13 +2,13 @@ from stillhook.identify.curve import friction_curve as friction_curve
 from stillhook.identify.motor.identify import MotorLoss as MotorLoss
 from stillhook.identify.motor.identify import identify_motor as identify_motor
 from stillhook.identify.motor.map import LossMap as LossMap
-from stillhook.identify.motor.map import mapped_loss as mapped_loss
 from stillhook.identify.motor.map import read_map as read_map
-from stillhook.identify.system_friction.campaign.file import Campaign as Campaign
-from stillhook.identify.system_friction.campaign.file import load_campaign as load_campaign
+from stillhook.identify.system_friction.campaign import Campaign as Campaign
+from stillhook.identify.system_friction.campaign import FitSettings as FitSettings
+from stillhook.identify.system_friction.campaign import load_campaign as load_campaign
+from stillhook.identify.system_friction.fitting.second_loop import second_loop as second_loop
 from stillhook.identify.system_friction.identify import Friction as Friction
 from stillhook.identify.system_friction.identify import friction as friction
-from stillhook.identify.system_friction.second_loop import second_loop as second_loop
 from stillhook.library.draws import draw_cranes as draw_cranes
 from stillhook.logs.log import Log as Log
 from stillhook.logs.log import read_log as read_log

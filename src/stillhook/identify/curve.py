@@ -3,8 +3,6 @@
 What friction is here: half the difference of effort between both directions at the same speed (Moslatt 2020 eq. 2.4).
 Everything that turns with the direction is in it: dry and viscous friction, hysteresis, and whatever brakes the machine
 on purpose.
-
-Pictures of steady stretches over a log, and of a friction curve.
 """
 
 from __future__ import annotations
@@ -18,10 +16,10 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
+from stillhook.identify.steady_state.pairs import Pair, Pairs, pair_windows
 from stillhook.identify.steady_state.search import effort_of, in_words, kind_of, signal_of
 from stillhook.identify.steady_state.steps import Rejected, Steady, Window, WindowSettings
 from stillhook.identify.steady_state.windows import steady_windows
-from stillhook.identify.system_friction.campaign.pairs import Pair, Pairs, pair_windows
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.log import Log
@@ -114,7 +112,6 @@ class FrictionCurve:
             "points": points,
             "rejected": rejected,
             "trimmed": [asdict(r) for r in self.steady.trimmed],
-            "time": dict(self.steady.time),
             "least_length": self.least_length,
             "least_length_adapted": self.adapted,
         }
@@ -148,8 +145,6 @@ def friction_curve(
     effort: str | FloatArray = "effort",
     position: str | None = None,
     command: str | None = None,
-    held: Sequence[str] = (),
-    made_of: Sequence[str] = (),
     kinds: Mapping[str, str] | None = None,
     settings: WindowSettings | None = None,
 ) -> FrictionCurve:
@@ -167,10 +162,6 @@ def friction_curve(
         Signal on which the load depends in addition to the direction (a spring, a slope).
     command : str, optional
         Set signal whose changes begin new steps.
-    held : sequence of str, default ()
-        Signals that must stay (displacement).
-    made_of : sequence of str, default ()
-        Signals behind an effort array, whose doubtful bins count as the effort's.
     kinds : mapping, optional
         Kinds of quantity (`units.KINDS`) of signals by name, for texts.
     settings : WindowSettings, optional
@@ -202,9 +193,7 @@ def friction_curve(
         signal_kinds["position"] = kind_of(log, position, kinds)
 
     def attempt() -> tuple[Steady, list[CurvePoint], list[Rejected]]:
-        steady = steady_windows(
-            log, speed, effort, command=command, held=held, made_of=made_of, kinds=named, settings=used
-        )
+        steady = steady_windows(log, speed, effort, command=command, kinds=named, settings=used)
         matches = pair_windows(steady.windows, text=lambda v: in_words(v, signal_kinds["speed"]))
         if position is not None:
             return steady, *_place_by_place(log, matches, steady.windows, effort, position)
@@ -350,26 +339,13 @@ WORDS_FROM = 0.012
 
 
 def window_figure(
-    log: Log,
-    speed: str,
-    effort: str | FloatArray,
-    steady: Steady,
-    *,
-    unpaired: Sequence[Rejected] = (),
-    title: str = "",
-    kinds: Mapping[str, str] | None = None,
+    log: Log, speed: str, effort: str, steady: Steady, unpaired: Sequence[Rejected], title: str
 ) -> Figure:
-    """Speed and effort over time; used stretches green, rejected ones grey with their reason in a word, settling
-    orange.
-
-    Parameters: log, speed, effort, kinds as in `steady_windows`; steady its result; unpaired stretches that
-    `pair_windows` found no partner for (blue); title of the figure.
-    """
+    """Speed and effort over time with the stretches, see `draw_windows`."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     figure = Figure(figsize=(12.0, 6.5), layout="constrained")
-    axes = figure.subplots(2, 1, sharex=True)
-    draw_windows(axes, log, speed, effort, steady, unpaired=unpaired, kinds=kinds)
+    draw_windows(figure.subplots(2, 1, sharex=True), log, speed, effort, steady, unpaired=unpaired)
     figure.suptitle(title, fontsize="medium")
     return figure
 
@@ -384,7 +360,8 @@ def draw_windows(
     unpaired: Sequence[Rejected] = (),
     kinds: Mapping[str, str] | None = None,
 ) -> None:
-    """The same into two axes that are there: speed above, effort below."""
+    """Speed over time into the first axes, effort into the second; used stretches green, rejected ones grey with their
+    reason in a word, settling orange, those that `pair_windows` found no partner for blue."""
     name = effort if isinstance(effort, str) else "effort"
     alone = {r.start for r in unpaired}
     used = [w for w in steady.windows if w.start not in alone]
@@ -403,7 +380,7 @@ def draw_windows(
     _legend(axes[0], with_unpaired=bool(unpaired))
 
 
-def curve_figure(curve: FrictionCurve, log: Log, effort: str | FloatArray, *, title: str = "") -> Figure:
+def curve_figure(curve: FrictionCurve, log: Log, effort: str | FloatArray) -> Figure:
     """Speed and effort over time with the stretches that were used, and friction over speed with 95 % intervals."""
     from matplotlib.figure import Figure
 
@@ -412,26 +389,21 @@ def curve_figure(curve: FrictionCurve, log: Log, effort: str | FloatArray, *, ti
     above = figure.add_subplot(grid[0])
     below = figure.add_subplot(grid[1], sharex=above)
     draw_windows((above, below), log, curve.speed, effort, curve.steady, unpaired=curve.unpaired, kinds=curve.kinds)
-    draw_curve(figure.add_subplot(grid[2]), curve)
-    figure.suptitle(title or curve.source, fontsize="medium")
-    return figure
-
-
-def draw_curve(
-    ax: Any, curve: FrictionCurve, *, label: str = "half the difference of both directions", colour: str = COLOURS[0]
-) -> None:
-    """Friction over speed with 95 % intervals into axes that are there."""
-    kind_v, kind_e = curve.kinds.get("speed", ""), curve.kinds.get("effort", "")
+    kind_v, kind_e = curve.kinds["speed"], curve.kinds["effort"]
     v = displayed(np.array([p.speed for p in curve.points]), kind_v)
     F = displayed(np.array([p.friction for p in curve.points]), kind_e)
     half = displayed(np.array([p.estimate.half for p in curve.points]), kind_e)
-    ax.errorbar(v, F, yerr=half, fmt="o-", color=colour, lw=1.0, ms=4.0, capsize=3.0, label=f"{label}, 95 %")
+    label = "half the difference of both directions, 95 %"
+    ax = figure.add_subplot(grid[2])
+    ax.errorbar(v, F, yerr=half, fmt="o-", color=COLOURS[0], lw=1.0, ms=4.0, capsize=3.0, label=label)
     ax.set_xlim(left=0.0)
     ax.set_ylim(bottom=min(0.0, float(np.min(F - half))))
     ax.set_xlabel(labelled("speed", kind_v))
     ax.set_ylabel(labelled("friction", kind_e))
     ax.grid(alpha=0.3)
     ax.legend(fontsize="small")
+    figure.suptitle(curve.source, fontsize="medium")
+    return figure
 
 
 def labelled(name: str, kind: str) -> str:

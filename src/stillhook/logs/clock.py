@@ -15,8 +15,8 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
-from stillhook.logs.checks.findings import Checked
-from stillhook.logs.checks.frozen_signals import Watched
+from stillhook.logs.findings import Checked
+from stillhook.logs.frozen_signals import Watched
 from stillhook.logs.resample import Column
 from stillhook.logs.streaming import Run
 from stillhook.logs.types import Finding, OtherClock

@@ -25,12 +25,11 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LogError, UnitError
 from stillhook.formats.table.units import SCALES, STAMPS, hint, our_unit
-from stillhook.logs.checks.findings import Checked, checked, counted, limit_of
-from stillhook.logs.checks.frozen_signals import standstill
-from stillhook.logs.checks.signs import check_signs
 from stillhook.logs.clock import Merged, Other, merged
+from stillhook.logs.findings import Checked, checked, counted, limit_of
 from stillhook.logs.formats.open import open_log
 from stillhook.logs.formats.source import EXAMPLES, Chunk, Source, Want, is_stamp, master
+from stillhook.logs.frozen_signals import standstill
 from stillhook.logs.mapping import (
     allowed,
     factors,
@@ -41,6 +40,7 @@ from stillhook.logs.mapping import (
     split_heading,
 )
 from stillhook.logs.resample import Column, Track
+from stillhook.logs.signs import check_signs
 from stillhook.logs.streaming import Watch
 from stillhook.logs.types import Finding, Log, Signal
 from stillhook.units import parse, quote

@@ -40,6 +40,11 @@ STEPS, SETTLED = 30, 1e-4
 DRAWS, SEED = 200, 1866
 FARTHEST = 8.0
 """Largest distance of a run from its offset, in s: beyond it one run decides nothing more."""
+SHARE_SCALES = np.geomspace(0.03, 8.0, 26)
+"""Standard deviations s of ln of the height at which a run crosses."""
+SHARE_BESIDE, SHARE_STEP = 1.5, 0.02
+"""How far below the lowest and above the highest height mu may lie, and its step, in ln of the height."""
+SHARE_ENDS = (0.5, 0.025, 0.975)
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,3 +275,23 @@ def _shift(ln_f: FloatArray, p: FloatArray, s: float, x: FloatArray) -> tuple[Fl
         if change < SETTLED:
             break
     return x, density
+
+
+def share_crossing(H: FloatArray, n: IntArray, beyond: IntArray, p: float) -> FloatArray:
+    r"""Height that a share p (0..1) of runs passes and ends of its 95 % interval (3,) [unit of H], of heights H (k,)
+    above 0 with n runs each, of which some were beyond: by the height alone, without features.
+
+    .. math:: P(\text{beyond at } H) = \Phi\big((\ln H - \mu)/s\big),\qquad \ln H_p = \mu + s\,\Phi^{-1}(p)
+
+    Location and scale count by their likelihood, evenly over a grid: the posterior is exact. Validity: the share beyond
+    rises with the height. Where that of all heights is near p the interval is as wide as the grid.
+    """
+    ln_H = np.log(H)
+    mu = np.arange(ln_H.min() - SHARE_BESIDE, ln_H.max() + SHARE_BESIDE, SHARE_STEP)
+    z = np.clip((ln_H - mu[:, None, None]) / SHARE_SCALES[:, None], -FARTHEST, FARTHEST)
+    ln_L = (beyond * scipy.special.log_ndtr(z) + (n - beyond) * scipy.special.log_ndtr(-z)).sum(axis=2)
+    weight = np.exp(ln_L - ln_L.max()).ravel()
+    at = (mu[:, None] + SHARE_SCALES * scipy.special.ndtri(p)).ravel()
+    order = np.argsort(at)
+    share = np.cumsum(weight[order]) / weight.sum()
+    return np.asarray(np.exp(at[order][np.searchsorted(share, SHARE_ENDS)]))

@@ -44,7 +44,7 @@ def compare(
 
     Example: stillhook friction compare crane-1 crane-2 --load "100 t" --crane nov-150t --out figures
     """
-    from stillhook.identify.system_friction.compare import Split, figure, notes, speeds, split, table
+    from stillhook.identify.compare import Split, figure, notes, speeds, split, table
     from stillhook.library import load_friction
 
     check_out(out, FILES)
@@ -68,7 +68,7 @@ def compare(
 
 def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:
     """Drum torque [N m], and what gives it in words."""
-    from stillhook.identify.system_friction.compare import drum_torque
+    from stillhook.identify.compare import drum_torque
     from stillhook.library import load_crane
 
     if torque is not None:

@@ -1,4 +1,4 @@
-"""Figures of a motor's torque loss, as paper A draws them (figures 3 to 9) and as the thesis compares model and map
+"""Figures of a motor's torque loss, as paper A draws them (figures 7 to 9) and as the thesis compares model and map
 (figure 2.11)."""
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
+from stillhook.identify.motor.fit import LossFit
 from stillhook.identify.motor.identify import MotorLoss
-from stillhook.identify.motor.map import AXES, LossMap, blocks, levels, mapped_loss
+from stillhook.identify.motor.map import AXES, LossMap, blocks, levels
 from stillhook.identify.motor.rank import residual_share
 from stillhook.report.plots.colours import COLOURS, GREY
 from stillhook.units import from_display, in_display, parse, show
@@ -22,32 +22,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-TERM_MODELS = (LossModel.MJ4, LossModel.MJ5, LossModel.MJ6)
 TERM_POINT = ("200 bar", 250.0 / 280.0)
-"""Paper A figures 6 and 7: 200 bar, 250 of 280 cm^3/rev."""
-TERM_SPEEDS = (300.0, 2500.0, 10.0)
-"""Paper A eq. 20: from, to, step [rev/min]; inside the map only."""
+"""Paper A figure 7: 200 bar, 250 of 280 cm^3/rev."""
 SHOWN_PRESSURES = (100.0, 200.0, 300.0)
 """Paper A figures 8 and 9 [bar]; the nearest levels of the map are drawn."""
-TERMS = {
-    "X_1": "viscous",
-    "C_g": "viscous",
-    "X_2": "turbulent",
-    "C_i": "turbulent",
-    "X_3": "pressure",
-    "C_f": "pressure",
-    "X_4": "constant",
-    "C_e": "constant",
-    "X_5": "high pressure",
-    "C_m": "high pressure",
-    "C_k": "notches",
-}
+TERMS = {"X_1": "viscous", "X_2": "turbulent", "X_3": "pressure", "X_4": "constant", "X_5": "high pressure"}
 BEYOND = 1.25
 """How far past the map's last speed the model is drawn, dashed."""
 SPEED = "motor speed [rev/min]"
 WARNING = "#8a4b00"
 MOST_BINS = 24
-MOST_SHOWN = 8
 HALF = 0.5 * (1.0 - 1e-6)
 """Paper A's "approximately 50 % of maximum displacement", with room for a unit's last digit."""
 
@@ -55,8 +39,6 @@ HALF = 0.5 * (1.0 - 1e-6)
 def figures(result: MotorLoss) -> Mapping[str, Figure]:
     """All figures by file stem, in the order in which a report shows them."""
     return {
-        "ranking": ranking(result),
-        "terms": term_shares(result),
         "terms-over-speed": terms_over_speed(result),
         "residuals-over-speed": residuals_over_speed(result),
         "residuals-over-map": residuals_over_map(result),
@@ -73,87 +55,11 @@ def _figure(result: MotorLoss, title: str, size: tuple[float, float]) -> Figure:
     return figure
 
 
-def ranking(result: MotorLoss) -> Figure:
-    """Error of all models: at full displacement, on the complete map, the new ones enlarged (paper A figures 3, 4,
-    5)."""
-    figure = _figure(
-        result, "Sum of squared errors over sum of squared torque losses (as paper A figures 3 to 5)", (11.0, 8.0)
-    )
-    axes = figure.subplots(2, 2)
-    by_age = sorted(result.ranking.ranked, key=lambda r: list(LossModel).index(r.model))
-    fixed = {r.model: r.fixed.normalised for r in by_age if r.fixed is not None}
-    variable = {r.model: r.fit.normalised for r in by_age}
-    new = {model: error for model, error in variable.items() if model.value.startswith("mj")}
-    left_out = {r.model: 100.0 * r.cv for r in [r for r in result.ranking.ranked if r.eligible][:MOST_SHOWN]}
-    full = show(float(result.map.full().D_m.max()), "displacement")
-    _bars(axes[0, 0], fixed, result, f"fixed displacement {full}", log=True)
-    _bars(axes[0, 1], variable, result, "variable displacement, all models", log=True)
-    _bars(axes[1, 0], new, result, "variable displacement, new models", log=False)
-    _bars(axes[1, 1], left_out, result, "levels left out: error [% of mean nominal torque]", log=False)
-    return figure
-
-
-def _bars(ax: Axes, errors: Mapping[LossModel, float], result: MotorLoss, title: str, *, log: bool) -> None:
-    """One bar a model."""
-    heights, places = list(errors.values()), range(len(errors))
-    colours = [COLOURS[1] if model is result.ranking.recommended else COLOURS[0] for model in errors]
-    ax.bar(places, heights, color=colours)
-    titles = [f"{CARDS[model].title} ({len(CARDS[model].names)})" for model in errors]
-    ax.set_xticks(places, titles, rotation=55, ha="right", fontsize="small")
-    ax.set_title(title, fontsize="medium")
-    ax.grid(axis="y", alpha=0.3)
-    if log:
-        ax.set_yscale("log")
-    ax.plot([], [], "s", color=COLOURS[1], label="recommended")
-    ax.legend(fontsize="small", frameon=False, loc="upper right" if log or heights[0] > heights[-1] else "upper left")
-
-
-def _term_point(result: MotorLoss) -> tuple[FloatArray, float, float]:
-    """Speeds inside the map, displacement and pressure of paper A's look at the terms."""
-    lo, hi = result.map.range()["omega_m"]
-    start, stop, step = TERM_SPEEDS
-    omega = np.array([from_display(float(x), "rotation") for x in np.append(np.arange(start, stop, step), stop)])
-    omega = omega[(omega >= lo * 0.999) & (omega <= hi * 1.001)]
-    if len(omega) < 2:
-        omega = np.linspace(lo, hi, 50)
-    return omega, TERM_POINT[1] * result.map.D_max, min(parse(TERM_POINT[0], "pressure"), result.map.range()["dp_m"][1])
-
-
-def _fit(result: MotorLoss, model: LossModel) -> LossFit:
-    fits = [r.fit for r in result.ranking.ranked if r.model is model]
-    return fits[0] if fits else fit_loss(result.map, model)
-
-
-def term_shares(result: MotorLoss) -> Figure:
-    """Share of each term in the loss summed over the speeds, MJ4 to MJ6 (paper A figure 6, eq. 20).
-
-    Differs from print: eq. 20's indices count terms and speeds alike; read as the sum of one term over the speeds over
-    that of all terms.
-    """
-    omega, D, dp = _term_point(result)
-    ends = f"{_rpm(omega[0]):.0f} to {_rpm(omega[-1]):.0f} rev/min"
-    at = f"{show(dp, 'pressure', 3)}, {show(D, 'displacement', 3)}, {ends}"
-    figure = _figure(result, f"Share of each term in the summed loss at {at} (as paper A figure 6)", (9.0, 4.8))
-    ax = figure.subplots()
-    names = list(dict.fromkeys(TERMS.values()))
-    for i, model in enumerate(TERM_MODELS):
-        fit = _fit(result, model)
-        terms = fit.terms(omega, np.full_like(omega, D), np.full_like(omega, dp))
-        total = sum(float(t.sum()) for t in terms.values())
-        share = {TERMS[n]: 100.0 * float(t.sum()) / total for n, t in terms.items()}
-        label = fit.card.title + (f", C_n = {fit['C_n']:.2f}" if "C_n" in fit.names else "")
-        heights = [share.get(n, 0.0) for n in names]
-        ax.bar(np.arange(len(names)) + 0.27 * (i - 1), heights, width=0.25, color=COLOURS[i], label=label)
-    ax.set_xticks(range(len(names)), names)
-    ax.set_ylabel("share of the summed loss [%]")
-    ax.grid(axis="y", alpha=0.3)
-    ax.legend(frameon=False)
-    return figure
-
-
 def terms_over_speed(result: MotorLoss) -> Figure:
-    """What each term of MJ4 adds over the speed (paper A figure 7)."""
-    omega, D, dp = _term_point(result)
+    """What each term of MJ4 adds over the speeds of the map (paper A figure 7)."""
+    ends = result.map.range()
+    omega, D = np.linspace(*ends["omega_m"], 200), TERM_POINT[1] * result.map.D_max
+    dp = min(parse(TERM_POINT[0], "pressure"), ends["dp_m"][1])
     title = f"Terms of MJ4 at {show(dp, 'pressure', 3)}, {show(D, 'displacement', 3)} (as paper A figure 7)"
     figure = _figure(result, title, (9.0, 4.8))
     ax = figure.subplots()
@@ -246,16 +152,13 @@ def _heat(figure: Figure, ax: Axes, m: LossMap, share: FloatArray, across: tuple
 
 
 def model_and_map(result: MotorLoss) -> Figure:
-    """Torque loss over speed, the map's cells and lines between them against the model (figure 2.11; paper D figure 3).
-
-    Shaded: beyond the map, where the model (dashed) is extrapolated and the interpolated map is held at its edge
-    (dotted).
-    """
+    """Torque loss over speed, the map's cells against the model (figure 2.11; paper D figure 3). Shaded: beyond the
+    map, where the model is extrapolated (dashed)."""
     m, fit = result.map, result.fit
     figure = _figure(
         result, f"{fit.card.title} (lines) and map (points); shaded: beyond the map (as figure 2.11)", (12.0, 4.8)
     )
-    chosen, law = _shown(m), mapped_loss(m)
+    chosen = _shown(m)
     axes = figure.subplots(1, len(chosen), sharey=True, squeeze=False)[0]
     label = levels(m.D_m)
     picked = list(dict.fromkeys(np.linspace(0, int(label.max()), 4).round().astype(int).tolist()))
@@ -264,7 +167,7 @@ def model_and_map(result: MotorLoss) -> Figure:
         for colour, i in zip(COLOURS, picked, strict=False):
             at = cells & (label == i)
             if at.any():
-                _curves(ax, m, fit, law, at, (lo, hi), colour)
+                _curves(ax, m, fit, at, (lo, hi), colour)
         ax.axvspan(_rpm(hi), _rpm(BEYOND * hi), color=GREY, alpha=0.15)
         ax.axvspan(0.0, _rpm(lo), color=GREY, alpha=0.15)
         ax.set_title(show(pressure, "pressure", 3), fontsize="small")
@@ -277,9 +180,7 @@ def model_and_map(result: MotorLoss) -> Figure:
     return figure
 
 
-def _curves(
-    ax: Axes, m: LossMap, fit: LossFit, law: Any, at: NDArray[np.bool_], ends: tuple[float, float], colour: str
-) -> None:
+def _curves(ax: Axes, m: LossMap, fit: LossFit, at: NDArray[np.bool_], ends: tuple[float, float], colour: str) -> None:
     """One displacement at one pressure: cells, model, and what is beyond the map."""
     D, dp = float(m.D_m[at].mean()), float(m.dp_m[at].mean())
     ax.plot(_rpm(m.omega_m[at]), m.T_f[at], ".", color=colour, ms=4)
@@ -288,7 +189,6 @@ def _curves(
     ax.plot(_rpm(inside), inside_T, color=colour, lw=1.2, label=show(D, "displacement", 3))
     for piece in (np.linspace(0.1 * ends[0], ends[0], 50), np.linspace(ends[1], BEYOND * ends[1], 50)):
         ax.plot(_rpm(piece), np.broadcast_to(fit.torque(piece, D, dp), piece.shape), color=colour, lw=1.0, ls="--")
-        ax.plot(_rpm(piece), law(piece, D, dp)[0], color=colour, lw=1.0, ls=":")
 
 
 def _rpm(omega: Any) -> Any:

@@ -161,7 +161,6 @@ class LossFit:
     summation"."""
     dof: int
     aicc: float
-    bic: float
     D_max: float
 
     @property
@@ -331,7 +330,6 @@ def _result(
         SSR / float(m.T_f @ m.T_f),
         dof,
         likelihood + 2 * count + 2 * count * (count + 1) / max(N - count - 1, 1),
-        likelihood + count * math.log(N),
         m.D_max,
     )
 

@@ -1,7 +1,4 @@
-"""Which loss model for this motor: accuracy, parsimony, and where in the map the answer must not be used.
-
-The interpolated map as a rival of a fitted model: which is better between measured levels, and which beyond them.
-"""
+"""Which loss model for this motor: accuracy, parsimony, and where in the map the answer must not be used."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.fit import CARDS, LossFit, LossModel, fit_loss
-from stillhook.identify.motor.map import AXES, LossMap, blocks, levels, mapped_loss
+from stillhook.identify.motor.map import AXES, LossMap, blocks, levels
 from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
@@ -58,7 +55,6 @@ class Ranked:
     cv: float
     """Root mean square error of cells that the fit did not see, over the mean nominal torque [-]."""
     cv_by_axis: Mapping[str, float]
-    worst_fold: str
     eligible: bool
     reason: str = ""
 
@@ -116,27 +112,19 @@ def rank_losses(m: LossMap) -> Ranking:
     return Ranking(m.source, order, best.model, chosen.model, reason)
 
 
-Fold = tuple[str, str, NDArray[np.bool_]]
+Fold = tuple[str, NDArray[np.bool_]]
 
 
 def folds(m: LossMap) -> list[Fold]:
-    """Axis, what is left out in words, and its cells: blocks of neighbouring levels, each in turn."""
-    out = []
-    for axis, kind in AXES.items():
-        label = blocks(m.axis(axis), MOST_FOLDS)
-        if label.max() == 0:
-            continue
-        for i in range(int(label.max()) + 1):
-            x = m.axis(axis)[label == i]
-            lo, hi = show(float(x.min()), kind, 3), show(float(x.max()), kind, 3)
-            out.append((axis, lo if lo == hi else f"{lo} to {hi}", label == i))
-    return out
+    """Axis and cells that are left out: blocks of neighbouring levels, each in turn."""
+    labels = {axis: blocks(m.axis(axis), MOST_FOLDS) for axis in AXES}
+    return [(axis, label == i) for axis, label in labels.items() if label.max() for i in range(int(label.max()) + 1)]
 
 
 def _fold_residuals(m: LossMap, fit: LossFit, parts: list[Fold]) -> FloatArray:
     """Mean square error of each fold's cells [N^2 m^2] from a fit without them; NaN where such a fit has no answer."""
     out = []
-    for _, _, excluded in parts:
+    for _, excluded in parts:
         seen, unseen = m.at(~excluded), m.at(excluded)
         try:
             other = fit_loss(seen, fit.model, near=fit)
@@ -148,7 +136,7 @@ def _fold_residuals(m: LossMap, fit: LossFit, parts: list[Fold]) -> FloatArray:
 
 def _ranked(m: LossMap, fit: LossFit, fixed: LossFit | None, parts: list[Fold], square: FloatArray) -> Ranked:
     T_N = float(m.T_N.mean())
-    names = np.array([axis for axis, _, _ in parts])
+    names = np.array([axis for axis, _ in parts])
     by_axis = {axis: math.sqrt(float(square[names == axis].mean())) / T_N for axis in AXES if (names == axis).any()}
     cv = math.sqrt(float(square.mean())) / T_N if len(square) else math.nan
     reason = ""
@@ -156,8 +144,7 @@ def _ranked(m: LossMap, fit: LossFit, fixed: LossFit | None, parts: list[Fold], 
         reason = "parameters cannot be distinguished on this map"
     elif not math.isfinite(cv):
         reason = "too few cells or levels to cross-validate"
-    worst = parts[int(np.nanargmax(square))][1] if np.isfinite(square).any() else ""
-    return Ranked(fit.model, fit, fixed, cv, by_axis, worst, not reason, reason)
+    return Ranked(fit.model, fit, fixed, cv, by_axis, not reason, reason)
 
 
 def _choose(
@@ -310,39 +297,3 @@ def usable_share(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> floa
 def levels_of(m: LossMap) -> dict[str, int]:
     """Number of levels on each axis."""
     return {name: int(levels(m.axis(name)).max()) + 1 for name in AXES}
-
-
-@dataclass(frozen=True)
-class Compared:
-    """Errors on levels that were left out, over the mean nominal torque [-]: between the remaining levels, and beyond
-    them."""
-
-    mapped_between: float
-    mapped_beyond: float
-    fitted_between: float
-    fitted_beyond: float
-
-
-def compare_mapped(m: LossMap, model: LossModel) -> Compared | None:
-    """The interpolated map against a fitted model on blocks of levels left out in turn; None where nothing can be left
-    out.
-
-    Source of the question: Moslatt 2020 paper D section 2.1, which expects a map to be better inside the supplier's
-    range and a model to be better outside.
-    """
-    between, beyond = [], []
-    complete = fit_loss(m, model)
-    for _, _, excluded in folds(m):
-        seen, unseen = m.at(~excluded), m.at(excluded)
-        if len(seen) <= len(complete.names):
-            return None
-        mapped, inside = mapped_loss(seen)(unseen.omega_m, unseen.D_m, unseen.dp_m)
-        fitted = fit_loss(seen, model, near=complete).torque(unseen.omega_m, unseen.D_m, unseen.dp_m)
-        off = np.column_stack((mapped - unseen.T_f, fitted - unseen.T_f))
-        between.append(off[inside])
-        beyond.append(off[~inside])
-    sets = [np.concatenate(x) if x else np.zeros((0, 2)) for x in (between, beyond)]
-    if not all(len(x) for x in sets):
-        return None
-    share = [math.sqrt(float(np.mean(x[:, i] ** 2))) / float(m.T_N.mean()) for i in (0, 1) for x in sets]
-    return Compared(*share)

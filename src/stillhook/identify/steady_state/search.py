@@ -48,17 +48,14 @@ class Search:
         effort: str | FloatArray,
         command: str | None,
         held: tuple[str, ...],
-        made_of: tuple[str, ...],
         kinds: dict[str, str],
         settings: WindowSettings,
     ) -> None:
         self.log, self.settings, self.speed_name, self.held = log, settings, speed, held
         v, e = signal_of(log, speed), effort_of(log, effort)
         effort_name = effort if isinstance(effort, str) else "effort"
-        self.effort_sources = made_of
-        if isinstance(effort, str):
-            pressures = (p for p in ("p_a", "p_b") if effort == "dp_m" and p in log.signals)
-            self.effort_sources = (*pressures, effort)
+        pressures = (p for p in ("p_a", "p_b") if effort_name == "dp_m" and p in log.signals)
+        self.effort_sources = (*pressures, effort) if isinstance(effort, str) else ()
         self.kinds = {h: kind_of(log, h, kinds) for h in held} | {
             "speed": kind_of(log, speed, kinds),
             "effort": kind_of(log, effort_name, kinds) or kinds.get("effort", ""),
@@ -173,21 +170,6 @@ class Search:
     def ends(self, begin: int, end: int) -> tuple[float, float]:
         """Where bins [begin, end) start and end [s]."""
         return float(self.t[begin]) - 0.5 * self.dt, float(self.t[end - 1]) + 0.5 * self.dt
-
-    def time_by_use(
-        self, windows: Sequence[Window], rejected: Sequence[Rejected], trimmed: Sequence[Rejected]
-    ) -> dict[str, float]:
-        """Seconds of the log by what became of them."""
-        labels = ("changing speed", "standing", "rejected", "trimmed", "used")
-        state = np.zeros(len(self.log.t), dtype=int)
-        state[self.at[np.abs(self.v) < self.at_rest]] = 1
-        for value, parts in ((2, rejected), (3, trimmed), (4, windows)):
-            for part in parts:
-                a, b = np.searchsorted(self.log.t, (part.start, part.end))
-                state[a:b] = value
-        out = {label: float(np.sum(state == i)) * self.dt for i, label in enumerate(labels)}
-        out["no samples"] = max(float(self.log.t[-1] - self.log.t[0]) + self.dt - len(self.log.t) * self.dt, 0.0)
-        return out
 
 
 def signal_of(log: Log, name: str) -> FloatArray:

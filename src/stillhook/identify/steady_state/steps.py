@@ -154,14 +154,12 @@ class Steady:
     """Result of ``steady_windows``.
 
     ``windows`` used, by time; ``rejected`` whole steps (or stretches as long as one) that gave no window; ``trimmed``
-    beginnings of used steps that were left out; ``time`` seconds of the log by what became of them, adding up to its
-    length.
+    beginnings of used steps that were left out.
     """
 
     windows: tuple[Window, ...]
     rejected: tuple[Rejected, ...]
     trimmed: tuple[Rejected, ...] = ()
-    time: Mapping[str, float] = field(default_factory=dict)
 
 
 NOISE_LIMIT = 4.0

@@ -58,28 +58,25 @@ def steady_windows(
     *,
     command: str | None = None,
     held: Sequence[str] = (),
-    made_of: Sequence[str] = (),
     layer_limits: Sequence[float] = (),
-    position: str = "s_w",
     kinds: Mapping[str, str] | None = None,
     settings: WindowSettings | None = None,
 ) -> Steady:
     """Steady stretches of a log.
 
-    Parameters: log as `read_log` gives it; speed name of the signal whose sign is the direction (hoisting positive);
-    effort name of the signal that friction shows in, "dp_m" also where only p_a and p_b are there, or an array of shape
-    (n,) in SI; command name of a set signal whose changes begin new steps; held names of signals that must stay
-    (displacement); made_of signals behind an effort array, whose doubtful bins count as the effort's; layer_limits
-    values of `position` at which the wire changes its layer [m]: no stretch runs across one; kinds units.KINDS of
-    signals by name, for texts ("effort" itself may be named). Every step is averaged over the longest last part in
-    which speed, effort and held signals do not drift: beyond their tolerance *and* beyond their noise. Errors:
-    IdentifyError for a name that the log does not have, or no sample to work on.
+    Parameters: speed signal whose sign is the direction (hoisting positive); effort signal that friction shows in,
+    "dp_m" also where only p_a and p_b are there, or an array of shape (n,) in SI; command set signal whose changes
+    begin new steps; held signals that must stay (displacement); layer_limits wire out s_w at which the wire changes its
+    layer [m]: no stretch runs across one; kinds units.KINDS of signals by name, for texts ("effort" itself may be
+    named). Every step is averaged over the longest last part in which speed, effort and held signals do not drift:
+    beyond their tolerance *and* beyond their noise.
+    Errors: IdentifyError for a name that the log does not have, or no sample to work on.
     """
     s = settings or WindowSettings()
-    search = Search(log, speed, effort, command, tuple(held), tuple(made_of), dict(kinds or {}), s)
+    search = Search(log, speed, effort, command, tuple(held), dict(kinds or {}), s)
     parts: list[Window | Rejected] = list(search.bad_speed())
     for step in find_steps(search.t, search.v, search.command, search.holes, search.quanta[0], s):
-        for cut in _cut_at_layers(search, step, layer_limits, position):
+        for cut in _cut_at_layers(search, step, layer_limits):
             parts += _from_step(search, cut, step.direction)
     parts = [p for p in parts if isinstance(p, Window) or not search.pause_or_ramp(p)]
     parts += search.never_steady([p for p in parts if isinstance(p, Window) or p.code != "start"])
@@ -87,7 +84,7 @@ def steady_windows(
     windows = tuple(p for p in parts if isinstance(p, Window))
     trimmed = tuple(p for p in parts if isinstance(p, Rejected) and p.code == "start")
     rejected = tuple(p for p in parts if isinstance(p, Rejected) and p.code != "start")
-    return Steady(windows, rejected, trimmed, search.time_by_use(windows, rejected, trimmed))
+    return Steady(windows, rejected, trimmed)
 
 
 @dataclass(frozen=True)
@@ -99,11 +96,11 @@ class Cut:
     at_layer: bool = False
 
 
-def _cut_at_layers(search: Search, step: Step, limits: Sequence[float], position: str) -> list[Cut]:
+def _cut_at_layers(search: Search, step: Step, limits: Sequence[float]) -> list[Cut]:
     """The step in parts, none of which holds a change of layer that the caller has named."""
     if not limits:
         return [Cut(step.begin, step.end)]
-    wire = signal_of(search.log, position)[search.at][step.begin : step.end]
+    wire = signal_of(search.log, "s_w")[search.at][step.begin : step.end]
     layer = np.searchsorted(np.sort(np.asarray(limits, dtype=float)), wire)
     rising = layer[-1] >= layer[0]  # noise crosses no layer twice
     layer = np.maximum.accumulate(layer) if rising else np.minimum.accumulate(layer)

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from stillhook.identify.system_friction.fitting.fit import Y_4_MOST, FrictionFit
-from stillhook.identify.system_friction.fitting.model import Y_LINEAR, Points
-from stillhook.identify.system_friction.fitting.uncertainty import blind_directions, correlation
+from stillhook.identify.system_friction.fitting.model import Y_LINEAR, Points, Y, system_friction
+from stillhook.identify.system_friction.fitting.uncertainty import blind_directions, correlation, shift_by_motor
+from stillhook.library import frictions
+from stillhook.library import system_friction as published
+from stillhook.library.parameter_sets import Evidence
+from stillhook.logs.findings import SET_VALUES
+from stillhook.logs.types import Log
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse, show
 
@@ -231,3 +237,58 @@ def _residual_statements(points: Points, fit: FrictionFit) -> list[Statement]:
         " loop)."
     )
     return [Statement("left over", text)]
+
+
+UNLIKE = 2.5
+"""Factor beyond the published winches' system friction from which a result is called unusual: they differ by two among
+themselves."""
+UNLIKE_SPEED = parse("500 rev/min", "rotation")  # where break-away friction has faded and viscous friction is small
+
+
+def unlike(points: Points, y: Y) -> tuple[Statement, ...]:
+    """A word where the friction is far from that of every winch in the library, as a wrong unit, scale or motor model
+    makes it."""
+    fitted = points.fitted()
+    T_d, omega = np.array([float(fitted.T_d.max())]), np.array([UNLIKE_SPEED])
+    estimate = float(system_friction(omega, T_d, y)[0])
+    others = [float(system_friction(omega, T_d, Y.of(published(name)))[0]) for name in frictions()]
+    if min(others) / UNLIKE <= estimate <= max(others) * UNLIKE:
+        return ()
+    text = (
+        f"System friction of {show(estimate, 'torque', 3)} a motor at 500 rev/min and"
+        f" {show(float(T_d[0]), 'drum_torque', 3)}: published winches have {show(min(others), 'torque', 3)} to"
+        f" {show(max(others), 'torque', 3)} there. Check units and scales, number of motors and motor loss."
+    )
+    return (Statement("unusual", text),)
+
+
+MOTOR_SHARE = 0.5
+"""Shift by the motor's loss over a parameter's own standard error from which it is worth reporting."""
+
+
+def motor_statement(evidence: Evidence | None, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:
+    """How far the motor's own uncertainty moves what was found; silent where nothing says how well its loss is
+    known."""
+    if evidence is None:
+        return ()
+    shift = shift_by_motor(points, fit, evidence.names, evidence.matrix)
+    moved = [(n, float(s)) for n, s in zip(fit.names, shift, strict=True) if s > MOTOR_SHARE * fit.sd(n)]
+    if not moved:
+        return ()
+    texts = ", ".join(f"{n} by {s / fit.sd(n):.2g} of its own standard errors" for n, s in moved)
+    text = (
+        f"The motor loss is itself uncertain; that moves {texts}. It is not in the intervals, which hold for this motor"
+        " loss."
+    )
+    return (Statement("motor loss", text),)
+
+
+def log_statement(test: str, log: Log) -> tuple[Statement, ...]:
+    """What was found in the log of a test."""
+    findings = [f for f in log.findings if f.kind != "constant" or f.signal not in SET_VALUES]
+    if not findings:
+        return ()
+    kinds = Counter(f.kind for f in findings)
+    counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(findings) > 1 else ""
+    more = "; the report lists the others" if len(findings) > 1 else ""
+    return (Statement("log", f'test "{test}": found in {log.source}{counts}: {findings[0].text}{more}.'),)

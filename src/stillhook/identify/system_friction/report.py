@@ -1,19 +1,27 @@
-"""The result of `identify friction` as a document."""
+"""The result of `identify friction` for a reader: a document, and figures as the thesis has them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
-from stillhook.identify.system_friction.fitting.uncertainty import correlation
-from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction
-from stillhook.identify.system_friction.next_tests import ANYTHING
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, Points, Y, mj4, motor_loss_at, system_friction
+from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, nominal_share
 from stillhook.identify.system_friction.result import test_rows
 from stillhook.report.document import Bullets, Document, Figure, Part, Section, Table, Text, Verdict
 from stillhook.report.formatting import EMPTY, fmt
-from stillhook.units import number, show
+from stillhook.report.plots.colours import COLOURS, GREY
+from stillhook.statistics.estimate import NORMAL_95, t_factor
+from stillhook.units import in_display, number, parse, show
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Picture
 
 KIND = {"Y_1": "", "Y_2": "torque", "Y_3": "torque", "Y_4": "rotation", "Y_5": "viscous_torque", "Y_6": ""}
 MEANING = {
@@ -25,34 +33,18 @@ MEANING = {
     "Y_6": "friction part of the drum torque",
 }
 CAPTIONS = {
-    "friction-pressure": (
-        "Half the difference of the hoisting and lowering pressure drops. Bars: 95 %. Lines: interpolated to 25"
-        " rev/min."
-    ),
     "friction-torque": (
-        "What one motor shaft loses. Hollow points and dashed lines: held-out tests, which no fit has seen."
+        "What one motor shaft loses: half the difference of the hoisting and lowering pressure drops, times D_m. Bars:"
+        " 95 %. Hollow points and dashed lines: held-out tests, which no fit has seen."
     ),
     "system-friction": "What is left for gears, drum, sheaves and wire after the motor loss.",
-    "model-against-measured": "All motors together. Points on the line are predicted exactly.",
     "error": (
         "Grey: 1 % of the nominal torque, the thesis's claim from 250 rev/min (dotted) on. Low loads have little"
         " nominal torque."
     ),
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
-    "model-and-map": "The map is exact in its own cells, with nothing outside; the model smooths and extrapolates.",
     "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
 }
-TEST_HEADER = (
-    "test",
-    "use",
-    "load",
-    "load by\npressures",
-    "displacement\nof a motor",
-    "motor speeds",
-    "pairs",
-    "not\nused",
-    "error\n(RMS)",
-)
 MAX_SIMILAR = 2
 """Findings of one kind in one signal of a log that are reported one by one."""
 GRID_BIAS = 1.5
@@ -82,20 +74,23 @@ def _parameter(name: str, value: float | None, digits: int = 4) -> str:
     return f"{value:.{digits - 1}e}"
 
 
-def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str, bytes] | None = None) -> Document:
-    """The report. figures PNG by stem (see `friction_figures.figures`); windows PNG of the logs by test name."""
-    campaign = result.campaign
-    pictures = [Figure(png, CAPTIONS.get(stem, stem)) for stem, png in figures.items()]
-    pictures += [Figure(png, f"Test {name}: stretches used, and not used.") for name, png in (windows or {}).items()]
+def report(result: Friction, pictures: Mapping[str, bytes], windows: Mapping[str, bytes] | None = None) -> Document:
+    """The report. pictures PNG by stem (see `figures`); windows PNG of the logs by test name."""
+    campaign, loop = result.campaign, result.second
+    shown = [Figure(png, CAPTIONS[stem]) for stem, png in pictures.items()]
+    shown += [Figure(png, f"Test {name}: stretches used, and not used.") for name, png in (windows or {}).items()]
     sections = [
         _parameters(result),
         Section("What the data cannot determine", _weaknesses(result)),
         _tests(result),
         _methods(result),
-        *_second(result),
-        *_mapped(result),
+        *(
+            []
+            if loop is None
+            else [Section(f"Second loop (paper D section 3): {loop.verdict}", [Bullets(loop.statements)])]
+        ),
         _proposals(result),
-        *([Section("Figures", pictures)] if pictures else []),
+        *([Section("Figures", shown)] if shown else []),
         Section("Method", [Text(METHOD)]),
     ]
     return Document(
@@ -108,12 +103,11 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
 
 
 def _verdict(result: Friction) -> Verdict:
-    used = sum(not m.test.hold_out for m in result.measured)
-    pairs = len(result.points.fitted())
-    advice = "The set must not be used as it is: see below."
-    if result.usable:
-        advice = "The set can be used where the campaign has been."
-    held_out = len(result.measured) - used
+    held_out = sum(m.test.hold_out for m in result.measured)
+    used, pairs = len(result.measured) - held_out, len(result.points.fitted())
+    advice = "The set can be used where the campaign has been."
+    if not result.usable:
+        advice = "The set must not be used as it is: see below."
     text = f"{used} tests fitted ({pairs} pairs of steady stretches), {held_out} held out. {advice}"
     return Verdict(text, result.usable)
 
@@ -126,21 +120,12 @@ def _parameters(result: Friction) -> Section:
         state = " (taken from another set)" if n in result.fit.prescribed else ""
         state = " (left out)" if n in result.fit.dropped else state
         rows.append((n, _parameter(n, value), *ends, MEANING[n] + state))
-    matrix, names = correlation(result.fit), result.fit.names
-    correlations = [
-        [name, *(f"{matrix[i, j]:.2f}" if j <= i else "" for j in range(len(names)))] for i, name in enumerate(names)
-    ]
     equation = (
         "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
-        f"Intervals: 95 %, profile. Motor loss: {result.campaign.motor_name} (MJ4)."
+        f"Intervals: 95 %, profile. Motor loss: {result.campaign.losses.name} (MJ4)."
     )
-    parts: list[Part] = [
-        Text(equation),
-        Table(("", "value", "from", "to", "meaning"), rows),
-        Text("Correlation of the fitted parameters: near 1 or -1, only their combination is known."),
-        Table(("", *names), correlations),
-    ]
-    return Section("System friction per motor shaft (eq. 2.7)", parts)
+    table = Table(("", "value", "from", "to", "meaning"), rows)
+    return Section("System friction per motor shaft (eq. 2.7)", [Text(equation), table])
 
 
 def _weaknesses(result: Friction) -> list[Part]:
@@ -151,11 +136,13 @@ def _weaknesses(result: Friction) -> list[Part]:
 
 
 def _tests(result: Friction) -> Section:
+    header = ("test", "use", "load", "load by\npressures", "displacement\nof a motor", "motor speeds", "pairs")
+    explained = (
+        "Not used: stretches left out, see stretches.csv. Error: model less measured, of nominal torque D_m dp_m."
+    )
     parts: list[Part] = [
-        Table(TEST_HEADER, [_test(t) for t in test_rows(result)]),
-        Text(
-            "Not used: stretches left out, see stretches.csv. Error: model less measured, of nominal torque D_m dp_m."
-        ),
+        Table((*header, "not\nused", "error\n(RMS)"), [_test(t) for t in test_rows(result)]),
+        Text(explained),
         Bullets(list(_remarks(result))),
         *_held_out(result),
     ]
@@ -163,14 +150,12 @@ def _tests(result: Friction) -> Section:
 
 
 def _test(t: Mapping[str, Any]) -> Sequence[str]:
-    """A test, see `TEST_HEADER`, from its row of numbers."""
     speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
-    carried = t["load_carried"]
     return (
         t["name"],
         "held out" if t["hold_out"] else "fitted",
         show(t["load"], "mass", 3),
-        EMPTY if math.isnan(carried) else f"{carried / 1e3:.1f} t",
+        EMPTY if math.isnan(t["load_carried"]) else f"{t['load_carried'] / 1e3:.1f} t",
         show(t["D_m"], "displacement", 4),
         speeds,
         str(t["pairs"]),
@@ -214,47 +199,181 @@ def _methods(result: Friction) -> Section:
         row(f"{where}, least squares", c.y_grid, c.cost_grid),
         row(f"{where}, complex method", c.y_complex, c.optimum.cost),
     ]
-    parts: list[Part] = [Table(("", *Y_NAMES, "cost E\n[N²m²]"), rows), Text(_agreement(result))]
+    agreement = (
+        f"Least squares and the complex method ({c.optimum.evaluations} evaluations) reach the same cost."
+        if c.agree
+        else f"The complex method stopped at {number(c.optimum.cost, 5)} after {c.optimum.evaluations} evaluations,"
+        f" least squares reaches {number(c.cost_grid, 5)}: it got stuck; another seed helps."
+    )
+    parts: list[Part] = [Table(("", *Y_NAMES, "cost E\n[N²m²]"), rows), Text(agreement)]
     parts += [Text(BENT)] if c.on_grid and c.cost_ours > GRID_BIAS * c.cost_grid else []
     return Section("Our fit next to the thesis's", parts)
-
-
-def _agreement(result: Friction) -> str:
-    c = result.check
-    if c.agree:
-        return f"Least squares and the complex method ({c.optimum.evaluations} evaluations) reach the same cost."
-    return (
-        f"The complex method stopped at {number(c.optimum.cost, 5)} after {c.optimum.evaluations} evaluations, least"
-        f" squares reaches {number(c.cost_grid, 5)}: it got stuck; another seed or variant helps."
-    )
-
-
-def _second(result: Friction) -> list[Section]:
-    s = result.second
-    return [] if s is None else [Section(f"Second loop (paper D section 3): {s.verdict}", [Bullets(s.statements)])]
-
-
-def _mapped(result: Friction) -> list[Section]:
-    """What the map does better or worse than the model."""
-    m = result.mapped
-    if m is None:
-        return []
-    text = (
-        f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)}"
-        f" with the map {m.source} itself; {m.outside:.0%} of the points are outside the map, where its edge is held."
-    )
-    return [Section("The supplier's map instead of the fitted model (paper D figure 13)", [Text(text)])]
 
 
 def _proposals(result: Friction) -> Section:
     header = ("load", "displacement\nof one motor", "uncertainty of\npredicted friction")
     rows = []
     for p in result.proposals:
-        change = f"{_deviation(p.sd_before)} to {_deviation(p.sd_after)} per motor"
-        rows.append((show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change))
+        before, after = ("unknown" if sd is None else show(sd, "torque", 2) for sd in (p.sd_before, p.sd_after))
+        rows.append((show(p.load, "mass", 3), show(p.D_m, "displacement", 3), f"{before} to {after} per motor"))
     return Section("What to test next", [Table(header, rows)])
 
 
-def _deviation(sd: float) -> str:
-    """A standard error of a friction torque in words."""
-    return show(sd, "torque", 2) if sd < ANYTHING else "unknown"
+SIZE = (9.0, 5.0)
+MARK = "SYNTHETIC: simulated, measured on no crane"
+MARKERS = "osD^v<>pP*Xh"
+SPEED = "motor speed [rev/min]"
+
+
+def figures(result: Friction) -> Mapping[str, Picture]:
+    """All figures of a result by file stem, in the order in which a report shows them."""
+    out = {
+        "friction-torque": friction_torque(result),
+        "system-friction": system_friction_figure(result),
+        "error": error_figure(result),
+    }
+    if result.second is not None:
+        out["second-loop-motor"] = motor_old_and_new(result)
+        out["second-loop-system"] = derived_system_friction(result)
+    if result.campaign.synthetic:
+        for figure in out.values():
+            figure.text(0.995, 0.005, MARK, ha="right", va="bottom", fontsize="x-small", color="#a00000")
+    return out
+
+
+def friction_torque(result: Friction) -> Picture:
+    """Friction torque per motor shaft over speed, by test, with 95 % bars and the model (figures 2.6, 2.7, 2.12; paper
+    D figure 7)."""
+    figure, ax = _axes(
+        "Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)", "T_f [N m]"
+    )
+    for style, points in _by_test(result):
+        speed, modelled = _rpm(points.omega), predicted(points, result.loss, result.fit.y)
+        bars = NORMAL_95 * points.D_m * np.hypot(points.u_dp, result.fit.tau)
+        ax.errorbar(speed, points.T_f, yerr=bars, ls="none", capsize=2, **style)
+        ax.plot(speed, modelled, lw=1.0, color=style["color"], ls=_line(points))
+    return _finished(figure, ax)
+
+
+def system_friction_figure(result: Friction) -> Picture:
+    """System friction per motor shaft: measured less motor loss, and the fitted curve with its 95 % band (figure
+    2.13)."""
+    figure, ax = _axes(
+        "System friction per motor shaft: measured less motor loss, fit with 95 % band (as figure 2.13)", "T_fs [N m]"
+    )
+    omega = np.linspace(0.0, float(result.points.omega.max()), 200)
+    loads: set[float] = set()
+    for style, points in _by_test(result):
+        T_d = float(points.T_d.mean())
+        ax.plot(_rpm(points.omega), points.T_f - motor_loss_at(points, result.loss), ls="none", **style)
+        if round(T_d, -3) not in loads:
+            loads.add(round(T_d, -3))
+            _band(ax, omega, T_d, result, style["color"])
+    ax.set_xlim(left=0.0)
+    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+    return _finished(figure, ax)
+
+
+def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str) -> None:
+    at = Points.planned(omega, T_d, 1.0)
+    T = system_friction(omega, at.T_d, result.fit.y)
+    half = t_factor(result.fit.dof) * predicted_sd(at, result.fit)
+    ax.plot(_rpm(omega), T, color=colour, lw=1.2)
+    ax.fill_between(_rpm(omega), np.maximum(T - half, 0.0), T + half, color=colour, alpha=0.15, lw=0)
+
+
+def error_figure(result: Friction) -> Picture:
+    """Model error in % of the nominal torque over speed, by test (paper D figure 17)."""
+    figure, ax = _axes(
+        "Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]"
+    )
+    for style, points in _by_test(result):
+        error = nominal_share(points, result.loss, result.fit.y)
+        ax.plot(_rpm(points.omega), error, lw=0.8, ls=_line(points), **style)
+    ax.axhspan(-1.0, 1.0, color=GREY, alpha=0.15, lw=0)
+    ax.axvline(in_display(JUDGED_FROM, "rotation"), color=GREY, lw=0.8, ls=":")
+    return _finished(figure, ax)
+
+
+def motor_old_and_new(result: Friction) -> Picture:
+    """Motor loss before and after the second loop, over speed at three displacements and 200 bar (paper D figure
+    10)."""
+    assert result.second is not None
+    figure, ax = _axes(
+        "Motor loss at 200 bar before (solid) and after (dashed) the second loop (as paper D figure 10)", "T_fm [N m]"
+    )
+    omega = np.linspace(0.0, parse("2000 rev/min", "rotation"), 100)
+    for colour, share in zip(COLOURS, (1.0, 0.7, 0.4), strict=False):
+        D = np.full_like(omega, share * result.campaign.motor.D_max)
+        for loss, ls in ((result.campaign.motor.loss, "-"), (result.second.loss, "--")):
+            label = show(float(D[0]), "displacement", 3) if ls == "-" else None
+            ax.plot(_rpm(omega), mj4(loss)(omega, D, np.full_like(omega, 2e7)), color=colour, ls=ls, label=label)
+    ax.set_ylim(bottom=0.0)
+    return _finished(figure, ax)
+
+
+def derived_system_friction(result: Friction) -> Picture:
+    """Measured friction less the motor loss of each loop, one colour a displacement: with a right motor model the
+    points of one load fall on one curve, whatever the displacement (paper D figures 11, 12, 14)."""
+    from matplotlib.figure import Figure as Canvas
+
+    assert result.second is not None
+    figure = Canvas(figsize=(10.0, 5.0), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    losses = {"first loop": result.loss, "second loop": mj4(result.second.loss)}
+    for ax, (label, loss) in zip(axes, losses.items(), strict=True):
+        for style, points in _by_test(result):
+            derived = points.count * (points.T_f - motor_loss_at(points, loss))
+            ax.plot(_rpm(points.omega), derived, lw=0.8, **style)
+        ax.set_title(label, fontsize="medium")
+        ax.set_xlabel(SPEED)
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel("system friction of the complete winch [N m]")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="x-small", frameon=False)
+    figure.suptitle("System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)")
+    return figure
+
+
+def _axes(title: str, y: str, x: str = SPEED) -> tuple[Picture, Axes]:
+    from matplotlib.figure import Figure as Canvas
+
+    figure = Canvas(figsize=SIZE, layout="constrained")
+    ax = figure.subplots()
+    figure.suptitle(title, fontsize="medium")
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    ax.grid(alpha=0.3)
+    return figure, ax
+
+
+def _finished(figure: Picture, ax: Axes) -> Picture:
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", fontsize="x-small", frameon=False)
+    return figure
+
+
+def _by_test(result: Friction) -> Iterator[tuple[dict[str, Any], Points]]:
+    """Style with label and points by speed of every test; held-out ones are hollow."""
+    for i, k in enumerate(np.unique(result.points.test)):
+        points = result.points.where(result.points.test == k)
+        points = points.where(np.argsort(points.omega))  # type: ignore[arg-type]
+        test, D_m = result.campaign.tests[k], show(float(points.D_m.mean()), "displacement", 3)
+        note = ", held out" if test.hold_out else ""
+        style = {
+            "color": COLOURS[i % len(COLOURS)],
+            "marker": MARKERS[i % len(MARKERS)],
+            "ms": 4,
+            "mfc": "none" if points.hold_out.any() else None,
+            "label": f"{points.names[k]}: {show(test.load, 'mass', 3)}, {D_m}{note}",
+        }
+        yield style, points
+
+
+def _line(points: Points) -> str:
+    """Style of a test's line: dashed where no fit has seen it."""
+    return "--" if points.hold_out.any() else "-"
+
+
+def _rpm(omega: FloatArray) -> FloatArray:
+    return omega * 60.0 / math.tau

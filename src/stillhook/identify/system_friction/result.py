@@ -6,16 +6,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.identify.system_friction.campaign.measure import LOAD_CODE, Measured, carried
+from stillhook.base.arrays import FloatArray
+from stillhook.identify.system_friction.campaign import MARK
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
 from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, Points, motor_loss_at
+from stillhook.identify.system_friction.fitting.second_loop import SecondLoop
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import Friction, nominal_share
-from stillhook.identify.system_friction.next_tests import ANYTHING
+from stillhook.identify.system_friction.measure import LOAD_CODE, carried
 from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import from_display, in_display, number
@@ -25,20 +28,15 @@ if TYPE_CHECKING:
     import pandas
 
 
-def friction_set(result: Friction, name: str) -> FrictionSet:
+def friction_set(result: Friction) -> FrictionSet:
     """The identified parameters as a set for the library or a crane file, with where each is from and how well it is
     known."""
     campaign, fitted_points = result.campaign, result.points.fitted()
-    prefix = _prefix(result)
     extent = f"{len(np.unique(fitted_points.test))} tests, {len(fitted_points)} pairs"
-    text = f"identified from {prefix}campaign {campaign.source} ({extent}), motor loss {campaign.motor_name}"
+    text = f"identified from {campaign.prefix}campaign {campaign.source} ({extent}), motor loss {campaign.losses.name}"
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
-    title = title if "SYNTHETIC" in title else prefix + title
-    return _set_of(result, result.fit, name, title, text, [s.text for s in result.statements])
-
-
-def _prefix(result: Friction) -> str:
-    return "SYNTHETIC " if result.campaign.synthetic else ""
+    title = title if MARK in title else campaign.prefix + title
+    return _set_of(result, result.fit, "friction", title, text, [s.text for s in result.statements])
 
 
 def _set_of(
@@ -60,7 +58,9 @@ def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]
     """Where each parameter of a fit is from; text says it of the fitted ones."""
     out = {n: Source(text=text, kind=SourceKind.FITTED) for n in Y_NAMES}
     for n in fit.prescribed:
-        out[n] = Source(text=f"taken from {result.like}: these tests cannot determine it", kind=SourceKind.ASSUMED)
+        out[n] = Source(
+            text=f"taken from {result.campaign.fit.like}: these tests cannot determine it", kind=SourceKind.ASSUMED
+        )
     for n in fit.dropped:
         reason = f"{result.campaign.source} does not ask for it"
         if n not in result.design.used:
@@ -71,13 +71,10 @@ def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]
 
 def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     """The motor loss refined on the crane's tests and the system friction that belongs to it: use both, or neither.
-
-    What held-out tests say of them is in their evidence. Errors: ValueError where no second loop was requested.
-    """
+    What held-out tests say of them is in their evidence."""
     loop, campaign = result.second, result.campaign
-    if loop is None:
-        raise ValueError("no second loop was run: give loops=1")
-    prefix, fitted_points = _prefix(result), result.points.fitted()
+    assert loop is not None
+    prefix, fitted_points = campaign.prefix, result.points.fitted()
     text = (
         f"second loop (paper D section 3) on {prefix}campaign {campaign.source}, {len(fitted_points)} pairs:"
         f" {loop.verdict}"
@@ -87,11 +84,11 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     ranges = {k: v for k, v in _ranges(fitted_points).items() if k != "T_d"}
     plain = {n: getattr(campaign.motor, n) for n in Motor.model_fields if n not in LOSS_RANGE}
     motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
-    unchanged = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
+    unchanged = {path: s for path, s in campaign.losses.sources.items() if path not in LOSS_RANGE}
     sources = unchanged | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in X_NAMES}
     dof, remarks = float(len(fitted_points) - len(names)), list(loop.statements)
     evidence = Evidence.fitted(names, matrix, dof=dof, data=text, ranges=ranges, statements=remarks)
-    title = f"{prefix}{campaign.motor_name}, torque loss refined on {campaign.title}"
+    title = f"{prefix}{campaign.losses.name}, torque loss refined on {campaign.title}"
     friction_title = (
         f"{prefix}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
     )
@@ -99,9 +96,6 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
         LossSet("second-loop-motor", title, motor, sources, evidence),
         _set_of(result, loop.system, "second-loop-friction", friction_title, text, remarks),
     )
-
-
-RANGE_DIGITS = 4
 
 
 def _ranges(fitted_points: Points) -> dict[str, tuple[float, float]]:
@@ -113,12 +107,9 @@ def _ranges(fitted_points: Points) -> dict[str, tuple[float, float]]:
     }
 
 
-def _range(values: np.ndarray, kind: str) -> tuple[float, float]:
-    """Ends of the data, rounded in display units: a range is not a measurement."""
-    low, high = (
-        from_display(float(number(in_display(float(v), kind), RANGE_DIGITS)), kind)
-        for v in (values.min(), values.max())
-    )
+def _range(values: FloatArray, kind: str) -> tuple[float, float]:
+    """Ends of the data, rounded to four digits in display units: a range is not a measurement."""
+    low, high = (from_display(float(number(in_display(float(v), kind), 4)), kind) for v in (values.min(), values.max()))
     return low, high
 
 
@@ -128,7 +119,7 @@ def to_dict(result: Friction) -> dict[str, Any]:
     return {
         "campaign": result.campaign.title,
         "crane": result.campaign.crane.name,
-        "motor": result.campaign.motor_name,
+        "motor": result.campaign.losses.name,
         "synthetic": result.campaign.synthetic,
         "usable": result.usable,
         "parameters": {n: _parameter(result, n) for n in Y_NAMES},
@@ -154,24 +145,10 @@ def to_dict(result: Friction) -> dict[str, Any]:
         "held_out": [
             {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count} for h in result.held_out
         ],
-        "second_loop": _second(result),
-        "map": _mapped(result),
-        "proposals": [
-            {
-                "load": p.load,
-                "D_m": p.D_m,
-                "sd_before": _finite_or_none(p.sd_before),
-                "sd_after": _finite_or_none(p.sd_after),
-            }
-            for p in result.proposals
-        ],
-        "statements": [{"code": s.code, "severe": s.severe, "text": s.text} for s in result.statements],
+        "second_loop": None if result.second is None else _second(result.second),
+        "proposals": [asdict(p) for p in result.proposals],
+        "statements": [asdict(s) for s in result.statements],
     }
-
-
-def _finite_or_none(sd: float) -> float | None:
-    """A standard error of a friction torque, None where nothing is known."""
-    return sd if sd < ANYTHING else None
 
 
 def _parameter(result: Friction, name: str) -> dict[str, Any]:
@@ -188,36 +165,33 @@ def _parameter(result: Friction, name: str) -> dict[str, Any]:
 
 def test_rows(result: Friction) -> list[dict[str, Any]]:
     """What each test gave, SI, errors in % of nominal torque."""
-    return [_test(result, m) for m in result.measured]
+    rows = []
+    for m in result.measured:
+        error = nominal_share(m.points, result.loss, result.fit.y)
+        row = {
+            "name": m.test.name,
+            "load": m.test.load,
+            "wire": m.test.wire,
+            "load_carried": carried(result.campaign, m.test, m.points),
+            "D_m": float(m.points.D_m.mean()),
+            "T_d": float(m.points.T_d.mean()),
+            "hold_out": m.test.hold_out,
+            "log": m.test.log.name,
+            "pairs": len(m.points),
+            "stretches": len(m.steady.windows),
+            "rejected": len(m.steady.rejected),
+            "unpaired": len(m.pairs.unpaired),
+            "omega_m_min": float(m.points.omega.min()),
+            "omega_m_max": float(m.points.omega.max()),
+            "rms_percent": float(np.sqrt(np.nanmean(error**2))),
+            "notes": [n.text for n in m.notes],
+            "findings": [f.text for f in m.log.findings],
+        }
+        rows.append(row)
+    return rows
 
 
-def _test(result: Friction, m: Measured) -> dict[str, Any]:
-    error = nominal_share(m.points, result.loss, result.fit.y)
-    return {
-        "name": m.test.name,
-        "load": m.test.load,
-        "wire": m.test.wire,
-        "load_carried": carried(result.campaign, m.test, m.points),
-        "D_m": float(m.points.D_m.mean()),
-        "T_d": float(m.points.T_d.mean()),
-        "hold_out": m.test.hold_out,
-        "log": m.test.log.name,
-        "pairs": len(m.points),
-        "stretches": len(m.steady.windows),
-        "rejected": len(m.steady.rejected),
-        "unpaired": len(m.pairs.unpaired),
-        "omega_m_min": float(m.points.omega.min()),
-        "omega_m_max": float(m.points.omega.max()),
-        "rms_percent": float(np.sqrt(np.nanmean(error**2))),
-        "notes": [n.text for n in m.notes],
-        "findings": [f.text for f in m.log.findings],
-    }
-
-
-def _second(result: Friction) -> dict[str, Any] | None:
-    s = result.second
-    if s is None:
-        return None
+def _second(s: SecondLoop) -> dict[str, Any]:
     return {
         "motor": {n: float(getattr(s.loss, n)) for n in X_NAMES},
         "system": s.system.y._asdict(),
@@ -225,19 +199,6 @@ def _second(result: Friction) -> dict[str, Any] | None:
         "E_held_out": [s.first.held_out, s.second.held_out],
         "verdict": s.verdict,
         "statements": list(s.statements),
-    }
-
-
-def _mapped(result: Friction) -> dict[str, Any] | None:
-    m = result.mapped
-    if m is None:
-        return None
-    return {
-        "source": m.source,
-        "rms_model": m.rms_model,
-        "rms_map": m.rms_map,
-        "outside": m.outside,
-        "system": m.fit.y._asdict(),
     }
 
 

@@ -5,7 +5,7 @@ The tolerance is the limit of the payload's motion over the seabed; where the pl
 the wire in those phases, it is held to the same tolerance. The other rules are not in these limits.
 
 Runs are made on a ladder of heights and judged one by one, beyond a tolerance or not, as in the plan's own table
-(`stillhook.statistics.share_crossing`). The plan's own landing is looked at in the periods in which it governs, others
+(`stillhook.statistics.crossing_fit`). The plan's own landing is looked at in the periods in which it governs, others
 in the middle one of them. There the frequency-domain method counts as it does in the table, where runs allow far more.
 """
 
@@ -39,7 +39,7 @@ from stillhook.plan.tiers.time_domain.search import Work
 from stillhook.spec.lift.assembly import Assembly
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.phase import Phase, PhaseKind
-from stillhook.statistics.share_crossing import share_crossing
+from stillhook.statistics.crossing_fit import share_crossing
 from stillhook.units import show
 
 if TYPE_CHECKING:

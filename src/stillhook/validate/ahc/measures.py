@@ -15,8 +15,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.crane import Crane
 from stillhook.statistics.blocks import Statistic, interval
-from stillhook.statistics.estimate import ENDS, LEAST, NORMAL_95, Estimate, half_of_mean, t_factor
-from stillhook.statistics.few_cases import mean_of_few
+from stillhook.statistics.estimate import ENDS, LEAST, NORMAL_95, Estimate, half_of_mean, mean_of_few, t_factor
 from stillhook.statistics.time_lag import dot
 from stillhook.validate.ahc.comparison import (
     EVERY,

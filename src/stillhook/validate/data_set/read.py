@@ -25,7 +25,7 @@ from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.lift import wire_carried
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.logs.campaign import wire_text
-from stillhook.logs.checks.findings import counted
+from stillhook.logs.findings import counted
 from stillhook.logs.log import read_log
 from stillhook.logs.types import Log
 from stillhook.physics.scalar import G

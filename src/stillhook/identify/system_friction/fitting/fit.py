@@ -2,8 +2,7 @@
 
 With Y_4 given the model is linear in the other five parameters, none of which may be negative: that is one convex
 problem with one answer (non-negative least squares). What is left is a search along Y_4 alone, made on a grid and then
-refined. The thesis used Box's complex method on all six at once (`stillhook.statistics.complex_method`); both are
-offered.
+refined. The thesis used a complex method on all six at once (`stillhook.identify.system_friction.thesis`).
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -107,22 +105,12 @@ class Target:
         return all_columns
 
 
-class _Reduced(NamedTuple):
-    """Whitened columns as Q R, their sizes, the whitened target along Q, and the square of what is outside Q."""
-
-    Q: FloatArray
-    R: FloatArray
-    size: FloatArray
-    q: FloatArray
-    unexplained: float
-
-
 class Problem:
     """Generalised least squares in the five linear parameters, for any Y_4.
 
-    ``target`` what is to be explained; ``sigma`` its standard uncertainties [N m], shape (n,), or the lower triangular
-    root of its covariance, (n, n); ``used`` the linear parameters that are free; ``given`` parameters that keep a value
-    [SI]; ``shift`` error of the target that is known and taken off [N m], shape (n,).
+    ``sigma`` standard uncertainties of the target [N m], shape (n,), or the lower triangular root of its covariance,
+    (n, n); ``used`` linear parameters that are free; ``prescribed`` parameters that keep a value [SI]; ``shift`` error
+    of the target that is known and taken off [N m], shape (n,).
     """
 
     def __init__(
@@ -136,7 +124,7 @@ class Problem:
         self.target, self.sigma, self.used, self.prescribed = target, sigma, used, dict(prescribed or {})
         self.points, self.T = target.points, target.T if shift is None else target.T - shift
         self._b = self.whitened(self.T)
-        self._reduced: dict[float, _Reduced] = {}
+        self._reduced: dict[float, tuple[FloatArray, FloatArray, FloatArray, float]] = {}
 
     def whitened(self, A: FloatArray, *, transposed: bool = False) -> FloatArray:
         """Rows (n,) or (n, k) as independent ones of unit variance; transposed: such rows as weights of the target."""
@@ -147,28 +135,25 @@ class Problem:
         trans = "T" if transposed else "N"
         return np.asarray(solve_triangular(self.sigma, A, lower=True, trans=trans, check_finite=False))
 
-    def _at(self, Y_4: float) -> _Reduced:
+    def _at(self, Y_4: float) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+        """Of the whitened columns Q R: R, its columns' sizes, the whitened target along Q, and the square of what is
+        outside Q."""
         if Y_4 in self._reduced:
             return self._reduced[Y_4]
         Q, R = np.linalg.qr(self.whitened(self.target.columns(Y_4)))
         size = np.linalg.norm(R, axis=0)
         size[size == 0.0] = 1.0
         q = Q.T @ self._b
-        out = _Reduced(Q=Q, R=R, size=size, q=q, unexplained=float(np.sum((self._b - Q @ q) ** 2)))
+        out = R, size, q, float(np.sum((self._b - Q @ q) ** 2))
         if len(self._reduced) < len(Y_4_GRID):
             self._reduced[Y_4] = out
         return out
 
-    def _least(
-        self, Y_4: float, free: list[int], fixed: Mapping[str, float], b: FloatArray | None
-    ) -> tuple[FloatArray, float]:
-        """Best values of the free columns at this Y_4, and chi^2; ``b`` another whitened target."""
+    def _least(self, Y_4: float, free: list[int], fixed: Mapping[str, float]) -> tuple[FloatArray, float]:
+        """Best values of the free columns at this Y_4, and chi^2."""
         from scipy.optimize import nnls
 
-        Q, R, size, q, unexplained = self._at(Y_4)
-        if b is not None:
-            q = Q.T @ b
-            unexplained = float(np.sum((b - Q @ q) ** 2))
+        R, size, q, unexplained = self._at(Y_4)
         for name, value in fixed.items():
             q = q - value * R[:, Y_LINEAR.index(name)]
         if not free:
@@ -176,47 +161,26 @@ class Problem:
         values, norm = nnls((R / size)[:, free], q)
         return values / size[free], float(norm) ** 2 + unexplained
 
-    def solve(
-        self, Y_4: float, fixed: Mapping[str, float] | None = None, b: FloatArray | None = None
-    ) -> tuple[Y, float]:
-        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]; ``b``
-        another whitened target."""
-        fixed = fixed or {}
-        free = self._free(fixed)
-        solution, chi2 = self._least(Y_4, free, fixed, b)
-        values = {
-            **dict.fromkeys(Y_LINEAR, 0.0),
-            **{Y_LINEAR[i]: float(v) for i, v in zip(free, solution, strict=True)},
-            **fixed,
-        }
-        return Y(**values, Y_4=Y_4), chi2
-
-    def _free(self, fixed: Mapping[str, float]) -> list[int]:
-        return [Y_LINEAR.index(n) for n in self.used if n not in fixed]
-
-    def best(
-        self, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None, *, fine: float = 1e-7
-    ) -> tuple[Y, float]:
-        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself; ``T`` another target [N m];
-        ``fine`` how well ln Y_4 is to be found."""
+    def best(self, fixed: Mapping[str, float] | None = None, *, fine: float = 1e-7) -> tuple[Y, float]:
+        """Best parameters over all Y_4, and their chi^2; ``fixed`` ones (Y_4 too) keep these values [SI]; ``fine`` how
+        well ln Y_4 is to be found."""
         fixed = {**self.prescribed, **(fixed or {})}
-        b = None if T is None else self.whitened(T)
-        if "Y_4" in fixed:
-            return self.solve(fixed.pop("Y_4"), fixed, b)
+        Y_4 = fixed.pop("Y_4", None)
+        free = [Y_LINEAR.index(n) for n in self.used if n not in fixed]
+        at = self._best_Y_4(free, fixed, fine) if Y_4 is None else Y_4
+        solution, chi2 = self._least(at, free, fixed)
+        linear = dict.fromkeys(Y_LINEAR, 0.0) | {Y_LINEAR[i]: float(v) for i, v in zip(free, solution, strict=True)}
+        return Y(**(linear | fixed), Y_4=at), chi2
+
+    def _best_Y_4(self, free: list[int], fixed: Mapping[str, float], fine: float) -> float:
         from scipy.optimize import minimize_scalar
 
-        free = self._free(fixed)
-        rough = [self._least(v, free, fixed, b)[1] for v in Y_4_GRID]
+        rough = [self._least(v, free, fixed)[1] for v in Y_4_GRID]
         i = int(np.argmin(rough))
-        lo, hi = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
-        optimum = minimize_scalar(
-            lambda v: self._least(math.exp(v), free, fixed, b)[1],
-            bounds=(lo, hi),
-            method="bounded",
-            options={"xatol": fine},
-        )
-        at = math.exp(optimum.x) if optimum.fun < rough[i] else float(Y_4_GRID[i])
-        return self.solve(at, fixed, b)
+        ends = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
+        chi2 = lambda v: self._least(math.exp(v), free, fixed)[1]
+        optimum = minimize_scalar(chi2, bounds=ends, method="bounded", options={"xatol": fine})
+        return math.exp(optimum.x) if optimum.fun < rough[i] else float(Y_4_GRID[i])
 
 
 def fit_system(

@@ -16,20 +16,19 @@ from stillhook.base.progress import Progress
 from stillhook.engine.pack.lift import wire_carried
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError, LogError, StillhookError
+from stillhook.identify.steady_state.pairs import Pairs, pair_windows
 from stillhook.identify.steady_state.steps import Rejected, Steady, Window
 from stillhook.identify.steady_state.windows import steady_windows
-from stillhook.identify.system_friction.campaign.file import Campaign, CraneTest
-from stillhook.identify.system_friction.campaign.pairs import Grid, Pairs, on_grid, pair_windows
+from stillhook.identify.system_friction.campaign import Campaign, CraneTest
 from stillhook.identify.system_friction.diagnosis import Statement
 from stillhook.identify.system_friction.fitting.model import Points
+from stillhook.identify.system_friction.thesis import Grid, grid_points, on_grid
 from stillhook.logs.campaign import wire_text
 from stillhook.logs.log import Log, read_log
 from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.physics.scalar import G
 from stillhook.units import parse, show
 
-GRID = parse("25 rev/min", "rotation")
-"""Speed grid of the thesis (eq. 2.8) [rad/s]."""
 LOAD_DOUBT, LOAD_WRONG = 0.03, 0.07
 """Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a
 test is called into question, and from which its friction must not be used. The mean of both directions gives the load
@@ -57,7 +56,7 @@ speed_text = partial(show, kind="rotation", digits=3)
 
 @dataclass(frozen=True)
 class Measured:
-    """What one test gave: its log, steady stretches with rejects, pairs, the thesis's speed grid, and points for a fit.
+    """What one test gave: its log, steady stretches with rejects, pairs, and points for a fit.
 
     ``log`` with omega_m and dp_m among its signals whatever was logged; ``points`` one entry a pair; ``grid_points``
     one entry a grid speed (as the thesis fits); ``notes`` what a reader must know.
@@ -67,7 +66,6 @@ class Measured:
     log: Log
     steady: Steady
     pairs: Pairs
-    grid: Grid
     points: Points
     grid_points: Points
     notes: tuple[Statement, ...]
@@ -121,8 +119,7 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     if len(unused) > MOST_LOST * (len(unused) + used):
         text = f"{len(unused)} stretches are not used and {used} are; most often: {_commonest(unused)}"
         notes.append(Statement("few stretches", text))
-    grid_points = _grid_points(campaign, test, grid, points)
-    return Measured(test, extended, steady, pairs, grid, points, grid_points, tuple(notes))
+    return Measured(test, extended, steady, pairs, points, grid_points(grid, points, campaign.accuracy.p), tuple(notes))
 
 
 def _with_full_wire_length(campaign: Campaign, log: Log, notes: list[Statement]) -> Log:
@@ -190,7 +187,7 @@ def _commonest(unused: Sequence[Rejected]) -> str:
 def _grid(windows: Sequence[Window], notes: list[Statement]) -> Grid:
     """The thesis's grid; an empty one, with a note, where a direction has fewer than two speeds."""
     try:
-        return on_grid(windows, GRID, text=speed_text)
+        return on_grid(windows)
     except IdentifyError as problem:
         notes.append(Statement("grid", f"not on the thesis's speed grid: {str(problem).rstrip('.')}"))
         none = np.zeros(0)
@@ -298,11 +295,11 @@ def _points(campaign: Campaign, test: CraneTest, pairs: Pairs, D_m: FloatArray, 
     dp_up, dp_down = np.array([w.effort for w in up]), np.array([w.effort for w in down])
     u_dp = 0.5 * np.hypot([w.u_effort for w in up], [w.u_effort for w in down])
     u_speed = 0.5 * np.hypot(
-        np.hypot([w.u_speed for w in up], campaign.r_omega * omega_up),
-        np.hypot([w.u_speed for w in down], campaign.r_omega * omega_down),
+        np.hypot([w.u_speed for w in up], campaign.accuracy.omega_m * omega_up),
+        np.hypot([w.u_speed for w in down], campaign.accuracy.omega_m * omega_down),
     )
     slope = _slope(0.5 * (omega_up + omega_down), 0.5 * (dp_up - dp_down))
-    u_dp = np.sqrt(u_dp**2 + campaign.u_p**2 + (slope * u_speed) ** 2)
+    u_dp = np.sqrt(u_dp**2 + campaign.accuracy.p**2 + (slope * u_speed) ** 2)
     n = len(pairs.pairs)
     return Points(
         names=(test.name,),
@@ -331,29 +328,6 @@ def _slope(omega: FloatArray, dp: FloatArray) -> FloatArray:
     count = np.diff([*first, len(order)])
     x, y = (np.add.reduceat(values[order], first) / count for values in (omega, dp))
     return np.zeros_like(omega) if len(x) < 3 else np.asarray(np.interp(omega, x, np.gradient(y, x)))
-
-
-def _grid_points(campaign: Campaign, test: CraneTest, grid: Grid, points: Points) -> Points:
-    """The thesis's points: both directions interpolated to the same speed."""
-    n = len(grid.speed)
-    order = np.argsort(points.omega)
-
-    def at(values: FloatArray) -> FloatArray:
-        return np.asarray(np.interp(grid.speed, points.omega[order], values[order])) if n else np.zeros(0)
-
-    return Points(
-        names=(test.name,),
-        test=np.zeros(n, dtype=np.intp),
-        omega_up=grid.speed,
-        omega_down=grid.speed,
-        dp_up=grid.up,
-        dp_down=grid.down,
-        D_m=at(points.D_m),
-        T_d=at(points.T_d),
-        count=np.full(n, float(campaign.count)),
-        u_dp=np.hypot(grid.u_F, campaign.u_p),
-        hold_out=np.full(n, test.hold_out),
-    )
 
 
 def carried(campaign: Campaign, test: CraneTest, points: Points) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
-from stillhook.logs.checks.findings import NOT_THE_WINCH, REQUIRED, SET_VALUES, TIP
+from stillhook.logs.findings import NOT_THE_WINCH, REQUIRED, SET_VALUES, TIP
 from stillhook.logs.resample import on_stretches
 from stillhook.logs.streaming import Run, Watch
 from stillhook.logs.types import Finding, Signal

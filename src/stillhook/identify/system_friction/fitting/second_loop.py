@@ -15,7 +15,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
-from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, covariance, fit_system, predicted
+from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, covariance, fit_system
 from stillhook.identify.system_friction.fitting.model import (
     X_NAMES,
     Loss,
@@ -39,12 +39,10 @@ MATERIAL = 0.1
 
 @dataclass(frozen=True)
 class Costs:
-    """Cost E per motor shaft (eq. 2.8) [N^2 m^2] over the fitted and the held-out points (NaN where none are held out),
-    and the largest error in % of nominal torque over the held-out ones."""
+    """Cost E per motor shaft (eq. 2.8) [N^2 m^2] over the fitted and the held-out points (NaN where there are none)."""
 
     fitted: float
     held_out: float
-    worst: float
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,6 @@ class SecondLoop:
     system: FrictionFit
     first: Costs
     second: Costs
-    rounds: int
     verdict: str
     statements: tuple[str, ...]
 
@@ -106,7 +103,7 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
     first, second = _costs(points, mj4(loss), fit.y), _costs(points, mj4(refined), system.y)
     verdict = _verdict(first, second, len(points.held_out()))
     statements = _statements(points, loss, refined, first, second, verdict)
-    return SecondLoop(refined, spread, system, first, second, rounds, verdict, statements)
+    return SecondLoop(refined, spread, system, first, second, verdict, statements)
 
 
 def _motor_fit(fitted_points: Points, system: FrictionFit) -> tuple[TorqueLoss, FloatArray]:
@@ -123,10 +120,8 @@ def _motor_fit(fitted_points: Points, system: FrictionFit) -> tuple[TorqueLoss, 
 
 
 def _costs(points: Points, loss: Loss, y: Y) -> Costs:
-    unseen, worst = points.held_out(), math.nan
-    if len(unseen):
-        worst = float(np.max(np.abs(unseen.T_f - predicted(unseen, loss, y)) / unseen.T_N)) * 100.0
-    return Costs(cost(points.fitted(), loss, y), cost(unseen, loss, y) if len(unseen) else math.nan, worst)
+    unseen = points.held_out()
+    return Costs(cost(points.fitted(), loss, y), cost(unseen, loss, y) if len(unseen) else math.nan)
 
 
 def _verdict(first: Costs, second: Costs, count: int) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -14,7 +14,7 @@ from stillhook import units as u
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError
 from stillhook.library import load_crane
-from stillhook.library.parameter_sets import Evidence, load_losses
+from stillhook.library.parameter_sets import LossSet, load_losses
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.campaign import HookDepth, LoggedTest, check_names, check_parts, hook_depth
@@ -22,8 +22,7 @@ from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, Source
-from stillhook.statistics.complex_method import Variant
+from stillhook.spec.crane import Crane
 from stillhook.tables.table import Flag, Share, Spec, Text
 from stillhook.units import show
 from stillhook.winches.circuits.tables import Motor
@@ -40,14 +39,12 @@ class Accuracy(Spec):
     omega_m: Share = Field(default=0.0, ge=0, lt=LARGEST_ACCURACY, description="of a speed, as part of the reading")
 
 
-class Fit(Spec):
+class FitSettings(Spec):
     """The table [fit]: how the friction is identified."""
 
     like: Text | None = Field(default=None, description="set of a similar winch, for what these tests cannot determine")
     keep_Y_2: Flag | None = Field(default=None, description="keep the constant term (default: where the data ask)")
     loops: Annotated[int, Field(strict=True, ge=0, le=10)] = Field(default=0, description="rounds of the second loop")
-    map: Text | None = Field(default=None, description="supplier's map of the motor, to compare with its fitted model")
-    variant: Variant = Field(default=Variant.KRUS, description="complex method that checks the fit")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="seed of everything random")
 
 
@@ -82,7 +79,7 @@ class CampaignFile(Spec):
     accuracy: Accuracy = Field(default_factory=Accuracy)
     test: tuple[TestTable, ...] = Field(min_length=1, description="one [[test]] table for each log")
     synthetic: Flag = Field(default=False, description="simulated, measured on no crane")
-    fit: Fit = Field(default_factory=Fit)
+    fit: FitSettings = Field(default_factory=FitSettings)
 
 
 @dataclass(frozen=True)
@@ -112,23 +109,27 @@ class CraneTest:
 
 @dataclass(frozen=True)
 class Campaign:
-    """Tests of one crane. ``count`` motors in the circuit during the tests; ``motor`` their type with its loss model;
-    ``u_p`` standard uncertainty of a pressure [Pa] and ``r_omega`` of a speed (relative) beyond the scatter of a
-    stretch."""
+    """Tests of one crane. ``count`` motors in the circuit during the tests; ``losses`` their type with its loss model,
+    its sources and how well it is known."""
 
     title: str
     source: str
     crane: Crane
     count: int
-    motor: Motor
-    motor_name: str
-    motor_sources: Mapping[str, Source]
-    motor_evidence: Evidence | None
-    u_p: float
-    r_omega: float
+    losses: LossSet
+    accuracy: Accuracy
     tests: tuple[CraneTest, ...]
     synthetic: bool
-    fit: Fit
+    fit: FitSettings
+
+    @property
+    def motor(self) -> Motor:
+        return self.losses.motor
+
+    @property
+    def prefix(self) -> str:
+        """What a title of synthetic data begins with."""
+        return f"{MARK} " if self.synthetic else ""
 
     def weight(self, test: CraneTest) -> float:
         """Weight of load, hook and wire out [N]."""
@@ -187,36 +188,17 @@ def load_campaign(path: str | Path) -> Campaign:
 def _campaign(table: TomlTable) -> Campaign:
     file = table.read(CampaignFile)
     crane = load_crane(table.relative_toml(file.crane))
-    motor, motor_name, motor_sources, evidence = _motor(file, table, crane)
+    losses, count = _losses(file, table, crane), _count(file, table, crane)
     mapping = None if file.signals is None else mapping_from(file.signals, table.path.name)
-    count = _count(file, table, crane)
-    tests = tuple(_test(row, i, table.at("test", i), crane, motor, count, mapping) for i, row in enumerate(file.test))
+    tests = tuple(
+        _test(row, i, table.at("test", i), crane, losses.motor, count, mapping) for i, row in enumerate(file.test)
+    )
     check_parts(tests, IdentifyError)
     check_names(tests, IdentifyError)
     title = file.title or table.path.stem
-    return Campaign(
-        title=title,
-        source=table.path.name,
-        crane=crane,
-        count=count,
-        motor=motor,
-        motor_name=motor_name,
-        motor_sources=motor_sources,
-        motor_evidence=evidence,
-        u_p=file.accuracy.p,
-        r_omega=file.accuracy.omega_m,
-        tests=tests,
-        synthetic=file.synthetic or MARK in title,
-        fit=_beside(file.fit, table),
-    )
-
-
-def _beside(fit: Fit, table: TomlTable) -> Fit:
-    """Files of the table [fit] seen from its file."""
-    like = None if fit.like is None else table.relative_toml(fit.like)
-    return fit.model_copy(
-        update={"like": like, "map": None if fit.map is None else str(table.relative_file(fit.map, "fit", "map"))}
-    )
+    synthetic = file.synthetic or MARK in title
+    fit = file.fit.model_copy(update={"like": None if file.fit.like is None else table.relative_toml(file.fit.like)})
+    return Campaign(title, table.path.name, crane, count, losses, file.accuracy, tests, synthetic, fit)
 
 
 def _count(file: CampaignFile, table: TomlTable, crane: Crane) -> int:
@@ -233,23 +215,19 @@ def _count(file: CampaignFile, table: TomlTable, crane: Crane) -> int:
     return count
 
 
-def _motor(
-    file: CampaignFile, table: TomlTable, crane: Crane
-) -> tuple[Motor, str, Mapping[str, Source], Evidence | None]:
-    """The motor named in the file, or the crane's own, with the sources of its numbers and how well its loss is
-    known."""
-    if file.motor is None:
-        place, motor_fields = "active.motor.", set(Motor.model_fields)
+def _losses(file: CampaignFile, table: TomlTable, crane: Crane) -> LossSet:
+    """The motor named in the file, or the crane's own."""
+    own, name = crane.active.motor, file.motor
+    if name is None:
+        place = "active.motor."
         named = {path.removeprefix(place): source for path, source in crane.sources.items() if path.startswith(place)}
-        sources = {path: source for path, source in named.items() if path.split(".")[0] in motor_fields}
-        return crane.active.motor, crane.active.motor.type, sources, None
-    name = file.motor
+        sources = {path: source for path, source in named.items() if path.split(".")[0] in Motor.model_fields}
+        return LossSet(own.type, own.type, own, sources)
     losses = load_losses(table.relative_toml(name))
-    motor = losses.motor
-    if not math.isclose(motor.D_max, crane.active.motor.D_max, rel_tol=1e-3):
-        size, needed = (show(D_max, "displacement") for D_max in (motor.D_max, crane.active.motor.D_max))
+    if not math.isclose(losses.motor.D_max, own.D_max, rel_tol=1e-3):
+        size, needed = (show(D_max, "displacement") for D_max in (losses.motor.D_max, own.D_max))
         raise table.wrong(f'{size}, where "{crane.name}" has motors of {needed}. Name a motor of that size.', "motor")
-    return motor, Path(name).stem if name.endswith(".toml") else name, losses.sources, losses.evidence
+    return replace(losses, name=Path(name).stem if name.endswith(".toml") else name)
 
 
 def _test(
@@ -262,36 +240,27 @@ def _test(
     L_full = drum_record(crane).L_full
     if row.s_w is not None and row.s_w > L_full:
         raise table.wrong(f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.', "s_w")
-    if row.signals is not None:
-        mapping = mapping_from(row.signals, f"{table.path.name}: {table.place()}")
-    return CraneTest(
-        name=row.name or str(i + 1),
-        log=table.relative_file(row.log, "log"),
-        load=row.load,
-        D_m=_displacement(row, table, motor, count),
-        layer=row.layer,
-        s_w=row.s_w,
-        hold_out=row.hold_out,
-        mapping=mapping,
-        start=row.start,
-        end=row.end,
-        hook=_hook(row, table, mapping),
-    )
-
-
-def _displacement(row: TestTable, table: TomlTable, motor: Motor, count: int) -> float | None:
     D_m = row.D_m if row.D_mt is None else row.D_mt / count
     if D_m is not None and not 0.0 < D_m <= motor.D_max * 1.005:
         raise table.wrong(
             f"displacement of one motor {show(D_m, 'displacement')}: allowed is above 0 up to "
             f"{show(motor.D_max, 'displacement')}. D_m is that of one motor, D_mt that of all together."
         )
-    return D_m
-
-
-def _hook(row: TestTable, table: TomlTable, mapping: SignalMap | None) -> HookDepth | None:
-    """Depth of the hook; where no signal states the wire out, what is stated must. Errors: IdentifyError."""
+    if row.signals is not None:
+        mapping = mapping_from(row.signals, f"{table.path.name}: {table.place()}")
     hook = hook_depth(row, table)
-    if hook is not None and mapping is not None and "s_w" not in mapping:
+    if hook is not None and mapping is not None and "s_w" not in mapping:  # what is stated must give the wire out
         hook.wire_out() if row.s_w is None else hook.tip_height(row.s_w)
-    return hook
+    return CraneTest(
+        name=row.name or str(i + 1),
+        log=table.relative_file(row.log, "log"),
+        load=row.load,
+        D_m=D_m,
+        layer=row.layer,
+        s_w=row.s_w,
+        hold_out=row.hold_out,
+        mapping=mapping,
+        start=row.start,
+        end=row.end,
+        hook=hook,
+    )

@@ -1,1 +1,0 @@
-"""Crane tests that friction is identified from."""
