@@ -44,7 +44,6 @@ OPTIONS: Mapping[str, str] = {
     "--workers": "cores of this machine, or a Dask scheduler",
     "--store": "folder that keeps results as they finish",
     "--quick": "the fast answer",
-    "--exact": "without approximation",
     "--full": "the complete plant",
     # sea, vessel, weather
     "--boom": "crane tip by the crane's geometry",
