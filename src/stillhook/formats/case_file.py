@@ -121,7 +121,7 @@ def _case(table: TomlTable) -> CaseFile:
     if not file.scenario:
         raise table.missing("scenario")
     crane = load_crane(table.relative_toml(file.crane))
-    case = build_scenario(file.scenario, table.path.parent, table.path.stem)
+    case = Scenario(**scenario_fields(file.scenario, table.path.parent, table.path.stem))
     return CaseFile(crane, with_usual_controller(crane, case), file.step, file.every)
 
 
@@ -147,13 +147,8 @@ def demo_cases() -> list[CaseFile]:
     return [load_case(path) for path in sorted((LIBRARY / "demo").glob("*.toml"))]
 
 
-def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:
-    """A Scenario from a TOML table; files are looked for next to the case file."""
-    return Scenario(**scenario_fields(table, folder, name))
-
-
 def scenario_fields(table: Mapping[str, Any], folder: Path, name: str) -> dict[str, Any]:
-    """Fields of a Scenario from a TOML table, its tip read."""
+    """Fields of a Scenario from a TOML table, its tip read; files are looked for in the folder."""
     values = {"name": name, **table}
     if "tip" in values:
         values["tip"] = read_tip(values["tip"], folder)

@@ -24,7 +24,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LogError, UnitError
-from stillhook.formats.table.units import SCALES, STAMPS, hint, our_unit
+from stillhook.formats.table.dialect import SCALES, STAMPS, hint, our_unit
 from stillhook.logs.checks.findings import Checked, checked, counted, limit_of
 from stillhook.logs.checks.frozen_signals import standstill
 from stillhook.logs.checks.signs import check_signs

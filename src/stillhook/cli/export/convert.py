@@ -11,7 +11,7 @@ from stillhook.cli.parser import Json, refuse
 from stillhook.errors import ConvertError, StillhookError
 
 if TYPE_CHECKING:
-    from stillhook.formats.out.table import Content
+    from stillhook.formats.out import Content
 
 
 def convert(
@@ -42,8 +42,7 @@ def convert(
 
     Example: stillhook convert old.toml new.toml
     """
-    from stillhook.formats.out.table import chosen
-    from stillhook.formats.out.write import format_of, write_table
+    from stillhook.formats.out import chosen, format_of, write_table
     from stillhook.report.terminal import print_json
 
     if target.resolve() == source.resolve():
@@ -97,7 +96,7 @@ def _lift_file(source: Path, target: Path) -> tuple[str, ...]:
 
 
 def _run(source: Path) -> Content:
-    from stillhook.formats.out.table import of_run
+    from stillhook.formats.out import of_run
     from stillhook.formats.results import load_run
 
     return of_run(load_run(source))
@@ -106,7 +105,7 @@ def _run(source: Path) -> Content:
 def _log(source: Path, mapping: Path | None, every: str | None) -> Content:
     import pandas as pd
 
-    from stillhook.formats.out.table import TIME, Content
+    from stillhook.formats.out import TIME, Content
     from stillhook.logs.log import read_log
     from stillhook.logs.mapping import read_mapping
     from stillhook.units import KINDS

@@ -13,8 +13,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError, UnitError
+from stillhook.formats.table.dialect import PURE, STAMPS
 from stillhook.formats.table.text import TextTable
-from stillhook.formats.table.units import PURE, STAMPS
 from stillhook.units import KINDS, parse, quote
 
 

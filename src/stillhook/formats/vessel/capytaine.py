@@ -25,7 +25,7 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary.reader import read_dataset
+from stillhook.formats.binary import read_dataset
 from stillhook.formats.vessel.supplement import NOTHING, Supplement, description, wrong
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import CAPYTAINE, SAME_HEADING, to_rao

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
+from stillhook.formats.binary import MAGIC, magic, read_dataset
 
 if TYPE_CHECKING:
     import xarray

@@ -20,10 +20,9 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary.reader import read_binary, refuse_bomb
-from stillhook.formats.waves.ndbc.directions import companions, has_companions, missing_companions, read_directional
-from stillhook.formats.waves.ndbc.spectra import is_spectra, read_spectra, read_states
-from stillhook.formats.waves.ndbc.text import bands, read_records
+from stillhook.formats.binary import read_binary, refuse_bomb
+from stillhook.formats.waves.buoys import companions, is_spectra, read_directional, read_spectra, read_states
+from stillhook.formats.waves.ndbc import bands, read_records
 from stillhook.formats.waves.netcdf import NATIVE, form_of, read_native
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import FULL, Directional, DirectionSense, coming_from
@@ -197,14 +196,15 @@ def read_sea(
         return read_wavespectra(path, form, point)
     if point is not None:
         raise SeaError("--point: leave it out for texts of NDBC, which hold one place.")
-    if has_companions(path):
+    files = companions(path)
+    missing = [file.name for file in files if not file.exists()]
+    if files and not missing:
         return read_directional(path)
     records = read_records(path)
     if not is_spectra(records.header):
         return read_states(records)
-    series, missing = read_spectra(records), missing_companions(path) or ()
-    if 0 < len(missing) < len(companions(path)):
-        series = replace(
-            series, notes=(*series.notes, f"no directions: {' and '.join(missing)} are missing next to the others")
-        )
+    series = read_spectra(records)
+    if 0 < len(missing) < len(files):
+        note = f"no directions: {' and '.join(missing)} are missing next to the others"
+        series = replace(series, notes=(*series.notes, note))
     return series

@@ -30,8 +30,8 @@ from stillhook.errors import SeaError, WeatherError
 from stillhook.formats.table.dialect import COMMENTS
 from stillhook.formats.table.file import refuse_foreign, unpacked
 from stillhook.formats.table.text import HEAD, TextTable, table_found
-from stillhook.formats.waves.ndbc.text import SHORT_FILL, is_ndbc, read_records
-from stillhook.formats.waves.ndbc.text import numbers as ndbc_numbers
+from stillhook.formats.waves.ndbc import SHORT_FILL, is_ndbc, read_records
+from stillhook.formats.waves.ndbc import numbers as ndbc_numbers
 from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.formats.weather.columns import (
     HEADINGS,
@@ -41,8 +41,19 @@ from stillhook.formats.weather.columns import (
     weather_of,
 )
 from stillhook.formats.weather.netcdf import is_netcdf, read_netcdf
-from stillhook.formats.weather.times import ORDERS, WHERE, calendar_of, counted, read_times, stamped, step_of
-from stillhook.formats.weather.zones import Zone, parse_zone, zone_in, zone_of_remarks
+from stillhook.formats.weather.times import (
+    ORDERS,
+    WHERE,
+    Zone,
+    calendar_of,
+    counted,
+    parse_zone,
+    read_times,
+    stamped,
+    step_of,
+    zone_in,
+    zone_of_remarks,
+)
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import DirectionSense

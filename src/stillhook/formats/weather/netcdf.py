@@ -11,10 +11,9 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
-from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
+from stillhook.formats.binary import MAGIC, magic, read_dataset
 from stillhook.formats.weather.columns import Column, in_si, weather_of
-from stillhook.formats.weather.times import WHERE
-from stillhook.formats.weather.zones import Zone
+from stillhook.formats.weather.times import WHERE, Zone
 from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.weather.series import Weather
 

@@ -1,31 +1,35 @@
-"""Measured waves of the US National Data Buoy Center: spectra (historical and real-time) and the table of standard
-meteorology.
+"""Measured waves of the US National Data Buoy Center: spectra (historical and real-time), their directions, and the
+table of standard meteorology. Every file is plain text or gz (`stillhook.formats.waves.ndbc`).
 
-Every file is plain text or gz; see `stillhook.formats.waves.ndbc.text`. Directions:
-`stillhook.formats.waves.ndbc.directions`.
+Historical: 46042w2019.txt with d (alpha1), i (alpha2), j (r1) and k (r2) in place of w; real-time: 46042.data_spec with
+.swdir, .swdir2, .swr1 and .swr2. alpha1 and alpha2 are where waves come from, clockwise from true north [deg]; r1 and
+r2 are the lengths of the first two Fourier coefficients, in hundredths in the historical files.
 """
 
 from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.formats.waves.ndbc.text import FILLS, SHORT_FILL, Records, bands, numbers, read_records
-from stillhook.sea.spectra.directions import DirectionSense, coming_from
+from stillhook.formats.waves.ndbc import FILLS, SHORT_FILL, Records, bands, numbers, read_records
+from stillhook.sea.spectra.directions import Coefficients, DirectionSense, coming_from
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.parametric import HIGHEST
 
 _FREQUENCY = re.compile(r"[0-9]*\.[0-9]+")
-_COMPANION = {"d": "alpha1", "i": "alpha2", "j": "r1", "k": "r2"}
-_REAL_TIME = {"swdir": "alpha1", "swdir2": "alpha2", "swr1": "r1", "swr2": "r2"}
+PARTS = {"alpha1": ("d", ".swdir"), "alpha2": ("i", ".swdir2"), "r1": ("j", ".swr1"), "r2": ("k", ".swr2")}
+"""Numbers of direction; letter and ending of the files that hold them, historical and real-time."""
 _HEADER = re.compile(r"^(alpha1|alpha2|r1|r2)_1$")
 _NAME = re.compile(r"^[0-9A-Za-z]{5}([a-z])([0-9]{4}|[0-9]{5,6})\.txt(\.gz)?$")
 _OLD_NAMES = {"WD": "WDIR"}
+_HISTORICAL = re.compile(r"^([0-9A-Za-z]{5})w([0-9]+\.txt(?:\.gz)?)$")
 
 
 def read_spectra(path: str | os.PathLike[str] | Records) -> SpectrumSeries:
@@ -80,15 +84,16 @@ def densities(records: Records) -> tuple[FloatArray, FloatArray]:
 def _companion(records: Records) -> tuple[str, str] | None:
     """What a file of directions holds and which file has its density; None for any other file. Recognised by name, or
     by a real-time header."""
-    if (named := _NAME.match(records.name)) and named[1] in _COMPANION:
+    letters, endings = ({files[i]: part for part, files in PARTS.items()} for i in (0, 1))
+    if (named := _NAME.match(records.name)) and named[1] in letters:
         at = named.start(1)
-        return _COMPANION[named[1]], f"{records.name[:at]}w{records.name[at + 1 :]}"
-    plain = records.name.removesuffix(".gz")
-    stem, _, ending = plain.rpartition(".")
-    of_name, of_header = _REAL_TIME.get(ending.lower()), _HEADER.match(records.header[0])
+        return letters[named[1]], f"{records.name[:at]}w{records.name[at + 1 :]}"
+    plain = Path(records.name.removesuffix(".gz"))
+    of_name, of_header = endings.get(plain.suffix.lower()), _HEADER.match(records.header[0])
     if of_name is None and of_header is None:
         return None
-    density = f"{stem or plain}.data_spec{records.name[len(plain) :]}" if of_name else ".data_spec of the same buoy"
+    gz = records.name[len(plain.name) :]
+    density = f"{plain.stem}.data_spec{gz}" if of_name else ".data_spec of the same buoy"
     return of_header[1] if of_header else str(of_name), density
 
 
@@ -171,3 +176,97 @@ def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
     notes = [f"{missing} of {len(H)} records have no wave height"] if (missing := int(np.count_nonzero(~valid))) else []
     notes += records.notes
     return SeaStates(records.time, valid, H, column["DPD"], column["APD"], come_from, records.name, tuple(notes))
+
+
+def companions(path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Where the four companions of a file of densities are, as in `PARTS`; none where NDBC names no file so."""
+    file = Path(path)
+    if named := _HISTORICAL.match(file.name):
+        return tuple(file.with_name(f"{named[1]}{letter}{named[2]}") for letter, _ in PARTS.values())
+    return tuple(file.with_suffix(end) for _, end in PARTS.values()) if file.suffix == ".data_spec" else ()
+
+
+def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
+    """The spectra of an NDBC file with their directions from its four companions, shared out over 36 sectors by the
+    maximum-entropy method.
+
+    Records are those of the density file; where a record or band has no directions, those of the nearest band of the
+    record that has them are taken and reported; a record without any is not valid. Errors: SeaError of one line for
+    a file that lacks a companion or does not fit.
+    """
+    files = companions(path)
+    if not files:
+        raise SeaError(
+            f"{Path(path).name}: its companions are unknown. Name it as NDBC does: 46042w2019.txt, 46042w2019.txt.gz or"
+            " 46042.data_spec."
+        )
+    series = read_spectra(path)
+    alpha_1, alpha_2, r_1, r_2 = (_part(file, name, series) for file, name in zip(files, PARTS, strict=True))
+    theta_1, theta_2 = (coming_from(np.radians(alpha), DirectionSense.FROM_NORTH) for alpha in (alpha_1, alpha_2))
+    first = np.asarray(r_1 * np.exp(1j * theta_1), dtype=np.complex128)
+    second = np.asarray(r_2 * np.exp(2j * theta_2), dtype=np.complex128)
+    measured = np.isfinite(first) & np.isfinite(second)
+    valid = series.valid & measured.any(axis=1)
+    filled = _fill(first, second, measured, series, valid)
+    notes = list(series.notes)
+    if without := series.n_valid - int(np.count_nonzero(valid)):
+        notes.append(f"{without} records have no directions")
+    if filled:
+        notes.append(f"{filled} bands with waves have no direction: that of the nearest band was taken")
+    S = np.where(valid[:, None], series.S, np.nan)
+    return replace(series, S=S, valid=valid, notes=tuple(notes), directional=Coefficients(first, second))
+
+
+def _part(file: Path, name: str, series: SpectrumSeries) -> FloatArray:
+    """One companion at the times and bands of the series (n, m), NaN where unknown."""
+    if not file.exists():
+        raise SeaError(
+            f"{file.name}: missing next to {series.source}: it holds {name}. Put it there, or read heights and periods"
+            " only."
+        )
+    records = read_records(file)
+    f, values = spread_out(records)
+    if not _same(f, records.name, series):
+        raise SeaError(
+            f"{records.name}: has other frequencies than {series.source}. Give files of the same buoy and year."
+        )
+    length = name.startswith("r")
+    if length and np.nanmax(values, initial=0.0) > 1.5:
+        values = values / 100.0
+    low, high = (0.0, 1.05) if length else (0.0, 360.0)
+    wrong = (values < low) | (values > high)
+    if np.any(wrong):
+        i, j = (int(k) for k in np.argwhere(wrong)[0])
+        raise SeaError(
+            f"{records.name}: line {records.lines[i]}: {name} = {values[i, j]:g} is not between {low:g} and {high:g}."
+            " Correct the line."
+        )
+    part = np.full(series.S.shape, np.nan)
+    at = np.searchsorted(records.time, series.time)
+    at[at == len(records.time)] = 0
+    both = records.time[at] == series.time
+    part[both] = values[at[both]]
+    return part
+
+
+def _same(f: FloatArray, name: str, series: SpectrumSeries) -> bool:
+    centre = 2.0 * np.pi * bands(f, name)[0]
+    return centre.shape == series.omega.shape and bool(np.allclose(centre, series.omega, rtol=0.0, atol=1e-9))
+
+
+def _fill(
+    first: ComplexArray,
+    second: ComplexArray,
+    measured: NDArray[np.bool_],
+    series: SpectrumSeries,
+    valid: NDArray[np.bool_],
+) -> int:
+    """Give a band that has no coefficients those of the nearest one that has; how many of these bands hold waves."""
+    m = np.arange(series.S.shape[1])
+    count = 0
+    for i in np.flatnonzero(valid & ~measured.all(axis=1)):
+        have = np.flatnonzero(measured[i])
+        nearest = have[np.argmin(np.abs(m[:, None] - have[None, :]), axis=1)]
+        first[i], second[i] = first[i, nearest], second[i, nearest]
+        count += int(np.count_nonzero(~measured[i] & (series.S[i] > 0.0)))
+    return count
