@@ -29,7 +29,7 @@ from stillhook.formats.motion.ship_log import (
     sign_of,
 )
 from stillhook.formats.table.columns import ColumnSpec, missing_column, place_of, si_values, split_heading
-from stillhook.formats.table.text import TextTable, decoded, headed_table, heading_names
+from stillhook.formats.table.text import decoded, headed_table, heading_names
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.motion.text import motion_from_json
@@ -44,17 +44,6 @@ COLUMNS = {
     "pitch": ColumnSpec("pitch", "angle", (), "pitch [deg]"),
 }
 START = 'Begin with a line such as "time [s],heave [m],roll [deg],pitch [deg]" or "time [s],tip [m]".'
-
-
-def _increasing(table: TextTable, t: FloatArray) -> None:
-    back = np.diff(t) <= 0.0
-    if back.any():
-        i = int(np.argmax(back))
-        verb = "repeats" if t[i + 1] == t[i] else "runs back to"
-        raise MotionError(
-            f"{table.at(i + 1)}: time {verb} {t[i + 1]:.10g} s after {t[i]:.10g} s ({int(back.sum())} in all). Times"
-            " must increase: sort the lines and remove doubles."
-        )
 
 
 def raw_csv(path: str | os.PathLike[str], height: str) -> RawLog:
@@ -75,18 +64,24 @@ def raw_csv(path: str | os.PathLike[str], height: str) -> RawLog:
             columns[name] = si_values(table, spec, place)
         elif spec.required:
             raise missing_column(table, spec, START)
-    columns["time"], cautions = evened(columns["time"])
-    _increasing(table, columns["time"])
+    t, cautions = evened(columns["time"])
+    if (back := np.diff(t) <= 0.0).any():
+        i = int(np.argmax(back))
+        verb = "repeats" if t[i + 1] == t[i] else "runs back to"
+        raise MotionError(
+            f"{table.at(i + 1)}: time {verb} {t[i + 1]:.10g} s after {t[i]:.10g} s ({int(back.sum())} in all). Times"
+            " must increase: sort the lines and remove doubles."
+        )
     return RawLog(
         source=table.name,
         form="CSV",
         time="file",
-        t=columns["time"],
+        t=t,
         heave=columns[height],
         roll=columns.get("roll"),
         pitch=columns.get("pitch"),
         line_of=lambda i: table.lines[i],
-        counts={"lines": len(columns["time"]), "other columns": len(table.headings) - len(columns)},
+        counts={"lines": len(t), "other columns": len(table.headings) - len(columns)},
         cautions=cautions,
         column=height,
     )

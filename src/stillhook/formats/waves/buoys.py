@@ -49,9 +49,8 @@ def read_spectra(path: str | os.PathLike[str] | Records) -> SpectrumSeries:
     notes = []
     if missing := int(np.count_nonzero(~complete)):
         part = int(np.count_nonzero(~complete & np.any(np.isfinite(S), axis=1)))
-        notes.append(
-            f"{missing} of {len(S)} records are missing" + (f", {part} of them in some bands only" if part else "")
-        )
+        of_bands = f", {part} of them in some bands only" if part else ""
+        notes.append(f"{missing} of {len(S)} records are missing{of_bands}")
     notes += records.notes
     S = np.where(complete[:, None], S, np.nan) / (2.0 * np.pi)
     return SpectrumSeries(2.0 * np.pi * f, 2.0 * np.pi * width, S, records.time, complete, records.name, tuple(notes))
@@ -67,17 +66,13 @@ def is_spectra(header: list[str]) -> bool:
 def densities(records: Records) -> tuple[FloatArray, FloatArray]:
     """Frequencies (m,) [Hz] and numbers (n, m) of a file of spectra, of density or of what its companions hold."""
     if not is_spectra(records.header):
-        raise SeaError(
-            f"{records.name}: holds no spectra: after the time its header has"
-            f" {' '.join(records.header[:3]) or 'nothing'}. Give a file of spectral wave density (such as"
-            " 46042w1996.txt)."
-        )
+        have = " ".join(records.header[:3]) or "nothing"
+        do = "Give a file of spectral wave density (such as 46042w1996.txt)."
+        raise SeaError(f"{records.name}: holds no spectra: after the time its header has {have}. {do}")
     if (companion := _companion(records)) is not None:
-        name, density = companion
-        raise SeaError(
-            f"{records.name}: holds the directions {name} of a spectrum, not its wave density. "
-            f"Give the density file {density} with this one next to it."
-        )
+        problem = f"holds the directions {companion[0]} of a spectrum, not its wave density"
+        do = f"Give the density file {companion[1]} with this one next to it."
+        raise SeaError(f"{records.name}: {problem}. {do}")
     return spread_out(records, (*FILLS, SHORT_FILL))
 
 
@@ -107,39 +102,30 @@ def spread_out(records: Records, fills: tuple[float, ...] = FILLS) -> tuple[Floa
         return np.array(words, dtype=np.float64), numbers(records, slice(None), len(words), fills)
     first = 1 if records.header[0] == "Sep_Freq" else 0
     count = len(records.rows[0])
+    no_pairs = f"line {records.lines[0]}: not pairs of a number and its frequency. Fetch the file again."
     if (count - first) % 2 or count - first < 4:
-        raise SeaError(
-            f"{records.name}: line {records.lines[0]}: not pairs of a number and its frequency. Fetch the file again."
-        )
+        raise SeaError(f"{records.name}: {no_pairs}")
     values = numbers(records, slice(first, None, 2), count, fills)
     rows = [[w.strip("()") for w in row[first + 1 :: 2]] for row in records.rows]
     other = next((i for i, row in enumerate(rows) if row != rows[0]), None)
     if other is not None:
-        raise SeaError(
-            f"{records.name}: line {records.lines[other]}: other frequencies than line {records.lines[0]}. Split the"
-            " file there."
-        )
+        problem = f"line {records.lines[other]}: other frequencies than line {records.lines[0]}"
+        raise SeaError(f"{records.name}: {problem}. Split the file there.")
     if not all(_FREQUENCY.fullmatch(w) for w in rows[0]):
-        raise SeaError(
-            f"{records.name}: line {records.lines[0]}: not pairs of a number and its frequency. Fetch the file again."
-        )
+        raise SeaError(f"{records.name}: {no_pairs}")
     return np.array(rows[0], dtype=np.float64), values
 
 
 def _check(records: Records, f: FloatArray, S: FloatArray, width: FloatArray, complete: NDArray[np.bool_]) -> None:
     if np.any(S < 0.0):
         i, j = (int(k) for k in np.argwhere(S < 0.0)[0])
-        raise SeaError(
-            f"{records.name}: line {records.lines[i]}: negative energy {S[i, j]:g} m^2/Hz at {f[j]:g} Hz. Correct or"
-            " remove the line."
-        )
+        problem = f"line {records.lines[i]}: negative energy {S[i, j]:g} m^2/Hz at {f[j]:g} Hz"
+        raise SeaError(f"{records.name}: {problem}. Correct or remove the line.")
     H = 4.0 * np.sqrt(np.where(complete, S @ width, 0.0))
     if H.max() > HIGHEST:
         i = int(np.argmax(H))
-        raise SeaError(
-            f"{records.name}: line {records.lines[i]}: Hm0 of {H[i]:.4g} m is higher than any sea ({HIGHEST:g} m). "
-            "Densities must be in m^2/Hz and frequencies in Hz."
-        )
+        problem = f"line {records.lines[i]}: Hm0 of {H[i]:.4g} m is higher than any sea ({HIGHEST:g} m)"
+        raise SeaError(f"{records.name}: {problem}. Densities must be in m^2/Hz and frequencies in Hz.")
 
 
 def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
@@ -151,10 +137,8 @@ def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
     records = path if isinstance(path, Records) else read_records(path)
     header = [_OLD_NAMES.get(word, word) for word in records.header]
     if "WVHT" not in header:
-        raise SeaError(
-            f"{records.name}: has no column WVHT: after the time its header has {' '.join(header[:3]) or 'nothing'}. "
-            "Give a file of standard meteorology or of spectral wave density."
-        )
+        problem = f"has no column WVHT: after the time its header has {' '.join(header[:3]) or 'nothing'}"
+        raise SeaError(f"{records.name}: {problem}. Give a file of standard meteorology or of spectral wave density.")
     table = numbers(records, slice(None), len(header))
     column = {
         name: table[:, header.index(name)] if name in header else np.full(len(table), np.nan)
@@ -167,10 +151,8 @@ def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
         wrong = (column[name] < 0.0) | (column[name] > most)
         if np.any(wrong):
             i = int(np.flatnonzero(wrong)[0])
-            raise SeaError(
-                f"{records.name}: line {records.lines[i]}: {name} = {column[name][i]:g} is not between 0 and {most:g}."
-                " Correct the line."
-            )
+            problem = f"line {records.lines[i]}: {name} = {column[name][i]:g} is not between 0 and {most:g}"
+            raise SeaError(f"{records.name}: {problem}. Correct the line.")
     come_from = coming_from(np.radians(column["MWD"]), DirectionSense.FROM_NORTH)
     valid = np.isfinite(H)
     notes = [f"{missing} of {len(H)} records have no wave height"] if (missing := int(np.count_nonzero(~valid))) else []
@@ -220,16 +202,14 @@ def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
 def _part(file: Path, name: str, series: SpectrumSeries) -> FloatArray:
     """One companion at the times and bands of the series (n, m), NaN where unknown."""
     if not file.exists():
-        raise SeaError(
-            f"{file.name}: missing next to {series.source}: it holds {name}. Put it there, or read heights and periods"
-            " only."
-        )
+        do = "Put it there, or read heights and periods only."
+        raise SeaError(f"{file.name}: missing next to {series.source}: it holds {name}. {do}")
     records = read_records(file)
     f, values = spread_out(records)
-    if not _same(f, records.name, series):
-        raise SeaError(
-            f"{records.name}: has other frequencies than {series.source}. Give files of the same buoy and year."
-        )
+    centre = 2.0 * np.pi * bands(f, records.name)[0]
+    if centre.shape != series.omega.shape or not np.allclose(centre, series.omega, rtol=0.0, atol=1e-9):
+        do = "Give files of the same buoy and year."
+        raise SeaError(f"{records.name}: has other frequencies than {series.source}. {do}")
     length = name.startswith("r")
     if length and np.nanmax(values, initial=0.0) > 1.5:
         values = values / 100.0
@@ -237,21 +217,14 @@ def _part(file: Path, name: str, series: SpectrumSeries) -> FloatArray:
     wrong = (values < low) | (values > high)
     if np.any(wrong):
         i, j = (int(k) for k in np.argwhere(wrong)[0])
-        raise SeaError(
-            f"{records.name}: line {records.lines[i]}: {name} = {values[i, j]:g} is not between {low:g} and {high:g}."
-            " Correct the line."
-        )
+        problem = f"line {records.lines[i]}: {name} = {values[i, j]:g} is not between {low:g} and {high:g}"
+        raise SeaError(f"{records.name}: {problem}. Correct the line.")
     part = np.full(series.S.shape, np.nan)
     at = np.searchsorted(records.time, series.time)
     at[at == len(records.time)] = 0
     both = records.time[at] == series.time
     part[both] = values[at[both]]
     return part
-
-
-def _same(f: FloatArray, name: str, series: SpectrumSeries) -> bool:
-    centre = 2.0 * np.pi * bands(f, name)[0]
-    return centre.shape == series.omega.shape and bool(np.allclose(centre, series.omega, rtol=0.0, atol=1e-9))
 
 
 def _fill(

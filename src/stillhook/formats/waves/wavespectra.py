@@ -9,11 +9,9 @@ Opens a file of measured waves by its content.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,20 +32,8 @@ if TYPE_CHECKING:
     import xarray
 
 
-FORMATS: Mapping[str, str] = MappingProxyType(
-    {
-        "era5": "read_era5",
-        "ww3": "read_ww3",
-        "swan": "read_swan",
-        "ncswan": "read_ncswan",
-        "ndbc": "read_ndbc",
-        "spotter": "read_spotter",
-        "octopus": "read_octopus",
-        "triaxys": "read_triaxys",
-        "wavespectra": "read_wavespectra",
-    }
-)
-"""Formats that can be requested, and wavespectra's reader of each."""
+FORMATS = ("era5", "ww3", "swan", "ncswan", "ndbc", "spotter", "octopus", "triaxys", "wavespectra")
+"""Formats that can be requested; wavespectra's reader of each is read_ and its name."""
 EVEN = 1e-3
 """Part of their spacing by which directions may be off an even circle, and within which two directions are the same
 one."""
@@ -71,11 +57,10 @@ def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None 
         if form == NATIVE:
             data, notes = read_native(file)
         elif find_spec("wavespectra") is None:
-            raise SeaError(
-                f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".'
-            )
+            do = 'Install it: pip install "stillhook[sea]".'
+            raise SeaError(f"{file.name}: reading {form} needs the library wavespectra. {do}")
         else:
-            data = read_binary(_dataset, file, FORMATS[form])
+            data = read_binary(_dataset, file, f"read_{form}")
     except UnreadableError as problem:
         raise SeaError(f"{file.name}: cannot be read as {form} ({problem}). Check the format.") from None
     series = from_wavespectra(data, file.name, point)
@@ -106,17 +91,14 @@ def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: i
     f = efth["freq"].values.astype(np.float64)
     density = efth.values.astype(np.float64)
     if np.any(density < 0.0):
-        raise SeaError(
-            f"{source}: negative energy in {int(np.sum(np.any(density < 0.0, axis=(1, 2))))} records. Correct the file."
-        )
+        count = int(np.sum(np.any(density < 0.0, axis=(1, 2))))
+        raise SeaError(f"{source}: negative energy in {count} records. Correct the file.")
     theta = coming_from(np.radians(efth["dir"].values.astype(np.float64)), DirectionSense.FROM_NORTH)
     theta, density, notes = _each_once(theta, density)
     step = FULL / len(theta)
     if len(theta) < 4 or np.max(np.abs(np.diff(theta) - step)) > EVEN * step:
-        raise SeaError(
-            f"{source}: {len(theta)} directions that are not even over the full circle. Give the complete directional"
-            " spectrum."
-        )
+        problem = f"{len(theta)} directions that are not even over the full circle"
+        raise SeaError(f"{source}: {problem}. Give the complete directional spectrum.")
     if len(f) > 2 and f[0] == 0.0 and not np.any(density[:, 0] > 0.0):  # an empty row at 0 Hz, as TRIAXYS writes it
         f, density = f[1:], density[:, 1:]
     return _series(source, f, theta, density * np.degrees(step), efth["time"].values.astype("datetime64[s]"), notes)
@@ -130,10 +112,8 @@ def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, Floa
     near = EVEN * FULL / max(len(theta), 1)
     if len(theta) > 1 and theta[-1] > theta[0] + FULL - near:  # just below the full circle: the same as just above 0
         closing = theta > theta[0] + FULL - near
-        theta, density = (
-            np.roll(np.where(closing, theta - FULL, theta), closing.sum()),
-            np.roll(density, closing.sum(), axis=2),
-        )
+        theta = np.roll(np.where(closing, theta - FULL, theta), closing.sum())
+        density = np.roll(density, closing.sum(), axis=2)
     first = np.flatnonzero(np.concatenate(([True], np.diff(theta) > near)))
     if len(first) == len(theta):
         return theta, density, []
@@ -142,10 +122,8 @@ def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, Floa
     apart = np.abs(density - np.repeat(mean, count, axis=2)).max(axis=(1, 2), initial=0.0, where=np.isfinite(density))
     unequal = int(np.sum(apart > PRINTED * density.max(axis=(1, 2), initial=0.0, where=np.isfinite(density))))
     several = f"{len(theta) - len(first)} of {len(theta)} directions repeat another (such as 0 and 360 deg)"
-    note = f"{several}: each is counted once" + (
-        f", with the mean of densities that differ in {unequal} records" if unequal else ""
-    )
-    return theta[first], mean, [note]
+    differ = f", with the mean of densities that differ in {unequal} records" if unequal else ""
+    return theta[first], mean, [f"{several}: each is counted once{differ}"]
 
 
 def _at(efth: xarray.DataArray, source: str, point: int | None) -> xarray.DataArray:

@@ -160,10 +160,8 @@ def step_of(time: Times, requested: float | None, name: str) -> float:
     is longer than that."""
     usual = usual_step(time)
     if requested is not None and requested > ROUNDED * usual:
-        raise WeatherError(
-            f"{name}: step = {show(requested, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer"
-            " step would count time twice. Leave step out."
-        )
+        problem = f"its records are {show(usual, 'hours')} apart, and a longer step would count time twice"
+        raise WeatherError(f"{name}: step = {show(requested, 'hours')}: {problem}. Leave step out.")
     return usual if requested is None else requested
 
 
@@ -184,10 +182,8 @@ def stamped(
     wrong = (month < 1) | (month > 12) | (day < 1) | (day > last) | (year < FIRST_YEAR) | (year > LAST_YEAR)
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
-        raise WeatherError(
-            f"{name}: line {lines[i]}: {quote(texts[i])} is no date. Correct the line, or say date_order ="
-            " ymd, mdy or dmy."
-        )
+        do = "Correct the line, or say date_order = ymd, mdy or dmy."
+        raise WeatherError(f"{name}: line {lines[i]}: {quote(texts[i])} is no date. {do}")
     return np.asarray((begin + (day - 1)).astype("datetime64[s]") + second.astype("timedelta64[s]"))
 
 
@@ -197,10 +193,9 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
     text = text.strip().strip('"')
     match = next((m for way in _WRITTEN if (m := way.fullmatch(text))), None)
     if match is None:
-        raise WeatherError(
-            f"{where}: {quote(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Correct"
-            " the line, or name the column of times by time."
-        )
+        known = "2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00"
+        do = "Correct the line, or name the column of times by time."
+        raise WeatherError(f"{where}: {quote(text)} is no time such as {known}. {do}")
     part = match.groupdict()
     second, a, sign = _second(part, where, text), part["a"], part.get("sign") or "iso"
     if "days" in part:
@@ -215,25 +210,21 @@ def _second(part: Mapping[str, str | None], where: str, text: str) -> int:
     """Seconds of the day in UTC."""
     half, zone = part.get("half"), part["zone"]
     h, m, s = (int(part.get(name) or 0) for name in ("hour", "minute", "second"))
+    if half is not None and not 1 <= h <= 12:
+        raise WeatherError(
+            f"{where}: {quote(text)} is no time: hours before AM and PM run from 1 to 12. Correct the line."
+        )
     if half is not None:
-        if not 1 <= h <= 12:
-            raise WeatherError(
-                f"{where}: {quote(text)} is no time: hours before AM and PM run from 1 to 12. Correct the line."
-            )
         h = h % 12 + (12 if half.lower() == "pm" else 0)
     if h > 24 or m > 59 or s > 60 or (h == 24 and (m or s)):
         raise WeatherError(f"{where}: {quote(text)} is no time of the day. Correct the line.")
-    return h * 3600 + m * 60 + s - _ahead(zone, where, text)
-
-
-def _ahead(zone: str | None, where: str, text: str) -> int:
-    """How far a zone is ahead of UTC [s]."""
-    if zone is None or zone == "Z":
-        return 0
-    stated = zone_in(f"UTC{zone}" if zone[0] in "+-" else zone)
-    if stated is None or stated.ahead is None:
-        raise WeatherError(f'{where}: {quote(text)}: the zone {quote(zone)} is not known. Write it as "+03:00".')
-    return round(stated.ahead * 3600.0)
+    ahead = 0.0
+    if zone is not None and zone != "Z":
+        stated = zone_in(f"UTC{zone}" if zone[0] in "+-" else zone)
+        if stated is None or stated.ahead is None:
+            raise WeatherError(f'{where}: {quote(text)}: the zone {quote(zone)} is not known. Write it as "+03:00".')
+        ahead = stated.ahead
+    return h * 3600 + m * 60 + s - round(ahead * 3600.0)
 
 
 def calendar_of(year: int, day_of_year: int, where: str) -> tuple[int, int]:
@@ -258,9 +249,8 @@ def _order(
         return "ymd"
     if "iso" in signs:
         i = next(i for i, f in enumerate(fields) if (f[4] == "iso") != (fields[0][4] == "iso"))
-        raise WeatherError(
-            f"{name}: line {lines[i]}: its date is written in another way than that of line {lines[0]}. Use one way."
-        )
+        problem = f"its date is written in another way than that of line {lines[0]}"
+        raise WeatherError(f"{name}: line {lines[i]}: {problem}. Use one way.")
     if "name" in signs or "." in signs:
         return "dmy"
     if order is not None:
@@ -272,10 +262,8 @@ def _order(
     sound = [o for o in ("mdy", "dmy") if _even(digits, fields, o)]
     if len(sound) == 1:
         return sound[0]
-    raise WeatherError(
-        f"{name}: line {lines[0]}: of the first two numbers of its dates either may be the month. Say date_order ="
-        ' "mdy" or "dmy", ' + WHERE + "."
-    )
+    problem = "of the first two numbers of its dates either may be the month"
+    raise WeatherError(f'{name}: line {lines[0]}: {problem}. Say date_order = "mdy" or "dmy", {WHERE}.')
 
 
 def _even(digits: NDArray[np.int64], fields: Sequence[tuple[int, int, int, int, str]], order: str) -> bool:
