@@ -388,7 +388,7 @@ def test_units_that_are_off_are_pointed_out(tmp_path: Path) -> None:
         (
             lambda line: line.split(" ", 1)[1],
             {},
-            "without time 60). Each line needs a time before its $ (ISO 8601, or 11/04/2017 07:00:00.1) and a checksum; or",
+            "without time 60). Lines need a checksum and a time before their $ (ISO 8601, or 11/04/2017 07:00:00.1); or",
         ),
         (
             lambda line: line.split("*")[0],

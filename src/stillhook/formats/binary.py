@@ -219,14 +219,11 @@ class Reader:
         waiting.join(limit)
         if waiting.is_alive():
             self.close()
-            raise UnreadableError(
-                f'not read within {limit:.3g} s; for a slow drive set {TIME}, such as {TIME}="10 min"'
-            )
+            raise UnreadableError(f'not read within {limit:.3g} s; for a slow drive set {TIME}="10 min"')
         if not answers:
             self.close()
-            raise UnreadableError(
-                f"its reader broke down, on damage or for lack of memory; {MEMORY} is {memory_limit() / 1e9:g} GB"
-            )
+            limits = f"{MEMORY} is {memory_limit() / 1e9:g} GB"
+            raise UnreadableError(f"its reader broke down, on damage or for lack of memory; {limits}")
         kind, value = answers[0]
         if kind == REFUSED:
             raise value
@@ -302,14 +299,11 @@ def refuse_bomb(path: Path, unpacked: float, *, allowed: float | None = None, at
     """
     most = max(SMALL, DENSEST * _size(path)) if allowed is None else allowed
     if unpacked > most:
-        raise UnreadableError(
-            f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}; up to {_shown(most)} is read"
-        )
+        claim = f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}"
+        raise UnreadableError(f"{claim}; up to {_shown(most)} is read")
     if at_once and unpacked > memory_limit():
-        limit = _shown(memory_limit())
-        raise UnreadableError(
-            f'holds {_shown(unpacked)}; up to {limit} is read at once, more with {MEMORY}, such as {MEMORY}="32 GB"'
-        )
+        limit = f"up to {_shown(memory_limit())} is read at once"
+        raise UnreadableError(f'holds {_shown(unpacked)}; {limit}, more with {MEMORY}="32 GB"')
 
 
 def _shown(size: float) -> str:

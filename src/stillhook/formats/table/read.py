@@ -56,9 +56,8 @@ def read_workbook(path: Path, error: type[StillhookError], start: str) -> TextTa
     of headings, rows. Errors: one line."""
     library, content = READERS[path.suffix.lower()]
     if not installed(library):
-        raise error(
-            f"{path.name}: is {content}, which takes the reader {library}: {how_to_get(library)}. Or save it as CSV."
-        )
+        do = f"{how_to_get(library)}. Or save it as CSV."
+        raise error(f"{path.name}: is {content}, which takes the reader {library}: {do}")
     try:
         cells = read_binary(_parquet_cells if content == "Parquet" else _excel_cells, path)
     except UnreadableError as problem:
@@ -183,11 +182,8 @@ def read_columns(
             raise missing_column(table, spec, "Name it so, or map it in a mapping file.")
     _one_decimal_sign(table, sorted(places.values()))
     table = replace(table, comma=True, row="row")
-    values = {
-        spec.name: si_values(table, spec, places[spec.name], MISSING, chosen.get(spec.name))
-        for spec in specs
-        if spec.name in places
-    }
+    read = [spec for spec in specs if spec.name in places]
+    values = {s.name: si_values(table, s, places[s.name], MISSING, chosen.get(s.name)) for s in read}
     unused = tuple(h for i, h in enumerate(table.headings) if i not in places.values() and h)
     return Columns(table, values, {name: table.headings[i] for name, i in places.items()}, unused)
 
@@ -231,14 +227,12 @@ def _one_decimal_sign(table: TextTable, places: Sequence[int]) -> None:
     texts = [(table.headings[i], cell) for i in places for cell in table.column(i)]
     comma, point = (next(((h, c) for h, c in texts if sign in c), None) for sign in ",.")
     if comma is not None and point is not None:
-        raise table.error(
-            f"{table.name}: {quote(comma[1])} in column {quote(comma[0])} has a comma and {quote(point[1])} in column"
-            f" {quote(point[0])} a point. Write one decimal sign and no thousands sign."
-        )
+        both = " and ".join(f"{quote(cell)} in column {quote(heading)}" for heading, cell in (comma, point))
+        problem = f"{both} have a decimal comma and a point"
+        raise table.error(f"{table.name}: {problem}. Write one decimal sign and no thousands sign.")
     for heading in () if table.comma else dict.fromkeys(h for h, c in texts if "," in c):
         with_comma = [c for h, c in texts if h == heading and "," in c]
         if all(_THOUSANDS.fullmatch(c) for c in with_comma):
-            raise table.error(
-                f"{table.name}: column {quote(heading)}: {quote(with_comma[0])} may be a thousand or a decimal comma. "
-                "Write numbers without a thousands sign, with a decimal point."
-            )
+            problem = f"column {quote(heading)}: {quote(with_comma[0])} may be a thousand or a decimal comma"
+            do = "Write numbers without a thousands sign, with a decimal point."
+            raise table.error(f"{table.name}: {problem}. {do}")
